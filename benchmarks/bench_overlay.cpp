@@ -6,6 +6,7 @@
 // one without. The overlay is computed for the changed bricks, as for sending. Reference: the frame
 // without an overlay.
 
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <cstdlib>

@@ -6,6 +6,7 @@
 // memory traffic per voxel (displacement and original value read, new value written) over the
 // bandwidth of a copy by the same threads in the same run.
 
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 #include <sys/resource.h>
 

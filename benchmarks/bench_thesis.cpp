@@ -6,6 +6,7 @@
 // scan. The reference uses the thesis's method, in order of the raise and with twelve tetrahedra
 // per cell.
 
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <utility>

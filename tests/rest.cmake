@@ -63,10 +63,11 @@ pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_checkpoint.cpp
             settings_files.cpp test_client.cpp test_commands.cpp test_fairness.cpp
             test_files.cpp test_frames.cpp test_haptic_catheter.cpp test_haptics.cpp
-            test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_path.cpp
-            test_recording.cpp test_rest_field.cpp test_scene.cpp test_server.cpp
+            test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_own_tissue.cpp
+            test_path.cpp test_recording.cpp test_rest_field.cpp test_scene.cpp test_server.cpp
             test_settings_files.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
+target_include_directories(test_serve PRIVATE ${PROJECT_SOURCE_DIR}/examples)
 target_compile_definitions(test_serve PRIVATE
     PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>"
     PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")

@@ -9,8 +9,8 @@
 
 #pragma once
 
-#include <pliant/chainmail_edits.h>
 #include <pliant/record.h>
+#include <pliant/tool.h>
 #include <pliant/vec.h>
 
 #include <optional>

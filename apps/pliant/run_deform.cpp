@@ -224,9 +224,8 @@ int run_deform(const DeformOptions& options) {
     const auto save_state = [&](const std::filesystem::path& path) {
         return tissue->save_state(path);
     };
-    if (const Status s =
-            write_outputs(options, ChainMailScan(*tissue), result,
-                          place_of_picture(options, *tissue), save_state, outputs, *bar);
+    if (const Status s = write_outputs(options, *tissue, result, place_of_picture(options, *tissue),
+                                       save_state, outputs, *bar);
         !s.ok())
         return fail(s.error());
     bar.reset();

@@ -4,6 +4,7 @@
 // `pliant deform --model springs`: each push is a tool that grabs control nodes and stays; then
 // time advances until the tissue is at rest.
 
+#include <pliant/chainmail.h>
 #include <pliant/spring_deformation.h>
 
 #include <algorithm>
@@ -154,9 +155,9 @@ int run_deform_springs(const DeformOptions& options) {
     auto springs = let_time_pass(options, tissue, result.notes);
     if (!springs.ok()) return fail(springs.error());
     result.springs = *springs;
-    const Result<LatticeState> state = state_of(tissue);
+    const Result<DeformationState> state = state_of(tissue);
     if (!state) return fail(state.error());
-    result.state = *state;
+    result.state = {*state};
     auto deformed = deform_volume(
         tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
         !options.transform.empty() || shows_rest(options));

@@ -4,6 +4,7 @@
 // [Draeger2005, 5.2]: the cubes. Each picture shows the deformed scan, from outside by ray casting
 // or in a section with the deformed lattice.
 
+#include <pliant/chainmail.h>
 #include <pliant/phantom.h>
 #include <pliant/resample.h>
 

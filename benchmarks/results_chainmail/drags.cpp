@@ -3,6 +3,7 @@
 
 // A drag at 60 Hz across two real scans: the time of each frame, solve and resampling.
 
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 // [Draeger2005], figure 5.9: an endoscope advances through the nose and pushes the walls aside. In
 // a CT of a head, and in a phantom.
 
+#include <pliant/chainmail.h>
 #include <pliant/phantom.h>
 #include <pliant/resample.h>
 

@@ -4,6 +4,7 @@
 // [Draeger2005], figures 5.11 and 5.12: walls that face each other, and a bump that protrudes into
 // the air.
 
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 
 #include "setups.h"
 
+#include <pliant/chainmail.h>
 #include <pliant/phantom.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>

@@ -23,13 +23,14 @@
 
 #pragma once
 
-#include <pliant/chainmail_edits.h>
 #include <pliant/chainmail_materials.h>
 #include <pliant/chainmail_relax.h>
+#include <pliant/deformation.h>
 #include <pliant/grid.h>
 #include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
+#include <pliant/tool.h>
 #include <pliant/volume.h>
 
 #include <cstdint>
@@ -55,15 +56,15 @@ struct ChainMailSettings {
     // [material]
     std::string law = "draeger";  ///< "draeger", the only named law; see draeger_law
     double offset = 0.2;          ///< size of the chain regions, fraction of a link, 0 (rigid)…1
-    double bone_threshold_hu = 300;  ///< larger values don't move
-    double max_movement_mm = 20;     ///< of the softest element, 0…500
+    double bone_threshold_hu = 300;  ///< elements with a larger value don't move
+    double max_movement_mm = 20;     ///< movement limit of the softest element, 0…500
     LinkLimits limits = LinkLimits::Box;
-    double yield = 0;  ///< strain beyond this fraction of the limits stays; 0: none
+    double yield = 0;  ///< strain beyond this fraction of the limits remains; 0: none remains
     // [push]
     double scale = 1;  ///< factor of every push
     // [lattice]
     int brick_size = 8;    ///< elements along a brick's edge, 2…32
-    bool bounded = false;  ///< the lattice ends at the scan's border; else it goes on in air
+    bool bounded = false;  ///< the lattice ends at the scan's border; else it continues as air
     std::int64_t max_elements = 150'000'000;  ///< a push that needs more (about 4 GB) is refused
     // [air]
     bool air_enabled = true;         ///< air is a separate material outside of the law
@@ -91,6 +92,8 @@ struct ChainMailSettings {
 
 /// Rows of all settings that a file can have, except those of [[label]] tables.
 SettingRows<ChainMailSettings> chainmail_rows() noexcept;
+/// Rows of [material] and [air], which set_materials() can change.
+SettingRows<ChainMailSettings> chainmail_material_rows() noexcept;
 
 /// Reads TOML with the tables above, or the key=value lines of Divod's configuration [Draeger2005,
 /// 4.6].
@@ -103,74 +106,25 @@ Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& p
 /// offset·(1 − w²), and the movement limit is (1 − w²)·max_movement_mm.
 MaterialLaw draeger_law(const ChainMailSettings& settings);
 
-struct Push {
-    Vec3d point_mm{0, 0, 0};  ///< contact point of the tool, LPS
-    Vec3d push_mm{0, 0, 0};   ///< displacement, LPS
-    /// 0 grabs the eight elements of the cell that holds the point. Otherwise all tissue elements
-    /// in the sphere are grabbed. If the radius is below the voxel size along some axis, the
-    /// elements of every cell whose trilinear value is tissue somewhere in the sphere are grabbed
-    /// too.
-    double sphere_radius_mm = 0;
-};
-
-enum class PushStatus { Applied, Limited, Rejected };
-/// Object and Wall: only in an ObjectSpace (chainmail_objects.h); Fold: of a SpringDeformation.
-enum class LimitedBy { None, Bone, Movement, Object, Wall, Fold };
-
-/// Name in reports and messages: `applied`, `limited`, `rejected`.
-std::string_view name_of(PushStatus status);
-/// Name in reports and messages: `none`, `bone`, `movement`, `object`, `wall`, `fold`.
-std::string_view name_of(LimitedBy limit);
-
-struct PushReport {
-    PushStatus status = PushStatus::Rejected;
-    LimitedBy limited_by = LimitedBy::None;
-    double step_fraction = 0;  ///< fraction of the scaled push that was done, 0…1
-    std::int64_t grabbed_elements = 0;
-    std::int64_t moved_elements = 0;  ///< elements whose displacement changed
-    double solve_ms = 0;
-    int forgotten_steps = 0;  ///< oldest history steps that were dropped; see undo
-    std::string message;      ///< reason, unless fully applied
-};
-
-/// Elements that a tool holds, and the extent of the elements that can follow.
-struct GrabReport {
-    std::int64_t grabbed_elements = 0;  ///< 0: no element there, nothing is held
-    std::int64_t reach_elements = 0;    ///< elements that a drag within the reach can move; 0: not
-                                        ///< computed
-    std::int64_t field_bytes = 0;       ///< memory for the fields, beside the bricks of the reach
-    double pick_ms = 0;
-    std::string message;  ///< reason if nothing is held
-};
-
-/// State of the lattice, checked link by link and cell by cell, independently of the solver.
-struct LatticeState {
-    std::int64_t moved_elements = 0;  ///< elements away from their rest position
-    std::int64_t resident_bricks = 0;
-    double bytes_per_resident_element = 0;
-    double max_movement_mm = 0;  ///< largest distance of an element
-    /// Largest excess of a link over its limits, or over the bounds that a change of materials
-    /// granted it.
+/// The state of the lattice, checked link by link and cell by cell, independent of the solver.
+struct LatticeState : DeformationState {
+    /// Largest distance of a link from its limits, or from its excused difference after a change of
+    /// materials.
     double max_violation_mm = 0;
-    std::int64_t excused_links = 0;  ///< components of links outside of their limits
-    std::int64_t folded_cells = 0;   ///< whole cells with a corner where space is turned inside out
-    std::int64_t cut_links = 0;
-    std::int64_t carved_elements = 0;
+    std::int64_t excused_links = 0;  ///< components of links that are outside of their limits
 };
 
 class Lattice;
 class ObjectSpace;
-struct SlideReport;
-struct TissueValues;
 
-class ChainMail {
+class ChainMail final : public MovingScan {
   public:
     /// Keeps references: volume and arena must outlive it.
     /// @returns InvalidArgument that names the invalid setting, the law with the voxel value, or
     ///          the field of a volume that check_volume refuses
     static Result<ChainMail> create(const Volume& volume, const ChainMailSettings& settings,
                                     const TaskArena& arena);
-    ~ChainMail();
+    ~ChainMail() override;
     ChainMail(ChainMail&&) noexcept;
     ChainMail& operator=(ChainMail&&) noexcept;
 
@@ -229,7 +183,7 @@ class ChainMail {
     Status redo();
     int undo_steps() const;
     int redo_steps() const;
-    std::size_t history_bytes() const;          ///< of all steps
+    std::size_t history_bytes() const;          ///< memory of all steps
     const std::string& next_undo_name() const;  ///< "push", "cut", …; empty if there is none
     const std::string& next_redo_name() const;
     /// Collects all steps up to the group's end in one step. Inner groups belong to the outer one.
@@ -245,16 +199,16 @@ class ChainMail {
     /// atomically.
     /// @returns Unwritable
     Status save_state(const std::filesystem::path& path) const;
-    /// Restores a saved state, except the solver, and clears the history. References to settings()
-    /// and lattice() become invalid. On failure nothing changes.
-    /// @returns NotFound; Unreadable if the file is damaged, truncated, or holds displacements
+    /// Replaces all of these except the solver, and clears the history. References to settings()
+    /// and deformation() become invalid. Nothing changes on failure.
+    /// @returns NotFound; Unreadable if the file is damaged, cut short, or holds displacements
     ///          outside of their limits; Unsupported if a newer Pliant wrote it; InvalidArgument if
     ///          it belongs to another scan or law
     Status load_state(const std::filesystem::path& path);
 
     /// Relaxes elastically within a budget of time or sweeps. The lattice is valid after every
-    /// move. A drag goes on afterwards, and the elements that it holds don't move. The change is a
-    /// step of the history, "relax", or part of the drag's step.
+    /// move. A drag continues afterwards, and its held elements don't move. The change is a step of
+    /// the history, "relax", or part of the drag's step.
     /// @returns InvalidArgument that names the option
     Result<RelaxReport> relax(const RelaxOptions& options);
     /// Current energy E of chainmail_relax.h [mm² · weight]. May throw std::bad_alloc; changes
@@ -264,7 +218,7 @@ class ChainMail {
     /// limit.
     Vec3d imprint_mm(Vec3i ijk) const;
     /// Elements that a push would grab now, for RelaxOptions::held while a tool stays.
-    /// @returns InvalidArgument as for push
+    /// @returns InvalidArgument like push
     Result<std::vector<Vec3i>> elements_at(const Push& push) const;
 
     /// Displacement of element ijk [mm, LPS]. Zero if unmoved. Also defined beyond the scan.
@@ -277,10 +231,11 @@ class ChainMail {
     /// Box of all elements away from their rest position, not clipped to the scan.
     Box3i moved_box() const;
 
-    const Volume& volume() const;
-    const TaskArena& arena() const;
+    const Volume& volume() const override;
+    const TaskArena& arena() const override;
+    const Deformation& deformation() const override;
     const ChainMailSettings& settings() const;
-    const Lattice& lattice() const;  ///< for internal use; opaque to users
+    const Lattice& lattice() const;  ///< for tests; opaque to users
 
   private:
     friend class ObjectSpace;

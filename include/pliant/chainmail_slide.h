@@ -23,28 +23,6 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
-/// Values that are tissue for a tool: at least the threshold, or below it.
-struct TissueValues {
-    double threshold_hu = -500;
-    bool is_above = true;
-
-    bool hold(double value_hu) const { return (value_hu >= threshold_hu) == is_above; }
-};
-
-struct SlideReport {
-    double way_fraction = 0;  ///< fraction of the scaled path, done in whole steps, 0…1
-    /// Cause of the end: Bone; Movement; Wall if tissue closes around the sphere's centre.
-    LimitedBy limited_by = LimitedBy::None;
-    /// Centre of the sphere at the end [mm, LPS]: way_fraction of the path, or the nearest free
-    /// position if tissue lies there. An endoscope's eye can stay here.
-    Vec3d end_mm{0, 0, 0};
-    bool ends_in_tissue = false;       ///< no free position was found within reach
-    int contacts = 0;                  ///< moves of tissue out of the sphere
-    std::int64_t inside_elements = 0;  ///< tissue elements in the sphere at end_mm
-    double slide_ms = 0;
-    int forgotten_steps = 0;  ///< oldest history steps that were dropped
-};
-
 /// Leads a sphere from path.point_mm along path.push_mm, times the scale setting. It should start
 /// in air: tissue inside of it leaves it in the first step. The slide is one step of the history,
 /// "slide". The resampled scan shows no tissue at end_mm, unless ends_in_tissue. A slide that would

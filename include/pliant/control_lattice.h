@@ -67,7 +67,7 @@ class ControlLattice : public MovingScan {
     Vec3d node_mm(std::int32_t node) const;  ///< rest position [mm, LPS]
 
     const Volume& volume() const override;
-    const Lattice& lattice() const override;
+    const Deformation& deformation() const override;
     const TaskArena& arena() const override;
 
   private:

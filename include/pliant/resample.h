@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/chainmail.h>
+#include <pliant/deformation.h>
 #include <pliant/volume.h>
 
 #include <cstdint>
@@ -21,30 +21,7 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
-/// A scan with moving elements: the resampler's interface to a tissue model.
-class MovingScan {
-  public:
-    virtual ~MovingScan() = default;
-    virtual const Volume& volume() const = 0;  ///< rest state
-    virtual const Lattice& lattice() const = 0;
-    virtual const TaskArena& arena() const = 0;
-    /// Brings the elements up to date with the tissue, if they don't follow continuously.
-    virtual Status update_lattice() const { return Ok{}; }
-};
-
-/// MovingScan of a ChainMail. Keeps a reference.
-class ChainMailScan : public MovingScan {
-  public:
-    explicit ChainMailScan(const ChainMail& tissue) : m_tissue(tissue) {}
-    const Volume& volume() const override { return m_tissue.volume(); }
-    const Lattice& lattice() const override { return m_tissue.lattice(); }
-    const TaskArena& arena() const override { return m_tissue.arena(); }
-
-  private:
-    const ChainMail& m_tissue;
-};
-
-/// Method that computes φ⁻¹ inside of a deformed cell.
+/// Methods to find φ⁻¹ inside a deformed cell.
 enum class Mapping {
     Cells,        ///< inverse of the cell's trilinear map, vectorised; the value is trilinear too
     CellsScalar,  ///< the same in double precision, voxel by voxel: the readable reference
@@ -63,9 +40,7 @@ struct Deformed {
     std::vector<Vec3f> inverse_mm;
 };
 
-/// Computes the deformed scan. Bit-identical for any number of threads.
-Result<Deformed> deform_volume(const ChainMail& tissue, Mapping mapping = Mapping::Cells,
-                               bool with_inverse = false) noexcept;
+/// Writes the deformed scan. The same bits for any number of threads.
 Result<Deformed> deform_volume(const MovingScan& scan, Mapping mapping = Mapping::Cells,
                                bool with_inverse = false) noexcept;
 
@@ -97,8 +72,7 @@ struct LiveUpdate {
 /// all deformed voxels, and its boxes contain all voxels that were or are deformed.
 class LiveDeformation {
   public:
-    /// Copies the scan, and keeps a reference: the tissue must outlive it, at a constant address.
-    static Result<LiveDeformation> create(const ChainMail& tissue) noexcept;
+    /// Copies the scan, and keeps a reference: the tissue must outlive it, at the same address.
     static Result<LiveDeformation> create(const MovingScan& scan) noexcept;
     ~LiveDeformation();
     LiveDeformation(LiveDeformation&&) noexcept;
@@ -138,34 +112,28 @@ class LiveDeformation {
 };
 
 /// Forward displacement at every rest voxel centre of the scan.
-Result<VectorField> displacement_field(const ChainMail& tissue) noexcept;
+Result<VectorField> displacement_field(const MovingScan& scan) noexcept;
 
 /// Inverse displacement on the whole grid, as resampling filters expect.
 /// @pre deformed was made with_inverse
 Result<VectorField> inverse_field(const Deformed& deformed) noexcept;
 
-/// Fields slice by slice, for write_vector_field. Keep references: tissue and deformed must outlive
-/// them unchanged.
-Result<FieldSlices> displacement_slices(const ChainMail& tissue) noexcept;
+/// The same fields slice by slice, for write_vector_field. They keep references: tissue and
+/// deformed must outlive them unchanged.
 Result<FieldSlices> displacement_slices(const MovingScan& scan) noexcept;
 FieldSlices inverse_slices(const Deformed& deformed) noexcept;
 
-/// Volume ratio det F of the tissue at each rest voxel centre, with F = I + ∂u/∂X from central
+/// Local growth of the tissue at each rest voxel centre: det F with F = I + ∂u/∂X, from central
 /// differences along the lattice's axes, one-sided beside a cut link or a void element.
-/// @returns float, dimensionless: 1 at rest and at void elements, negative in folded space
-Result<Volume> jacobian_field(const ChainMail& tissue) noexcept;
+/// @returns float, dimensionless: 1 at rest and at void elements, below 0 where space is inverted
 Result<Volume> jacobian_field(const MovingScan& scan) noexcept;
 
 /// Largest principal stretch: the largest eigenvalue of the Green–Lagrange strain E = ½(FᵀF − I), F
 /// as above.
 /// @returns float, dimensionless: 0 at rest and at void elements
-Result<Volume> strain_field(const ChainMail& tissue) noexcept;
 Result<Volume> strain_field(const MovingScan& scan) noexcept;
 
-/// State of elements without limits: all fields except violations and cuts.
-Result<LatticeState> state_of(const MovingScan& scan) noexcept;
-
-/// Hash of all voxels and the grid's size, for comparisons.
+/// Hash of all voxels and the grid's size, for comparisons of results.
 std::uint64_t hash_volume(const Volume& volume);
 
 }  // namespace pliant

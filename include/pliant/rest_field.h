@@ -45,7 +45,6 @@ class RestField {
     /// @param deformed  deform_volume(scan, …, with_inverse = true)
     /// @returns InvalidArgument if it has no inverse or another grid; LimitExceeded
     static Result<RestField> create(const MovingScan& scan, const Deformed& deformed) noexcept;
-    static Result<RestField> create(const ChainMail& tissue, const Deformed& deformed) noexcept;
 
     /// Follows an update. The result is bit-identical to a new field.
     ///

@@ -14,6 +14,7 @@
 
 #include <pliant/result.h>
 #include <pliant/tasks.h>
+#include <pliant/tissue.h>
 #include <pliant/volume.h>
 
 #include <cstdint>
@@ -45,6 +46,9 @@ struct ServerSettings {
     /// Limit of a client's control nodes along an axis in the springs model, 3…64. The time of a
     /// push grows with the third power, and all clients wait for it.
     int max_spring_nodes = 32;
+    /// Tissue of one's own, served instead of ChainMail: called for each scan that is opened, on
+    /// any thread. Clients may switch to the other models and back ("own").
+    MakeTissue own_tissue{};
 };
 
 class Server {
@@ -90,9 +94,11 @@ struct ReplayReport {
 /// Replays a recorded session without a server.
 /// @param from_checkpoint  starts at the last but one checkpoint if it is valid, as Server::start
 ///                         does; otherwise replays everything and compares the state at each mark
+/// @param own_tissue  the server's, for a session that used it
 /// @returns NotFound; Unreadable if the file is damaged or a result differs from the recording
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
-                                    const Progress& progress = {}, bool from_checkpoint = false);
+                                    const Progress& progress = {}, bool from_checkpoint = false,
+                                    const MakeTissue& own_tissue = {});
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -17,6 +17,7 @@
 #include <pliant/control_lattice.h>
 #include <pliant/record.h>
 #include <pliant/springs.h>
+#include <pliant/tool.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -60,7 +61,7 @@ class SpringDeformation : public MovingScan {
         const TaskArena& arena) noexcept;
     ~SpringDeformation() override;
 
-    /// Lets a tool grab the free nodes of the cell that holds the point, or those within the
+    /// Lets a tool grab the free nodes of the cell that holds the point, or the free nodes in the
     /// sphere, and moves them; previously held nodes are released. Time advances during the push.
     /// It stops before a control cell folds. grabbed_elements and moved_elements count nodes.
     /// @returns InvalidArgument, with nothing changed, if the point is outside of the control
@@ -70,9 +71,9 @@ class SpringDeformation : public MovingScan {
     bool is_held() const;
     bool holds(std::uint32_t tool) const;
 
-    /// Advances by time_step_s() per step, and stops early at rest. Without a tool, pushed tissue
-    /// returns to its rest shape, at the end bit for bit. The elements follow when
-    /// update_lattice(), lattice() or control() is called.
+    /// Makes steps of time_step_s(), fewer if it comes to rest. Without a tool pushed tissue
+    /// returns, and finally has its original positions, bit for bit. The elements follow when
+    /// update_deformation(), lattice() or control() is called.
     Result<SpringMotion> step(int count) noexcept;
     double time_step_s() const;
     bool is_settled() const;
@@ -92,7 +93,7 @@ class SpringDeformation : public MovingScan {
     /// Copies the positions. @param[out] places_mm  one for each node
     void places_mm(std::span<Vec3d> places_mm) const noexcept;
     /// Sets the positions of all nodes, at zero speed. Tools let go; displaced nodes can move.
-    /// @returns InvalidArgument, with nothing changed, as ControlLattice::place
+    /// @returns InvalidArgument, with nothing changed, like ControlLattice::place
     Status set_places(std::span<const Vec3d> places_mm) noexcept;
     const ControlLattice& control() const;
     std::int32_t fixed_nodes() const;
@@ -100,9 +101,9 @@ class SpringDeformation : public MovingScan {
     std::uint64_t hash() const;
 
     const Volume& volume() const override;
-    const Lattice& lattice() const override;
+    const Deformation& deformation() const override;
     const TaskArena& arena() const override;
-    Status update_lattice() const noexcept override;
+    Status update_deformation() const noexcept override;
 
   private:
     struct Impl;

@@ -3,7 +3,7 @@
 
 #include "chainmail/air.h"
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 
 namespace pliant {
 

@@ -9,13 +9,12 @@
 //        skin                skin             n·compress(air) + compress(wall): closed, the walls
 //                                             are linked as if they were neighbours
 //
-// Values along a link that is drawn out are drawn out with it: between tissue and air that would
-// smear the wall into the lumen. So air clings to its wall: along an axis the first elements beside
-// a wall (*skin*) stretch and shear only as the main law's softest material does, and what is drawn
-// out are links further away, with nothing but air on both ends. Skin is up to three elements deep,
-// since scans blur a wall over about as many, and leaves at least one element in the middle of the
-// gap. In a gap of one or two elements there is no skin: the walls come apart freely, at the price
-// of a smear between them.
+// Values along a stretched link are stretched with it: between tissue and air that would smear the
+// wall into the lumen. So air clings to its wall. Along an axis the first elements beside a wall
+// (*skin*) stretch and shear only like the main law's softest material, and the stretched links are
+// further away, with only air on both ends. Skin is up to three elements deep, since scans blur a
+// wall over about as many, and leaves at least one element in the middle of the gap. A gap of one
+// or two elements has no skin: the walls come apart freely, at the price of a smear between them.
 
 #pragma once
 
@@ -28,13 +27,13 @@ namespace pliant {
 /// Limits of air, by the axes along which it is skin: bit 0 for i, 1 for j, 2 for k.
 std::array<ElementLimits, 8> air_limits(const ChainMailSettings& settings);
 
-/// How deep skin is at most [elements].
+/// Largest depth of skin [elements].
 inline constexpr int kSkinDepth = 3;
-/// How far from an element its being skin may depend on.
+/// Largest distance of the elements on which the skin state of an element depends.
 inline constexpr int kSkinReach = kSkinDepth + 1;
 
 /// Axes along which an air element is skin. @param is_air  (axis, steps) → whether the element that
-/// many steps away along the axis is air; asked for up to kSkinReach steps
+/// many steps away along the axis is air; called for up to kSkinReach steps
 template <class IsAir>
 unsigned skin_axes(const IsAir& is_air) {
     // Steps to the wall on one side; kSkinReach + 1: farther.

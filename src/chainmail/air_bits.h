@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which elements of a brick of 8³ are air, and which of them are skin (air.h), a bit each: a slice
-// is one word of 64 bits, and a few shifts and ands look at all of its elements at once.
+// Air elements of a brick of 8³, and its skin (air.h), one bit per element. A slice is one word of
+// 64 bits, so a few shifts and ands process all of its elements at once.
 //
-//     slice z, bit x + 8·y            the slice moved by −k along x: what is at x + k comes to x,
-//        y=1  o o o o o o o o         and what comes in is from the four columns beside the brick
+//     slice z, bit x + 8·y            the slice moved by −k along x: the bit of x + k comes to x,
+//         y=1  o o o o o o o o        and the incoming bits are from the four columns beside it
 //        y=0  o o o o o o o o
 //     bit     0 1 2 3 4 5 6 7         along y by 8·k bits, along z by k words
 
@@ -31,12 +31,12 @@ class AirBits {
         for (int z = 0; z < kSize; ++z) any |= slice(z);
         return any != 0;
     }
-    /// Of the elements beside a row: −4…−1 in the lowest bits of `low`, 8…11 in those of `high`.
+    /// Sets the elements beside a row: −4…−1 in the lowest bits of `low`, 8…11 in those of `high`.
     void set_beside_row(int y, int z, unsigned low, unsigned high) {
         m_low_x[std::size_t(z)] |= std::uint64_t(low) << (kSize * y + kSize - kSkinReach);
         m_high_x[std::size_t(z)] |= std::uint64_t(high) << (kSize * y);
     }
-    /// Of a row beside a slice. @pre y in −4…−1 or 8…11, z in 0…7
+    /// Sets a row beside a slice. @pre y in −4…−1 or 8…11, z in 0…7
     void set_row_beside(int y, int z, unsigned bits) {
         if (y < 0)
             m_low_y[std::size_t(z)] |= std::uint64_t(bits) << (kSize * (y + kSize));
@@ -45,7 +45,7 @@ class AirBits {
     }
 
     std::uint64_t slice(int z) const { return m_slices[std::size_t(z + kSkinReach)]; }
-    /// The slice's air that is skin along each axis.
+    /// Air elements of the slice that are skin, along each axis.
     std::array<std::uint64_t, 3> skin(int z) const {
         return {skin_along(z, [&](int k) { return moved_x(z, k); }),
                 skin_along(z, [&](int k) { return moved_y(z, k); }),
@@ -55,7 +55,7 @@ class AirBits {
   private:
     static constexpr std::uint64_t kRows = 0x0101010101010101;
 
-    /// What is k elements further along x; k in −4…4.
+    /// The slice, moved so that x + k comes to x; k in −4…4.
     std::uint64_t moved_x(int z, int k) const {
         const std::uint64_t here = slice(z);
         if (k > 0) {
@@ -70,10 +70,10 @@ class AirBits {
         if (k > 0) return here >> kSize * k | m_high_y[std::size_t(z)] << (64 - kSize * k);
         return here << kSize * -k | m_low_y[std::size_t(z)] >> (64 - kSize * -k);
     }
-    /// skin_axes of air.h for one axis and a whole slice.
+    /// skin_axes of air.h, for one axis and a whole slice.
     template <class Moved>
     std::uint64_t skin_along(int z, const Moved& moved) const {
-        // Those with nothing but air for the next n steps down and up.
+        // [n]: elements with only air for the next n steps down and up.
         std::array<std::uint64_t, kSkinReach + 1> low, high;
         low[0] = high[0] = ~std::uint64_t(0);
         for (int n = 1; n <= kSkinReach; ++n) {
@@ -90,7 +90,7 @@ class AirBits {
 
     /// From kSkinReach slices below the brick to as many above.
     std::array<std::uint64_t, kSize + 2 * kSkinReach> m_slices{};
-    /// By slice: what lies beside it, in the bits that moving brings to their places.
+    /// [slice]: elements beside it, in the bits to which a move takes them.
     std::array<std::uint64_t, kSize> m_low_x{}, m_high_x{}, m_low_y{}, m_high_y{};
 };
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <tuple>
 
-#include "chainmail/cell_block.h"
+#include "field/cell_block.h"
 
 namespace pliant {
 namespace {
@@ -17,7 +17,7 @@ auto order_of(Vec3i c) {
     return std::tuple(c.z, c.y, c.x);
 }
 
-/// By how much a difference is outside of a link's limits [units]; ≤ 0: it is not.
+/// Distance of a difference from a link's limits [units]; ≤ 0 if it is within them.
 Fixed excess(const HalfLimits& low, const HalfLimits& high, int b, int a, Fixed difference) {
     if (a != b) return std::abs(difference) - (low.shear[b] + high.shear[b]);
     return difference > 0 ? difference - (low.stretch[b] + high.stretch[b])
@@ -33,7 +33,7 @@ Vec3i upper_end(Vec3i e, int b) {
 bool has_changed(const Lattice& lattice, Vec3i coord, std::uint64_t since) {
     for (int n = 0; n < 4; ++n) {
         const int index = lattice.find_brick(n == 0 ? coord : upper_end(coord, n - 1));
-        // A brick that is gone is at rest: it has moved since the record was taken.
+        // A missing brick is at rest: it has moved since the record was taken.
         if (index < 0 || lattice.brick(index).changed_at > since) return true;
     }
     return false;
@@ -76,7 +76,7 @@ void Allowance::shrink_block(const Lattice& lattice, Block& block) {
         const HalfLimits& own = table[lattice.material_at(e)];
         const HalfLimits& other = table[lattice.material_at(f)];
         if (excess(own, other, b, a, difference) <= 0) return true;
-        // Never more than before: if a solver let it get worse, the check shall see it.
+        // Never larger than before: if a solver lets it grow, the check must report it.
         if (std::abs(difference) < std::abs(entry.difference)) entry.difference = difference;
         return false;
     });

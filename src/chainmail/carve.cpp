@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Carving: elements whose present place lies inside of the tool become void.
+// Carving: elements whose present position lies inside of the tool become void.
 //
-// A void element pulls nothing and is nowhere, so its displacement becomes zero: bricks that hold
-// nothing else can go, and no bound is wider than what is there. Undo brings it back with its
-// flags.
+// A void element has no links and no position, so its displacement becomes zero: bricks without
+// other elements can be dropped, and bounds stay tight. Undo restores it with its flags.
 
 #include <algorithm>
 #include <chrono>
@@ -57,7 +56,7 @@ Result<Capsule> capsule_of(const Grid& grid, const CarveTool& tool) {
     return Capsule{kUnitsPerMm * from, kUnitsPerMm * along, kUnitsPerMm * tool.radius_mm};
 }
 
-/// What carving changes: all of it is known before anything does.
+/// Changes of a carving, complete before any of them is made.
 struct Carving {
     EditMap edits;
     ImprintMap imprints;
@@ -83,7 +82,7 @@ void carve_brick(const Lattice& lattice, Vec3i coord, const Capsule& tool, bool 
     if (carved > 0) carving.edits.emplace(coord, std::move(edits));
 }
 
-/// Void elements have no imprint.
+/// Removes the imprints of void elements.
 void forget_void(const PlasticRest& rest, Carving& carving) {
     for (const auto& [coord, edits] : carving.edits) {
         const PlasticBrick* brick = rest.find(coord);
@@ -96,7 +95,7 @@ void forget_void(const PlasticRest& rest, Carving& carving) {
     }
 }
 
-/// Puts the void elements of a brick to their rest place. @pre the observer was told
+/// Moves the void elements of a brick to their rest position. @pre the observer was told
 void put_void_to_rest(Lattice& lattice, int index, const BrickEdits& edits) noexcept {
     Brick& brick = lattice.brick(index);
     for (std::size_t n = 0; n < edits.size(); ++n)
@@ -133,7 +132,7 @@ Result<CarveReport> ChainMail::Impl::carve(const CarveTool& tool) {
         plastic_rest.finish(carving.imprints);
         throw;
     }
-    // From here on nothing allocates.
+    // No allocations from here on.
     lattice.tick();
     for (const auto& [coord, edits] : carving.edits)
         if (const int index = lattice.find_brick(coord); index >= 0)

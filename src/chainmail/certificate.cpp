@@ -24,8 +24,8 @@ double fold_number(const MaterialTable& table, Vec3d spacing_mm, int entries) {
 }  // namespace
 
 double fold_number(Vec3d compress, Vec3d shear) {
-    // For any x > 0 the radius is at most the largest (N x)_a/x_a [Berman1994]; the iteration with
-    // N + 1 turns x towards the vector where that is sharp, and keeps it above 0.
+    // For any x > 0 the radius is at most the largest (N x)_a/x_a [Berman1994]. The iteration with
+    // N + 1 turns x towards the vector for which the bound is sharp, and keeps it above 0.
     constexpr int kIterations = 200;
     Vec3d x{1, 1, 1};
     double least = HUGE_VAL;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The face of the room: a push from the world's coordinates to the lattice's and back.
+// The public interface of the room: a push from the world's coordinates to the lattice's and back.
 
 #include <algorithm>
 #include <chrono>
@@ -18,38 +18,9 @@
 #include "chainmail/step.h"
 #include "chainmail/tool_touch.h"
 #include "core/errors.h"
+#include "field/field_state.h"
 
 namespace pliant {
-
-std::string_view name_of(PushStatus status) {
-    switch (status) {
-        case PushStatus::Applied:
-            return "applied";
-        case PushStatus::Limited:
-            return "limited";
-        case PushStatus::Rejected:
-            return "rejected";
-    }
-    return {};
-}
-
-std::string_view name_of(LimitedBy limit) {
-    switch (limit) {
-        case LimitedBy::None:
-            return "none";
-        case LimitedBy::Bone:
-            return "bone";
-        case LimitedBy::Movement:
-            return "movement";
-        case LimitedBy::Object:
-            return "object";
-        case LimitedBy::Wall:
-            return "wall";
-        case LimitedBy::Fold:
-            return "fold";
-    }
-    return {};
-}
 
 Error too_large(const ChainMailSettings& settings) {
     return {ErrorCode::LimitExceeded,
@@ -60,7 +31,7 @@ Error too_large(const ChainMailSettings& settings) {
 
 namespace {
 
-/// Why a push stopped, or why nothing moved.
+/// Reason for which a push stopped, or nothing moved.
 std::string_view reason(LimitedBy limit, bool nothing_moved) {
     switch (limit) {
         case LimitedBy::None:
@@ -138,8 +109,8 @@ void complete(PushReport& report, std::int64_t moved) noexcept {
 
 Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> elements,
                                                  Vec3<Fixed> shift, Vec3<Fixed>* done) {
-    // The grabbed elements' own limit first: it bounds the solve, and a longer push than it allows
-    // needs no larger one.
+    // The grabbed elements' own limit first: it bounds the solve, and makes a longer push no more
+    // costly.
     const StepLimit own = limit_of_grabbed(lattice, elements, shift);
     const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
     work.may_share = guard == nullptr;
@@ -151,7 +122,7 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
     PushReport report = report_of_step(std::int64_t(elements.size()),
                                        {own.fraction * verdict.fraction, verdict.limited_by});
     reserve_moves(lattice, work);
-    // From here on nothing allocates.
+    // No allocations from here on.
     lattice.tick();
     *done = verdict.done;
     complete(report, apply_shift(lattice, work, kernels(), tried, verdict.done, arena));
@@ -160,7 +131,7 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
 
 void ChainMail::Impl::drop_unmoved() {
     lattice.drop_still_bricks(work.touched);
-    // A push of nothing, or by nothing, reached no brick, not even those of the grabbed elements.
+    // A push of no elements, or by zero, reached no brick, not even the grabbed elements' own.
     int last = -1;
     for (const ElementRef& element : grabbed_elements) {
         if (element.brick != last) lattice.drop_still_bricks({&element.brick, 1});
@@ -170,7 +141,7 @@ void ChainMail::Impl::drop_unmoved() {
 
 void ChainMail::Impl::yield_to_push() {
     if (!yields) return;
-    // Imprints may be where no element is away from its rest place.
+    // Imprints can exist where all elements are at their rest position.
     std::vector<int> made;
     for (const auto& [coord, brick] : plastic_rest.bricks())
         if (lattice.find_brick(coord) < 0) made.push_back(lattice.ensure_brick(coord));
@@ -184,7 +155,7 @@ Vec3d ChainMail::Impl::lattice_mm_from_world(Vec3d push_mm) const {
 
 bool ChainMail::Impl::take_hold(std::span<const Vec3i> elements) {
     grabbed_elements.clear();
-    // Those of one brick come one after the other, mostly.
+    // Consecutive elements are mostly of one brick.
     Vec3i coord;
     int brick = -1;
     for (const Vec3i& element : elements) {
@@ -241,7 +212,7 @@ Result<std::vector<Vec3i>> ChainMail::Impl::elements_at(const Push& push) const 
     if (radius_mm == 0) return grab_cell(lattice, ijk).value_or(std::vector<Vec3i>{});
     const TissueValues tissue{settings.air_threshold_hu};
     std::vector<Vec3i> grabbed = grab_sphere(lattice, ijk, radius_mm, tissue);
-    // A sphere that fits between the elements takes hold of the cells that it touches.
+    // A sphere that fits between the elements grabs the cells that it touches.
     const Vec3d h = volume.grid.spacing_mm;
     if (radius_mm >= std::max({h.x, h.y, h.z})) return grabbed;
     const Touch touch = touch_sphere(lattice, volume, ijk, radius_mm, tissue);
@@ -336,6 +307,9 @@ const TaskArena& ChainMail::arena() const {
 }
 const ChainMailSettings& ChainMail::settings() const {
     return m_impl->settings;
+}
+const Deformation& ChainMail::deformation() const {
+    return m_impl->deformation;
 }
 const Lattice& ChainMail::lattice() const {
     return m_impl->lattice;

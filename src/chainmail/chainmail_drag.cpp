@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The face of dragging: from the tool's offset to steps of the grabbed elements.
+// The public interface of dragging: from the tool's offset to steps of the grabbed elements.
 
 #include <algorithm>
 #include <chrono>
@@ -35,7 +35,7 @@ void ChainMail::Impl::drop_fields() noexcept {
     if (!has_fields) return;
     has_fields = false;
     drag.let_go(lattice);
-    // Whoever remembers bricks by their index must see that some are gone.
+    // Caches of brick indices must detect that bricks were dropped.
     lattice.tick();
 }
 
@@ -43,7 +43,7 @@ Status ChainMail::Impl::pick() {
     drop_fields();
     steps_without_fields.reset();
     if (!can_use_fields()) return Ok{};
-    steps_without_fields = 0;  // where it fails
+    steps_without_fields = 0;  // in case of failure
     take_hold(held);
     has_fields = drag.pick(lattice, grabbed_elements, drag_reach, kernels(),
                            uses_vectors() ? vector_look_at_fields() : plain_look_at_fields(), arena,
@@ -87,11 +87,11 @@ Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double
 
 Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done) {
     if (has_fields && !(can_use_fields() && drag.covers(step))) {
-        // The drag leaves the range of its fields. New ones, from here, hold the step at least.
+        // The drag leaves the range of its fields. The new range must hold at least this step.
         for (int a = 0; a < 3; ++a) drag_reach = std::max(drag_reach, std::abs(step[a]));
         if (const Status status = pick(); !status.ok()) return status.error();
     }
-    // New fields for the second step after relaxation: who relaxes after each has no use for them.
+    // New fields at the second step after relaxation: they are of no use if each step is relaxed.
     if (steps_without_fields && (*steps_without_fields)++ > 0) {
         for (int a = 0; a < 3; ++a) drag_reach = std::max(drag_reach, std::abs(step[a]));
         if (const Status status = pick(); !status.ok()) return status.error();
@@ -109,7 +109,7 @@ Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done)
     PushReport report = report_of_step(
         std::int64_t(held.size()),
         {own.fraction * reached.fraction, by_reached ? reached.limited_by : own.limited_by});
-    // From here on nothing allocates.
+    // No allocations from here on.
     lattice.tick();
     done = fraction_of(tried, reached.fraction);
     complete(report,

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a ChainMail is made of. Each capability has a source file of its own, which defines its
-// members of ChainMail and of this.
+// Implementation of ChainMail. Each capability has its own source file, which defines its members
+// of ChainMail and of this struct.
 
 #pragma once
 
@@ -24,16 +24,16 @@
 
 namespace pliant {
 
-/// Everything of a report but the number of elements that moved. Makes all its allocations.
+/// A complete report but for the number of moved elements. Makes all its allocations.
 PushReport report_of_step(std::int64_t grabbed, StepLimit limit);
-/// Adds the number of elements that moved. Can't fail.
+/// Adds the number of moved elements. Can't fail.
 void complete(PushReport& report, std::int64_t moved) noexcept;
 Error too_large(const ChainMailSettings& settings);
 
 /// @returns InvalidArgument that names the setting
 Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings& settings);
 
-/// Something outside of the lattice that may stop a push before the lattice's own limits do.
+/// An object outside of the lattice that may stop a push before the lattice's own limits do.
 class StepGuard {
   public:
     struct Verdict {
@@ -43,7 +43,7 @@ class StepGuard {
     };
     virtual ~StepGuard() = default;
     /// @param bricks    hold the raises of the whole shift
-    /// @param so_far    what the lattice's own limits allow
+    /// @param so_far    the part that the lattice's own limits allow
     virtual Verdict limit(std::span<const int> bricks, Vec3<Fixed> shift, Verdict so_far) = 0;
 };
 
@@ -58,18 +58,18 @@ struct ChainMail::Impl {
           relaxation(lattice, plastic_rest, a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
-    /// Whether loops are those with vector instructions.
+    /// Whether the loops with vector instructions are used.
     bool uses_vectors() const;
     const SweepKernels& kernels() const;
     class MaterialChange;
     Status set_materials(const ChainMailSettings& changed);
-    /// After displacements came back from elsewhere: links may be outside of their limits again.
-    /// Where it throws nothing has changed.
+    /// Updates the allowance after displacements were restored: links may be outside of their
+    /// limits again. Has no effect if it throws.
     void restore_allowance();
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
-    /// The elements that a push at this place moves.
+    /// Elements that a push at this position moves.
     Result<std::vector<Vec3i>> elements_at(const Push& push) const;
-    /// Makes bricks for them in grabbed_elements. @returns false if all are void
+    /// Creates bricks for the elements and fills grabbed_elements. @returns false if all are void
     bool take_hold(std::span<const Vec3i> elements);
     Vec3d lattice_mm_from_world(Vec3d push_mm) const;
     int max_bricks() const;
@@ -88,12 +88,12 @@ struct ChainMail::Impl {
     Status redo();
     void reset();
     Status save_state(const std::filesystem::path& path) const;
-    /// @returns the state that takes the place of this one
+    /// @returns the state that replaces this one
     Result<std::unique_ptr<Impl>> load_state(const std::filesystem::path& path) const;
 
     class Operation;
     class SuspendedDrag;
-    /// The outermost one that is under way.
+    /// Outermost operation under way.
     Operation* operation = nullptr;
     /// Clears the marks that an interrupted solve left in lattice and memory.
     void abandon_solve() noexcept;
@@ -101,34 +101,35 @@ struct ChainMail::Impl {
     const Volume& volume;
     ChainMailSettings settings;
     Lattice lattice;
+    Deformation deformation{lattice};
     PlasticRest plastic_rest;
     Allowance allowance;  ///< of links that were outside of their limits when these changed
-    bool materials_changed = false;  ///< at some time
-    bool yields;                     ///< some material does
+    bool materials_changed = false;  ///< at any time
+    bool yields;                     ///< whether a material yields
     const TaskArena& arena;
-    // Memory of a push, kept for the next.
+    // Memory of a push, reused by the next.
     SweepWork work;
     std::vector<ElementRef> grabbed_elements;
 
     Result<GrabReport> grab(std::span<const Vec3i> elements, double reach_mm);
     Result<PushReport> drag_to(Vec3d offset_mm);
     Result<PushReport> drag_by(Vec3<Fixed> step, Vec3<Fixed>& done);
-    /// Whether the fields of a pick are of use: not with rounded limits, and not while links are
-    /// outside of their limits, which depend on the present state then.
+    /// Whether the fields of a pick are valid: not with rounded limits, and not while links are
+    /// outside of their limits, which then depend on the present state.
     bool can_use_fields() const;
     Status pick();
     void drop_fields() noexcept;
     void let_go() noexcept;
 
     std::vector<Vec3i> held;           ///< elements of the drag; empty: none
-    Vec3<Fixed> drag_offset{0, 0, 0};  ///< of them since they were grabbed
+    Vec3<Fixed> drag_offset{0, 0, 0};  ///< offset of the held elements since they were grabbed
     Fixed drag_reach = 0;
     bool has_fields = false;
-    /// Steps of the drag since relaxation made the fields useless; none: they were not lost.
+    /// Steps of the drag since relaxation invalidated the fields; empty if they are valid.
     std::optional<int> steps_without_fields;
     Drag drag;
     History history;
-    StepGuard* guard = nullptr;  ///< for the time of a push
+    StepGuard* guard = nullptr;  ///< during a push
     Relaxation relaxation;
     EnergyMemory energy;
 };

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Materials that change while the lattice is deformed: nothing moves, nothing is forgotten.
+// Changes of materials while the lattice is deformed: nothing moves, and history is kept.
 //
-// Displacements count from the rest place as before, so a movement limit can't be eluded by
+// Displacements count from the same rest position as before, so a movement limit can't be evaded by
 // changing materials to and fro. Links and elements outside of their new limits may come back, and
-// not get worse: the solvers take what they have now for their limit.
+// can't get worse: the solvers take their present values as limits.
 
 #include <string>
 #include <utility>
@@ -50,14 +50,15 @@ Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings
     return materials;
 }
 
-/// The other settings: those of before while the change is done, those of after while it's undone.
+/// Holds the other settings: the former ones after the change is done, the changed ones after its
+/// undo.
 class ChainMail::Impl::MaterialChange final : public Exchange {
   public:
     MaterialChange(Impl& impl, ChainMailSettings other) : m_impl(impl), m_other(std::move(other)) {}
-    /// Once they are known, exchange needs no prepare.
+    /// With known materials, exchange needs no prepare.
     void set_materials(MaterialMap materials) { m_materials = std::move(materials); }
     void prepare() override {
-        // The same settings were good before.
+        // The same settings were valid before.
         if (auto materials = make_materials(m_impl.volume, m_other); materials.ok())
             m_materials = std::move(*materials);
     }
@@ -72,7 +73,7 @@ class ChainMail::Impl::MaterialChange final : public Exchange {
   private:
     Impl& m_impl;
     ChainMailSettings m_other;
-    std::optional<MaterialMap> m_materials;  ///< the other ones, from prepare to finish
+    std::optional<MaterialMap> m_materials;  ///< of the other settings, from prepare to finish
 };
 
 Status ChainMail::Impl::set_materials(const ChainMailSettings& changed) {

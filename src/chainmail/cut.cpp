@@ -10,11 +10,11 @@
 #include <string>
 #include <tuple>
 
-#include "chainmail/cell_block.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/cut_search.h"
 #include "chainmail/operation.h"
 #include "core/errors.h"
+#include "field/cell_block.h"
 
 namespace pliant {
 namespace {
@@ -22,10 +22,10 @@ namespace {
 __extension__ typedef __int128 Int128;
 using Wide = Vec3<Int128>;
 
-/// Points of a ribbon are at most this far from the scan's origin [mm]: 2³⁷ units, so that a volume
+/// Largest distance of a ribbon's points from the scan's origin [mm]: 2³⁷ units, so that a volume
 /// of differences stays below 2¹²⁰.
 constexpr double kFarthestMm = 1e5;
-/// Of a sum of three products of numbers that were rounded to doubles, relative to their sizes.
+/// Relative error of a sum of three products of numbers that were rounded to doubles.
 constexpr double kSideError = 0x1p-48;
 
 Wide wide(Place p) {
@@ -36,7 +36,7 @@ int sign_of(Int128 value) {
     return (value > 0) - (value < 0);
 }
 
-/// The sign of d + v·n for the infinitely small v = (ε, ε², ε³).
+/// Sign of d + v·n for the infinitely small v = (ε, ε², ε³).
 int perturbed_sign(Int128 d, const Wide& n) {
     if (d != 0) return sign_of(d);
     for (int a = 0; a < 3; ++a)
@@ -51,7 +51,7 @@ struct Plane {
     explicit Plane(const Triangle& t)
         : through(t[0]), normal(cross(wide(t[1] - t[0]), wide(t[2] - t[0]))) {}
     bool is_flat() const { return normal == Wide{0, 0, 0}; }
-    /// +1 or −1: on which side of the moved plane p lies. @pre !is_flat()
+    /// Side of the moved plane on which p lies: +1 or −1. @pre !is_flat()
     int side(Place p) const {
         const Place away = p - through;
         double sum = 0, size = 0;
@@ -65,7 +65,7 @@ struct Plane {
     }
 };
 
-/// On which side of the moved edge from a to b the line from p to q passes.
+/// Side of the moved edge from a to b on which the line from p to q passes.
 int edge_side(Place a, Place b, Place p, Place q) {
     const Wide along = wide(q - p), edge = wide(b - a);
     return perturbed_sign(dot(along, cross(wide(a - p), wide(b - p))), cross(edge, along));
@@ -77,7 +77,8 @@ bool passes_inside(const Triangle& t, Place p, Place q) {
     return edge_side(t[1], t[2], p, q) == first && edge_side(t[2], t[0], p, q) == first;
 }
 
-/// The blade's work in one brick: places of its elements and of the next layer on the high sides.
+/// Cuts the links of one brick: holds positions of its elements and of the next layer on the high
+/// sides.
 class BrickCutter {
   public:
     BrickCutter(const Lattice& lattice, Vec3i coord) : m_lattice(lattice) {
@@ -135,13 +136,13 @@ class BrickCutter {
     std::int64_t m_count = 0;
 };
 
-/// A brick and a triangle that may cross one of its links.
+/// A brick, and a triangle that may cross one of its links.
 struct Candidate {
     Vec3i coord;
     int triangle;
 };
 
-/// Whether the plane passes through the box, or may do so by a rounding error.
+/// Whether the plane passes through the box, or can do so by a rounding error.
 bool passes_through(const Plane& plane, const PlaceBox& box) {
     double nearest = 0, size = 0;
     for (int a = 0; a < 3; ++a) {
@@ -163,7 +164,7 @@ PlaceBox box_of(const Triangle& t) {
     return box;
 }
 
-/// Sorted by brick. @returns false where there are too many to look at
+/// Candidates, sorted by brick. @returns false if there are too many elements to examine
 bool find_candidates(const Lattice& lattice, std::span<const Triangle> ribbon,
                      std::int64_t max_elements, std::vector<Candidate>& candidates) {
     const BrickSearch search(lattice);
@@ -242,7 +243,7 @@ Result<std::int64_t> cut_links(Lattice& lattice, std::span<const Triangle> ribbo
         return about("cut", ErrorCode::LimitExceeded,
                      "the blade passes through more than " + std::to_string(max_elements) +
                          " elements, expected a smaller one or a larger [lattice] max_elements");
-    std::vector<std::size_t> starts;  // of each brick's candidates
+    std::vector<std::size_t> starts;  // start of each brick's candidates
     for (std::size_t n = 0; n < candidates.size(); ++n)
         if (n == 0 || candidates[n].coord != candidates[n - 1].coord) starts.push_back(n);
     starts.push_back(candidates.size());

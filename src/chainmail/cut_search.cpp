@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chainmail/cell_block.h"
+#include "field/cell_block.h"
 
 namespace pliant {
 
@@ -25,7 +25,7 @@ BrickSearch::Range BrickSearch::bricks_near(const PlaceBox& box) const {
     Vec3i low{}, high{};
     for (int a = 0; a < 3; ++a) {
         const double spacing = grid.spacing_mm[a] * kUnitsPerMm;
-        // One element more on each side: links that start below, and rounding.
+        // One extra element on each side, for links that start below, and for rounding.
         low[a] = int(std::floor(double(box.low[a] - m_highest[a]) / spacing)) - 1;
         high[a] = int(std::ceil(double(box.high[a] - m_lowest[a]) / spacing)) + 1;
         if (m_lattice.is_bounded()) {

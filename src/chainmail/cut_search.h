@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which bricks can have elements in a box of the deformed space: those whose rest place is no
-// farther from the box than anything has moved, looked at one by one with their own bounds.
+// Search of the bricks that can have elements in a box of the deformed space: the distance of their
+// rest position from the box is at most the largest displacement. Each is then tested with its own
+// bounds.
 
 #pragma once
 
@@ -12,23 +13,23 @@
 
 namespace pliant {
 
-/// Closed box of places.
+/// Closed box of positions.
 struct PlaceBox {
     Place low, high;
 };
 
 class BrickSearch {
   public:
-    /// Looks at the displacements now.
+    /// Takes the bounds of the present displacements.
     explicit BrickSearch(const Lattice& lattice);
 
-    /// How many bricks for_each_brick looks at.
+    /// Number of bricks that for_each_brick examines.
     std::int64_t brick_count(const PlaceBox& box) const;
     /// Visits the bricks that have a part in the box: an element or a link that starts in them.
-    /// @param visit     coordinate, and bounds of all places of the brick's elements and the next
-    ///                  layer on the high sides
-    /// @param may_meet  says of wider bounds, found without looking at displacements, whether the
-    ///                  brick is of interest at all; empty: all are
+    /// @param visit     coordinate, and bounds of all positions of the brick's elements and the
+    ///                  next layer on the high sides
+    /// @param may_meet  tests wider bounds, found without reading displacements; false skips the
+    ///                  brick; empty: no brick is skipped
     void for_each_brick(const PlaceBox& box,
                         const std::function<void(Vec3i, const PlaceBox&)>& visit,
                         const std::function<bool(const PlaceBox&)>& may_meet = {}) const;

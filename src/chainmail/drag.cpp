@@ -12,9 +12,9 @@ namespace pliant {
 namespace {
 
 constexpr std::int64_t kBricksPerTask = 32;
-/// Elements whose displacements, 6 MiB, the caches may still hold when they are read again.
+/// Number of elements whose displacements, 6 MiB, the caches can hold until they are read again.
 constexpr std::size_t kCachedElements = 1 << 19;
-/// In FieldBrick::highest: below all that a field may hold.
+/// In FieldBrick::highest: below all values of a field.
 constexpr Fixed kNotReached = INT32_MIN;
 
 Fixed sign_of(Fixed step) {
@@ -32,8 +32,8 @@ void DragTurns::remove(std::size_t at) {
 void DragTurns::add(DragTurn turn) {
     if (m_is_lost) return;
     if (m_count > 0 && m_turns[m_count - 1].sign == turn.sign) --m_count;
-    // Farther than the last turn in this direction: then that one doesn't matter any more, nor the
-    // one after it if the other direction has one that went farther, before.
+    // Farther than the last turn in this direction: that one no longer matters, nor the one after
+    // it if an earlier turn in the other direction went farther.
     while (m_count >= 2 && m_turns[m_count - 2].left >= turn.left) {
         remove(m_count - 2);
         if (m_count >= 2) --m_count;
@@ -74,7 +74,7 @@ void Drag::look_at_bricks(Lattice& lattice, LookAtBrick look, const TaskArena& a
         std::int64_t reached = 0;
         for (auto k = std::size_t(begin); k < std::size_t(end); ++k) {
             FieldBrick& field = m_bricks[k];
-            // Everybody else may read the displacements of every brick that is there.
+            // All other code may read the displacements of every existing brick.
             Brick& brick = *field.brick;
             if (brick.is_unplaced) lattice.place_at_rest(brick);
             field.least_movement = brick.least_movement;
@@ -218,7 +218,7 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
     std::array<DraggedComponent, 3> components;
     std::array<int, 3> axes;
     std::size_t count = 0;
-    // What the caches hold is read sooner than found from the turns.
+    // A read from the caches is faster than an evaluation of the turns.
     const auto elements = std::size_t(lattice.elements_per_brick());
     bool known = field.was_at_rest && m_bricks.size() * elements > kCachedElements;
     for (int a = 0; a < 3; ++a) {

@@ -15,11 +15,11 @@ namespace pliant {
 namespace {
 
 constexpr unsigned kAllFields = (1u << kDirections) - 1;
-/// A brick's first arrays are its own; the others come three at a time.
+/// A brick's first arrays are its own; the others are allocated three at a time.
 constexpr std::size_t kOwnArrays = 3, kMoreArrays = kDirections - kOwnArrays;
 constexpr std::size_t kBricksPerSlab = 64;
-/// Fields that all directions share start at the lowest floor of all. Beyond this reach and
-/// displacement together, what a frame makes of it may not fit into Fixed, and none is shared.
+/// Fields that all directions share start at the lowest of all floors. If reach and displacement
+/// together exceed this, a frame's results may not fit into Fixed, and no array is shared.
 constexpr double kMostSharedMm = 750;
 
 using News = std::array<std::uint8_t, 6>;
@@ -93,7 +93,7 @@ class DragFields::Solver {
         return alike;
     }
 
-    /// The lowest floor of a brick's elements.
+    /// Lowest floor of a brick's elements.
     Fixed floor_of(const Brick& brick, std::size_t d) const {
         const auto a = int(d / 2);
         return (m_pushes[d].sign > 0 ? brick.u_min[a] : -brick.u_max[a]) - m_fields.m_ahead[d];
@@ -125,7 +125,7 @@ class DragFields::Solver {
             fields.of[d] = more + (d - kOwnArrays) * (m_fields.m_array_bytes / sizeof(Fixed));
     }
 
-    /// Goes on with each field by itself.
+    /// Continues with each field separately.
     void split(const Brick& brick, BrickFields& fields) {
         take_arrays(brick, fields);
         for (std::size_t d = 1; d < kDirections; ++d)
@@ -133,7 +133,7 @@ class DragFields::Solver {
         fields.shared = false;
     }
 
-    /// As for a push: in one material at rest nothing has to be searched for.
+    /// As for a push: one material at rest needs no search.
     void pass_through_uniform(const TaskArena& arena, int max_bricks) {
         for (const int index : m_work.touched) {
             if (!of(index).shared) return;
@@ -180,8 +180,9 @@ class DragFields::Solver {
 
     std::uint32_t all_slices() const { return ~std::uint32_t(0) >> (32 - m_lattice.brick_size()); }
 
-    /// First what comes from others with one field for all, then what comes from the rest, as long
-    /// as that is alike. Else the brick is split. @returns the fields that rose before
+    /// Takes offers from bricks with one field for all first, then the other offers, as long as
+    /// these are equal for all fields. Otherwise the brick is split. @returns the fields that rose
+    /// before
     unsigned raise_shared(Brick& brick, BrickFields& fields, const News& news, bool own_news,
                           VisitLags& lags) {
         Fixed* v = fields.of[0];
@@ -199,7 +200,7 @@ class DragFields::Solver {
             else
                 split(brick, fields);
         }
-        // Also where it was split: the rest starts from a fixed point then.
+        // Also after a split: the rest then starts from a fixed point.
         if (!fields.shared && dirty != 0)
             for (std::size_t d = 1; d < kDirections; ++d)
                 relax(brick, fields.of[d], d, dirty, floor, lags);
@@ -212,7 +213,7 @@ class DragFields::Solver {
         return index >= 0 && of(index).shared;
     }
 
-    /// Whether what the neighbour asks of the elements on a side is the same in all fields.
+    /// Whether the neighbour's offers to the elements on a side are the same in all fields.
     bool is_offered_alike(const Brick& brick, const Fixed* v, int side, VisitLags& lags) {
         constexpr auto kMostOnFace = std::size_t(kMaxBrickSize * kMaxBrickSize);
         alignas(64) std::array<Fixed, kMostOnFace> own, theirs, first;
@@ -248,7 +249,7 @@ class DragFields::Solver {
                               lags.behind_neighbour(side, m_pushes[d]));
     }
 
-    /// @returns whether there was something to do
+    /// @returns whether anything was to be done
     bool relax(const Brick& brick, Fixed* v, std::size_t d, std::uint32_t dirty, Fixed floor,
                VisitLags& lags) const {
         if (dirty == 0) return false;
@@ -257,14 +258,14 @@ class DragFields::Solver {
             m_kernels.relax(v, size, lags.inside(m_pushes[d]), dirty);
             return true;
         }
-        // Links at the border don't bind, unlike the others. But ways inside a box never need to
-        // leave it, and nothing comes in from beyond, where all are at the floor.
+        // Links at the border don't bind, unlike the others. But a shortest path inside a box never
+        // has to leave it, and nothing enters from beyond, where all elements are at the floor.
         m_kernels.relax_uniform(v, size, lags.uniform(m_pushes[d]), dirty);
         if (brick.traits & kPartlyBeyond) m_lattice.set_beyond(brick, v, floor);
         return true;
     }
 
-    /// What a brick with one field for all asks of the elements behind a side.
+    /// Offers the raise of a brick with one field for all to the elements behind a side.
     void offer_shared(const Brick& brick, const BrickFields& fields, int side, VisitLags& lags,
                       Wakes& wakes) {
         const int index = brick.neighbours[std::size_t(side)];
@@ -289,7 +290,7 @@ class DragFields::Solver {
         if (!there && m_lattice.is_beyond_border(coord_behind(brick, side))) return;
         for (std::size_t d = 0; d < kDirections; ++d) {
             if (!(risen >> d & 1)) continue;
-            // Of a brick whose materials are not known yet, its floor is enough for a bound.
+            // For a brick with unknown materials, its floor suffices for a bound.
             const Fixed* lag = is_known ? lags.behind_face(side, m_pushes[d])
                                         : lags.behind_face_at_least(side, m_pushes[d]);
             const Fixed floor = there ? floor_of(*there, d) : -m_fields.m_ahead[d];
@@ -310,7 +311,7 @@ class DragFields::Solver {
     Fixed m_reach;
     std::array<ComponentPush, kDirections> m_pushes;
     bool m_at_rest = false;    ///< the bricks of the grabbed elements
-    bool m_may_share = false;  ///< one array for all fields of a brick
+    bool m_may_share = false;  ///< one array for all fields of a brick is allowed
     bool m_stretch_is_shear = false;
 };
 

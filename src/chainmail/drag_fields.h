@@ -1,24 +1,25 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The fields of a pick: for each component and direction how much of the reach is left when it
-// arrives at an element, wherever elements are now. They depend on links, materials and the grabbed
+// The fields of a pick: for each component and direction, the remainder of the reach at each
+// element, independent of present positions. They depend on links, materials and the grabbed
 // elements alone:
 //
 //   v_d(j) = max over grabbed s of ( start_d(s) − (lags on the shortest way from s to j) )
 //
-// where start_d is the reach for the grabbed element that is farthest along d, and less for one
-// that is behind it. An element is raised to v_d + ahead_d, where ahead_d is where the farthest one
-// is; that matters only above its own place, so v_d is of no interest at or below its *floor*,
+// where start_d is the reach for the grabbed element that is farthest along d, and less for an
+// element behind it. An element is raised to v_d + ahead_d, where ahead_d is the position of the
+// farthest element. Only raises above the element's own position matter. So v_d is exact only above
+// its *floor*
 //
 //   floor_d(j) = sign·u(j) − ahead_d
 //
-// and is only known to be no higher then. A raise that is not above the floor can't become one
-// farther on, because the present places are within the limits.
+// and is elsewhere at most the floor. A raise that is not above the floor can't rise above it
+// farther on, because the present positions are within the limits.
 //
-// Where compress, stretch and shear of all links on the way are alike, so are all six fields. A
-// brick of such materials whose neighbours offer it the same for each has one array for all, the
-// others have six: near air, mostly. Then a visit to most bricks solves for one field instead of
+// Where compress, stretch and shear of all links on the way are equal, all six fields are equal. A
+// brick of such materials to which the neighbours offer equal fields has one array for all; the
+// others have six, mostly near air. Then a visit to most bricks solves for one field instead of
 // six, and a frame of the drag reads one array instead of three.
 
 #pragma once
@@ -51,8 +52,8 @@ using FieldArrays = std::array<Fixed*, kDirections>;
 class DragFields {
   public:
     /// @param reach  [units] > 0  @pre nothing may exceed limits (Lattice::may_exceed_limits)
-    /// @returns false if more than max_bricks would be needed. Either way work.touched are the
-    ///          bricks that there are fields in, or were to be
+    /// @returns false if more than max_bricks would be needed. In both cases work.touched are the
+    ///          bricks with fields
     [[nodiscard]] bool solve(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed reach,
                              const SweepKernels& kernels, const TaskArena& arena, int max_bricks,
                              SweepWork& work);
@@ -70,12 +71,12 @@ class DragFields {
     };
 
     void clear(const Lattice& lattice);
-    /// Memory for `count` arrays, side by side. On any thread.
+    /// Memory for `count` arrays, side by side. Callable from any thread.
     Fixed* take_arrays(std::size_t count);
 
     std::vector<BrickFields> m_bricks;  ///< by brick index
     std::array<Fixed, kDirections> m_ahead{};
-    std::mutex m_mutex;  ///< of the memory
+    std::mutex m_mutex;  ///< guards the memory
     std::vector<AlignedMemory<Fixed>> m_slabs;
     std::size_t m_used = 0, m_array_bytes = 0;
 };

@@ -36,7 +36,7 @@ DraggedBrick move(std::span<DraggedComponent> components, int count, bool /*know
             result.moved += rose;
         }
     }
-    // Those passed over are not below the lowest of before.
+    // Skipped lines are not below the previous lowest.
     for (std::size_t k = 0; k < components.size(); ++k)
         if (!result.has_wide_bounds) components[k].lowest = lowest[k];
     return result;

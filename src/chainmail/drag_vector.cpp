@@ -10,7 +10,7 @@
 
 #include "chainmail/drag_kernel.h"
 
-// Vectors of a size known only at run time can't be kept in arrays.
+// Vectors of a size that is known only at run time can't be kept in arrays.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "chainmail/drag_vector.cpp"
@@ -52,14 +52,14 @@ HWY_INLINE Line load_line(const Fixed* from) {
     return line;
 }
 
-/// One component. One that shrinks is looked at with all bits flipped, which turns it round
-/// (~u = −u − 1), so that it rises as well: min(u, left − raised) = ~max(~u, raised − (left + 1)).
+/// One component. A shrinking one is read with all bits flipped, which reverses its order (~u = −u
+/// − 1), so that it rises as well: min(u, left − raised) = ~max(~u, raised − (left + 1)).
 struct Rise {
     Fixed* u;
     const Fixed* raised;
     const Fixed *next_u, *next_raised;
     V left, flip, lowest;
-    V low;  ///< of all that was looked at, flipped
+    V low;  ///< over all lines read, flipped
 
     HWY_INLINE explicit Rise(const DraggedComponent& c)
         : u(c.u),
@@ -72,7 +72,7 @@ struct Rise {
           low(hn::Set(D(), INT32_MAX)) {}
 };
 
-/// Moves a line. @returns how many elements moved; −1: it was passed over
+/// Moves a line. @returns the number of moved elements; −1 if it was skipped
 template <bool kOneField, std::size_t kCount>
 HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
     for (std::size_t c = 0; c < kCount; ++c) {
@@ -89,8 +89,8 @@ HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
             may = hn::Or(may, hn::Gt(part, rises[c].lowest));
         }
     if (hn::AllFalse(D(), may)) return -1;
-    // All are read before any is written: arrays of other components may lie 4 KiB apart, and
-    // processors take a read for one of what was just written there.
+    // All reads come before any write: arrays of other components may lie 4 KiB apart, and
+    // processors then mistake a read for one of the data just written.
     Line before[kCount];
     for (std::size_t c = 0; c < kCount; ++c) before[c] = load_line(rises[c].u + n);
     int moved = 0;
@@ -109,7 +109,7 @@ HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
     return moved;
 }
 
-/// Likewise, where what u is follows from the turns.
+/// Likewise, with u from the turns.
 template <std::size_t kCount>
 HWY_INLINE int move_known_line(std::array<Rise, kCount>& rises,
                                std::span<const DraggedComponent> components, int n) {
@@ -156,7 +156,7 @@ DraggedBrick move_all(std::array<Rise, kCount> rises, std::span<DraggedComponent
         result.has_wide_bounds |= moved < 0;
         result.moved += moved < 0 ? 0 : moved;
     }
-    // Those passed over are not below the lowest of before.
+    // Skipped lines are not below the previous lowest.
     if (result.has_wide_bounds) return result;
     for (std::size_t c = 0; c < kCount; ++c)
         components[c].lowest =
@@ -178,7 +178,7 @@ DraggedBrick move(std::span<DraggedComponent> c, int count, bool known) {
     return known ? move_some<true>(c, count) : move_some<false>(c, count);
 }
 
-/// All fields are one, and the brick is at rest.
+/// For one array for all fields, and a brick at rest.
 LookAtFields look_at_one(const FieldsOfBrick& fields, int count) {
     const D d;
     const V above = hn::Set(d, -*std::max_element(fields.ahead.begin(), fields.ahead.end()));

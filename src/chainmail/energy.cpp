@@ -49,8 +49,8 @@ Energy energy_of_link(const ElasticBrick& low, std::size_t n, const ElasticBrick
     return sum;
 }
 
-/// Of the links inside a brick, those to the bricks above it, and those to bricks below that are
-/// not there themselves.
+/// Energy of the links inside a brick, of those to the bricks above it, and of those to missing
+/// bricks below it.
 Energy energy_of_brick(const Lattice& lattice, const PlasticRest& rest, const Brick& brick,
                        const BrickLinks& links) {
     static thread_local ElasticBrick own, above, below;
@@ -88,7 +88,7 @@ Energy energy_of_brick(const Lattice& lattice, const PlasticRest& rest, const Br
     return sum;
 }
 
-/// Σ of share(brick index, maker) over all bricks: whole numbers, so in any order.
+/// Σ of share(brick index, maker) over all bricks, in whole numbers: exact in any order.
 template <class Share>
 Energy sum_over_bricks(const Lattice& lattice, const TaskArena& arena, const Share& share) {
     const std::vector<int> bricks = lattice.resident_bricks();

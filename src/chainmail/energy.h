@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The elastic energy, exactly: Σ over links of weight_ij · |e_j − e_i|², e = displacement −
-// imprint, in whole numbers. Relaxation never lets it rise; a sum of doubles could not show that.
+// Exact elastic energy: Σ over links of weight_ij · |e_j − e_i|², e = displacement − imprint, in
+// whole numbers. Relaxation never increases it; a sum of doubles could not prove that.
 
 #pragma once
 
@@ -22,14 +22,14 @@ __extension__ using Energy = unsigned __int128;
 
 Energy elastic_energy(const Lattice& lattice, const PlasticRest& rest, const TaskArena& arena);
 
-/// The same number, of a lattice that is asked again and again: bricks of which neither they nor
-/// their neighbours changed keep their share.
+/// The same number, for repeated queries of a lattice: a brick keeps its share if neither it nor
+/// its neighbours changed.
 class EnergyMemory {
   public:
     Energy of(const Lattice& lattice, const PlasticRest& rest, const TaskArena& arena);
 
   private:
-    /// When a brick and its six neighbours last changed, plus one; 0: not there.
+    /// Last changes of a brick and of its six neighbours, plus one; 0: no brick.
     using Stamps = std::array<std::uint64_t, 7>;
     struct Share {
         Vec3i coord{0, 0, 0};

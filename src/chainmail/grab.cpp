@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 
-#include "chainmail/cell_block.h"
 #include "chainmail/near_cells.h"
-#include "chainmail/tetrahedra.h"
+#include "field/cell_block.h"
+#include "field/tetrahedra.h"
 
 namespace pliant {
 namespace {
@@ -51,7 +51,7 @@ bool holds(const Lattice& lattice, Vec3i coord, Vec3d point, Vec3d scale) {
     return true;
 }
 
-/// In the deformed lattice.
+/// A ball in the deformed lattice.
 struct Ball {
     Vec3d centre;  ///< continuous voxel index
     double radius_mm;
@@ -73,7 +73,7 @@ struct Ball {
         return norm(nearest) <= radius_mm;
     }
 
-    /// Those elements of a brick and a box that are in it.
+    /// Visits the elements of a brick and a box that are in it.
     template <class Visit>
     void visit(Vec3i first, int size, const Brick* brick, const Box3i& box,
                const Visit& visit) const {
@@ -110,8 +110,8 @@ std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point)
     const Vec3i high = lattice.brick_of(rest_cell + reach);
     const Vec3d scale = voxels_per_unit(lattice.grid());
     CellBlock block;
-    // Where the lattice is folded several cells may hold the point: one that doesn't depend on the
-    // bricks is taken.
+    // In a folded lattice several cells can hold the point: the choice must not depend on the
+    // bricks.
     std::optional<Vec3i> lowest;
     for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which elements a tool takes hold of, in the deformed lattice.
+// Choice of the elements that a tool grabs, in the deformed lattice.
 
 #pragma once
 
@@ -17,10 +17,10 @@ namespace pliant {
 
 /// The eight corners of the cell whose deformed hexahedron holds the point (the multi-move of
 /// [Draeger2005, 3.5.3]). @param point  continuous voxel index
-/// @returns nothing if no cell holds it (only in a folded lattice)
+/// @returns nothing if no cell holds the point (only in a folded lattice)
 std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point);
 
-/// All tissue elements of the scan within the radius of the centre now.
+/// All tissue elements of the scan whose present position is within the radius of the centre.
 std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radius_mm,
                                const TissueValues& tissue);
 

@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-/// Longest limit of a whole link: two halves, and never binding.
+/// Largest limit of a whole link: two halves, and never binding.
 constexpr Fixed kMaxLimit = 2 * kMaxHalfLimit;
 
 Fixed whole_limit_units(double mm) {
@@ -176,7 +176,7 @@ LinkState check_links(const ChainGraph& graph, std::span<const Vec3d> displaceme
     LinkState state;
     for (std::int32_t i = 0; i < graph.element_count(); ++i)
         for (const ChainNeighbour& link : graph.neighbours(i)) {
-            if (link.element < i) continue;  // each link from one end
+            if (link.element < i) continue;  // each link is visited from one end
             const Vec3d difference =
                 displacement_mm[std::size_t(link.element)] - displacement_mm[std::size_t(i)];
             double worst = 0;

@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-/// One of each pair of opposite directions: the one that leads to a larger element number.
+/// Steps to the larger element number: one for each pair of opposite directions.
 std::vector<Vec3i> forward_steps(Neighbours neighbours) {
     const int longest = neighbours == Neighbours::Faces   ? 1
                         : neighbours == Neighbours::Edges ? 2
@@ -77,7 +77,7 @@ Result<ChainGraph> graph_of_lattice(const ChainLattice& lattice, Neighbours neig
     const Grid grid{.size = lattice.size};
     const Vec3d h = lattice.spacing_mm;
     const std::vector<Vec3i> steps = forward_steps(neighbours);
-    // Offsets are products, not differences of places, so that equal links have equal limits.
+    // Offsets are products, not differences of positions, so that equal links have equal limits.
     std::vector<HalfLink> halves;  // [material][step]
     for (const ElementLimits& limits : lattice.materials)
         for (const Vec3i step : steps)

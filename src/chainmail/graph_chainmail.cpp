@@ -42,7 +42,7 @@ struct GraphChainMail::Impl {
     const ChainGraph& graph;
     std::array<std::vector<Fixed>, 3> u;  ///< [component][element]
     std::array<GraphRaise, 3> raises;
-    std::vector<std::int32_t> touched;  ///< by any component
+    std::vector<std::int32_t> touched;  ///< moved by any component
     std::vector<std::uint8_t> seen;     ///< [element], all 0 between pushes
 };
 
@@ -81,7 +81,7 @@ std::int64_t GraphChainMail::Impl::apply(Vec3<Fixed> shift, Vec3<Fixed> done) {
 
 PushReport GraphChainMail::Impl::push(std::span<const std::int32_t> grabbed, Vec3<Fixed> shift,
                                       const TaskArena& arena) {
-    // As in ChainMail's own push, so that both give the same bits.
+    // As in ChainMail's own push, for equal bits.
     StepLimit own;
     const Vec3<Fixed> full{std::abs(shift.x), std::abs(shift.y), std::abs(shift.z)};
     for (const std::int32_t e : grabbed) tighten(own, limit_of(e, full, shift));

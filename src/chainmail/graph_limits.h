@@ -1,18 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What an element contributes to the limits of a link: half of what it would allow by itself,
-// rounded towards tighter, so that limit = half of one end + half of the other, as in material.h.
+// Contribution of an element to the limits of a link: half of the limit of a link between two such
+// elements, rounded towards tighter. So limit = half of one end + half of the other, as in
+// material.h.
 
 #pragma once
 
 #include <pliant/chainmail_graph.h>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 
 namespace pliant {
 
-/// −low ≤ u(j) − u(i) ≤ high, one end's share [fixed-point units], both ≥ 0.
+/// −low ≤ u(j) − u(i) ≤ high, the share of one end [fixed-point units], both ≥ 0.
 struct HalfLink {
     Vec3<Fixed> low, high;
 };

@@ -9,7 +9,8 @@
 namespace pliant {
 namespace {
 
-/// Classes of the raise; more make fewer elements go twice, and cost more to step through.
+/// Number of buckets, log₂: more buckets visit fewer elements twice, and take longer to step
+/// through.
 constexpr int kBucketBits = 10;
 
 }  // namespace
@@ -40,7 +41,7 @@ void GraphRaise::spread(std::int32_t element, std::span<const Fixed> u, const Co
                         Take&& take) {
     const auto e = std::size_t(element);
     const Fixed raise = m_raise[e];
-    if (raise == m_spread[e]) return;  // outdated: its neighbours know already
+    if (raise == m_spread[e]) return;  // outdated: its neighbours have received it already
     m_spread[e] = raise;
     for (const ChainNeighbour& link : m_graph.neighbours(element)) {
         const std::int64_t ahead = std::int64_t(u[std::size_t(link.element)]) - u[e];

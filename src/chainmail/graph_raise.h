@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The raise of propagation.h, on a graph: raise(j) is the largest of raise(i) − slack(i, j), where
-// slack(i, j) ≥ 0 is how much further i may go before it takes j along.
+// The raise of propagation.h, on a graph: raise(j) is the maximum of raise(i) − slack(i, j), where
+// slack(i, j) ≥ 0 is the distance that i can still move before it takes j along.
 
 #pragma once
 
@@ -11,23 +11,23 @@
 #include <span>
 #include <vector>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 #include "chainmail/propagation.h"
 
 namespace pliant {
 
-/// One component's solve; kept between pushes, so that only what is touched costs.
+/// Solver of one component; kept between pushes, so that cost depends on touched elements only.
 class GraphRaise {
   public:
     GraphRaise(const ChainGraph& graph, GraphQueue queue);
 
-    /// @param u  of the push's axis, [element]
+    /// @param u  [element], along the push's axis
     void propagate(std::span<const Fixed> u, std::span<const std::int32_t> grabbed,
                    const ComponentPush& push);
     Fixed raise(std::int32_t element) const { return m_raise[std::size_t(element)]; }
     /// Elements with a raise above 0, each once.
     std::span<const std::int32_t> touched() const { return m_touched; }
-    /// Ends the solve: all raises are 0 again.
+    /// Ends the solve: resets all raises to 0.
     void clear();
 
   private:
@@ -37,10 +37,10 @@ class GraphRaise {
         friend bool operator<(const Candidate& a, const Candidate& b) { return a.raise < b.raise; }
     };
 
-    /// Raises the element if that is more than before. @returns whether it is
+    /// Raises the element if that is higher. @returns whether it is
     bool offer(std::int32_t element, Fixed raise);
-    /// Offers to each neighbour what element's raise leaves over; calls take(neighbour) if
-    /// accepted.
+    /// Offers the remainder of an element's raise to each neighbour; calls take(neighbour) if it
+    /// was accepted.
     template <class Take>
     void spread(std::int32_t element, std::span<const Fixed> u, const ComponentPush& push,
                 Take&& take);
@@ -51,7 +51,7 @@ class GraphRaise {
     const ChainGraph& m_graph;
     GraphQueue m_queue;
     std::vector<Fixed> m_raise;   ///< [element]
-    std::vector<Fixed> m_spread;  ///< [element] the raise that its neighbours know of
+    std::vector<Fixed> m_spread;  ///< [element]: the raise that its neighbours have received
     std::vector<std::int32_t> m_touched;
     std::vector<Candidate> m_heap;
     std::vector<std::vector<std::int32_t>> m_buckets;

@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-/// Names up to this length are not cut where memory is short.
+/// Names up to this length are not truncated when memory is short.
 constexpr std::size_t kUsualName = 47;
 
 }  // namespace
@@ -38,7 +38,7 @@ void History::start_copies() noexcept {
     observe(true);
 }
 
-/// Memory for the next step and its name.
+/// Allocates the next step and its name.
 void History::make_node() {
     if (m_node.empty()) m_node.emplace_back();
     m_node.front().name.reserve(kUsualName);
@@ -52,11 +52,11 @@ void History::begin_in_node() noexcept {
 
 void History::begin(const std::string& name) {
     if (m_depth == 0 && keeps_steps()) {
-        // What could not be packed when it ended, and is the last that happened.
+        // The last step, if it could not be packed at its end.
         if (!has_aside() && !m_undo.empty() && !m_undo.back().is_packed) {
             try {
                 pack_copies(m_undo.back());
-            } catch (const std::bad_alloc&) {  // then it waits for the next time
+            } catch (const std::bad_alloc&) {  // the next call tries again
             }
         }
         make_node();
@@ -136,7 +136,7 @@ void History::close_safeguard() noexcept {
     const bool goes_on = !m_open.empty() && !m_is_given_up;
     observe(goes_on);
     if (goes_on) {
-        // What has no copy in the step yet, had not changed before. There is room (before_move).
+        // Data without a copy in the step had not changed before. Memory is reserved (before_move).
         while (!inner.moves.empty()) {
             auto node = inner.moves.extract(inner.moves.begin());
             const int index = m_lattice.find_brick(node.key());
@@ -176,7 +176,7 @@ void History::reopen() noexcept {
     step.edits.clear();
     m_open.splice(m_open.end(), m_aside);
     m_copies = std::exchange(m_aside_copies, {});
-    // Copies of unchanged bricks may be gone: they are taken again.
+    // Copies of unchanged bricks may have been dropped: they are taken again.
     m_copies.step = ++m_last_step;
     observe(true);
 }
@@ -223,13 +223,13 @@ int History::keep(Steps& step, Copies& copies) noexcept {
         ++forgotten;
     }
     try {
-        make_node();  // so that the next step begins even where memory is short
+        make_node();  // so that the next step can begin when memory is short
     } catch (const std::bad_alloc&) {
     }
     return forgotten;
 }
 
-/// Forgets steps, but not the memory of one of them.
+/// Forgets steps, but keeps the memory of one of them.
 void History::retire(Steps& steps) noexcept {
     if (m_node.empty() && !steps.empty()) {
         m_node.splice(m_node.end(), steps, steps.begin());

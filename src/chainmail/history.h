@@ -1,26 +1,25 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Undo and redo of every change of a lattice, and rollback of a change that failed.
+// Undo and redo of every change of a lattice, and rollback of a failed change.
 //
 //   begin(name) → the lattice tells of each brick before it changes → end(), or cancel()
 //
-// While a step is open, a brick that is about to move is copied once: 12 bytes an element, and
-// nothing at all for bricks that were at rest. When the step ends, the copies are compared with
-// what the bricks have become, and the differences are kept, made small (history_codec.h). A
-// difference leads back and forth, so a step is kept once for undo and redo. A step that changed
-// nothing is no step.
+// While a step is open, a brick is copied once before it moves: 12 bytes per element, and nothing
+// for bricks at rest. When the step ends, the copies are compared with the present bricks, and the
+// differences are stored, compressed (history_codec.h). A difference leads back and forth, so a
+// step is stored once for undo and redo. A step without changes is dropped.
 //
-// Whoever writes displacements calls Lattice::before_move first, at the latest when it is the only
-// thread that writes the brick; edits and imprints tell by themselves.
+// Code that writes displacements calls Lattice::before_move first, at the latest when it is the
+// only thread that writes the brick; edits and imprints notify by themselves.
 //
-// Ending a step never fails: where there is no memory for the differences, the copies themselves
-// are kept until there is. Cancelling one doesn't fail either, for the copies have all that it
-// needs. Part of a step can be cancelled by itself if a *safeguard* was opened before it:
+// Ending a step never fails: without memory for the differences, the copies themselves are kept
+// until there is memory. Cancelling a step doesn't fail either, since the copies have all of its
+// data. A part of a step can be cancelled alone if a *safeguard* was opened before it:
 //
 //     begin ── changes ── open_safeguard ── changes ── close_safeguard ── … ── end
-//              copies of the step           copies of   added to the step's, where
-//                                           its own     these have none
+//              copies of the step           own copies   added to the step's for bricks
+//                                                        without a copy there
 //
 // A safeguard also works where no steps are kept.
 
@@ -42,14 +41,14 @@
 
 namespace pliant {
 
-/// Something beside the lattice and its imprints that a step changed (settings, materials):
-/// exchanged with the values it replaced on undo, and again on redo.
+/// A change outside of the lattice and its imprints (settings, materials): exchanged with the
+/// replaced values on undo, and again on redo.
 class Exchange {
   public:
     virtual ~Exchange() = default;
-    /// Allocates the memory of exchange. Only this may fail, and then changes nothing.
+    /// Allocates the memory of exchange. Only this may fail; it has no effect then.
     virtual void prepare() {}
-    /// May be repeated to take it back.
+    /// A second call reverts it.
     virtual void exchange() noexcept = 0;
     /// Frees the memory of prepare.
     virtual void finish() noexcept {}
@@ -58,62 +57,62 @@ class Exchange {
 
 class History final : public LatticeObserver {
   public:
-    /// @param max_steps  0: keeps nothing, and costs nothing
-    /// @param max_bytes  of all that is kept; the oldest steps go first
+    /// @param max_steps  0: keeps nothing, at no cost
+    /// @param max_bytes  of all steps together; the oldest are forgotten first
     History(Lattice& lattice, PlasticRest& rest, const TaskArena& arena, int max_steps,
             std::size_t max_bytes);
     ~History() override;
     History(const History&) = delete;
     History& operator=(const History&) = delete;
 
-    /// Steps that begin inside of another belong to it. Where it throws none has begun.
+    /// Begins a step; steps inside of another one belong to it. Has no effect if it throws.
     void begin(const std::string& name);
-    /// The same without failing: where memory is short, the name is cut to what fits, and the step
-    /// that is farthest from the present is forgotten for this one.
+    /// Begins a step without failing: if memory is short, the name is truncated, and the step
+    /// farthest from the present is forgotten for this one.
     void begin_anyway(const std::string& name) noexcept;
-    /// @returns how many of the oldest steps were forgotten for this one; −1: this one itself is
-    ///          larger than the bound, so that nothing can be undone
+    /// @returns the number of the oldest steps that were forgotten for this one; −1 if this one
+    ///          itself is larger than the bound, so that nothing can be undone
     int end() noexcept;
-    /// Reverts every change since the outermost step began, and ends it; inside of another it
-    /// just ends. @param made  Lattice::made_count then
+    /// Reverts every change since the outermost step began, and ends it; an inner step is only
+    /// ended.
+    /// @param made  Lattice::made_count at the beginning
     void cancel(std::uint64_t made) noexcept;
-    /// Changes of the open step can't be undone any more, and those before it can't be
-    /// reached: end() forgets all steps. Frees memory.
+    /// Gives up undo of the open step, and of all before it: end() forgets all steps. Frees memory.
     void give_up() noexcept;
 
     bool is_open() const { return m_depth > 0; }
     int depth() const { return m_depth; }
     bool keeps_steps() const { return m_max_steps > 0; }
-    /// Belongs to the open step; has been done already. Can't fail after make_room_for_exchange.
+    /// Adds a finished exchange to the open step. Can't fail after make_room_for_exchange.
     void add(std::unique_ptr<Exchange> exchange);
     void make_room_for_exchange();
 
-    /// From here on changes can be cancelled by themselves.
+    /// Starts a part of the step that can be cancelled alone.
     void open_safeguard() noexcept;
     bool has_safeguard() const { return m_has_safeguard; }
     void close_safeguard() noexcept;
     /// Reverts every change since the safeguard was opened, and closes it.
-    /// @param made  Lattice::made_count then
+    /// @param made  Lattice::made_count at the opening
     void cancel_safeguard(std::uint64_t made) noexcept;
 
-    /// Ends the innermost step on approval: it is open again after reopen(), and ends for good with
-    /// settle(), after a following step has succeeded. Other steps may begin meanwhile.
+    /// Ends the innermost step provisionally: reopen() opens it again, and settle() ends it for
+    /// good, after a following step has succeeded. Other steps may begin meanwhile.
     void set_aside() noexcept;
     void reopen() noexcept;
-    /// @returns as end
+    /// @returns like end
     int settle() noexcept;
 
-    /// Where they throw nothing has changed. A step that is set aside is the first to be undone,
-    /// and settled then. @param then  called when all is in place; if it throws, all is put back
+    /// Undoes a step. Has no effect if it throws. A step that is set aside is undone first, and
+    /// settled then. @param then  called when all changes are made; if it throws, all are reverted
     /// @pre !is_open(), and there is a step
     void undo(const std::function<void()>& then = {});
-    /// @pre likewise, and no step is set aside
+    /// Redoes a step, likewise. @pre also: no step is set aside
     void redo(const std::function<void()>& then = {});
     void clear() noexcept;
 
     int undo_steps() const { return int(m_undo.size()); }
     int redo_steps() const { return int(m_redo.size()); }
-    /// Whether a step is set aside that changed something.
+    /// Whether a step with changes is set aside.
     bool has_aside() const { return !m_aside.empty() && m_aside.front().is_any; }
     std::size_t bytes() const { return m_bytes; }
     const std::string& next_undo_name() const {
@@ -138,12 +137,12 @@ class History final : public LatticeObserver {
     };
     struct Saved {
         std::unique_ptr<Fixed[]> u;  ///< three components; null: at rest
-        bool is_copied = true;       ///< false: memory only, of a brick that has not changed
+        bool is_copied = true;       ///< false: reserved memory of a brick that has not changed
     };
     using CoordMoves = std::unordered_map<Vec3i, Saved, CoordHash>;
-    /// What changed since some time, as it was then.
+    /// Former state of all data that changed since a certain time.
     struct Copies {
-        std::uint64_t step = 0;  ///< a number of their own, from 1 on
+        std::uint64_t step = 0;  ///< their own number, from 1 on
         CoordMoves moves;
         EditMap edits;
         ImprintMap imprints;
@@ -151,14 +150,14 @@ class History final : public LatticeObserver {
     struct Step {
         std::string name;
         std::vector<Piece> moves, edits;
-        ImprintMap imprints;  ///< those of before while the step is done, else those of after
+        ImprintMap imprints;  ///< former ones while the step is done, new ones while it is undone
         std::vector<std::unique_ptr<Exchange>> exchanges;
-        bool is_any = false;     ///< anything changed
+        bool is_any = false;     ///< whether anything changed
         bool is_packed = false;  ///< else moves and edits are in the copies
-        Copies copies;           ///< of moves and edits before the step, where they are not packed
+        Copies copies;           ///< former moves and edits, if they are not packed
         std::size_t bytes = 0;
     };
-    /// In lists, so that a step changes hands without an allocation.
+    /// Lists, so that a step changes owner without an allocation.
     using Steps = std::list<Step>;
     enum class Direction { Back, Forth };
     class Applier;
@@ -187,7 +186,7 @@ class History final : public LatticeObserver {
     const TaskArena& m_arena;
     int m_max_steps;
     std::size_t m_max_bytes;
-    Steps m_undo, m_redo;     ///< the next one last
+    Steps m_undo, m_redo;     ///< the next step is last
     std::size_t m_bytes = 0;  ///< of both
     std::string m_none;
 
@@ -201,7 +200,7 @@ class History final : public LatticeObserver {
     Copies m_outer;                 ///< of the open step, while there is a safeguard
     Steps m_aside;                  ///< one while a step is set aside
     Copies m_aside_copies;
-    std::mutex m_mutex;  ///< of the copies: bricks move on many threads
+    std::mutex m_mutex;  ///< guards the copies: bricks move on many threads
     std::vector<std::unique_ptr<Fixed[]>> m_spare;
 };
 

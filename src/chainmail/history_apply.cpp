@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Undo and redo of a step: all memory first, so that the step is done as a whole or not at all.
+// Undo and redo of a step: all memory is allocated first, so that it is done as a whole or not at
+// all.
 
 #include <algorithm>
 #include <functional>
@@ -13,7 +14,7 @@
 
 namespace pliant {
 
-/// One step on its way back or forth. Only the constructor may fail.
+/// One step, applied backwards or forwards. Only the constructor may fail.
 class History::Applier {
   public:
     Applier(History& history, Step& step)
@@ -34,7 +35,7 @@ class History::Applier {
         }
     }
 
-    /// May be repeated in the other direction.
+    /// A second call in the other direction reverts it.
     void apply(Direction direction) noexcept {
         m_lattice.tick();
         const auto apply_some = [&](std::int64_t begin, std::int64_t end) {
@@ -46,7 +47,7 @@ class History::Applier {
         m_history.m_arena.for_each(std::int64_t(m_step.moves.size()), 1, std::ref(apply_some));
         m_lattice.exchange_edits(m_edits);
         m_history.m_rest.exchange(m_lattice, m_step.imprints);
-        // What was changed last is taken back first.
+        // The last change is reverted first.
         auto& exchanges = m_step.exchanges;
         if (direction == Direction::Back) std::reverse(exchanges.begin(), exchanges.end());
         for (const auto& exchange : exchanges) exchange->exchange();
@@ -60,7 +61,7 @@ class History::Applier {
     }
 
   private:
-    /// Memory to unpack a piece in, one for each thread.
+    /// Memory for unpacking a piece, one per thread.
     struct Buffer {
         Bytes raw;
         std::vector<std::uint32_t> change;
@@ -113,7 +114,7 @@ class History::Applier {
         }
     }
 
-    /// What the edits become.
+    /// Reads the resulting edits.
     void read_edits(const Piece& piece) {
         const auto n = std::size_t(m_lattice.elements_per_brick());
         Bytes raw(piece.raw_size);
@@ -169,7 +170,7 @@ void History::undo(const std::function<void()>& then) {
         std::swap(step.imprints, m_aside_copies.imprints);
         settle();
     }
-    if (m_undo.empty()) return;  // one set aside that was larger than the bound
+    if (m_undo.empty()) return;  // the step set aside was larger than the bound
     m_redo.splice(m_redo.end(), m_undo, std::prev(m_undo.end()));
 }
 

@@ -15,7 +15,7 @@ namespace pliant {
 namespace {
 
 constexpr int kPlanes = 4;
-constexpr std::size_t kMaskBytes = 2;  ///< which of the 3 × 4 planes follow
+constexpr std::size_t kMaskBytes = 2;  ///< bit set of the stored planes, of 3 × 4
 
 void unpredict(std::uint32_t* values, int size) {
     const auto n = std::size_t(size), slice = n * n, all = slice * n;
@@ -85,7 +85,8 @@ bool decode_change(std::span<const std::byte>& in, int brick_size,
 }
 
 Bytes pack(std::span<const std::byte> raw) {
-    // Kept: memory for the worst case is large, and new each time it would have to be cleared.
+    // Reused: memory for the worst case is large, and new memory would have to be cleared each
+    // time.
     static thread_local Bytes packed;
     packed.resize(std::max(packed.size(), std::size_t(LZ4_compressBound(int(raw.size())))));
     const int size = LZ4_compress_default(reinterpret_cast<const char*>(raw.data()),

@@ -16,7 +16,7 @@ namespace {
 
 /// Bricks that are packed together: about 100 kB before packing.
 constexpr std::size_t kBricksPerPiece = 16;
-/// Copies that are kept for the next step's use, 6 MB for bricks of 8³; the rest is given back.
+/// Number of copies kept for reuse by the next step, 6 MB for bricks of 8³; the rest is freed.
 constexpr std::size_t kMaxSpare = 1024;
 
 template <class Map>
@@ -29,7 +29,8 @@ std::vector<Vec3i> sorted_coords(const Map& map) {
     return coords;
 }
 
-/// Room for the entries of a safeguard in the copies of the step, which get them when it closes.
+/// Reserves room for a safeguard's entries in the copies of the step, which receive them at its
+/// close.
 template <class Map>
 void make_room(Map& outer, const Map& inner) {
     const std::size_t count = outer.size() + inner.size() + 1;
@@ -39,8 +40,8 @@ void make_room(Map& outer, const Map& inner) {
 
 }  // namespace
 
-/// The entry of a brick in the copies, made where there is none. All memory is got before the entry
-/// is made. @pre m_mutex is locked
+/// Entry of a brick in the copies, created if needed. All memory is allocated before the entry is
+/// created. @pre m_mutex is locked
 History::Saved& History::reserve(const Brick& brick) {
     if (const auto found = m_copies.moves.find(brick.coord); found != m_copies.moves.end())
         return found->second;
@@ -70,10 +71,10 @@ void History::before_move(Brick& brick) {
     Saved* saved = nullptr;
     {
         const std::lock_guard lock(m_mutex);
-        saved = &reserve(brick);  // stays there while others are added
+        saved = &reserve(brick);  // its address stays valid while others are added
     }
     if (!saved->is_copied) {
-        // Reserved by an operation that failed, a brick may be at rest meanwhile.
+        // A brick that was reserved by a failed operation may be at rest now.
         if (is_at_rest(brick)) saved->u.reset();
         const auto n = std::size_t(m_lattice.elements_per_brick());
         for (std::size_t a = 0; a < 3 && saved->u; ++a)
@@ -100,7 +101,7 @@ void History::recycle(Copies& copies) noexcept {
         for (auto& [coord, saved] : copies.moves)
             if (saved.u && keeps_steps() && m_spare.size() < kMaxSpare)
                 m_spare.push_back(std::move(saved.u));
-    } catch (const std::bad_alloc&) {  // then they are given back
+    } catch (const std::bad_alloc&) {  // they are freed then
     }
     copies.moves.clear();
     copies.edits.clear();
@@ -132,7 +133,7 @@ void History::drop_unchanged(Copies& copies) const noexcept {
     });
 }
 
-/// Packs changed bricks into the step. Without memory for that they stay in the copies.
+/// Packs changed bricks into the step. If memory is short they stay in the copies.
 void History::close(Step& step, Copies& copies) const noexcept {
     std::erase_if(copies.imprints, [&](const auto& entry) {
         const PlasticBrick* now = m_rest.find(entry.first);
@@ -183,7 +184,7 @@ void History::put_back(Copies& copies, std::uint64_t made) noexcept {
                   [&](const auto& entry) { return is_unchanged(entry.first, entry.second); });
     for (const auto& [coord, saved] : copies.moves)
         if (!saved.u) write(m_lattice.find_brick(coord), nullptr);
-    // Then there is memory for those that were dropped.
+    // Frees memory for the bricks that are created again below.
     m_lattice.drop_made_since(made);
     for (const auto& [coord, saved] : copies.moves)
         if (saved.u) write(m_lattice.ensure_brick(coord), saved.u.get());

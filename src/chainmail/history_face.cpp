@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Undo and redo as a user of ChainMail sees them.
+// The public interface of undo and redo.
 
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/operation.h"

@@ -1,22 +1,24 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inner loops of packing a change, twice: plain for any brick size, and with vector
-// instructions for bricks of 8³. Both give the same bits. What they compute is in history_codec.h.
+// The inner loops of packing a change, in two versions: plain for any brick size, and with vector
+// instructions for bricks of 8³. Both give the same bits. history_codec.h describes the
+// computation.
 
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 
 namespace pliant {
 
 struct ChangeKernels {
-    /// Predicts after − before along x, y and z, and folds what remains, so that small numbers of
-    /// either sign become small numbers without one. @param[out] values  brick_size³; undefined
-    /// where all of them are zero  @returns all of them, or-ed
+    /// Predicts after − before along x, y and z, and folds signs, so that small residuals of both
+    /// signs become small unsigned numbers. @param[out] values  brick_size³; undefined if all of
+    /// them are zero
+    /// @returns bitwise or of all of them
     std::uint32_t (*predict)(const Fixed* before, const Fixed* after, int brick_size,
                              std::uint32_t* values);
     /// Copies one byte of each value. @param plane  0…3, 0 for the lowest
@@ -25,7 +27,7 @@ struct ChangeKernels {
 
 /// Plain loops, any size.
 const ChangeKernels& plain_change_kernels();
-/// Vector instructions, the best that this processor has. @pre bricks are 8³
+/// Vector instructions, the best that this processor supports. @pre bricks are 8³
 const ChangeKernels& vector_change_kernels();
 
 }  // namespace pliant

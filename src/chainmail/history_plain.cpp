@@ -11,8 +11,8 @@
 namespace pliant {
 namespace {
 
-/// values[i] −= values[i − 1] along each axis. From one array to the other, so that compilers can
-/// take several at a time. @param other  of the same length
+/// values[i] −= values[i − 1] along each axis. Alternates between two arrays, so that compilers can
+/// vectorise it. @param other  of the same length
 void predict_from_neighbours(std::uint32_t* values, std::uint32_t* other, int size) {
     const auto n = std::size_t(size), slice = n * n, all = slice * n;
     for (std::size_t i = 1; i < all; ++i) other[i] = values[i] - values[i - 1];

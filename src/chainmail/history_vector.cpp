@@ -9,7 +9,7 @@
 
 #include "chainmail/history_kernel.h"
 
-// Vectors of a size known only at run time can't be kept in arrays.
+// Vectors of a size that is known only at run time can't be kept in arrays.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "chainmail/history_vector.cpp"
@@ -36,13 +36,13 @@ using D = hn::CappedTag<std::uint32_t, kSize>;
 using V = hn::Vec<D>;
 constexpr int kLanes = int(hn::MaxLanes(D()));
 
-/// Predicts along y and z. Columns are as wide as a vector; each is gone through slice by slice.
-/// @returns all that remains, or-ed
+/// Predicts along y and z. Columns are as wide as a vector; each is processed slice by slice.
+/// @returns bitwise or of all residuals
 HWY_INLINE V predict_yz(const std::uint32_t* before, const std::uint32_t* after,
                         std::uint32_t* out) {
     V any = hn::Zero(D());
     for (int x = 0; x < kSize; x += kLanes) {
-        V below[kSize];  // the slice before this one, predicted along y
+        V below[kSize];  // the previous slice, predicted along y
         for (V& row : below) row = hn::Zero(D());
         for (int z = 0; z < kSize; ++z) {
             V last = hn::Zero(D());
@@ -61,7 +61,7 @@ HWY_INLINE V predict_yz(const std::uint32_t* before, const std::uint32_t* after,
     return any;
 }
 
-/// Predicts along x, and folds. @param from  of any value at from[−1]
+/// Predicts along x, and folds signs. @param from  from[−1] may have any value
 HWY_INLINE V predict_x(const std::uint32_t* from, std::uint32_t* out) {
     const hn::RebindToSigned<D> signed_d;
     const auto first = hn::FirstN(D(), 1);
@@ -88,7 +88,7 @@ std::uint32_t or_of_lanes(V v) {
 }
 
 std::uint32_t predict(const Fixed* before, const Fixed* after, int, std::uint32_t* values) {
-    // What is before the first element is read, and not used.
+    // The value before the first element is read, and not used.
     HWY_ALIGN std::uint32_t memory[kLanes + kBrick];
     memory[kLanes - 1] = 0;
     std::uint32_t* const partly = memory + kLanes;

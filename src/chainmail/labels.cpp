@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-/// Grids whose corners are this near to each other are the same [voxels].
+/// Largest distance of corresponding corners of equal grids [voxels].
 constexpr double kSameGridVoxels = 0.01;
 
 Status check_grid(const std::string& name, const Grid& found, const Grid& expected) {
@@ -34,7 +34,7 @@ Status check_grid(const std::string& name, const Grid& found, const Grid& expect
     return Ok{};
 }
 
-/// No label material has this value.
+/// A value that no label material has.
 constexpr int kNoLabel = -32769;
 
 int whole_label(const Volume& labels, Vec3i ijk) {

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Materials by label: each label material is one law, or three where its numbers follow a
-// direction: one for each axis of the lattice that the direction may be nearest to. Which one an
-// element takes is looked up in the label volume and the direction field when a brick comes into
-// being; untouched parts cost nothing beside these two.
+// Materials by label. Each label material is one law, or three if its numbers follow a direction:
+// one for each axis of the lattice to which the direction may be nearest. An element's law is
+// looked up in the label volume and the direction field when its brick is created; untouched parts
+// need no memory beyond these two.
 
 #pragma once
 
@@ -20,10 +20,10 @@ namespace pliant {
 /// @returns InvalidArgument if labels or directions are missing, or not on the scan's grid
 Status check_labels(const ChainMailSettings& settings, const Grid& grid);
 
-/// The laws of all label materials, one or three for each.
+/// Laws of all label materials, one or three for each.
 std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings);
 
-/// For messages. @param law  0: the main law; then those of label_laws
+/// Name of a law in messages. @param law  0: the main law; then those of label_laws
 std::string law_name(const ChainMailSettings& settings, int law);
 
 class LabelMap {
@@ -32,7 +32,7 @@ class LabelMap {
     explicit LabelMap(const ChainMailSettings& settings);
 
     bool empty() const { return !m_labels; }
-    /// Which of label_laws an element follows; −1: none, or beyond the grid.
+    /// Index into label_laws for an element; −1: none, or beyond the grid.
     int law_at(Vec3i ijk) const;
 
   private:
@@ -46,7 +46,7 @@ class LabelMap {
     std::vector<Entry> m_entries;  ///< by label value − m_lowest
 };
 
-/// The axis of the lattice that is nearest to a direction [LPS]; i where there is none.
+/// Axis of the lattice that is nearest to a direction [LPS]; i for a zero direction.
 int dominant_axis(const Grid& grid, Vec3d direction);
 
 }  // namespace pliant

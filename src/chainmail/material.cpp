@@ -15,8 +15,8 @@ namespace pliant {
 MaterialLaw draeger_law(const ChainMailSettings& settings) {
     return [offset = settings.offset, max_movement_mm = settings.max_movement_mm,
             bone_threshold_hu = settings.bone_threshold_hu, yield = settings.yield](int value_hu) {
-        // The thesis divides by 4096 in its text and keeps values up to 4095; with 4095 the
-        // hardest value gets exactly no play.
+        // The thesis divides by 4096 in its text and keeps values up to 4095; with 4095 the hardest
+        // value gets exactly zero slack.
         const double w = std::clamp((value_hu + 1000) / 4095.0, 0.0, 1.0);
         const double softness = 1 - w * w;
         const double region = offset * softness;
@@ -88,7 +88,7 @@ std::string fault_of(const ElementLimits& limits) {
     };
     for (int b = 0; b < 3; ++b) {
         const std::string axis = std::string(".") + "xyz"[b];
-        // Beyond 1 a link could be turned inside out.
+        // Above 1 a link could invert.
         if (!(limits.compress[b] >= 0 && limits.compress[b] <= 1))
             return wrong("compress" + axis, "a fraction 0 to 1", limits.compress[b]);
         if (!(limits.stretch[b] >= 0))
@@ -111,7 +111,7 @@ class MaterialTable::Builder {
 
     /// @returns void, with a fault(), for limits outside of their ranges
     MaterialId add(const ElementLimits& limits) {
-        // Neighbouring values often have the same limits: then nothing is looked up.
+        // Neighbouring values often have the same limits: no look-up is needed then.
         if (m_any && limits == m_last) return m_last_id;
         m_fault = fault_of(limits);
         if (!m_fault.empty()) return kVoidMaterial;

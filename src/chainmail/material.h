@@ -6,9 +6,9 @@
 // A link's limit is the mean of its two ends times its length h, so each end contributes half:
 // limit(i, j) = half(i) + half(j), half = ⌊h·fraction/2⌋ in fixed-point units.
 //
-// Values with equal limits share an entry, so that the table stays small enough for the caches: a
-// few thousand entries for a CT under a smooth law, one for a homogeneous block. Entry 0 is void:
-// elements that were carved away or lie beyond a bounded lattice. Its links never bind.
+// Values with equal limits share an entry, so that the table fits into the caches: a few thousand
+// entries for a CT under a smooth law, one for a homogeneous block. Entry 0 is void: elements that
+// were carved away or lie beyond a bounded lattice. Its links never bind.
 
 #pragma once
 
@@ -20,14 +20,14 @@
 #include <string>
 #include <vector>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 
 namespace pliant {
 
 /// Index into the table.
 using MaterialId = std::uint16_t;
 inline constexpr MaterialId kVoidMaterial = 0;
-/// Lower values count as this one, so that the entries of one law always fit beside void.
+/// Lower values are clamped to this one, so that the entries of one law always fit beside void.
 inline constexpr int kLowestValue = -32767;
 
 /// HalfLimits::yield of a material that yields only at its limits.
@@ -40,32 +40,32 @@ struct HalfLimits {
     Fixed shear[3];
     Fixed max_movement;
     bool fixed;
-    Fixed yield;  ///< fraction of the limits beyond which strain stays [2⁻¹⁶]; 0: none stays
+    Fixed yield;  ///< fraction of the limits beyond which strain remains [2⁻¹⁶]; 0: none remains
     friend bool operator==(const HalfLimits&, const HalfLimits&) = default;
 };
 
-/// What solvers want to know of a material, or of any of the materials in a brick: flags.
+/// Properties of a material, or of any of the materials in a brick, for solvers: flags.
 enum MaterialTrait : std::uint8_t {
     kAsymmetric = 1,   ///< compress, stretch and shear differ along an axis
-    kAnisotropic = 2,  ///< they differ from axis to axis
+    kAnisotropic = 2,  ///< they differ between axes
     kFixedTrait = 4,   ///< never moves
 };
 
 /// The first number of a law that is outside of its range.
 struct LawFault {
     int law = 0;       ///< index into the laws
-    int value_hu = 0;  ///< where it is
+    int value_hu = 0;  ///< value at which it occurs
     std::string text;  ///< field, expected, found
 };
 
 class MaterialTable {
   public:
-    /// The same numbers as the entries', one array for each kind and link axis, by material.
+    /// The numbers of the entries, as one array by material for each kind and link axis.
     struct Columns {
         std::array<std::vector<Fixed>, 3> compress, stretch, shear;
     };
 
-    /// @param laws    variant 0 is the main law; others apply to chosen elements
+    /// @param laws    variant 0 is the main law; others apply to selected elements
     /// @param others  materials that don't depend on a value (air)
     MaterialTable(const std::vector<MaterialLaw>& laws, const std::vector<ElementLimits>& others,
                   Vec3d spacing_mm);
@@ -76,24 +76,24 @@ class MaterialTable {
                                                     : value_hu;
         return m_ids[std::size_t(variant)][std::size_t(clamped - kLowestValue)];
     }
-    /// The ids of one variant, by value − kLowestValue.
+    /// Material ids of one variant, by value − kLowestValue.
     const MaterialId* ids(int variant) const { return m_ids[std::size_t(variant)].data(); }
     MaterialId other_id(int other) const { return m_other_ids[std::size_t(other)]; }
     const HalfLimits& operator[](MaterialId id) const { return m_entries[id]; }
     int size() const { return int(m_entries.size()); }
-    /// False if the laws give more than 65535 different limits: then the table is of no use.
+    /// False if the laws give more than 65535 different limits: the table is then invalid.
     bool fits() const { return m_fits; }
-    /// The table is of no use if there is one.
+    /// If there is one, the table is invalid.
     const std::optional<LawFault>& fault() const { return m_fault; }
-    /// Entries from here on belong to no law.
+    /// Entries from this index on belong to no law.
     int law_size() const { return m_law_size; }
     const Columns& columns() const { return m_columns; }
-    /// Compress, stretch and shear are equal in every entry, axis by axis: then a link's lag is the
-    /// same for every component and direction of a push.
+    /// Whether compress, stretch and shear are equal in every entry, axis by axis: a link's lag is
+    /// then the same for every component and direction of a push.
     bool is_symmetric() const { return m_symmetric; }
     /// Flags of MaterialTrait, by material.
     const std::uint8_t* traits() const { return m_traits.data(); }
-    /// Movement limits by material; INT32_MAX where it doesn't count: of bone, and of void.
+    /// Movement limits by material; INT32_MAX for bone and void, which have none.
     const Fixed* movements() const { return m_movements.data(); }
 
   private:

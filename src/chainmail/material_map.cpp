@@ -23,8 +23,8 @@ int whole_value(float value) {
     return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
 }
 
-/// Asks for memory before it is needed: a brick's rows lie far apart in the scan. By reading it, as
-/// processors may pass over a mere hint where the address has to be looked up first.
+/// Prefetches memory: a brick's rows lie far apart in the scan. It reads the memory, since
+/// processors may drop a prefetch hint whose address isn't in the TLB.
 void fetch(const void* where) {
     static_cast<void>(*static_cast<const volatile char*>(where));
 }
@@ -89,7 +89,7 @@ bool MaterialMap::is_air(Vec3i ijk) const {
 }
 
 unsigned MaterialMap::air_axes(Vec3i ijk) const {
-    // So far outside of the scan there is no wall within reach.
+    // This far outside of the scan no wall is within reach.
     for (int a = 0; a < 3; ++a)
         if (ijk[a] < -kSkinReach || ijk[a] >= m_volume->grid.size[a] + kSkinReach) return 0;
     return skin_axes([&](int axis, int steps) { return is_air(moved_along(ijk, axis, steps)); });
@@ -107,7 +107,7 @@ ElementLimits MaterialMap::limits_at(Vec3i ijk) const {
     return is_air(ijk) ? m_air[air_axes(ijk)] : m_laws[0](value_at(ijk));
 }
 
-/// Whether each element of a row along x is air: bits, the lowest for the first.
+/// Bit set of the air elements of a row along x, the lowest bit for the first.
 template <int kCount, class Voxel>
 unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first) const {
     const Grid& grid = m_volume->grid;
@@ -128,7 +128,7 @@ unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first) const {
     return air << begin | (outside & ~inside);
 }
 
-/// Adds to what is known of a brick what being skin may depend on.
+/// Adds the brick's surroundings, on which skin depends, to its air bits.
 template <class Voxel>
 void MaterialMap::look_around(const Voxel* voxels, Vec3i first, AirBits& air) const {
     constexpr int kSize = AirBits::kSize, kReach = kSkinReach;
@@ -157,7 +157,7 @@ void MaterialMap::look_around(const Voxel* voxels, Vec3i first, AirBits& air) co
             }
 }
 
-/// Where a brick of 8³ is air its materials become air's. @returns whether there is any
+/// Replaces the materials of air elements in a brick of 8³. @returns whether there are any
 template <class Voxel>
 bool MaterialMap::lay_air(const Voxel* voxels, Vec3i first, MaterialId* out) const {
     constexpr int kSize = AirBits::kSize;
@@ -231,7 +231,7 @@ bool MaterialMap::fill(Vec3i first, int size, const Box3i& part, MaterialId* out
         m_volume->voxels);
 }
 
-/// Values, labels and what is air are looked up once for the cube and its surroundings.
+/// Looks up values, labels and air once for the cube and its surroundings.
 void MaterialMap::fill_one_by_one(Vec3i first, int size, MaterialId* out) const {
     const int reach = m_has_air ? kSkinReach : 0, row = size + 2 * reach;
     constexpr auto kMaxRow = std::size_t(kMaxBrickSize + 2 * kSkinReach);

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which material each element has: by its label, if that has a material; else air, if it is enabled
-// and the value is below the threshold; else the main law by value. Nothing is stored per element.
+// Material of each element: by its label, if that has a material; else air, if it is enabled and
+// the value is below the threshold; else by the main law and the value. Nothing is stored per
+// element.
 
 #pragma once
 
@@ -19,18 +20,19 @@ namespace pliant {
 
 class MaterialMap {
   public:
-    /// Keeps a reference to the volume. @param laws  the first one is for all elements
+    /// Keeps a reference to the volume. @param laws  the first one applies to all elements
     MaterialMap(const Volume& volume, const std::vector<MaterialLaw>& laws);
     MaterialMap(const Volume& volume, const ChainMailSettings& settings);
 
     const MaterialTable& table() const { return m_table; }
     MaterialId at(Vec3i ijk) const;
-    /// Materials of a cube of elements, i fastest. @param part  of the cube inside of the scan
+    /// Writes the materials of a cube of elements, i fastest. @param part  of the cube inside of
+    /// the scan
     /// @returns true only if the elements of the part have one material
     bool fill(Vec3i first, int size, const Box3i& part, MaterialId* out) const;
-    /// Asks for the values of the part before they are needed.
+    /// Prefetches the values of the part.
     void fetch_early(Vec3i first, const Box3i& part) const;
-    /// Limits of an element straight from its law, not from the quantised table.
+    /// Limits of an element directly from its law, not from the quantised table.
     ElementLimits limits_at(Vec3i ijk) const;
     /// The scan's value, rounded; air beyond it [HU].
     int value_at(Vec3i ijk) const;
@@ -50,7 +52,7 @@ class MaterialMap {
     void fill_one_by_one(Vec3i first, int size, MaterialId* out) const;
 
     const Volume* m_volume;
-    std::vector<MaterialLaw> m_laws;  ///< the main one, then those of labels
+    std::vector<MaterialLaw> m_laws;  ///< the main law, then the labels' laws
     std::array<ElementLimits, 8> m_air{};
     bool m_has_air = false;
     int m_air_below = 0;  ///< whole values below it are air

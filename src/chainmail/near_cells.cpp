@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "chainmail/cell_block.h"
+#include "field/cell_block.h"
 
 namespace pliant {
 namespace {
@@ -33,7 +33,7 @@ struct Region {
     }
 };
 
-/// Displacements in one block of cells [voxels].
+/// Bounds of the displacements in one block of cells [voxels].
 struct BlockBounds {
     Vec3d lowest, highest;
 };
@@ -105,7 +105,7 @@ class Visitor {
     CellBlock m_block;
 };
 
-/// Blocks that hold the rest position of every element that may lie in the region now.
+/// Blocks that hold the rest position of every element that can lie in the region now.
 /// @param reach  largest movement along each axis [voxels]
 Box3i blocks_around(const Lattice& lattice, const Region& region, Vec3i reach) {
     Vec3i low, high;
@@ -151,7 +151,7 @@ void visit_near_cells(const Lattice& lattice, Vec3d low, Vec3d high,
         for_each_in(all, [&](Vec3i coord) { visitor.visit_block(coord); });
         return;
     }
-    // Fine voxels: few of the blocks within reach hold elements that move far.
+    // Fine voxels: few of the blocks within reach hold elements with large displacements.
     std::vector<Vec3i> blocks = cell_blocks(lattice);
     for_each_in(blocks_around(lattice, region, {0, 0, 0}),
                 [&](Vec3i coord) { blocks.push_back(coord); });

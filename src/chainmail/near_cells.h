@@ -15,7 +15,7 @@
 
 namespace pliant {
 
-/// The order of elements that doesn't depend on bricks: by z, y, x.
+/// An order of elements that is independent of bricks: by z, y, x.
 inline bool comes_before(Vec3i p, Vec3i q) {
     return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
 }
@@ -23,7 +23,7 @@ inline bool comes_before(Vec3i p, Vec3i q) {
 /// A cell of the deformed lattice. Corners are numbered as in cell_block.h.
 struct NearCell {
     Vec3i lowest;                  ///< element at its lowest corner
-    std::array<Vec3d, 8> corners;  ///< where its elements are now, from lowest [voxels]
+    std::array<Vec3d, 8> corners;  ///< present positions, relative to lowest [voxels]
 
     Vec3i element(std::size_t corner) const {
         const int c = int(corner);
@@ -36,10 +36,10 @@ struct NearCell {
 void visit_near_cells(const Lattice& lattice, Vec3d low, Vec3d high,
                       const std::function<void(const NearCell&)>& visit);
 
-/// Whether the resampler draws the cell: no corner is void, and no link that is cut has opened.
+/// Whether the resampler draws the cell: it has no void corner and no open cut link.
 bool is_whole(const Lattice& lattice, const NearCell& cell);
 
-/// Largest displacement of any element along each axis, in whole voxels rounded up.
+/// Largest displacement of all elements along each axis, in whole voxels rounded up.
 Vec3i largest_movement(const Lattice& lattice);
 
 /// The scan's own values; air beyond its border.

@@ -17,9 +17,10 @@
 namespace pliant {
 namespace {
 
-/// Longest push [mm]: with what a free object may be away from its rest place, below the range.
+/// Longest push [mm]: added to a free object's largest distance from rest, it stays below the
+/// range.
 constexpr double kLongestPushMm = 300;
-/// A free object's rest place follows where something is farther from it than this [mm].
+/// A free object's rest position follows it once an element is farther from rest than this [mm].
 constexpr double kFarFromRestMm = 100;
 
 Place units_of(Vec3d mm) {
@@ -32,7 +33,7 @@ Vec3d mm_of(Place units) {
             double(units.z) / kUnitsPerMm};
 }
 
-/// Nothing fixed, no limit of movement.
+/// The law without fixed values and movement limits.
 MaterialLaw unbound(MaterialLaw law) {
     return [law = std::move(law)](int value_hu) {
         ElementLimits limits = law(value_hu);
@@ -66,7 +67,7 @@ struct ObjectSpace::Impl {
         ChainMail tissue;
         bool free;
         Place base;    ///< of element (0,0,0) at rest, when it was added
-        Place travel;  ///< of the rest place since then
+        Place travel;  ///< of the rest position since then
     };
 
     explicit Impl(const TaskArena& a) : arena(a) {}
@@ -82,7 +83,7 @@ struct ObjectSpace::Impl {
 
     Result<int> add_object(Volume volume, const ChainMailSettings& settings, bool free);
     Result<int> add_wall(const Wall& wall);
-    /// Runs a push of an object, which is checked before.
+    /// Runs a push of an object, with arguments checked before.
     template <class Work>
     Result<ObjectPushReport> guarded(int number, double length_mm, const Work& work);
     void follow(Object& object) const;
@@ -113,7 +114,7 @@ Result<int> ObjectSpace::Impl::add_object(Volume volume, const ChainMailSettings
     auto own = std::make_unique<Volume>(std::move(volume));
     ChainMailSettings used = settings;
     used.bounded = true;
-    used.history_max_steps = 0;  // what is undone could meet what has moved since
+    used.history_max_steps = 0;  // undone motion could run into objects that have moved since
     if (free) used.custom_law = unbound(used.custom_law ? used.custom_law : draeger_law(used));
     auto tissue = ChainMail::create(*own, used, arena);
     if (!tissue.ok()) return Error{tissue.error().code, name + ": " + tissue.error().message};
@@ -187,8 +188,8 @@ Result<ObjectPushReport> ObjectSpace::Impl::guarded(int number, double length_mm
     return report;
 }
 
-/// Moves the rest place of an object that has left it, by what all of its elements have in common.
-/// Allocates nothing: the push is done already.
+/// Moves the rest position of an object that has left it, by the common part of its displacements.
+/// Doesn't allocate: the push is done already.
 void ObjectSpace::Impl::follow(Object& object) const {
     Lattice& moved = lattice(object);
     Vec3<Fixed> low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};

@@ -9,12 +9,12 @@
 namespace pliant {
 
 OverlapTime overlap_time(std::int64_t distance, std::int64_t reach, Fixed raise, Fixed shift) {
-    // Turned so that moving makes the distance larger.
+    // Mirrored so that motion increases the distance.
     const std::int64_t start = shift < 0 ? -distance : distance;
     const std::int64_t amount = std::abs(std::int64_t(shift));
     const std::int64_t to_enter = -reach - start, to_leave = reach - start;
     if (to_leave <= 0) return {};
-    // When the element has moved by so much: 1 − (raise − moved)/amount.
+    // Time at which the element has moved by an amount: 1 − (raise − moved)/amount.
     const auto time = [&](std::int64_t moved) { return Ratio{amount - raise + moved, amount}; };
     OverlapTime overlap;
     if (to_enter < 0)
@@ -45,7 +45,7 @@ Ratio wall_time(std::int64_t gap, int side, Fixed raise, Fixed shift) {
 
 Vec3<Fixed> ratio_of(Vec3<Fixed> shift, Ratio fraction) {
     Vec3<Fixed> part{};
-    for (int a = 0; a < 3; ++a)  // whole numbers are divided towards zero
+    for (int a = 0; a < 3; ++a)  // integer division rounds towards zero
         part[a] = Fixed(shift[a] * fraction.num / fraction.den);
     return part;
 }

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// When boxes meet.
+// Times at which moving boxes overlap.
 //
 // While the fraction f of a push δ grows, component a of an element stands still until
-// f = 1 − raise_a/|δ_a| and then moves along (step.h): on each axis it moves one way only. So the
-// fractions at which two boxes overlap on one axis are an open interval, and those at which they
-// overlap at all are the intersection of three. Its ends are ratios of whole numbers: the first
-// impact is exact, and however fast something moves, it can't pass.
+// f = 1 − raise_a/|δ_a| and then moves along (step.h): on each axis it moves in one direction only.
+// So the fractions at which two boxes overlap on one axis are an open interval, and the fractions
+// at which they overlap in space are the intersection of three. Its ends are ratios of whole
+// numbers: the first impact is exact, and no speed is high enough to tunnel.
 //
 //   axis x   --------(=================---------> f
 //   axis y   (=============)-------------------->
 //   axis z   ----(=====================)-------->
 //                    |     |
-//                    impact (none where this is empty)
+//                    impact (none if the intersection is empty)
 
 #pragma once
 
@@ -36,17 +36,17 @@ struct Ratio {
 inline constexpr Ratio kBefore{-1, 1};  ///< every fraction of a push
 inline constexpr Ratio kAfter{2, 1};
 
-/// What overlaps on one axis while enter < f < leave.
+/// Overlap on one axis: enter < f < leave.
 struct OverlapTime {
     Ratio enter = kAfter, leave = kAfter;  ///< never
 };
 
-/// @param distance  from a box that stands still to one that moves, centre to centre [units]
-/// @param reach     half of both boxes' extents: they overlap where they are nearer than that
-/// @param raise     how far the moving one is moved by the whole push, 0…|shift|
+/// @param distance  from the stationary box to the moving one, centre to centre [units]
+/// @param reach     half of both boxes' extents: they overlap at smaller distances
+/// @param raise     motion of the moving box for the whole push, 0…|shift|
 OverlapTime overlap_time(std::int64_t distance, std::int64_t reach, Fixed raise, Fixed shift);
 
-/// When three axes overlap at the same time.
+/// Time at which all three axes overlap.
 struct Impact {
     Ratio enter, leave;  ///< largest enter, smallest leave; no impact unless enter < leave
     int leave_axis = 0;
@@ -55,12 +55,12 @@ struct Impact {
 };
 Impact impact_of(const Place& distance, const Place& reach, Vec3<Fixed> raise, Vec3<Fixed> shift);
 
-/// When a moving box's face reaches a plane; kAfter: it doesn't.
+/// Time at which a moving box's face reaches a plane; kAfter: never.
 /// @param gap   from the box to the plane, ≥ 0
 /// @param side  +1: the box must stay above the plane
 Ratio wall_time(std::int64_t gap, int side, Fixed raise, Fixed shift);
 
-/// Of a shift, each component rounded towards zero.
+/// Fraction of a shift, each component rounded towards zero.
 Vec3<Fixed> ratio_of(Vec3<Fixed> shift, Ratio fraction);
 
 }  // namespace pliant

@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-/// The earlier contact; of several at one time the same one whatever the order.
+/// Whether p is the earlier contact; ties are broken independently of the order.
 bool is_before(const Contact& p, const Contact& q) {
     if (!(p.time == q.time)) return p.time < q.time;
     const auto key = [](const Contact& c) {
@@ -77,8 +77,9 @@ StepGuard::Verdict ContactGuard::limit(std::span<const int> bricks, Vec3<Fixed> 
                   wall ? LimitedBy::Wall : LimitedBy::Object};
         m_contact = all.first;
     }
-    // Each component of what is done is rounded by itself, which may bring back together what has
-    // just passed. Going back to when it parted is exact, and each round goes back farther.
+    // Each component of the executed part is rounded separately, which can make boxes overlap again
+    // that have just passed. Going back to the time of separation is exact, and each round goes
+    // back farther.
     const auto meets = [&](const NearMiss& pair) {
         return overlaps_after(pair.distance, pair.reach, pair.raise, shift, so_far.done);
     };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The largest fraction of a push for which nothing of an object enters another one or a wall.
+// The largest fraction of a push for which no object enters another one or a wall.
 
 #pragma once
 
@@ -17,13 +17,13 @@ struct PlacedWall {
     int axis, side;
     std::int64_t at;  ///< [units along the axis]
 
-    /// From a box to the plane; negative: behind it.
+    /// Distance from a box to the plane; negative if it is behind.
     std::int64_t gap(const Place& place, const Place& half) const {
         return side * (place[axis] - at) - half[axis];
     }
 };
 
-/// First thing that a push meets.
+/// First contact of a push.
 struct Contact {
     Ratio time = kAfter;
     int object = -1, wall = -1;
@@ -40,11 +40,11 @@ class ContactGuard final : public StepGuard {
                  std::span<const PlacedWall> walls, const TaskArena& arena);
 
     Verdict limit(std::span<const int> bricks, Vec3<Fixed> shift, Verdict so_far) override;
-    /// What stopped the push; nothing if something else did, or nothing.
+    /// The contact that stopped the push; nothing if it wasn't stopped, or by another limit.
     const std::optional<Contact>& contact() const { return m_contact; }
 
   private:
-    /// Boxes that pass each other by less than a unit: rounding could bring them together.
+    /// Boxes that pass each other by less than a unit: rounding could make them overlap.
     struct NearMiss {
         Place distance, reach;
         Vec3<Fixed> raise;
@@ -68,7 +68,7 @@ class ContactGuard final : public StepGuard {
     std::optional<Contact> m_contact;
 };
 
-/// An element of the one object that overlaps the other; nothing if none does.
+/// An element of the one object that overlaps the other; nothing if there is none.
 std::optional<Vec3i> find_overlap(const PlacedLattice& object, const PlacedLattice& other,
                                   const TaskArena& arena);
 /// An element of the object that is behind the wall.

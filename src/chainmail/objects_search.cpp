@@ -61,7 +61,7 @@ bool SolidSearch::range_in(Vec3i coord, const PlaceBox& box, Vec3i& begin, Vec3i
         const Fixed lowest = index < 0 ? 0 : lattice.brick(index).u_min[a];
         const Fixed highest = index < 0 ? 0 : lattice.brick(index).u_max[a];
         const double spacing = grid.spacing_mm[a] * kUnitsPerMm;
-        // One unit more for the rounding of rest places.
+        // One extra unit for the rounding of rest positions.
         const auto low = double(box.low[a] - m_object.base[a] - highest - 1) / spacing;
         const auto high = double(box.high[a] - m_object.base[a] - lowest + 1) / spacing;
         const int first = lattice.brick_size() * coord[a];

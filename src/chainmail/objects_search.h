@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which elements of an object can be in a box of space. The lattice is its own index: an element's
-// place is its rest place plus something between its brick's bounds, so the box asks for a range of
-// bricks, and in each for a range of elements.
+// Search of the elements of an object in a box of space. The lattice is its own index: an element's
+// position is its rest position plus a displacement within its brick's bounds, so the box maps to a
+// range of bricks, and in each to a range of elements.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace pliant {
 
-/// A lattice with its place in space [units along the common axes].
+/// A lattice with its position in space [units along the common axes].
 struct PlacedLattice {
     const Lattice* lattice = nullptr;
     Place base{0, 0, 0};  ///< of element (0,0,0) at rest
@@ -25,25 +25,25 @@ struct PlacedLattice {
     }
 };
 
-/// Half of the extents of an element's box: half of the spacing, and a unit less than rounding
-/// could make of it, so that objects which share a border at rest don't overlap.
+/// Half of the extents of an element's box: half of the spacing, minus a unit for rounding, so that
+/// objects which share a border at rest don't overlap.
 Place half_extents(const Grid& grid);
 
-/// The solid elements of one brick, and where they are.
+/// Positions of the solid elements of one brick.
 struct SolidBrick {
     struct Element {
         Vec3i ijk;
         Place place;
-        Vec3<Fixed> raise;  ///< by the whole push; zero where it isn't asked for
+        Vec3<Fixed> raise;  ///< by the whole push; zero if none was given
     };
     std::vector<Element> elements;
-    PlaceBox box;  ///< of all places, and of those after the push
+    PlaceBox box;  ///< bounds of all positions, before and after the push
 };
 
-/// @param shift  of the solve in progress: only elements that it moves are wanted; null: all are
+/// @param shift  of the solve in progress: selects the elements that it moves; null: all elements
 SolidBrick solid_elements(const PlacedLattice& object, Vec3i coord, const Vec3<Fixed>* shift);
 
-/// Visits the solid elements of an object whose places may be in a box; a few others too.
+/// Visits the solid elements of an object whose positions may be in a box, and a few others.
 class SolidSearch {
   public:
     explicit SolidSearch(const PlacedLattice& object)

@@ -21,7 +21,7 @@ ChainMail::Impl::SuspendedDrag::~SuspendedDrag() {
     if (m_is_over) return;
     m_impl.drop_fields();
     m_impl.steps_without_fields.reset();
-    m_impl.held.swap(m_held);  // and with that a drag that could not begin is none
+    m_impl.held.swap(m_held);  // a drag that could not begin is thereby ended
     m_impl.drag_offset = m_offset;
     m_impl.drag_reach = m_reach;
     if (m_impl.held.empty()) return;
@@ -65,7 +65,7 @@ void ChainMail::Impl::Operation::roll_back() noexcept {
     m_is_over = true;
     m_impl.operation = nullptr;
     m_impl.abandon_solve();
-    if (m_impl.has_fields) {  // which may be those of a later place
+    if (m_impl.has_fields) {  // they may belong to a later position
         m_impl.drop_fields();
         m_impl.steps_without_fields = 0;
     }

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One operation on a ChainMail, all or nothing. It takes place between constructor and commit; a
-// destructor without a commit before it puts everything back, and neither can fail.
+// One operation on a ChainMail, all or nothing. It lasts from constructor to commit. A destructor
+// without a previous commit reverts all changes; neither can fail.
 //
-//     Operation operation(*this, {.step = "push", .ends_drag = true});    may throw, changes
-//     nothing … solve, get all memory …                                           may throw or
-//     return … write …                                                           can't fail, or is
-//     copied report.forgotten_steps = operation.commit();                        can't fail
+//     Operation operation(*this, {.step = "push", .ends_drag = true});   may throw, changes nothing
+//     … solve, allocate all memory …                                     may throw or return
+//     … write …                                                          can't fail, or is copied
+//     report.forgotten_steps = operation.commit();                       can't fail
 //
-// Operations that write only when nothing can fail any more need no copies for their way back. The
-// others name `has_copies`: bricks are copied before they change, as the history does anyway.
+// Operations that write only when nothing can fail any more need no copies for a rollback. The
+// others set `has_copies`: bricks are copied before they change, as the history does anyway.
 //
 // Operations inside of another one (the pushes of a slide) are parts of it.
 
@@ -22,12 +22,12 @@
 
 namespace pliant {
 
-/// A drag that ends if the operation succeeds. Its fields are lost either way: the steps after a
-/// failure find new ones.
+/// Suspends a drag that ends if the operation succeeds. Its fields are lost in both cases: steps
+/// after a failure compute new ones.
 class ChainMail::Impl::SuspendedDrag {
   public:
     explicit SuspendedDrag(Impl& impl) noexcept;
-    /// The drag goes on, unless it was ended.
+    /// Resumes the drag, unless it was ended.
     ~SuspendedDrag();
     SuspendedDrag(const SuspendedDrag&) = delete;
     SuspendedDrag& operator=(const SuspendedDrag&) = delete;
@@ -44,7 +44,7 @@ class ChainMail::Impl::SuspendedDrag {
 class ChainMail::Impl::Operation {
   public:
     struct Kind {
-        const char* step = nullptr;  ///< its name in the history; null: part of the drag's
+        const char* step = nullptr;  ///< its name in the history; null: part of the drag's step
         bool ends_drag = false;
         bool has_copies = false;
     };
@@ -53,20 +53,20 @@ class ChainMail::Impl::Operation {
     Operation(const Operation&) = delete;
     Operation& operator=(const Operation&) = delete;
 
-    /// From here on bricks are copied before they change, if they weren't all the time.
+    /// Copies bricks before they change from now on, unless that is done already.
     void keep_copies() noexcept;
-    /// @returns see History::end
+    /// @returns like History::end
     int commit() noexcept;
-    /// The same, but the step of the history goes on.
+    /// Commits, but keeps the history's step open.
     void commit_open() noexcept;
-    /// Puts everything back now.
+    /// Reverts all changes now.
     void roll_back() noexcept;
 
   private:
     void close_safeguard() noexcept;
 
     Impl& m_impl;
-    std::uint64_t m_made;  ///< bricks before it
+    std::uint64_t m_made;  ///< Lattice::made_count at the beginning
     std::optional<SuspendedDrag> m_drag;
     bool m_is_part = false, m_is_step = false;
     bool m_owns_copies = false;  ///< the step's copies hold changes of this operation only

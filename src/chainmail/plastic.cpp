@@ -69,7 +69,7 @@ void PlasticRest::finish(const ImprintMap& imprints) noexcept {
 
 void PlasticRest::restore(const Lattice& lattice, ImprintMap& saved) noexcept {
     while (!saved.empty()) {
-        // Nodes move from map to map, which has had room for as many.
+        // Nodes move between the maps, and room for them is reserved.
         auto node = saved.extract(saved.begin());
         const PlasticBrick* now = find(node.key());
         const Imprint& former = node.mapped().imprint;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The two envelopes, component by component: bricks swept until nothing changes, those of one
-// chessboard colour in parallel. Only elements that have moved are swept, in a copy of the brick
-// with a layer of its neighbours around it, and with what each link leaves them at hand.
+// The two envelopes, component by component: bricks are swept until nothing changes, those of one
+// chessboard colour in parallel. Only displaced elements are swept, in a copy of the brick with a
+// layer of its neighbours around it, and with a precomputed bound for each link.
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-/// Limits of the elastic part, by material; never binding where a material doesn't yield.
+/// Limits of the elastic part, by material; never binding for a material that doesn't yield.
 std::vector<HalfLimits> yield_limits(const MaterialTable& materials) {
     std::vector<HalfLimits> limits;
     for (int id = 0; id < materials.size(); ++id) {
@@ -29,21 +29,21 @@ std::vector<HalfLimits> yield_limits(const MaterialTable& materials) {
     return limits;
 }
 
-/// An element away from its first rest place: its index, and its place in the copy with a layer
-/// around it.
+/// An element away from its rest position: its index, and its index in the copy with a layer around
+/// it.
 struct Mover {
     int index, place;
 };
 
-/// By the link's side: how far sign·e of an element may be above that of its neighbour there.
+/// Largest excess of sign·e of an element over its neighbour's, by the link's side.
 using Rooms = std::array<Fixed, 6>;
 
 struct FlowBrick {
     std::shared_ptr<const BrickLinks> links, yield;
     std::array<const Fixed*, 3> imprint{};   ///< null: none
-    std::vector<Mover> movers;               ///< all others are at rest, and stay
-    std::vector<Rooms> rooms;                ///< by mover, for one component and sign
-    std::vector<Fixed> envelope;             ///< of sign·e
+    std::vector<Mover> movers;               ///< all others are at rest, and stay there
+    std::vector<Rooms> rooms;                ///< [mover], for one component and sign
+    std::vector<Fixed> envelope;             ///< envelope of sign·e
     std::array<std::vector<Fixed>, 3> kept;  ///< e'
     bool changed = true;
     bool wanted = true;
@@ -105,7 +105,7 @@ class Flow {
         }
     }
 
-    /// In the copy of a brick. @param local  −1…size along each axis
+    /// Index in the copy of a brick. @param local  −1…size along each axis
     int place_of(Vec3i local) const {
         const int row = m_lattice.brick_size() + 2;
         return local.x + 1 + row * (local.y + 1 + row * (local.z + 1));
@@ -116,7 +116,7 @@ class Flow {
         return m_lattice.brick(index).u[std::size_t(a)][n] - (p ? p[n] : 0);
     }
 
-    /// Whether component a of e is anywhere below and above zero.
+    /// Whether component a of e is below zero anywhere, and above zero anywhere.
     std::pair<bool, bool> find_signs(int a) const {
         std::pair<bool, bool> found{false, false};
         for (const int index : m_bricks)
@@ -128,7 +128,7 @@ class Flow {
         return found;
     }
 
-    /// Leaves the largest state within yield that is not above sign·e in FlowBrick::envelope.
+    /// Writes the largest state within yield that is not above sign·e to FlowBrick::envelope.
     void find_envelope(int a, int sign) {
         for_each_brick(m_bricks, [&](int index) {
             FlowBrick& flow = m_flows[std::size_t(index)];
@@ -187,7 +187,7 @@ class Flow {
         return changed_ever;
     }
 
-    /// The envelope of a brick and of the elements beside it; zero where there is no brick.
+    /// Envelope of a brick and of the elements beside it; zero where there is no brick.
     std::vector<Fixed> copy_of(int index) const {
         const int size = m_lattice.brick_size(), row = size + 2;
         std::vector<Fixed> copy(std::size_t(row * row * row), 0);
@@ -234,13 +234,13 @@ class Flow {
         }
     }
 
-    /// How far sign·e of an element may be above that of its neighbour on the high or low side.
+    /// Largest excess of sign·e of an element over its neighbour's on the high or low side.
     /// @param stretched  u of the upper end minus u of the lower one
     static Fixed room_above(const FlowBrick& flow, int a, int b, std::size_t link, bool high,
                             int sign, std::int64_t stretched) {
         const auto axis = std::size_t(b);
         const bool has_own = a == b && !flow.links->stretch[axis].empty();
-        // Of the difference upper − lower; as in plastic.h, so that the imprint stays valid.
+        // Bound of the difference upper − lower; as in plastic.h, so that the imprint stays valid.
         const auto upward = [&] {
             const Fixed yield = (has_own ? flow.yield->stretch : flow.yield->shear)[axis][link];
             const Fixed own = (has_own ? flow.links->compress : flow.links->shear)[axis][link];
@@ -251,7 +251,7 @@ class Flow {
             const Fixed own = (has_own ? flow.links->stretch : flow.links->shear)[axis][link];
             return std::min<std::int64_t>(yield, std::max<std::int64_t>(0, own - stretched));
         };
-        return Fixed((sign > 0) != high ? upward() : downward());  // not above the yield limit
+        return Fixed((sign > 0) != high ? upward() : downward());  // at most the yield limit
     }
 
     void store(PlasticRest& rest) {

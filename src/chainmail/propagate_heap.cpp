@@ -56,7 +56,7 @@ bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
                        const ComponentPush& push, int max_bricks) {
     const auto axis = std::size_t(push.axis);
     std::priority_queue<RaisedElement> open;
-    // Raises element to w if that is higher than where it is.
+    // Raises an element to w if that is above its position.
     const auto offer = [&](ElementRef element, Fixed w) {
         Brick& brick = lattice.brick(element.brick);
         begin_raise(lattice, brick, push);
@@ -81,7 +81,7 @@ bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
             Vec3i to = ijk;
             to[side / 2] += side % 2 ? 1 : -1;
             const Fixed lag = link_lag(lattice, ijk, side, push);
-            // An element without a brick is at rest; make one only if it really moves.
+            // An element without a brick is at rest; create one only if it moves.
             if (w - lag <= 0 && lattice.find_brick(lattice.brick_of(to)) < 0) continue;
             offer(lattice.ensure_element(to), w - lag);
         }

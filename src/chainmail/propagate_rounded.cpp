@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The least raise under rounded limits (rounded.h): like the sweeps of the box, brick by brick with
-// the largest pending raise first, and bricks of one chessboard colour in parallel.
+// The least raise under rounded limits (rounded.h): brick by brick, like the sweeps of the box,
+// with the largest pending raise first, and bricks of one chessboard colour in parallel.
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 namespace pliant {
 namespace {
 
-/// Bricks whose pending raise is within this fraction of the push of the largest go in one round.
+/// A round takes all bricks whose pending raise is within this fraction of the push of the largest.
 constexpr int kBucketsPerPush = 16;
 
 /// A brick's elements with one layer of neighbours around them.
@@ -161,7 +161,7 @@ class RoundedSolver {
         }
     }
 
-    /// Whether the link from an own element to its neighbour on a side is cut.
+    /// Whether the link from one of the brick's elements to its neighbour on a side is cut.
     bool is_cut(const Brick& brick, Vec3i local, std::size_t n, int side) const {
         const int b = side / 2, flag = kCutX << b;
         if (side % 2) return brick.edits && (brick.edits[n] & flag);
@@ -195,7 +195,7 @@ class RoundedSolver {
         });
     }
 
-    /// Updates one element. @returns whether it rose; then its neighbours are to be updated
+    /// Updates one element. @returns whether it rose; its neighbours then need an update
     bool update(Halo& halo, std::size_t at, std::size_t n) const {
         const auto w = halo.around(halo.now, at);
         Fixed& here = halo.now[at];
@@ -211,7 +211,7 @@ class RoundedSolver {
     }
 
     /// One pass over the waiting elements, in one of the eight orders of the axes' directions: one
-    /// of them goes along with a motion from wherever it comes. @returns whether anything rose
+    /// of them follows a motion from any origin. @returns whether anything rose
     bool sweep(Halo& halo, unsigned order) const {
         bool changed = false;
         const int last = m_size - 1;
@@ -240,7 +240,7 @@ class RoundedSolver {
         for (int side = 0; side < 6; ++side) load_face(halo, brick, side);
         find_links(halo, brick);
         std::fill(halo.waiting.begin(), halo.waiting.end(), char(1));
-        // Opposite orders in turn.
+        // Opposite orders alternate.
         constexpr std::array<unsigned, 8> kOrders = {0, 7, 1, 6, 2, 5, 3, 4};
         for (std::size_t n = 0; sweep(halo, kOrders[n % kOrders.size()]); ++n) {
         }
@@ -253,8 +253,8 @@ class RoundedSolver {
         return wakes;
     }
 
-    /// Largest raise of a face element that rose and now leads its neighbour. @param is_new  rose
-    /// since the push began, else since it was loaded
+    /// Largest raise of a face element that rose and now leads its neighbour. @param is_new  rise
+    /// since the push began, instead of since the load
     Fixed offer(const Halo& halo, const Brick& brick, int side, bool is_new) const {
         Fixed largest = 0;
         for (const int n : m_lattice.face(side / 2, side % 2)) {
@@ -274,7 +274,7 @@ class RoundedSolver {
     int m_size;
     std::vector<int> m_active;     ///< bricks with pending > 0
     std::vector<Fixed> m_pending;  ///< by brick index
-    std::vector<char> m_is_new;    ///< by brick index: grabbed, and not relaxed yet
+    std::vector<char> m_is_new;    ///< [brick]: grabbed, and not relaxed yet
     std::array<std::vector<int>, 2> m_round;
     std::vector<Wakes> m_wakes;
 };

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The default: bricks swept to their own fixed point, woken by their neighbours' faces. All
-// components go together, so that a visit looks at materials and neighbours once.
+// The default solver: bricks are swept to their own fixed point, and woken by their neighbours'
+// faces. All components are solved together, so that a visit reads materials and neighbours once.
 
 #include <algorithm>
 #include <functional>
@@ -62,7 +62,7 @@ class SweepSolver {
     using Node = SweepWork::Node;
 
     std::size_t field_count() const { return m_work.shared ? 1 : 3; }
-    /// What is solved for: each component, or one raise for all.
+    /// Unknown of the solve: each component, or one raise for all.
     ComponentPush field(std::size_t c) const {
         return m_work.shared ? ComponentPush{0, 1, m_work.shared_amount} : m_components[c];
     }
@@ -80,8 +80,8 @@ class SweepSolver {
         for (int n = 0; n < count; ++n) w[n] = sign * brick.u[c][n];
     }
 
-    /// In one material at rest nothing has to be searched for. Elsewhere the search starts from
-    /// what the passes raised.
+    /// One material at rest needs no search. Elsewhere the search starts from the raise of the
+    /// passes.
     void pass_through_uniform(const TaskArena& arena, int max_bricks) {
         if (UniformPasses(m_lattice, m_kernels, m_work).run(arena, max_bricks)) {
             m_work.active.clear();
@@ -110,7 +110,7 @@ class SweepSolver {
             raise_field(brick, c, own_news >> c & 1, news, lags, wakes);
     }
 
-    /// All components share one raise only among bricks at rest, of symmetric materials.
+    /// All components share one raise only in bricks at rest, of symmetric materials.
     bool can_share(const Brick& brick) const {
         if ((brick.traits & kAsymmetric) || !is_at_rest(brick)) return false;
         return std::all_of(brick.neighbours.begin(), brick.neighbours.end(), [&](int neighbour) {
@@ -146,8 +146,8 @@ class SweepSolver {
 
     void relax_uniform(const Brick& brick, Fixed* w, const UniformLags& lags,
                        std::uint32_t dirty) const {
-        // Links at the border don't bind, unlike the others. But ways inside a box never need to
-        // leave it, so it is enough that nothing comes in from beyond.
+        // Links at the border don't bind, unlike the others. But a shortest path inside a box never
+        // has to leave it, so it suffices that nothing enters from beyond.
         const bool partly = brick.traits & kPartlyBeyond;
         if (partly && !is_at_rest(brick)) m_lattice.set_beyond(brick, w, -kUnlinked);
         m_kernels.relax_uniform(w, m_lattice.brick_size(), lags, dirty);
@@ -161,8 +161,8 @@ class SweepSolver {
         const int size = m_lattice.brick_size();
         if (index < 0 && m_lattice.is_beyond_border(coord_behind(brick, side))) return 0;
         const Brick* there = index < 0 ? nullptr : &m_lattice.brick(index);
-        // Of a brick whose materials are not known yet, its rest place is enough for a bound. In a
-        // shared solve a brick of asymmetric materials ends the sharing when it is visited.
+        // For a brick with unknown materials, its rest position suffices for a bound. In a shared
+        // solve a brick of asymmetric materials ends the sharing when it is visited.
         if (!there || there->is_blank || (m_work.shared && (there->traits & kAsymmetric)))
             return m_kernels.offer(w, size, side, lags.behind_face_at_least(side, push),
                                    {nullptr, nullptr, 1});
@@ -171,7 +171,7 @@ class SweepSolver {
                                 is_at_rest(*there) ? nullptr : there->u[c], push.sign});
     }
 
-    /// Goes on with each component by itself. What was raised so far is on the way to each
+    /// Continues with each component separately. The raise so far is a lower bound of each
     /// component's fixed point, so nothing is lost.
     void share_no_longer(const TaskArena& arena) {
         m_work.shared = false;
@@ -182,7 +182,7 @@ class SweepSolver {
             for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
                 const int index = m_work.touched[n];
                 split(m_lattice.brick(index));
-                // What was news for all components is news for each.
+                // News of the shared raise is news of each component.
                 Node& node = m_work.nodes[std::size_t(index)];
                 for (std::uint8_t& fields : node.news) fields = fields ? moving : 0;
                 node.own_news = node.own_news ? moving : 0;
@@ -196,7 +196,7 @@ class SweepSolver {
         if (brick.is_unplaced) m_lattice.place_at_rest(brick);
         brick.reached = {};
         const Fixed* shared = brick.raised[0];
-        for (std::size_t c = 3; c-- > 0;) {  // the first last: it lies where the shared one was
+        for (std::size_t c = 3; c-- > 0;) {  // the first is last: it overwrites the shared one
             if (m_components[c].amount == 0) continue;
             const Fixed less = m_work.shared_amount - m_components[c].amount;
             for (int n = 0; n < m_lattice.elements_per_brick(); ++n)

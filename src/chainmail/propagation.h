@@ -3,24 +3,23 @@
 
 // The minimal move, one component of the displacement at a time.
 //
-// For a push along +a work with w = u_a, for one along −a with w = −u_a, so that moving is always
-// raising. Each link says how far one end may lag behind the other: w_j ≥ w_i − lag(i, j). Raise
+// For a push along +a, solvers work with w = u_a; for one along −a, with w = −u_a. So each motion
+// is a raise. Each link limits the lag of one end behind the other: w_j ≥ w_i − lag(i, j). Raise
 // the grabbed elements by the length of the push; the least feasible w above is then a longest
 // path,
 //
 //   w_j = max( w_j, max over neighbours i of (w_i − lag(i, j)) ),
 //
-// with a unique fixed point, whatever the order of the updates. The amount that j is raised is the
-// amount of the push minus the slack on the way there, so the smaller push f·δ needs no new solve:
-// each element is raised by max(0, raise − (1 − f)·δ).
+// with a unique fixed point, independent of the order of updates. The raise of j is the length of
+// the push minus the slack on the path to it, so a smaller push f·δ needs no new solve: each
+// element is raised by max(0, raise − (1 − f)·δ).
 //
 // Both solvers leave w in Brick::raised[axis] for every brick with reached[axis], and the list of
-// those bricks in SweepWork::touched.
+// these bricks in SweepWork::touched.
 //
-// Where a push starts from rest and every material around is symmetric, the components differ only
-// in how much they are pushed: one solve with the largest amount serves all, and component a is
-// raised by max(0, raise − (largest amount − amount_a)). Such a *shared* raise is in
-// Brick::raised[0].
+// Where a push starts from rest and all materials around are symmetric, the components differ only
+// in their amounts: one solve with the largest amount serves all, and component a is raised by
+// max(0, raise − (largest amount − amount_a)). Such a *shared* raise is in Brick::raised[0].
 
 #pragma once
 
@@ -52,8 +51,8 @@ inline std::array<ComponentPush, 3> components_of(Vec3<Fixed> shift) {
     return components;
 }
 
-/// What a value contributes to the lag along link axis b: forward, how far the upper end may lag
-/// behind the lower one; backward, the other way round.
+/// Contribution of one end to the lag along link axis b. Forward: largest lag of the upper end
+/// behind the lower one; backward: of the lower end behind the upper one.
 inline Fixed half_lag_forward(const HalfLimits& half, const ComponentPush& push, int b) {
     if (b != push.axis) return half.shear[b];
     return push.sign > 0 ? half.compress[b] : half.stretch[b];
@@ -63,18 +62,17 @@ inline Fixed half_lag_backward(const HalfLimits& half, const ComponentPush& push
     return push.sign > 0 ? half.stretch[b] : half.compress[b];
 }
 
-/// How far the neighbour of an element on a side (0…5: −x, +x, −y, …) may lag behind the element.
-/// Links that are outside of their limits already (see Lattice::may_exceed_limits) may not get
-/// worse.
+/// Largest lag of an element's neighbour on a side (0…5: −x, +x, −y, …) behind the element. Links
+/// outside of their limits (see Lattice::may_exceed_limits) must not get worse.
 Fixed link_lag(const Lattice& lattice, Vec3i element, int side, const ComponentPush& push);
 
-/// Marks a brick as reached, with every element where it was before the push.
+/// Marks a brick as reached, with every element at its position before the push.
 void begin_raise(const Lattice& lattice, Brick& brick, const ComponentPush& push);
 
-/// What a solve leaves behind, and the memory it works in, kept from push to push.
+/// Results of a solve, and its working memory, reused by the next push.
 struct SweepWork {
-    /// By side: the largest raise that a brick offers to its neighbour, 0: none, and for which of
-    /// the fields that are solved for (bits).
+    /// By side: the largest raise that a brick offers to its neighbour, 0: none, and the fields
+    /// (bits) that offer one.
     struct Wakes {
         std::array<Fixed, 6> raise{};
         std::array<std::uint8_t, 6> fields{};
@@ -87,8 +85,8 @@ struct SweepWork {
             fields[n] = std::uint8_t(fields[n] | of);
         }
     };
-    /// A brick's place in the work list. News: fields (bits) that have risen, by side, and those
-    /// whose elements in the brick itself have.
+    /// State of a brick in the work list. News: fields (bits) that rose in the neighbour, by side;
+    /// own news: fields that rose in the brick itself.
     struct Node {
         Fixed pending = 0;  ///< largest raise offered to it; 0: not in the list
         bool is_touched = false;
@@ -102,22 +100,22 @@ struct SweepWork {
         }
     };
 
-    /// A brick whose raise goes on into the next one along an axis (see uniform_passes.h).
+    /// A brick whose raise continues into the next one along an axis (see uniform_passes.h).
     struct Carry {
         int from, to;
         bool up;       ///< to the higher coordinate
         bool reaches;  ///< false: `to` can't be raised by it, if it is of the same material
     };
-    /// A brick with raised elements at the start of a pass, by where it is.
+    /// A brick with raised elements at the start of a pass, by position.
     struct Source {
         std::uint64_t line;
         int position, brick;
     };
 
     std::vector<int> touched;  ///< all bricks that the solve reached or made
-    bool may_share = true;     ///< set before a solve: false keeps the components apart
+    bool may_share = true;     ///< set before a solve: false keeps the components separate
     bool shared = false;       ///< one field serves all components, from a state of rest
-    Fixed shared_amount = 0;   ///< what the grabbed elements are raised by in a shared solve
+    Fixed shared_amount = 0;   ///< raise of the grabbed elements in a shared solve
 
     std::vector<Node> nodes;  ///< by brick index
     std::vector<int> active;  ///< bricks with pending > 0
@@ -127,9 +125,9 @@ struct SweepWork {
     std::vector<Source> sources;
     std::vector<Carry> carries;
     std::vector<std::size_t> line_begins;  ///< in carries, and the end of the last
-    std::vector<int> made;                 ///< bricks that came into being for the passes
+    std::vector<int> made;                 ///< bricks created for the passes
 
-    /// Puts a brick on the list of touched ones. @param index_bound  Lattice::brick_index_bound
+    /// Adds a brick to the list of touched ones. @param index_bound  Lattice::brick_index_bound
     Node& touch(int index, int index_bound) {
         if (std::size_t(index) >= nodes.size()) nodes.resize(std::size_t(index_bound));
         Node& node = nodes[std::size_t(index)];
@@ -141,17 +139,17 @@ struct SweepWork {
 
 /// Brick-wise: each brick is swept to its own fixed point, then wakes the neighbours that its faces
 /// raise. Bricks with the largest pending raise go first; bricks of one chessboard colour go in
-/// parallel, since they share no face. Where one material at rest is all around, passes take the
-/// place of this search (uniform_passes.h).
+/// parallel, since they share no face. Where one material at rest is all around, passes replace
+/// this search (uniform_passes.h).
 /// @pre every grabbed element has a brick
 /// @returns false if more than max_bricks would be needed; then the raise is incomplete
 [[nodiscard]] bool propagate_by_sweeps(Lattice& lattice, std::span<const ElementRef> grabbed,
                                        Vec3<Fixed> shift, const SweepKernels& kernels,
                                        const TaskArena& arena, int max_bricks, SweepWork& work);
 
-/// Ordered propagation with a heap: the element with the largest raise is final, and goes next
-/// (Enhanced ChainMail [Schill1998] with the order that makes it exact: per component, by raise
-/// instead of by violation; a shortest-path search [Dijkstra1959]).
+/// Ordered propagation with a heap: the element with the largest raise is final, and is next. This
+/// is Enhanced ChainMail [Schill1998] with an exact order: per component, by raise instead of by
+/// violation; a shortest-path search [Dijkstra1959].
 [[nodiscard]] bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
                                      const ComponentPush& push, int max_bricks);
 

@@ -15,16 +15,16 @@
 namespace pliant {
 namespace {
 
-/// Bricks of 8³ between two looks at the time, for each thread: about a tenth of a millisecond,
-/// twice that where links have to be made first.
+/// Bricks of 8³ between two checks of the time, for each thread: about a tenth of a millisecond,
+/// twice that if links have to be created first.
 constexpr int kElementsPerLook = 8 * 512;
 
-/// Where everything is nearer to rest than this when nothing moves any more, it goes there: about
+/// If nothing moves any more, and all elements are nearer to rest than this, they go to rest: about
 /// a micrometre [units].
 constexpr Fixed kSnap = 1 << 10;
 
-/// Most positions along a tool's axis around which cells are held; on a longer axis they are
-/// farther apart than a voxel.
+/// Maximum number of positions along a tool's axis around which cells are held; on a longer axis
+/// their distance exceeds a voxel.
 constexpr double kMaxAxisPieces = 4096;
 
 bool same_tools(const std::vector<RelaxTool>& p, const std::vector<RelaxTool>& q) {
@@ -60,7 +60,7 @@ void Relaxation::list_bricks() {
         if (!is_there[n]) m_workspaces[n].reset();
 }
 
-/// After bricks were dropped, which are part of the list.
+/// Removes dropped bricks from the list.
 void Relaxation::forget_dropped() noexcept {
     const auto is_gone = [&](int index) {
         if (m_lattice.is_resident(index)) return false;
@@ -74,12 +74,12 @@ void Relaxation::forget_dropped() noexcept {
 }
 
 void Relaxation::make_lists() {
-    m_has_lists = false;  // until all are
-    // Imprints away from which everything was pushed back to its first rest place.
+    m_has_lists = false;  // until all lists are complete
+    // Bricks with imprints can be missing: all elements were pushed back to rest.
     std::vector<Vec3i> imprinted;
     for (const auto& [coord, brick] : m_rest.bricks()) imprinted.push_back(coord);
     for (const Vec3i& coord : imprinted) m_lattice.ensure_brick(coord);
-    // An index may stand for another brick now.
+    // An index may denote another brick now.
     m_workspaces.clear();
     if (!m_maker || m_links_version != m_lattice.links_version())
         m_maker = std::make_unique<BrickLinksMaker>(m_lattice);
@@ -88,7 +88,7 @@ void Relaxation::make_lists() {
     hold_around_tools();
     mark_held();
     m_wanted.reserve(bricks_per_look());
-    // Where the last slice stopped, by place: indices may have changed.
+    // Finds the stop of the last slice by coordinate: indices may have changed.
     m_at.cursor = m_at.is_cut_short ? place_of(m_at.stopped_at) : 0;
     m_has_lists = true;
 }
@@ -115,11 +115,12 @@ void Relaxation::wake_all() {
         Workspace& own = workspace(index);
         own.changed[0] = own.changed[1] = true;
     }
-    // The rest of a pass that has begun is not the whole of it.
+    // The remainder of a pass doesn't count as a whole one.
     m_at.quiet_passes = m_at.cursor > 0 ? -1 : 0;
 }
 
-/// Links that are outside of their limits are allowed what they have now, before anything moves.
+/// Creates all links before any motion: links outside of their limits are allowed their present
+/// state.
 void Relaxation::make_all_links() {
     m_arena.for_each(std::int64_t(m_bricks.size()), 4, [&](std::int64_t first, std::int64_t last) {
         for (std::int64_t n = first; n < last; ++n) {
@@ -131,7 +132,7 @@ void Relaxation::make_all_links() {
 }
 
 /// Holds the cells around each tool's axis, so that the values on the axis stay the same. The guard
-/// sees elements only, and tissue between them could pass through the axis.
+/// knows elements only, and tissue between them could pass through the axis.
 void Relaxation::hold_around_tools() {
     m_around_tools.clear();
     const Grid& grid = m_lattice.grid();
@@ -244,7 +245,7 @@ void Relaxation::relax_brick(int index, int colour, double over_relaxation) {
                          .guard = &guard,
                          .guard_all = may_meet_tool(m_lattice, brick, m_under.contact) ||
                                       (has_pull && !m_under.contact.empty()),
-                         // A little less: squares of doubles are rounded.
+                         // Slightly smaller: squares of doubles are rounded.
                          .free_radius_squared = radius * radius * (1 - 1e-9)};
     const PlasticBrick* imprint = m_rest.find(brick.coord);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -330,7 +331,7 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
     m_lattice.tick();
     m_at.sweep_step = 0;
     while (m_at.quiet_passes < 2 && m_finished_sweeps < options.max_sweeps) {
-        if (m_at.cursor == 0 && !m_under.tools.empty()) {  // cells may have come to the tools
+        if (m_at.cursor == 0 && !m_under.tools.empty()) {  // cells may have moved to the tools
             hold_around_tools();
             mark_held();
         }
@@ -347,7 +348,7 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
     report.largest_step_mm = mm_from_units(m_at.sweep_step);
     report.workspace_bytes = workspace_bytes();
     if (report.settled) snap_to_rest();
-    // In the middle of a pass the list must stay as it is.
+    // In the middle of a pass the list must not change.
     if (m_at.cursor == 0 && (report.settled || m_rest.empty())) {
         m_lattice.drop_still_bricks();
         forget_dropped();
@@ -375,7 +376,7 @@ std::int64_t Relaxation::workspace_bytes() const {
         const Workspace& own = workspace(index);
         bytes += std::int64_t(sizeof own + own.held.size() +
                               3 * own.pull.force[0].size() * sizeof(double));
-        // Bricks of one material share their links, and are mostly beside each other.
+        // Bricks of one material share their links, and are mostly adjacent in the list.
         if (own.links && own.links.get() != last) bytes += std::int64_t(own.links->bytes());
         last = own.links.get();
     }

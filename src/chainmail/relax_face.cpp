@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Relaxation and imprint at the room's face: options checked, results in millimetres.
+// The public interface of relaxation and imprint: checks options, reports results in millimetres.
 
 #include <charconv>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace pliant {
 namespace {
 
 constexpr double kMaxOverRelaxation = 1.95;
-constexpr double kMaxToolMm = 1e5;  ///< places and radii of tools
+constexpr double kMaxToolMm = 1e5;  ///< largest coordinate and radius of tools
 
 Error wrong(const std::string& option, const std::string& expected, double found) {
     return about("relax", ErrorCode::InvalidArgument,
@@ -54,17 +54,17 @@ Result<RelaxReport> ChainMail::Impl::relax(const RelaxOptions& given) {
     if (!held.empty()) {
         with_held = given;
         with_held.held.insert(with_held.held.end(), held.begin(), held.end());
-        // The fields start from where elements were at the pick, which is not where they will be.
+        // The fields start from positions at the pick, which relaxation changes.
         if (has_fields || steps_without_fields) steps_without_fields = 0;
         drop_fields();
     }
     const RelaxOptions& options = held.empty() ? given : with_held;
-    RelaxingGuard relaxing{relaxation};  // acts after the operation has put the lattice back
+    RelaxingGuard relaxing{relaxation};  // acts after the operation has restored the lattice
     Operation step(*this, {.step = "relax"});
     const double before = options.measure_energy ? elastic_energy_mm2() : 0;
     relaxing.has_begun = true;
     relaxation.begin(options);
-    // Slices that go on find all they need, and are spared the copies.
+    // Continued slices have all their memory, and need no copies.
     if (options.measure_energy || relaxation.needs_memory()) step.keep_copies();
     RelaxReport report = relaxation.run(options);
     if (options.measure_energy) {

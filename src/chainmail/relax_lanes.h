@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Eight elements of a row at a time, of which every other has the colour: four lanes. Written with
-// the compilers' own vector types, which they turn into what the processor has. Each file that
-// includes this compiles it for itself: relax_kernel.cpp for any processor, relax_kernel_avx2.cpp
-// for those with AVX2. Both give the same bits.
+// Eight elements of a row at a time, of which every other has the colour: four lanes. Uses the
+// compilers' own vector types, which map to any instruction set. Each file that includes this
+// compiles it separately: relax_kernel.cpp for any processor, relax_kernel_avx2.cpp for AVX2. Both
+// give the same bits.
 
 #pragma once
 
@@ -18,7 +18,7 @@
 #include <immintrin.h>
 #endif
 
-// Vectors are passed between inlined functions only, so how a call would pass them doesn't matter.
+// Vectors are passed between inlined functions only, so the calling convention doesn't matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 #define PLIANT_INLINE inline __attribute__((always_inline))
 
@@ -53,7 +53,7 @@ PLIANT_INLINE Lanes larger(Lanes a, Lanes b) {
 PLIANT_INLINE Doubles to_doubles(Lanes a) {
     return Doubles(_mm256_cvtepi32_pd(__m128i(a)));
 }
-/// Towards zero.
+/// Rounds towards zero.
 PLIANT_INLINE Lanes to_lanes(Doubles a) {
     return Lanes(_mm256_cvttpd_epi32(__m256d(a)));
 }
@@ -73,7 +73,7 @@ PLIANT_INLINE Doubles larger(Doubles a, Doubles b) {
 PLIANT_INLINE Doubles to_doubles(Lanes a) {
     return __builtin_convertvector(a, Doubles);
 }
-/// Towards zero.
+/// Rounds towards zero.
 PLIANT_INLINE Lanes to_lanes(Doubles a) {
     return __builtin_convertvector(a, Lanes);
 }
@@ -83,7 +83,7 @@ PLIANT_INLINE bool any(Lanes mask) {
     return (halves[0] | halves[1]) != 0;
 }
 
-/// Every other of up to eight values, from the first or the second on.
+/// Every other of up to eight values, starting at the first or the second.
 template <int Phase, bool Whole>
 PLIANT_INLINE Lanes every_other(const Fixed* row, int count) {
     Row8 values{};
@@ -114,7 +114,7 @@ struct Rows {
     std::array<int, 6> link;                   ///< index of the first element's link on each side
 };
 
-/// The first of a brick's links along each axis.
+/// First link of a brick along each axis.
 struct LinkArrays {
     explicit LinkArrays(const BrickLinks& links) {
         for (std::size_t b = 0; b < 3; ++b) {
@@ -126,9 +126,9 @@ struct LinkArrays {
     std::array<const std::uint16_t*, 3> weight;
 };
 
-/// Neighbours along −x or +x of every other of up to eight elements; those at the ends of the row
-/// are in other bricks. (Rows that are copied with their ends would be read before they are
-/// written: a stall for each.)
+/// Neighbours along −x or +x of every other of up to eight elements. At the ends of the row they
+/// are in other bricks. (A copy of the row with its ends would be read right after its writes: a
+/// stall.)
 template <int Phase, bool Whole>
 PLIANT_INLINE Lanes beside_in_row(const RelaxedBrick& brick, const Rows& rows, int a, bool high,
                                   int n, int x, int count) {
@@ -164,15 +164,15 @@ struct Moved {
     Lanes from[3], to[3];
 };
 
-/// The step to the nearest unit, and beyond it by over-relaxation: see relax_kernel.h. Adding a
-/// little less than a half, away from zero, and cutting off the rest rounds halves towards zero:
-/// other fractions are at least 2⁻²⁰ away from a half, as no sum of weights is above 2¹⁹.
+/// The step rounded to the nearest unit, plus over-relaxation: see relax_kernel.h. Adding slightly
+/// less than a half, away from zero, and truncating rounds halves towards zero: other fractions are
+/// at least 2⁻²⁰ away from a half, since no sum of weights is above 2¹⁹.
 PLIANT_INLINE Lanes step_of(Doubles x, Lanes e, double beyond) {
     constexpr double kAlmost = 0.5 - 0x1p-24, kMore = 0.5 + 0x1p-24;
     const Doubles far = Doubles{} + kFarthestStep;
     x = smaller(larger(x, -far), far);
     const Doubles zero{}, almost = zero + kAlmost, half = zero + 0.5;
-    // One half, and towards rest: round up instead. (x·e < 0: no such place where e is 0.)
+    // A half, and towards rest: round up instead. (x·e < 0: never true for e = 0.)
     const auto to_rest = (x * x == half * half) & (x * to_doubles(e) < zero);
     const Doubles size = to_rest ? zero + kMore : almost;
     return to_lanes(x + (x < zero ? -size : size)) + to_lanes(x * beyond);
@@ -190,7 +190,7 @@ PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& l
         const Lanes v =
             side < 2 ? beside_in_row<Phase, Whole>(brick, rows, a, side == 1, n, x, count)
                      : every_other<Phase, Whole>(rows.neighbour[std::size_t(a)][side] + x, count);
-        // How far this element may be below and above its neighbour.
+        // Largest distance of this element below and above its neighbour.
         Lanes below, above;
         if (Symmetric || int(side / 2) != a) {
             below = above =
@@ -207,7 +207,7 @@ PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& l
         highest = smaller(highest, v + above);
         force += weights[side] * to_doubles(v - u);
     }
-    // Links that are outside of their limits may not get worse: standing still is always allowed.
+    // Links outside of their limits must not get worse: standing still is always allowed.
     lowest = smaller(lowest, u);
     highest = larger(highest, u);
     const Lanes to = u + step_of(force / weight_sum, u - imprint, beyond);
@@ -222,7 +222,7 @@ PLIANT_INLINE Lanes flags_of(const std::uint8_t* flags, int count) {
     return mask;
 }
 
-/// Puts lanes back where every_other took them from.
+/// Writes lanes back to the positions of every_other.
 template <int Phase, bool Whole>
 PLIANT_INLINE void write_every_other(Lanes lanes, Fixed* row, int count) {
     if (!Whole) {
@@ -260,7 +260,7 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
         moved.from[a] = every_other<Phase, Whole>(brick.u[a] + n, count);
         if (brick.imprint[a]) imprint[a] = every_other<Phase, Whole>(brick.imprint[a] + n, count);
     }
-    // What is at rest stays: only what was pushed relaxes.
+    // Elements at rest stay: only displaced ones relax.
     Lanes stays =
         (moved.from[0] | moved.from[1] | moved.from[2] | imprint[0] | imprint[1] | imprint[2]) == 0;
     if (brick.held) stays |= flags_of<Phase>(brick.held + n, count);
@@ -291,7 +291,7 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
     const bool ask = brick.guard_all ||
                      (beyond_radius[0] | beyond_radius[1] | beyond_radius[2] | beyond_radius[3]);
     if (ask) {
-        Moved asked = moved;  // a copy, so that what is moved can stay in registers
+        Moved asked = moved;  // a copy, so that `moved` can stay in registers
         ask_guard<Phase>(brick, n, asked);
         moved = asked;
     }
@@ -304,7 +304,7 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
     return largest;
 }
 
-/// Rows of elements that are not there.
+/// Substitute for rows of missing bricks.
 alignas(64) constexpr Fixed kRowAtRest[64] = {};
 
 template <bool Whole, bool Symmetric>

@@ -10,7 +10,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kUnitWeight = 64;  ///< of an element whose links may change by their own length
+constexpr double kUnitWeight = 64;  ///< for an element whose links may change by their own length
 constexpr double kMaxWeight = 32767;
 
 std::vector<HalfLimits> limits_of(const MaterialTable& materials) {
@@ -45,7 +45,7 @@ std::size_t BrickLinks::bytes() const {
     return bytes;
 }
 
-/// A brick and the layers of its six neighbours that touch it, in the order of Lattice::face.
+/// A brick and the adjacent layers of its six neighbours, in the order of Lattice::face.
 struct BrickLinksMaker::Neighbourhood {
     const Brick* brick;
     std::array<std::vector<MaterialId>, 6> beside;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A brick's links as relaxation wants them: limits and elastic weights, in rows, those across the
-// brick's faces included.
+// A brick's links in the layout of relaxation: limits and elastic weights, in rows, including links
+// across the brick's faces.
 //
 // Along axis b there is one more layer of links than of elements:
 //
@@ -10,14 +10,14 @@
 //     0  1  2        size
 //
 // An element's weight along b is inverse to the room that its material gives to a link along b,
-// over all components and both directions, per length squared: the energy of a shift is then the
-// same whatever the spacing,
+// over all components and both directions, per length squared: the energy of a shift is then
+// independent of the spacing,
 //
 //   w_b = 64 · (h_least / h_b)² / fraction_b,   fraction_b = (compress + stretch + 4·shear) / 6,
 //
-// rounded to a whole number in 1…32767. A link weighs the sum of its ends'; none if it is cut or
-// leads to void. Weights from the slack of links are usual [Schulze2007]; whole numbers make the
-// energy exact.
+// rounded to a whole number in 1…32767. The weight of a link is the sum of its ends' weights, or
+// zero if it is cut or leads to void. Weights from the slack of links are usual [Schulze2007];
+// whole numbers make the energy exact.
 
 #pragma once
 
@@ -42,14 +42,14 @@ class ElasticWeights {
     std::array<std::vector<std::uint16_t>, 3> m_weights;
 };
 
-/// Of one brick, by link axis. Bounds of u_a(upper) − u_a(lower): −compress…stretch if a is the
-/// link's axis, else −shear…shear.
+/// Links of one brick, by link axis. Bounds of u_a(upper) − u_a(lower): −compress…stretch if a is
+/// the link's axis, else −shear…shear.
 struct BrickLinks {
     std::array<std::vector<Fixed>, 3> shear;
-    std::array<std::vector<Fixed>, 3> stretch, compress;  ///< empty: as shear
+    std::array<std::vector<Fixed>, 3> stretch, compress;  ///< empty: equal to shear
     std::array<std::vector<std::uint16_t>, 3> weight;
-    std::vector<std::uint8_t> fixed;  ///< by element, nonzero: doesn't move; empty: none
-    Fixed least_movement = 0;         ///< smallest movement limit of any element that moves
+    std::vector<std::uint8_t> fixed;  ///< by element, nonzero: doesn't move; empty: all move
+    Fixed least_movement = 0;         ///< smallest movement limit of all movable elements
 
     std::size_t bytes() const;
 };
@@ -60,15 +60,15 @@ inline Vec3i link_strides(int size, int b) {
     return {1, row, row * rows};
 }
 
-/// Makes them; bricks of one material share one set. Good until materials or edits change.
+/// Creates links; bricks of one material share one set. Valid until materials or edits change.
 class BrickLinksMaker {
   public:
     explicit BrickLinksMaker(const Lattice& lattice);
-    /// With other limits than the lattice's own. @param limits  by material
+    /// Uses other limits than the lattice's own. @param limits  by material
     BrickLinksMaker(const Lattice& lattice, std::vector<HalfLimits> limits);
-    /// May be called from several threads.
+    /// Callable from several threads.
     std::shared_ptr<const BrickLinks> make(const Brick& brick) { return make(brick, true); }
-    /// Where only the elastic weights are wanted: the rest may be empty.
+    /// The same if only the elastic weights are needed: other arrays may be empty.
     std::shared_ptr<const BrickLinks> make_weights(const Brick& brick) {
         return make(brick, false);
     }
@@ -88,7 +88,7 @@ class BrickLinksMaker {
     std::vector<HalfLimits> m_limits;  ///< by material
     bool m_is_symmetric;               ///< compress, stretch and shear are equal
     ElasticWeights m_weights;
-    std::mutex m_mutex;  ///< of m_uniform
+    std::mutex m_mutex;  ///< guards m_uniform
     std::unordered_map<MaterialId, std::shared_ptr<const BrickLinks>> m_uniform;
 };
 

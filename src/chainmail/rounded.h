@@ -1,23 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rounded limits: beside its box, a limit for how far an element may lag behind its neighbours
+// Rounded limits: in addition to its box, a limit for the lag of an element behind its neighbours
 // taken together.
 //
 //   Σ_b ( max(0, w_b − w_j) / lag_b )² ≤ 1
 //
 // where w_b is the neighbour of j on axis b that leads by the larger share of its link's lag. It is
-// the upwind discretisation of |∇w| ≤ 1 in a metric, as fast marching solves it [Sethian1996]: the
-// iso-surfaces of a push are ellipsoids, where the box makes octahedra.
+// the upwind discretisation of |∇w| ≤ 1 in a metric, as in fast marching [Sethian1996]: the
+// iso-surfaces of a push are ellipsoids instead of the octahedra of the box.
 //
-// An element that lags further already (after pushes to and fro, or a change of materials) may not
-// get worse: its bound is what the sum was before the push. So the state before the push is valid,
-// the least valid state above it exists, and pushing on in the same direction in one step or in
-// many ends in the same place.
+// An element with a larger lag (after pushes to and fro, or a change of materials) must not get
+// worse: its bound is the value of the sum before the push. So the state before the push is valid,
+// the least valid state above it exists, and a motion in one direction ends in the same position in
+// one step or in many.
 //
-// The sum is evaluated with roundings that are monotone in every place: an exact difference, a
+// The sum is evaluated with roundings that are monotone in every position: an exact difference, a
 // product with a constant, a square, a sum of three in one order. So the update is a monotone map
-// on integers, and its least fixed point is unique, whatever the order of the updates.
+// on integers, and its least fixed point is unique, independent of the order of updates.
 
 #pragma once
 
@@ -27,24 +27,24 @@
 #include <array>
 #include <cmath>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 
 namespace pliant {
 
 /// The neighbours of one element, by side: −x, +x, −y, +y, −z, +z.
 struct RoundedLinks {
-    std::array<Fixed, 6> lag;     ///< how far the element may lag behind each
+    std::array<Fixed, 6> lag;     ///< largest lag of the element behind each
     std::array<double, 6> share;  ///< 1/lag; 0 where the link does not count
 
     void set(int side, Fixed link_lag) {
         const auto s = std::size_t(side);
         lag[s] = link_lag;
-        // Rigid links are kept by the box alone; cut ones don't bind.
+        // Rigid links are satisfied by the box alone; cut ones don't bind.
         share[s] = link_lag > 0 && link_lag < kMaxHalfLimit ? 1.0 / link_lag : 0.0;
     }
 };
 
-/// What the neighbours on each axis contribute to the sum for an element at v, before squaring.
+/// Shares of lag on each axis, before squaring, for an element at v.
 inline Vec3d lag_shares(const RoundedLinks& links, const std::array<Fixed, 6>& w, Fixed v) {
     Vec3d shares{};
     for (int b = 0; b < 3; ++b) {
@@ -61,9 +61,10 @@ inline double lag_sum(const RoundedLinks& links, const std::array<Fixed, 6>& w, 
     return t.x * t.x + t.y * t.y + t.z * t.z;
 }
 
-/// How far the element has to rise from v for the sum to fall to the bound, from below: the root of
-/// Σ (t_b − q_b·x)² = bound over the axes that still count there. Sides of an axis that take over
-/// on the way are left out, so it may fall short. @pre the sum at v is above the bound
+/// Lower bound of the rise from v at which the sum falls to the bound: the root of
+/// Σ (t_b − q_b·x)² = bound over the axes that still contribute there. Neighbours that become the
+/// largest of their axis on the way are ignored, so it may fall short.
+/// @pre the sum at v is above the bound
 inline double rounded_rise(const RoundedLinks& links, const std::array<Fixed, 6>& w, double bound,
                            Fixed v) {
     const Vec3d t = lag_shares(links, w, v);
@@ -75,7 +76,7 @@ inline double rounded_rise(const RoundedLinks& links, const std::array<Fixed, 6>
     }
     for (;;) {
         double qq = 0, qt = 0, tt = 0;
-        int nearest = -1;  // the axis that stops to count first
+        int nearest = -1;  // the axis that ceases to contribute first
         for (int b = 0; b < 3; ++b) {
             if (q[b] == 0) continue;
             qq += q[b] * q[b];
@@ -91,8 +92,8 @@ inline double rounded_rise(const RoundedLinks& links, const std::array<Fixed, 6>
     }
 }
 
-/// Least place at or above v with every link's lag kept and the sum within the bound. @pre bound ≥
-/// 1
+/// Least position at or above v that satisfies every link's lag and the bound of the sum.
+/// @pre bound ≥ 1
 inline Fixed least_rounded_place(const RoundedLinks& links, const std::array<Fixed, 6>& w,
                                  double bound, Fixed v) {
     for (std::size_t s = 0; s < 6; ++s) v = std::max(v, w[s] - links.lag[s]);
@@ -102,7 +103,7 @@ inline Fixed least_rounded_place(const RoundedLinks& links, const std::array<Fix
         const double rise = rounded_rise(links, w, bound, v);
         v += std::max(Fixed(1), Fixed(std::min(rise, double(kMaxHalfLimit))));
     } while (lag_sum(links, w, v) > bound);
-    // The guess is a guess: the answer is where the sum itself crosses the bound.
+    // The guess is only a start: the result is the crossing of the sum itself.
     while (v > lowest && !(lag_sum(links, w, v - 1) > bound)) --v;
     return v;
 }

@@ -14,8 +14,8 @@
 namespace pliant {
 namespace {
 
-/// The lattice goes on beyond the scan as air. Where that gives way by almost nothing, any push
-/// reaches as far as there is memory.
+/// The lattice continues beyond the scan as air. If that yields by almost nothing, a push reaches
+/// as far as memory lasts.
 Status check_air(const ChainMailSettings& s) {
     constexpr double kMin = 0.01;
     if (!s.air_enabled || s.bounded) return Ok{};

@@ -19,7 +19,7 @@ std::string quoted(std::string_view text) {
     return "'" + shown(text) + "'";
 }
 
-/// Lower case, letters and digits only: the thesis names its keys in words.
+/// Reduces a key to lower-case letters and digits: the thesis names its keys in words.
 std::string plain_key(std::string_view key) {
     std::string plain;
     for (const char c : key)

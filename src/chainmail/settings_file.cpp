@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Settings from a file, and the text that a saved state has of them.
+// Settings from a file, and their text in a saved state.
 
 #include <sstream>
 #include <utility>
@@ -53,7 +53,7 @@ Result<ChainMailSettings> read_toml(const std::string& text) {
     return settings;
 }
 
-/// The same as read_toml where the text is one of settings_text.
+/// Same as read_toml, for a text of settings_text.
 Result<ChainMailSettings> read_own_toml(const std::string& text) {
     ChainMailSettings settings;
     const auto tables = parse_plain_toml(text);
@@ -61,7 +61,7 @@ Result<ChainMailSettings> read_own_toml(const std::string& text) {
     return read_toml(text);
 }
 
-/// Settings that fit together, or an error that names the file.
+/// Consistent settings, or an error that names the file.
 Result<ChainMailSettings> checked(const std::string& file, Result<ChainMailSettings> read) {
     const Status valid = read ? check_settings(*read) : Status(read.error());
     if (!valid) return in_one_line(within(file, valid.error()));

@@ -5,7 +5,11 @@
 
 #include <pliant/chainmail.h>
 
-#include "chainmail/fixed_point.h"
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "chainmail/limit_units.h"
 
 namespace pliant {
 namespace {
@@ -165,10 +169,23 @@ constexpr Setting<L> kLabel[] = {
                                           "the direction field"}),
 };
 
+constexpr bool is_of_materials(const SettingInfo& row) {
+    return row.table == "material" || row.table == "air";
+}
+constexpr auto kMaterials = [] {
+    std::array<Setting<S>, std::size_t(std::ranges::count_if(kSettings, is_of_materials))> rows;
+    std::ranges::copy_if(kSettings, rows.begin(), is_of_materials);
+    return rows;
+}();
+
 }  // namespace
 
 SettingRows<ChainMailSettings> chainmail_rows() noexcept {
     return kSettings;
+}
+
+SettingRows<ChainMailSettings> chainmail_material_rows() noexcept {
+    return kMaterials;
 }
 
 SettingRows<LabelMaterial> label_rows() noexcept {

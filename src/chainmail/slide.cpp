@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "chainmail/fixed_point.h"
 #include "chainmail/grab.h"
+#include "chainmail/limit_units.h"
 #include "chainmail/operation.h"
 #include "chainmail/tool_touch.h"
 #include "core/errors.h"
@@ -21,11 +21,10 @@
 namespace pliant {
 namespace {
 
-constexpr double kClearance_mm = 1e-4;  ///< left to the sphere: more than rounding takes back
-constexpr int kMaxTurns = 8;            ///< per step: moves can draw others into the sphere
+constexpr double kClearance_mm = 1e-4;  ///< extra distance of the sphere, above rounding
+constexpr int kMaxTurns = 8;            ///< per step: moves can pull other tissue into the sphere
 
-/// Length of a step: half a voxel, less for spheres that are thinner, so that none leaps over
-/// tissue.
+/// Length of a step: half a voxel, less for thinner spheres, so that they can't skip tissue.
 double step_length_mm(Vec3d spacing_mm, double radius_mm) {
     const double h = std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z});
     return std::min(0.5 * h, std::max(radius_mm, 0.1 * h));
@@ -33,9 +32,9 @@ double step_length_mm(Vec3d spacing_mm, double radius_mm) {
 
 /// The shortest common move along their mean direction that takes all points out of the sphere.
 /// @param inside  points from the sphere's centre [mm]
-/// @param ahead   the direction for points that lie evenly around the centre
+/// @param ahead   the direction for points distributed evenly around the centre
 Vec3d way_out(const std::vector<Vec3d>& inside, double radius_mm, Vec3d ahead) {
-    constexpr double kEven = 0.02;  // of the radius
+    constexpr double kEven = 0.02;  // fraction of the radius
     Vec3d sum{0, 0, 0};
     for (const Vec3d& r : inside) sum = sum + r;
     const bool even = norm(sum) < kEven * radius_mm * double(inside.size());
@@ -113,7 +112,7 @@ class Slide {
 
     bool began_free() const { return m_began_free; }
 
-    /// The report of a slide that has been undone, because it left no place for the eye.
+    /// Reports a slide that was undone because it left no position for the eye.
     void take_back(SlideReport& report) const {
         report.way_fraction = 0;
         report.limited_by = LimitedBy::Wall;
@@ -132,7 +131,7 @@ class Slide {
                             voxel_from_world(m_grid, place_mm), m_values);
     }
 
-    /// Moves tissue out of the sphere where it is after a share of its way.
+    /// Moves tissue out of the sphere at a fraction of its way.
     Status make_way(double share) {
         const Vec3d centre = voxel_from_world(m_grid, place(share));
         const Vec3d ahead = normalized(lattice_from_world_vector(m_grid, m_path.push_mm));
@@ -150,7 +149,7 @@ class Slide {
         return Ok{};
     }
 
-    /// Finds where the eye can stay: where the sphere has come to, else back along its way, else
+    /// Finds a position for the eye: the sphere's present one, else one back along its way, else
     /// nearby.
     void settle(int done) {
         const double spacing_mm =
@@ -200,7 +199,7 @@ class Slide {
     SlideReport m_report;
 };
 
-/// The record of excused links, put back after a slide that is taken back: each push shrinks it.
+/// The record of excused links, restored after a slide that is undone: each push shrinks it.
 struct KeptAllowance {
     Lattice& lattice;
     Allowance& present;

@@ -20,10 +20,10 @@ constexpr std::uint32_t kCustomLaw = 1, kMaterialsChanged = 2,
 constexpr std::size_t kLengthAt = 16;
 constexpr std::size_t kShortest = 24 + 8;
 constexpr std::size_t kBricksPerPiece = 16;
-/// Elements lie within this many of the scan's first one; no push gets farther.
+/// Largest distance of elements from the scan's first one; no push reaches farther.
 constexpr std::int64_t kFarthestElement = 1 << 24;
 
-/// The same on machines of either byte order.
+/// A checksum that is equal on big- and little-endian machines.
 std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     Hash64 hash;
     for (std::size_t at = 0; at < bytes.size(); at += 8) {
@@ -156,7 +156,7 @@ Bytes encode_state(const StateHeader& header, const Lattice& lattice, const Plas
     out.put_u32(kVersion);
     out.put_u32((header.custom_law ? kCustomLaw : 0) |
                 (header.materials_changed ? kMaterialsChanged : 0));
-    out.put_u64(0);  // the length, when it is known
+    out.put_u64(0);  // placeholder for the length
     put_fingerprint(out, header.scan);
     out.put_u64(header.label_hash);
     out.put_u32(std::uint32_t(header.settings.size()));

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The state of a lattice in a file (.plst). Little-endian, whatever the machine:
+// The state of a lattice in a file (.plst). Little-endian on every machine:
 //
-//     8  bytes  89 "PLST" 0d 0a 1a: a file that was sent as text doesn't begin like this
+//     8  bytes  89 "PLST" 0d 0a 1a: detects transfers in text mode
 //     4  u32    version
 //     4  u32    flags
 //     8  u64    length of the file
@@ -33,7 +33,7 @@
 
 namespace pliant {
 
-/// What tells one scan from another.
+/// Identification of a scan.
 struct ScanFingerprint {
     Grid grid;
     bool is_16_bit = true;
@@ -42,28 +42,28 @@ struct ScanFingerprint {
 };
 ScanFingerprint fingerprint_of(const Volume& volume);
 
-/// Everything but displacements, edits and imprints.
+/// All of a state but displacements, edits and imprints.
 struct StateHeader {
     ScanFingerprint scan;
     bool custom_law = false;  ///< the settings' named law isn't the one in use
-    /// At some time: then links, movements and bone may be outside of what is allowed now.
+    /// At any time: links, movements and bone may then be outside of the present limits.
     bool materials_changed = false;
     std::uint64_t label_hash = 0;  ///< of label materials, labels and directions; 0: none
-    std::string settings;          ///< TOML, all but these
+    std::string settings;          ///< TOML, all but these members
 };
 
 Bytes encode_state(const StateHeader& header, const Lattice& lattice, const PlasticRest& imprints);
 
-/// A reader that never goes beyond the end.
+/// Bounds-checked reader.
 class StateReader {
   public:
     /// @param name  of the file, for messages
     StateReader(std::string name, std::span<const std::byte> bytes)
         : m_name(std::move(name)), m_bytes(bytes) {}
 
-    /// Magic, version, length, checksum, header; what follows is left to be read.
+    /// Reads magic, version, length, checksum, header; the rest remains to be read.
     Result<StateHeader> read_header();
-    /// Displacements, edits and imprints, into a lattice that is at rest and has no imprints.
+    /// Reads displacements, edits and imprints into a lattice at rest without imprints.
     Status read_lattice(Lattice& lattice, PlasticRest& imprints, std::int64_t max_elements);
 
   private:
@@ -82,7 +82,7 @@ class StateReader {
     /// @returns nothing at the end of the pieces
     Result<std::optional<Piece>> read_piece(std::size_t raw_limit);
     bool follows(Vec3i coord, const Lattice& lattice);
-    /// Calls write(coord, change) for each brick, with the three components one after the other.
+    /// Calls write(coord, change) for each brick, with the three components in sequence.
     template <class Write>
     Status read_changes(const Lattice& lattice, std::int64_t max_bricks, const Write& write);
     Status read_moves(Lattice& lattice, std::int64_t max_bricks);
@@ -91,15 +91,15 @@ class StateReader {
 
     std::string m_name;
     std::span<const std::byte> m_bytes;  ///< not yet read
-    std::optional<Vec3i> m_last;         ///< coordinates of the brick before
+    std::optional<Vec3i> m_last;         ///< coordinates of the previous brick
 };
 
-/// What is wrong with a lattice: a link outside of its limits, a fixed element away from its place,
-/// an element too far from it, a void one that moved. @returns an empty text if nothing is
+/// Fault of a lattice: a link outside of its limits, a displaced fixed element, an element beyond
+/// its movement limit, a void one that moved. @returns an empty text if there is none
 std::string find_fault(const Lattice& lattice, const TaskArena& arena);
 
-/// The same of imprints: they are places that elements can return to, so links and fixed elements
-/// are looked at; a movement limit keeps elements from getting there, and is none of theirs.
+/// Fault of imprints: elements can return to them, so links and fixed elements are checked.
+/// Movement limits restrict elements, not imprints, and are not checked.
 std::string find_imprint_fault(const Lattice& lattice, const PlasticRest& imprints);
 
 }  // namespace pliant

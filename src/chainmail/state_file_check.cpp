@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Whether displacements that come from a file are ones that pushes could have led to: in whole
-// numbers, with the limits that the solvers use.
+// Whether displacements from a file can result from pushes: in whole numbers, with the limits of
+// the solvers.
 
 #include <algorithm>
 
-#include "chainmail/cell_block.h"
 #include "chainmail/state_file.h"
+#include "field/cell_block.h"
 
 namespace pliant {
 namespace {

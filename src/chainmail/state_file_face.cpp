@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Saving and loading as a user of ChainMail sees them. A loaded state is built and checked beside
-// the present one, which is replaced only when nothing can go wrong any more.
+// The public interface of saving and loading. A loaded state is built and checked beside the
+// present one, which is replaced once nothing can fail any more.
 
 #include <pliant/staged_files.h>
 
@@ -54,7 +54,8 @@ Result<Bytes> read_bytes(const std::filesystem::path& path) {
     return bytes;
 }
 
-/// Of what the settings' text doesn't hold. @returns 0 where there are no label materials
+/// Hash of the label materials, which the settings' text doesn't include. @returns 0 without label
+/// materials
 std::uint64_t hash_label_materials(const ChainMailSettings& settings) {
     if (settings.label_materials.empty()) return 0;
     Hash64 hash;

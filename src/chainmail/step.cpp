@@ -15,17 +15,17 @@ namespace pliant {
 namespace {
 
 /// Rounding the three components of a step towards zero can move its end by less than 2 units;
-/// movement limits are met with this margin [units].
+/// movement limits are satisfied with this margin [units].
 constexpr double kRoundingMargin = 4;
 constexpr std::int64_t kBricksPerTask = 32;
 
-using Raises = Vec3<Fixed>;  ///< of one element, each between 0 and |shift_a|
+using Raises = Vec3<Fixed>;  ///< of one element, each in 0…|shift_a|
 
 /// First fraction at which |u(f)| exceeds the limit, or 1. Piecewise straight path: see step.h.
 double fraction_within(Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift, double limit) {
     const Vec3d start{double(u.x), double(u.y), double(u.z)};
     const double allowed = std::max(limit - kRoundingMargin, 0.0);
-    // Each component moves one way, so the path stays in the box between its ends.
+    // Each component moves in one direction, so the path stays in the box between its ends.
     Vec3d farthest = start;
     for (int a = 0; a < 3; ++a) {
         const double end = start[a] + (shift[a] > 0 ? raise[a] : -raise[a]);
@@ -33,7 +33,7 @@ double fraction_within(Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift, double li
     }
     if (dot(farthest, farthest) <= allowed * allowed) return 1;
     const double bound = std::max(allowed * allowed, dot(start, start));
-    double starts[5] = {0, 1, 1, 1, 1};  // where each component begins to move, and the end
+    double starts[5] = {0, 1, 1, 1, 1};  // start of each component's motion, and the end
     for (int a = 0; a < 3; ++a)
         if (shift[a] != 0) starts[a + 1] = 1 - raise[a] / std::abs(double(shift[a]));
     std::sort(starts, starts + 5);
@@ -68,7 +68,7 @@ bool is_reached(const Brick& brick) {
     return brick.reached[0] || brick.reached[1] || brick.reached[2];
 }
 
-/// The whole step that a solve found for a brick.
+/// The whole step of a brick, from a solve.
 BrickMotion motion_of(const Brick& brick, const SweepWork& work, Vec3<Fixed> shift) {
     BrickMotion motion{};
     for (int a = 0; a < 3; ++a) {
@@ -81,8 +81,8 @@ BrickMotion motion_of(const Brick& brick, const SweepWork& work, Vec3<Fixed> shi
     return motion;
 }
 
-/// From rest the raise of the last component that moves becomes its displacement where it lies:
-/// half the memory to go through where it moves alone. Nobody asks for the raise afterwards.
+/// From rest, the raise of the last moving component becomes its displacement in place: that halves
+/// the memory traffic if it moves alone. The raise is not read afterwards.
 void move_in_place(Brick& brick, BrickMotion& motion) {
     for (std::size_t a = 3; a-- > 0;) {
         if (!motion[a].raised) continue;
@@ -93,7 +93,7 @@ void move_in_place(Brick& brick, BrickMotion& motion) {
     }
 }
 
-/// How far any of its elements is from its rest place, along each axis.
+/// Largest distance of its elements from rest, along each axis.
 Vec3d farthest_of(const Brick& brick) {
     Vec3d farthest{0, 0, 0};
     for (int a = 0; a < 3; ++a)
@@ -101,7 +101,7 @@ Vec3d farthest_of(const Brick& brick) {
     return farthest;
 }
 
-/// Whether each of its elements may be shifted whole.
+/// Whether all of its elements may be shifted as a whole.
 bool moves_freely(const Brick& brick, Vec3<Fixed> shift) {
     if (brick.is_blank || brick.traits & kFixedTrait) return false;
     Vec3d after = farthest_of(brick);
@@ -109,7 +109,7 @@ bool moves_freely(const Brick& brick, Vec3<Fixed> shift) {
     return stays_inside(brick.least_movement, after);
 }
 
-/// A look at the brick as a whole, which is enough for nearly all.
+/// Test of the brick as a whole, which suffices for nearly all.
 bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
                   const SweepKernels& kernels, Vec3<Fixed> shift) {
     if (moves_freely(brick, shift)) return true;
@@ -169,7 +169,7 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
                            Vec3<Fixed> shift) {
     StepLimit limit;
     const Raises full{std::abs(shift.x), std::abs(shift.y), std::abs(shift.z)};
-    // They come brick by brick, and a look at one as a whole is enough for most.
+    // They are sorted by brick, and a test of the brick as a whole suffices for most.
     int looked_at = -1;
     bool is_free = false;
     for (const ElementRef& element : grabbed) {

@@ -13,12 +13,12 @@ constexpr int kFaceArrays = 38, kFirstBound = 18, kFaceExcess = 36, kFaceWork = 
 
 AlignedMemory<Fixed> allocate(std::size_t count) {
     auto memory = allocate_aligned<Fixed>(count * sizeof(Fixed), 64);
-    // Kernels may read lags of links that there aren't; they must at least be numbers.
+    // Kernels may read lags of missing links; these must be initialised.
     std::fill_n(memory.get(), count, 0);
     return memory;
 }
 
-/// Calls visit(place in the face, element on the side).
+/// Calls visit(index in the face, element on the side).
 template <class Visit>
 void for_each_on_face(int size, int side, const Visit& visit) {
     const int axis = side / 2;
@@ -43,7 +43,7 @@ void VisitLags::begin(const Lattice& lattice, const Brick& brick, const SweepKer
 }
 
 void VisitLags::resize(int size) {
-    m_size = 0;  // until both are there
+    m_size = 0;  // until both are allocated
     m_face = (size * size + 15) / 16 * 16;
     m_count = (size * size * size + 15) / 16 * 16;
     m_elements = allocate(std::size_t(kElementArrays) * std::size_t(m_count));
@@ -153,7 +153,7 @@ void VisitLags::add_their_halves(Kind kind, int side, Fixed* out) {
 }
 
 void VisitLags::cut_links_of_face(int side, bool with_neighbour, Fixed* out) const {
-    // The flag of a cut is kept by the link's lower element.
+    // The flag of a cut is stored with the link's lower element.
     const bool up = side % 2;
     if (!up && !with_neighbour) return;
     const std::uint8_t* edits = up ? m_brick->edits : neighbour(side).edits;
@@ -169,7 +169,7 @@ Fixed VisitLags::equal_lag(Kind kind, int side, bool with_neighbour) const {
     if (!with_neighbour) return of[m_brick->material[0]];
     const Brick& there = neighbour(side);
     if ((there.traits & kMixedMaterials) || there.edits) return -1;
-    // Beyond the border nothing is looked at that these lags could lead to.
+    // Elements beyond the border, to which these lags could lead, are never evaluated.
     return of[m_brick->material[0]] + of[there.material[0]];
 }
 

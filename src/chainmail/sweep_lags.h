@@ -5,11 +5,11 @@
 //
 // A link along axis b lags by half(i) + half(j), where half is a material's compress, stretch or
 // shear along b: shear for the two components across the link, compress or stretch for the one
-// along it, by the direction of the push. So at most nine arrays serve all components. Where a
-// material's three are equal one kind is enough, and where the axes are alike too, one gather.
+// along it, by the direction of the push. So at most nine arrays serve all components. One kind
+// suffices for materials whose three are equal, and one gather if the axes are equal too.
 //
-// Exceptions come on top: a cut link never binds, and a link that is outside of its limits may lag
-// by as much as it does now (Lattice::may_exceed_limits), which depends on the component.
+// There are two exceptions. A cut link never binds. A link outside of its limits may keep its
+// present lag (Lattice::may_exceed_limits), which depends on the component.
 
 #pragma once
 
@@ -24,7 +24,7 @@
 
 namespace pliant {
 
-/// Arrays are made when they are asked for, and kept until the next brick.
+/// Arrays are computed on demand, and kept until the next brick.
 class VisitLags {
   public:
     /// @param shared  the visit is for all components at once: all materials around are symmetric
@@ -32,17 +32,17 @@ class VisitLags {
     void begin(const Lattice& lattice, const Brick& brick, const SweepKernels& kernels, bool shared,
                bool stretch_is_shear = false);
 
-    /// All links inside along an axis are alike.
+    /// Whether all links inside are equal along each axis.
     bool is_uniform() const;
     UniformLags uniform(const ComponentPush& push) const;
     InsideLags inside(const ComponentPush& push);
 
-    /// How far an element of the side's face may lag behind the one in the neighbour. The array
-    /// holds until the next call. @pre the neighbour is filled in
+    /// Largest lag of an element of the side's face behind the one in the neighbour. The array is
+    /// valid until the next call. @pre the neighbour is filled in
     const Fixed* behind_neighbour(int side, const ComponentPush& push);
-    /// How far the neighbour's elements may lag behind those of the face.
+    /// Largest lag of the neighbour's elements behind those of the face.
     const Fixed* behind_face(int side, const ComponentPush& push);
-    /// At most as much as behind_face: the face's own half. Needs no neighbour.
+    /// Lower bound of behind_face: the face's own half. Needs no neighbour.
     const Fixed* behind_face_at_least(int side, const ComponentPush& push);
 
   private:
@@ -57,7 +57,7 @@ class VisitLags {
     const Fixed* with_excess_inside(const Fixed* lags, int axis, bool up,
                                     const ComponentPush& push);
     const Fixed* face(Kind kind, int side, bool with_neighbour);
-    /// What all lags of a face are; −1 if they may differ.
+    /// The common value of all lags of a face; −1 if they may differ.
     Fixed equal_lag(Kind kind, int side, bool with_neighbour) const;
     void add_own_halves(Kind kind, int side, Fixed* out);
     void add_their_halves(Kind kind, int side, Fixed* out);
@@ -72,14 +72,14 @@ class VisitLags {
     const Brick* m_brick = nullptr;
     const SweepKernels* m_kernels = nullptr;
     bool m_shared = false, m_stretch_is_shear = false;
-    int m_size = 0, m_count = 0, m_face = 0;  ///< of the brick: edge, elements, elements of a face
-    /// What is there already, as bits: 3·kind + axis, 6·kind + side.
+    int m_size = 0, m_count = 0, m_face = 0;  ///< brick: edge, elements, face elements
+    /// Computed arrays, as bits: 3·kind + axis, 6·kind + side.
     std::uint32_t m_has_halves = 0, m_has_links = 0, m_has_face = 0, m_has_bound = 0;
     /// Arrays of the brick: nine of halves, nine of links, six of links with excess.
     AlignedMemory<Fixed> m_elements;
     /// Arrays of faces: 18 of lags, 18 of bounds, one with excess, one for work.
     AlignedMemory<Fixed> m_faces;
-    std::array<Fixed, 36> m_equal_lags{};  ///< what all of an array's lags are; −1: they differ
+    std::array<Fixed, 36> m_equal_lags{};  ///< common value of an array's lags; −1: they differ
 };
 
 }  // namespace pliant

@@ -62,15 +62,16 @@ void relax(Fixed* w, int size, const InsideLags& lags, std::uint32_t) {
 }
 
 void relax_uniform(Fixed* w, int size, const UniformLags& lags, std::uint32_t) {
-    // One pass is enough: where all links of an axis are alike, a shortest way may go all its
-    // steps along x first, then y, then z.
+    // One pass suffices: if all links of an axis are equal, a shortest path may take all its steps
+    // along x first, then along y, then along z.
     for (std::size_t axis = 0; axis < 3; ++axis)
         sweep_axis(
             w, size, int(axis), [&](int) { return lags.forward[axis]; },
             [&](int) { return lags.backward[axis]; });
 }
 
-/// Calls visit(element on the side, element behind the neighbour's opposite side, place in face).
+/// Calls visit(element on the side, element behind the neighbour's opposite side, index in the
+/// face).
 template <class Visit>
 void for_each_at_face(int size, int side, const Visit& visit) {
     const int axis = side / 2, stride = stride_of(size, axis);

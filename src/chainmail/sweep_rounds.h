@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The order in which sweeps visit bricks. Those whose neighbours rose wait in a list; the ones with
+// The order in which sweeps visit bricks. Bricks whose neighbours rose wait in a list. Bricks with
 // the largest pending raise go first, in a few coarse classes, because a brick that is visited too
 // early has to be visited again. Bricks of one chessboard colour share no face and go in parallel.
 
@@ -35,9 +35,9 @@ class SweepRounds {
         return node;
     }
 
-    /// Visits bricks until none waits. @param amount  the largest raise of all
+    /// Visits bricks until the list is empty. @param amount  the largest raise of all
     /// @param visit  (brick index, wakes): reads neighbours, writes only the brick; on any thread
-    /// @param after_round  (refused): on this thread; refused: some brick was
+    /// @param after_round  (refused): on this thread; whether a brick was refused
     /// @returns false if more than max_bricks would be needed
     template <class Visit, class AfterRound>
     bool run(Fixed amount, const TaskArena& arena, int max_bricks, const Visit& visit,
@@ -61,10 +61,10 @@ class SweepRounds {
     }
 
   private:
-    /// Bricks whose pending raise is within this fraction of the push of the largest go in one
-    /// round. Smaller: fewer repeated sweeps, but shorter rounds.
+    /// A round takes all bricks whose pending raise is within this fraction of the push of the
+    /// largest. Smaller fractions: fewer repeated sweeps, but shorter rounds.
     static constexpr int kBucketsPerPush = 16;
-    /// Rounds of fewer bricks are not worth a second thread.
+    /// Rounds with fewer bricks run on one thread.
     static constexpr std::size_t kFewBricks = 8;
     static constexpr std::int64_t kBricksPerTask = 4;
 
@@ -79,7 +79,7 @@ class SweepRounds {
             Node& node = node_of(index);
             if (node.pending < threshold) return false;
             node.pending = 0;
-            // Nothing new since it was visited in the round that it was woken in.
+            // Nothing new since its visit in the round in which it was woken.
             if (!node.has_news()) return true;
             const Vec3i c = m_lattice.brick(index).coord;
             m_work.round[std::size_t((c.x + c.y + c.z) & 1)].push_back(index);
@@ -104,7 +104,7 @@ class SweepRounds {
     }
 
     void wake_neighbours(int index, const Wakes& wakes, Fixed amount) {
-        // One that was refused goes back into the list; its news are still there.
+        // A refused brick goes back into the list; its news are still set.
         if (wakes.refused) {
             wake(index, amount);
             return;

@@ -4,9 +4,9 @@
 // The inner loops of the sweep with vector instructions, for bricks of 8³, once for each
 // instruction set; the program chooses at run time. The plain twin is sweep_plain.cpp.
 //
-// A row of eight elements along x is one vector (or a few shorter ones), a slice eight rows. Along
-// y and z a scan takes rows as they are; along x it takes the transposed slice, so that it too
-// works on eight lines at once:
+// A row of eight elements along x is one vector (or a few shorter ones), a slice eight rows. A scan
+// along y or z works on these rows. A scan along x works on the transposed slice, so that it
+// processes eight lines at once, too:
 //
 //     row y, lanes x  --transposed-->  row x, lanes y  --scan along x-->  --transposed-->  back
 //
@@ -18,7 +18,7 @@
 
 #include "chainmail/sweep_kernels.h"
 
-// Vectors of a size known only at run time can't be kept in arrays.
+// Vectors of a size that is known only at run time can't be kept in arrays.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "chainmail/sweep_vector.cpp"
@@ -107,7 +107,7 @@ HWY_INLINE void transpose(Slice& s) {
         for (int p = 0; p < kParts; ++p)
             transpose_blocks(r[4 * half].part[p], r[4 * half + 1].part[p], r[4 * half + 2].part[p],
                              r[4 * half + 3].part[p]);
-    // Then the blocks of 4×4 off the diagonal change places.
+    // Then the off-diagonal blocks of 4×4 are exchanged.
     for (int n = 0; n < 4; ++n) {
 #if HWY_MAX_BYTES >= 32
         if constexpr (kParts == 1) {
@@ -129,7 +129,7 @@ HWY_INLINE void store_slice(const Slice& s, Fixed* to, int step) {
     for (int n = 0; n < kSize; ++n) store_row(s.row[n], to + n * step);
 }
 
-/// Lags of the links between rows n and n + 1, from memory or all alike.
+/// Lags of the links between rows n and n + 1, from memory or all equal.
 struct ListedLags {
     const Fixed* lags;
     int step;
@@ -155,7 +155,7 @@ void arrange_x(Fixed* lags, int) {
     }
 }
 
-/// Brings a slice to the fixed point of its own links. @returns whether that changed it
+/// Brings a slice to the fixed point of its own links. @returns whether it changed
 bool relax_slice(Fixed* w, const InsideLags& lags, int z) {
     const auto of = [&](const std::array<const Fixed*, 3>& arrays, std::size_t axis) {
         return ListedLags{arrays[axis] + z * kSlice, kSize};
@@ -226,7 +226,7 @@ void relax_uniform(Fixed* w, int, const UniformLags& lags, std::uint32_t dirty) 
 
 void add_halves(const Fixed* halves, int, int axis, Fixed* lags) {
     const int stride = axis == 0 ? 1 : axis == 1 ? kSize : kSlice;
-    // The last elements have no link in the brick; the lags there are never used.
+    // The last elements have no link in the brick; their lags are never used.
     const int count = axis == 2 ? kBrick - kSlice : kBrick - kSize;
     for (int n = 0; n < count; n += kLanes)
         hn::Store(hn::Add(hn::Load(D(), halves + n), hn::LoadU(D(), halves + n + stride)), D(),
@@ -235,13 +235,13 @@ void add_halves(const Fixed* halves, int, int axis, Fixed* lags) {
     for (int n = count; n + 1 < kBrick; ++n) lags[n] = halves[n] + halves[n + 1];
 }
 
-/// Calls of(place in the face, element) for a face across x, whose elements lie apart.
+/// Calls of(index in the face, element) for a face across x, whose elements are not contiguous.
 template <class Of>
 HWY_INLINE void for_each_of_x_face(int side, const Of& of) {
     const int first = side % 2 ? kSize - 1 : 0;
     for (int n = 0; n < kSlice; ++n) of(n, first + n * kSize);
 }
-/// Calls of(place in the face, element) for each vector of a face across y or z.
+/// Calls of(index in the face, element) for each vector of a face across y or z.
 template <class Of>
 HWY_INLINE void for_each_row_of_face(int side, const Of& of) {
     const bool along_y = side < 4;
@@ -260,7 +260,7 @@ void copy_face(const Fixed* values, int, int side, Fixed* out) {
         });
 }
 
-/// By plain loads: gathers are slower where a processor is guarded against data sampling, and
+/// Uses plain loads: gathers are slower on processors with mitigations against data sampling, and
 /// hardly faster elsewhere.
 void add_face(const Fixed* column, const MaterialId* ids, int, int side, Fixed* out) {
     HWY_ALIGN Fixed there[kSlice];
@@ -278,7 +278,8 @@ void add_face(const Fixed* column, const MaterialId* ids, int, int side, Fixed* 
         hn::Store(hn::Add(hn::Load(D(), out + n), hn::Load(D(), there + n)), D(), out + n);
 }
 
-/// The rows of a face: kSize rows, `step` apart. Faces across x are copied together first.
+/// The rows of a face: kSize rows, `step` apart. Faces across x are first copied to contiguous
+/// memory.
 struct Face {
     const Fixed* first;
     int step;
@@ -343,7 +344,7 @@ Fixed offer(const Fixed* w, int, int side, const Fixed* lags, const FaceBehind& 
     return hn::GetLane(hn::MaxOfLanes(D(), largest));
 }
 
-/// A row of the raise that is carried on, at its next place.
+/// Writes a row of the carried raise at its next position.
 template <bool kIsFirst>
 HWY_INLINE void put_row(const Row& carried, Fixed* to) {
     Row row = carried;
@@ -353,7 +354,7 @@ HWY_INLINE void put_row(const Row& carried, Fixed* to) {
     store_row(row, to);
 }
 
-/// Along y and z: eight rows go side by side, `across` apart, each step by step, `along` apart.
+/// Along y and z: eight rows, `across` apart, are carried in steps of `along`.
 template <bool kIsFirst>
 void carry_rows(Fixed* w, int along, int across, const Fixed* face, Fixed lag) {
     const Row step = all(lag);
@@ -367,7 +368,7 @@ void carry_rows(Fixed* w, int along, int across, const Fixed* face, Fixed lag) {
         }
 }
 
-/// Along x: each row has its steps in itself.
+/// Along x: all steps are within a row.
 template <bool kIsFirst>
 void carry_along_x(Fixed* w, bool up, const Fixed* face, Fixed lag) {
     HWY_ALIGN Fixed lags[kSize];
@@ -403,17 +404,16 @@ void carry(Fixed* w, int, int side, const Fixed* neighbour, Fixed lag, bool is_f
         carry_from<false>(w, side, neighbour, lag);
 }
 
-// What follows takes a brick's elements as they lie, in vectors as long as there are.
+// The following functions process a brick's elements in memory order, in the longest vectors.
 using WideD = hn::ScalableTag<Fixed>;
 using Wide = hn::Vec<WideD>;
 constexpr int kWideLanes = int(hn::MaxLanes(WideD()));
 
-/// One component, with what its loop needs at hand. A component that stays is raised to where it
-/// is.
+/// One component, with the data of its loop. A component that stays is raised to its own position.
 struct Motion {
     Fixed* u;
     const Fixed* raised;
-    Wide left, flip;  ///< flip: all bits set where the sign is −1: (x ^ flip) − flip = sign·x
+    Wide left, flip;  ///< flip: all bits set if the sign is −1: (x ^ flip) − flip = sign·x
     Wide low, high;   ///< bounds of sign·u
 
     HWY_INLINE explicit Motion(const MovingComponent& c)
@@ -424,7 +424,7 @@ struct Motion {
           low(hn::Set(WideD(), INT32_MAX)),
           high(hn::Set(WideD(), INT32_MIN)) {}
 
-    /// @returns a vector that isn't zero where the element moved
+    /// @returns a vector with nonzero lanes for moved elements
     template <bool kFromRest>
     HWY_INLINE Wide step(int n) {
         const WideD d;
@@ -445,7 +445,7 @@ struct Motion {
     }
 };
 
-/// Adds −1 where nothing moved.
+/// Adds −1 for each lane that didn't move.
 HWY_INLINE void count_still(Wide& still, const Wide& moved) {
     const WideD d;
     still = hn::Add(still, hn::VecFromMask(d, hn::Eq(moved, hn::Zero(d))));
@@ -467,7 +467,7 @@ MoveResult move_brick(const std::array<MovingComponent, 3>& components, int coun
     return result;
 }
 
-/// The same where one component moves alone.
+/// The same for a single moving component.
 template <bool kFromRest>
 MoveResult move_alone(const std::array<MovingComponent, 3>& components, std::size_t a, int count) {
     Motion motion(components[a]);

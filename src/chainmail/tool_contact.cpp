@@ -23,7 +23,7 @@ Vec3d millimetres(Vec3<Fixed> u) {
     return {mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
 }
 
-/// Largest whole number whose square is not above n.
+/// Floor of the square root.
 Fixed square_root(std::int64_t n) {
     if (n <= 0) return 0;
     auto root = std::int64_t(std::sqrt(double(n)));
@@ -85,7 +85,7 @@ bool ToolContact::allows(Vec3d from_mm, Vec3d to_mm) const {
         const double radius2 = tool.radius_mm * tool.radius_mm;
         const double present = to_axis(from_mm, from_mm);
         if (present < radius2) return to_axis(to_mm, to_mm) >= present;
-        // The end by itself too: the distance of segments has other roundings.
+        // The end is also tested alone: the distance of segments has other roundings.
         return to_axis(from_mm, to_mm) >= radius2 && to_axis(to_mm, to_mm) >= radius2;
     });
 }
@@ -103,8 +103,9 @@ Fixed BrickGuard::halved_until_allowed(Vec3d rest_mm, Vec3<Fixed> from, int axis
 Vec3<Fixed> BrickGuard::admit(int index, Vec3<Fixed> from, Vec3<Fixed> to) const {
     const std::int64_t limit = square(m_lattice.materials()[m_brick.material[index]].max_movement);
     const Vec3d rest_mm = rest_place(m_lattice.grid(), m_lattice.element_of(m_brick.coord, index));
-    // Whether a guard is asked depends on what else is in the brick; what it says must not. So a
-    // place within the limit is admitted even where the way there, axis by axis, is not.
+    // Other elements of the brick determine whether the guard is called, and must not influence its
+    // result. So a position within the limit is admitted even if the path to it, axis by axis, is
+    // not.
     const bool is_inside = square(to.x) + square(to.y) + square(to.z) <= limit;
     Vec3<Fixed> place = from;
     for (int a = 0; a < 3; ++a) {

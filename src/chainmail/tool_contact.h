@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What keeps relaxing elements within their movement limits and out of the tools.
+// Restricts the moves of relaxing elements to their movement limits and to the outside of tools.
 //
-// An element moves one component after the other. The way of each is a straight piece along an
-// axis of the lattice; an element outside of a tool takes it only if the whole piece keeps the
-// tool's radius from the tool's segment, one inside only if it ends no deeper. Otherwise it tries
-// half of the way, a quarter, and so on: after a few sweeps it lies against the tool.
+// An element moves one component after the other. The path of each is a straight piece along an
+// axis of the lattice. An element outside of a tool takes it only if the whole piece keeps the
+// tool's radius from the tool's segment; one inside, only if it ends no deeper. Otherwise it tries
+// half of the path, a quarter, and so on: after a few sweeps it touches the tool.
 
 #pragma once
 
@@ -31,7 +31,7 @@ class ToolContact {
 
     /// Whether a point of the box may touch a tool.
     bool may_touch(Vec3d low_mm, Vec3d high_mm) const;
-    /// Whether an element may go straight from one place to another.
+    /// Whether an element may move straight from one position to another.
     bool allows(Vec3d from_mm, Vec3d to_mm) const;
     bool empty() const { return m_tools.empty(); }
 
@@ -39,7 +39,7 @@ class ToolContact {
     std::vector<RelaxTool> m_tools;
 };
 
-/// Of the elements of one brick.
+/// Guard of one brick's elements.
 class BrickGuard final : public MoveGuard {
   public:
     BrickGuard(const Lattice& lattice, const Brick& brick, const ToolContact& tools)
@@ -55,7 +55,7 @@ class BrickGuard final : public MoveGuard {
 };
 
 /// Whether moves of the brick's elements may meet a tool, from the displacements of the brick and
-/// of those beside it. @pre none of them has an imprint
+/// of its neighbours. @pre none of them has an imprint
 bool may_meet_tool(const Lattice& lattice, const Brick& brick, const ToolContact& tools);
 
 }  // namespace pliant

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "chainmail/near_cells.h"
-#include "chainmail/trilinear_cell.h"
+#include "field/trilinear_cell.h"
 
 namespace pliant {
 namespace {
@@ -37,8 +37,8 @@ struct Part {
     Vec3d low{0, 0, 0}, high{1, 1, 1};
 };
 
-/// The part of a cell that a ball can reach, from the cell's map at its middle; the whole cell
-/// where it is too bent for that.
+/// Part of a cell that a ball can reach, from the cell's map at its middle; the whole cell if it is
+/// too distorted for that.
 /// @param centre  of the ball, from the cell's lowest element [voxels]
 /// @returns nothing if it reaches none
 std::optional<Part> part_in_reach(const NearCell& cell, Vec3d centre, double radius_mm, Vec3d h) {
@@ -50,7 +50,7 @@ std::optional<Part> part_in_reach(const NearCell& cell, Vec3d centre, double rad
         for (std::size_t a = 0; a < 3; ++a)
             edge[a] = edge[a] + (c >> a & 1 ? 0.25 : -0.25) * corner_mm;
     }
-    constexpr double kFlat = 1e-3, kBent = 0.25;  // of the cell's own size
+    constexpr double kFlat = 1e-3, kBent = 0.25;  // relative to the cell's own size
     const Mat3d map{{edge[0], edge[1], edge[2]}};
     const double size = norm(edge[0]) * norm(edge[1]) * norm(edge[2]);
     if (!(determinant(map) > kFlat * size)) return Part{};
@@ -74,13 +74,13 @@ std::optional<Part> part_in_reach(const NearCell& cell, Vec3d centre, double rad
     return part;
 }
 
-/// Samples along one axis of a part.
+/// Number of samples along one axis of a part.
 int sample_count(double length_mm, double radius_mm) {
     const double wanted = std::ceil(kSamplesPerRadius * length_mm / radius_mm) + 1;
     return int(std::clamp(wanted, double(kFewestSamples), double(kMostSamples)));
 }
 
-/// Looks at cells one by one for tissue in a ball.
+/// Searches cells one by one for tissue in a ball.
 class TouchSearch {
   public:
     TouchSearch(const Lattice& lattice, const Volume& scan, Vec3d centre, double radius_mm,
@@ -127,7 +127,7 @@ class TouchSearch {
   private:
     struct Touched {
         Vec3i lowest;
-        std::size_t begin, end;  ///< of its points
+        std::size_t begin, end;  ///< range of its points
     };
 
     void sample(const TrilinearCell& map, const std::array<double, 8>& values, const Part& part,
@@ -173,7 +173,7 @@ struct Range {
     }
 };
 
-/// Voxels around a point, as the resampler shows them.
+/// Voxels around a point as shown by the resampler.
 class ShownVoxels {
   public:
     ShownVoxels(const Lattice& lattice, const Volume& scan, Vec3d point)
@@ -193,7 +193,7 @@ class ShownVoxels {
     }
 
     double value() const { return interpolate(m_shown, m_point - as_real(m_first)); }
-    /// All values that went into it.
+    /// Range of all values used.
     const Range& range() const { return m_range; }
 
   private:
@@ -201,7 +201,7 @@ class ShownVoxels {
         return m_first + Vec3i{int(c & 1), int(c >> 1 & 1), int(c >> 2)};
     }
 
-    /// A voxel is written where all eight cells around it have a moved or void corner.
+    /// A voxel is redrawn if all eight cells around it have a moved or void corner.
     bool is_redrawn(Vec3i p) const {
         if (m_lattice.may_have_gaps()) return true;
         for (int c = 0; c < 8; ++c) {
@@ -243,7 +243,7 @@ class ShownVoxels {
     Vec3d m_point;
     Vec3i m_first{0, 0, 0};
     std::array<double, 8> m_shown{};
-    std::array<bool, 8> m_open{};                   ///< voxels that a cell has to claim
+    std::array<bool, 8> m_open{};                   ///< voxels not yet claimed by a cell
     std::array<std::optional<Vec3i>, 8> m_claim{};  ///< the lowest cell over each voxel
     Range m_range;
 };

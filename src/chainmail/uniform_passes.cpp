@@ -10,11 +10,11 @@
 namespace pliant {
 namespace {
 
-/// Passes of fewer carries are not worth a second thread.
+/// Passes with fewer carries run on one thread.
 constexpr std::size_t kFewCarries = 16;
 constexpr std::int64_t kLinesPerTask = 4;
 
-/// Where a brick's line along an axis is.
+/// Position of a brick's line along an axis.
 std::uint64_t line_of(Vec3i coord, int axis) {
     const auto p = std::uint32_t(coord[(axis + 1) % 3]), q = std::uint32_t(coord[(axis + 2) % 3]);
     return std::uint64_t(q) << 32 | p;
@@ -188,13 +188,13 @@ bool UniformPasses::carry(const Carry& step, int axis) const {
         if (!is_alike(to)) return false;
     }
     const Brick& from = m_lattice.brick(step.from);
-    // What is not reached here is behind a brick that isn't alike.
+    // An unreached brick is behind one of another material.
     if (!step.reaches || !from.reached[0]) return true;
     const int side = 2 * axis + (step.up ? 0 : 1);
     m_kernels.carry(to.raised[0], m_lattice.brick_size(), side, from.raised[0],
                     m_lag[std::size_t(axis)], !to.reached[0]);
     to.reached[0] = true;
-    // Beside the border nothing comes along from beyond, for the raise there is 0 already.
+    // At the border nothing enters from beyond, where the raise is 0 already.
     if (to.traits & kPartlyBeyond && step.up && ends_at_border(to, axis))
         m_lattice.set_beyond(to, to.raised[0], 0);
     return true;

@@ -22,8 +22,8 @@
 #include <span>
 #include <vector>
 
+#include <pliant/tissue.h>
 #include "haptics/walls.h"
-#include "scene/tissue.h"
 
 #pragma GCC visibility push(default)  // for other components
 namespace pliant {

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What will be needed next, asked for little by little while something else is computed.
+// Software prefetch queue: cache lines that the next strip will touch, fetched in small portions
+// during other work.
 //
-// Bricks lie anywhere in memory and rows of voxels far apart, so no processor foresees which lines
-// of them a strip of cells touches. Asked for all at once they would queue, and whoever asks would
-// wait with them.
+// Bricks lie anywhere in memory and rows of voxels far apart, so hardware prefetchers can't predict
+// the lines that a strip of cells touches. Fetched all at once they would fill the processor's
+// queue of misses, and the thread would stall.
 
 #pragma once
 
@@ -19,19 +20,20 @@ namespace pliant {
 class Ahead {
   public:
     void clear() { m_next = m_end = 0; }
-    /// Notes some bytes, as far as there is room.
+    /// Adds the lines of some bytes, up to the capacity.
     void want(const void* first, std::size_t bytes) {
         const auto begin = reinterpret_cast<std::uintptr_t>(first);
         want_lines(begin & ~(kLine - 1), begin + bytes);
     }
-    /// Likewise, but for a line that began before: what lies there was wanted earlier.
+    /// Likewise, without the line that contains the first byte if it began before: it was added
+    /// earlier.
     void want_on(const void* first, std::size_t bytes) {
         const auto begin = reinterpret_cast<std::uintptr_t>(first);
         want_lines((begin + kLine - 1) & ~(kLine - 1), begin + bytes);
     }
-    /// Lines that are noted and not asked for yet.
+    /// Number of queued lines.
     std::size_t left() const { return m_end - m_next; }
-    /// Asks for some of them, into the second cache: the present work fills the first.
+    /// Prefetches some lines into the second-level cache: the present work fills the first.
     void fetch(std::size_t count) {
         const std::size_t begin = m_next, end = begin + std::min(count, left());
         for (std::size_t n = begin; n < end; ++n)
@@ -44,7 +46,7 @@ class Ahead {
         for (; begin < end && m_end < kMost; begin += kLine) m_lines[m_end++] = begin;
     }
 
-    static constexpr std::uintptr_t kLine = 64;  ///< of the cache [bytes]
+    static constexpr std::uintptr_t kLine = 64;  ///< size of a cache line [bytes]
     static constexpr std::size_t kMost = 2048;
 
     std::array<std::uintptr_t, kMost> m_lines;

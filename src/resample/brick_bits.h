@@ -3,8 +3,8 @@
 
 // One bit for each element of a brick, or for each of its cells or voxels.
 //
-// They follow each other as the elements do. A word holds a layer of them, if it has room for one,
-// or else a row: so what lies beside them along any axis is a shift or another word.
+// Bits are in the order of the elements. A word holds a layer if it has enough bits, else a row: so
+// the neighbours along any axis are a shift or another word.
 
 #pragma once
 
@@ -19,7 +19,7 @@ using BitWord = std::uint64_t;
 using RowBits = std::uint64_t;
 
 inline constexpr int kLargestBrick = 32, kUsualBrick = 8;
-/// Room for the bits of any brick.
+/// Memory for the bits of any brick.
 using AnyBrickBits = std::array<BitWord, kLargestBrick * kLargestBrick>;
 
 /// @param count  0…64
@@ -27,14 +27,14 @@ constexpr BitWord low_bits(int count) {
     return count < 64 ? (BitWord(1) << count) - 1 : ~BitWord(0);
 }
 
-/// std::popcount is a call where the processor isn't known to count bits.
+/// std::popcount is a function call unless the target is known to have the instruction.
 constexpr int count_of(BitWord bits) {
     bits -= bits >> 1 & 0x5555555555555555u;
     bits = (bits & 0x3333333333333333u) + (bits >> 2 & 0x3333333333333333u);
     return int(((bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fu) * 0x0101010101010101u >> 56);
 }
 
-/// Where bits are. @tparam Size  int, or a constant
+/// Layout of the bits. @tparam Size  int, or a constant
 template <class Size>
 struct BitLayout {
     Size size;  ///< elements along a brick's edge
@@ -50,16 +50,16 @@ struct BitLayout {
     }
 };
 
-/// Calls work(layout of a brick of some size), with the usual size known to the compiler.
+/// Calls work(layout of a brick of that size), with the usual size as a compile-time constant.
 template <class Work>
 auto with_bit_layout(int size, const Work& work) {
     using Usual = std::integral_constant<int, kUsualBrick>;
     return size == kUsualBrick ? work(BitLayout<Usual>{}) : work(BitLayout<int>{size});
 }
 
-/// Combines each bit with the seven beside it, on the high or on the low side along each axis.
-/// @param from  the brick's bits, and those of the bricks on that side: of brick c, the one c & 1
-/// along x, c >> 1 & 1 along y, c >> 2 along z. @param combine  of two words
+/// Combines each bit with its seven neighbours on the high or on the low side along each axis.
+/// @param from  the brick's bits, and those of the bricks on that side: c & 1 is the step along x
+///              of brick c, c >> 1 & 1 along y, c >> 2 along z. @param combine  of two words
 template <bool kHighSide, class Size, class Combine>
 void combine_around(const BitLayout<Size>& layout, const std::array<const BitWord*, 8>& from,
                     const Combine& combine, BitWord* to) {

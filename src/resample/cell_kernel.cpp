@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-// Vectors without a size at compile time can't be kept in structs.
+// Vectors without a size at compile time can't be members of structs.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "resample/cell_kernel.cpp"  // this file, compiled again for each target
@@ -22,10 +22,10 @@ namespace pliant {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Reads rows at the cells of the voxels to be solved, which are in two groups.
+/// Reads rows for the cells of the voxels to be solved, which are in two groups.
 class RowsAt {
   public:
-    /// @param lane  of the rows, per voxel. @param even, odd  where the two groups begin
+    /// @param lane  in the rows, by voxel. @param even, odd  begins of the two groups
     HWY_INLINE RowsAt(const CellRows& rows, hn::Vec<DI> lane, unsigned even, unsigned odd)
         : m_lane(lane), m_rows(rows.row[0]), m_even(m_rows + even), m_odd(m_rows + odd) {}
     HWY_INLINE V operator()(int row) const {
@@ -60,12 +60,12 @@ HWY_INLINE Vec if_then_else(M which, const Vec& a, const Vec& b) {
             hn::IfThenElse(which, a.z, b.z)};
 }
 
-/// At the border that newton_step keeps to.
+/// At the bound to which newton_step clamps.
 HWY_INLINE M is_held(const Vec& s) {
     return hn::Ge(largest_size(s), hn::Set(D(), kNewtonReach));
 }
 
-/// @param[in,out] s  of the lanes that it is for. @returns those that did not settle
+/// @param[in,out] s  of the lanes to solve. @returns lanes that did not converge
 HWY_NOINLINE M settle_by_newton(const Bending& g, const Vec& s1, M lanes, Vec& s) {
     const D d;
     const auto start = [&](V x)
@@ -75,15 +75,15 @@ HWY_NOINLINE M settle_by_newton(const Bending& g, const Vec& s1, M lanes, Vec& s
         const Vec next = newton_step(g, s1, s), before = s;
         s = if_then_else(lanes, next, s);
         lanes = hn::And(lanes, has_moved(before, s));
-        // What is held back at the border for long has its answer beyond.
+        // Lanes that stay clamped have their solution beyond the bound.
         if (step >= kNewtonSteps / 2)
             lanes = hn::AndNot(hn::And(is_held(before), is_held(s)), lanes);
     }
     return lanes;
 }
 
-/// Solves s + G(s) = s₁ with as many steps as the cells' bends ask for.
-/// @param[out] s  answer. @returns lanes that did not settle
+/// Solves s + G(s) = s₁ with the number of steps that the cells' bends require.
+/// @param[out] s  solution. @returns lanes that did not converge
 HWY_INLINE M settle(const RowsAt& at, const Vec& s1, M active, Vec& s) {
     const D d;
     const V bend = at(kRowBend);
@@ -92,7 +92,7 @@ HWY_INLINE M settle(const RowsAt& at, const Vec& s1, M active, Vec& s) {
     if (hn::AllFalse(d, bent)) return bent;
     const Bending g{at.vec(kRowG), at.vec(kRowG + 3), at.vec(kRowG + 6), at.vec(kRowG + 9)};
     for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
-    // Settled lanes stay as they are, or they would depend on their neighbours.
+    // Settled lanes keep their values, which would otherwise depend on other lanes.
     s = if_then_else(bent, s, s1);
     const M very = hn::And(active, hn::Ge(bend, hn::Set(d, kMostBent)));
     M moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
@@ -107,7 +107,7 @@ HWY_INLINE M settle(const RowsAt& at, const Vec& s1, M active, Vec& s) {
         }
     }
     if (HWY_UNLIKELY(!hn::AllFalse(d, very))) {
-        // Copies, or all that is rarely needed here would always have to be in memory.
+        // Copies: references would force all of the rarely used values into memory.
         const Bending of_g = g;
         const Vec of_s1 = s1;
         Vec of_s = s;
@@ -136,7 +136,7 @@ HWY_INLINE V unit_interval(V s) {
     return hn::Min(hn::Max(t, hn::Zero(d)), hn::Set(d, 1));
 }
 
-/// Where voxels p (relative to the strip's origin) are outside of the target's box.
+/// Whether voxels p (relative to the strip's origin) are outside of the target's box.
 HWY_INLINE M outside(const Vec& p, const StripTarget& to) {
     const D d;
     const V x = hn::Max(hn::Sub(hn::Set(d, to.low.x), p.x), hn::Sub(p.x, hn::Set(d, to.high.x)));
@@ -149,11 +149,11 @@ HWY_INLINE Open open_of(Open* open, std::ptrdiff_t voxel) {
     return std::atomic_ref(open[voxel]).load(std::memory_order_relaxed);
 }
 
-/// Stores what lies in a cell where the target is open. @param found  bit: lane
-/// @returns the number of voxels that were
+/// Stores solved voxels where the target is open. @param found  bit: lane
+/// @returns the number of voxels stored
 HWY_INLINE int write_solved(const Solved& solved, unsigned found, const StripTarget& strip,
                             const CellTarget& to) {
-    // By value: for all that the compiler knows, a store of one byte may change everything else.
+    // By value: for the compiler a store of one byte may alias everything else.
     Open* const open = to.open + strip.origin;
     const Open yes = to.turn.yes(), taken = to.turn.taken(), shared = to.turn.shared();
     const Open written = to.takes ? taken : to.turn.no();
@@ -188,7 +188,7 @@ HWY_INLINE int write_solved(const Solved& solved, unsigned found, const StripTar
     });
 }
 
-/// What one call of write_cells works on.
+/// State of one call of write_cells.
 struct Work {
     Work(const StripNodes& nodes, const CellTarget& to_target, const StripTarget& to_strip,
          Leftovers& leftovers)
@@ -198,21 +198,21 @@ struct Work {
     const CellTarget& target;
     const StripTarget to;
     Leftovers& left;
-    unsigned group = 0;  ///< the latest
+    unsigned group = 0;  ///< the latest one
     CellRows rows;
     Waiting waiting;
     Solved solved;
-    unsigned found = 0;  ///< bit: lane of those that are solved, and not written yet
+    unsigned found = 0;  ///< bit: lane of solved voxels that are not written yet
 };
 
-/// Writes what the last call of solve found. How many those are, nobody foresees; now that they
-/// have been known for a while, a wrong guess of the processor's is soon put right.
+/// Writes the result of the last call of solve. Written one vector late: the trip count is then
+/// known early, and a mispredicted branch is cheap.
 HWY_INLINE void write_last(Work& work) {
     work.left.written += write_solved(work.solved, work.found, work.to, work.target);
     work.found = 0;
 }
 
-/// @param first  of the items that were solved. @param found, edges  bit: lane
+/// @param first  the first solved item. @param found, edges  bit: lane
 HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
     const Solved& solved = work.solved;
     for (; found; found &= found - 1) {
@@ -227,7 +227,7 @@ HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
     }
 }
 
-/// Likewise.
+/// Adds unsettled voxels, with the same parameters.
 HWY_NOINLINE void leave_unsettled(Work& work, int first, unsigned lanes) {
     for (; lanes; lanes &= lanes - 1) {
         const int n = __builtin_ctz(lanes);
@@ -237,8 +237,8 @@ HWY_NOINLINE void leave_unsettled(Work& work, int first, unsigned lanes) {
     }
 }
 
-/// Solves the first `count` voxels of those from `first` on, at most a vector of them. Their cells
-/// are in the two groups before the latest.
+/// Solves `count` voxels from `first` on, at most a vector of them. Their cells are in the two
+/// groups before the latest.
 HWY_INLINE void solve(int first, int count, Work& work) {
     const D d;
     const DI di;
@@ -294,8 +294,8 @@ HWY_INLINE void solve(int first, int count, Work& work) {
     work.found = bits_of(found);
 }
 
-/// Solves voxels of the two groups before the latest: all that fill kCellGroup lanes, whatever the
-/// vector's width, and those of the older group even if they don't, as its place is taken next.
+/// Solves voxels of the two groups before the latest: all that fill kCellGroup lanes, for every
+/// vector width, and the rest of the older group, whose memory is reused next.
 HWY_INLINE void solve_waiting(Work& work) {
     constexpr auto kLanes = int(hn::MaxLanes(D()));
     Waiting& waiting = work.waiting;
@@ -305,8 +305,8 @@ HWY_INLINE void solve_waiting(Work& work) {
             solve(waiting.begin + lane, std::min(count - lane, kLanes), work);
         waiting.begin += count;
     }
-    // Another group may need room for all its candidates, but mostly the beginning is enough, which
-    // stays in the first cache.
+    // Another group may need memory for all its candidates, but usually the beginning suffices,
+    // which stays in the first-level cache.
     if (waiting.begin > Waiting::kFew ||
         waiting.end > Waiting::kCapacity - kCellGroup * kMaxCandidates) {
         std::copy(waiting.item + waiting.begin, waiting.item + waiting.end, waiting.item);
@@ -344,7 +344,7 @@ struct HalfGroup {
     unsigned use;  ///< bit: lane
 };
 
-/// One coordinate of the cells of lanes lane, lane + 1, …
+/// Coordinates of the cells in lanes lane, lane + 1, …, along one axis.
 template <int Vec3i::*kAxis>
 HWY_INLINE V coordinate(const HalfGroup& low, const HalfGroup& high, unsigned lane) {
     const D d;
@@ -359,7 +359,7 @@ HWY_INLINE V coordinate(const HalfGroup& low, const HalfGroup& high, unsigned la
 #endif
 }
 
-/// Makes two halves of a group ready and lists their candidates.
+/// Prepares two halves of a group and lists their candidates.
 HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Work& work) {
     constexpr auto kLanes = unsigned(hn::MaxLanes(D()));
     constexpr unsigned kAllLanes = (1u << kLanes) - 1;
@@ -450,7 +450,7 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
     write_last(work);
 }
 
-/// Least and greatest place of some cells along an axis, from the strip's origin on.
+/// Bounds of some cells along an axis, from the strip's origin on.
 struct Extent {
     V least, most;
 };
@@ -460,7 +460,7 @@ HWY_INLINE Extent extent_of(const StripNodes& strip, std::size_t n, int axis, V 
     const D d;
     const std::size_t step[3] = {1, std::size_t(strip.row()), std::size_t(strip.slice())};
     const std::size_t one = step[(axis + 1) % 3], other = step[(axis + 2) % 3];
-    // Of the corners on the cells' low side along the axis, and on their high side.
+    // [s]: of the corners on the cells' low side along the axis, and on their high side.
     Extent side[2];
     for (std::size_t s = 0; s < 2; ++s) {
         const float* u = strip.eighth_u(axis) + n + s * step[axis];

@@ -9,20 +9,18 @@
 //
 //     s + G(s) = s₁   with   s₁ = J⁻¹(p − c),   G = J⁻¹C,
 //
-// and is solved by s ← s₁ − G(s). That costs a quarter of a Newton step, and contracts at a rate
-// that is known beforehand from the sizes of G's coefficients. They say how many steps a cell
-// needs, and how far s₁ can be from the answer: nearly all voxels that are not in the cell are seen
-// off by s₁ and their place in the cell's bounding box. Cells of one material under a push are
-// parallelepipeds: G = 0.
+// and is solved by s ← s₁ − G(s). That costs a quarter of a Newton step. The coefficients of G
+// bound the rate of contraction in advance: they give the number of steps that a cell needs, and
+// the largest distance of s₁ from the solution. Nearly all voxels outside of a cell are rejected by
+// s₁ and by the cell's bounding box. Cells of one material under a push are parallelepipeds: G = 0.
 //
-// A group of cells holds as many voxels as cells, but one cell none and the next one four. So the
-// voxels that may lie in a group's cells are listed, and solved a full vector at a time; what is
-// left over waits for the next group's.
+// A group of cells holds as many voxels as cells on average, but single cells hold none or four. So
+// the candidate voxels of a group's cells are listed, and solved a full vector at a time; the
+// remainder waits for the next group's.
 //
 // Every target does the same single-precision operations in the same order on each cell, with the
-// same fused multiply-adds (in software where the processor has none), and cells are taken in
-// groups of kCellGroup whatever the vector's width: so the results are the same bits on each
-// machine.
+// same fused multiply-adds (in software if the processor has none), and cells are processed in
+// groups of kCellGroup for every vector width: so the results are the same bits on each machine.
 
 #pragma once
 
@@ -34,27 +32,28 @@
 
 namespace pliant {
 
-/// Which of two cells that share a face writes the voxels on it.
+/// Cell that writes the voxels on a face shared by two cells.
 enum class CellFaces {
     HalfOpen,  ///< one of them: a face on the high side is left to the neighbour
-    Closed,    ///< both, and the first one wins: where the neighbour is missing
+    Closed,    ///< both, and the first one wins: for missing neighbours
 };
 
-/// Where cells are written to.
+/// Destination of the cells' voxels.
 struct CellTarget {
     Box3i box;                         ///< voxels that may be written; inside the scan
     Vec3i grid_size;                   ///< of the scan
-    Open* open = nullptr;              ///< per voxel of the scan
-    Turn turn;                         ///< that it is
+    Open* open = nullptr;              ///< [voxel of the scan]
+    Turn turn;                         ///< the present turn
     bool takes = false;                ///< voxels that write_cells writes become taken
     std::int16_t* voxels16 = nullptr;  ///< one of the two
     float* voxels32 = nullptr;
-    Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not wanted
+    Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not requested
     Box3i inverse_box;
     Vec3f world_from_voxels[3];  ///< columns: a step along i, j, k [mm, LPS]
 };
 
-/// Two threads may write one voxel, where the map is folded; it is opened and written again then.
+/// Atomic store: where the map is folded, two threads may write one voxel, which is later opened
+/// and written again.
 template <class Value>
 inline void put(Value& to, Value value) {
     std::atomic_ref(to).store(value, std::memory_order_relaxed);
@@ -64,7 +63,7 @@ inline void put(Value& to, Value value) {
 inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f back) {
     std::ptrdiff_t at = voxel;
     const Vec3i n = target.inverse_box.end - target.inverse_box.begin;
-    if (n != target.grid_size) {  // else there is nothing to be divided
+    if (n != target.grid_size) {  // else no division is needed
         const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
         const std::ptrdiff_t x = voxel % nx - target.inverse_box.begin.x;
         const std::ptrdiff_t y = voxel / nx % ny - target.inverse_box.begin.y;
@@ -77,39 +76,38 @@ inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f 
     put(to.x, mm.x), put(to.y, mm.y), put(to.z, mm.z);
 }
 
-/// What a cell would write.
+/// A voxel that a cell claims, and its value.
 struct Claim {
     std::ptrdiff_t voxel;
-    bool is_edge;  ///< just outside of the cell, by so little that the one beside it may leave the
-                   ///< voxel out as well
+    bool is_edge;  ///< outside of the cell by so little that its neighbour may miss the voxel, too
     int strip, cell;
     double value;
     Vec3f back;  ///< φ⁻¹(p) − p [voxels]
 };
 
-/// Which of the voxels that it finds a strip writes at once; the others it claims.
+/// Voxels that a strip writes at once; it claims the others.
 enum class Writes { AllButEdges, None };
 
-/// What a strip leaves for later.
+/// Results of a strip that are processed later.
 struct Leftovers {
     Writes writes = Writes::AllButEdges;
-    int strip = 0;              ///< its number, for the claims
-    std::int64_t written = 0;   ///< voxels that were open
+    int strip = 0;              ///< its number, for claims
+    std::int64_t written = 0;   ///< number of open voxels that were written
     std::vector<Claim> claims;  ///< in any order
-    /// A voxel whose place in a cell was not found, and may lie in it.
+    /// A voxel that may lie in a cell, but whose position in it was not found.
     struct Unsettled {
         int cell;
         std::ptrdiff_t voxel;
     };
     std::vector<Unsettled> unsettled;
-    /// Cells that may be folded, are very thin, or reach too far: to be written one by one.
+    /// Cells that may be folded, are very thin, or extend too far: they are written one by one.
     std::vector<int> slow;
-    /// Those of them that may be folded.
+    /// The slow cells that may be folded.
     std::vector<int> folded;
 };
 
 /// Writes the open voxels that lie in cells of `strip.use()`, and closes them; or claims them.
-/// @param[in,out] left  is appended to. @param[in,out] ahead  all of it is asked for in passing
+/// @param[in,out] left  is appended to. @param[in,out] ahead  is prefetched completely meanwhile
 /// @pre !strip.is_wild()
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  Leftovers& left, Ahead& ahead);
@@ -117,8 +115,8 @@ void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces fa
 /// Writes a claimed voxel and closes it, if it is open. @returns whether it was
 bool write_claim(const Claim& claim, const CellTarget& target);
 
-/// Takes away the cells that have no voxel in any of some boxes; perhaps not all of them.
-/// @param[in,out] use  as StripNodes::use. @returns whether any are left
+/// Removes cells that have no voxel in any of some boxes; may keep some of them.
+/// @param[in,out] use  like StripNodes::use. @returns whether any are left
 /// @pre !strip.is_wild()
 bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes, std::span<RowBits> use);
 

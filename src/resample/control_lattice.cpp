@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Nodes' displacements to elements': row by row of the scan's bricks, first along y and z, where a
-// row has one weight each, then along x.
+// Interpolates nodes' displacements at elements: row by row of the scan's bricks, first along y and
+// z, where a row has one weight each, then along x.
 
 #include <pliant/assert.h>
 #include <pliant/control_lattice.h>
@@ -13,8 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "chainmail/trilinear_cell.h"
 #include "core/errors.h"
+#include "field/trilinear_cell.h"
+#include "field/writable_field.h"
 #include "resample/scatter_job.h"
 
 namespace pliant {
@@ -27,7 +28,7 @@ double mix(double a, double b, double t) {
     return (1 - t) * a + t * b;
 }
 
-/// Which cell an element along one axis lies in, and where in it.
+/// Cell of an element along one axis, and its position in it.
 struct Place {
     int cell;
     double t;
@@ -42,11 +43,7 @@ Place place_of(int element, int first, int cell, int nodes) {
 
 struct ControlLattice::Impl {
     Impl(const Volume& v, const ControlGrid& g, const TaskArena& a)
-        : scan(v),
-          arena(a),
-          grid(g),
-          lattice(v, std::vector<MaterialLaw>{[](int) { return ElementLimits{}; }}, kBrickSize,
-                  false) {
+        : scan(v), arena(a), grid(g), field(v.grid, kBrickSize) {
         region.begin = g.first;
         for (int c = 0; c < 3; ++c) region.end[c] = g.first[c] + g.cell[c] * (g.size[c] - 1) + 1;
         bricks = bricks_of(region, kBrickSize);
@@ -63,21 +60,22 @@ struct ControlLattice::Impl {
     Result<std::vector<Vec3d>> along_axes(std::span<const Vec3d> displacements_mm) const;
     void list_bricks(std::span<const Vec3d> along);
     void list_bricks_at(Vec3i node);
-    void write(Brick& brick) const;
-    void write_row(Brick& brick, int row, Vec3i from, int width) const;
-    /// The corners of a cell, moved by shift(node) [mm along the lattice's axes]. In voxels.
+    void write(FieldBrick& brick) const;
+    void write_row(FieldBrick& brick, int row, Vec3i from, int width) const;
+    /// Corners of a cell, moved by shift(node) [mm along the lattice's axes]. In voxels.
     template <class Shift>
     std::array<Vec3d, 8> corners(Vec3i cell, const Shift& shift) const;
 
     const Volume& scan;
     const TaskArena& arena;
     ControlGrid grid;
-    Lattice lattice;
-    Box3i region;                              ///< voxels that hang in the nodes
-    Box3i bricks;                              ///< that hold them
-    std::array<std::vector<double>, 3> units;  ///< of nodes, along i, j, k [2⁻²⁰ mm]
-    std::vector<std::uint8_t> is_listed;       ///< per brick of bricks; all 0 between calls
-    std::vector<int> listed;                   ///< indices of bricks that are to be written
+    WritableField field;
+    Deformation deformation{field};
+    Box3i region;                              ///< voxels that follow the nodes
+    Box3i bricks;                              ///< bricks that hold them
+    std::array<std::vector<double>, 3> units;  ///< displacements of nodes, along i, j, k [2⁻²⁰ mm]
+    std::vector<std::uint8_t> is_listed;       ///< [brick of bricks]; all 0 between calls
+    std::vector<int> listed;                   ///< indices of bricks to be written
 };
 
 ControlLattice::ControlLattice(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
@@ -131,12 +129,12 @@ void ControlLattice::Impl::list_bricks_at(Vec3i node) {
             is_listed[dense_index(brick - bricks.begin, bricks.end - bricks.begin)];
         if (flag) return;
         flag = 1;
-        listed.push_back(-1);  // gets memory before the brick does
-        listed.back() = lattice.ensure_blank_brick(brick);
+        listed.push_back(-1);  // allocates before the brick is created
+        listed.back() = field.ensure_brick(brick);
     });
 }
 
-void ControlLattice::Impl::write_row(Brick& brick, int row, Vec3i from, int width) const {
+void ControlLattice::Impl::write_row(FieldBrick& brick, int row, Vec3i from, int width) const {
     const Place y = place_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
     const Place z = place_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
     std::array<Place, kBrickSize> along;
@@ -162,7 +160,7 @@ void ControlLattice::Impl::write_row(Brick& brick, int row, Vec3i from, int widt
     }
 }
 
-void ControlLattice::Impl::write(Brick& brick) const {
+void ControlLattice::Impl::write(FieldBrick& brick) const {
     const Vec3i first = kBrickSize * brick.coord;
     const Box3i inside =
         overlap({first, first + Vec3i{kBrickSize, kBrickSize, kBrickSize}}, region);
@@ -174,15 +172,9 @@ void ControlLattice::Impl::write(Brick& brick) const {
         const Vec3i local = p - first;
         write_row(brick, local.x + kBrickSize * (local.y + kBrickSize * local.z), p, n.x);
     });
-    for (int a = 0; a < 3; ++a) {
-        const Fixed* u = brick.u[std::size_t(a)];
-        const auto [low, high] = std::minmax_element(u, u + count);
-        brick.u_min[a] = *low;
-        brick.u_max[a] = *high;
-    }
 }
 
-/// Displacements along the lattice's axes [mm], once they are checked.
+/// Displacements along the lattice's axes [mm], after a check.
 Result<std::vector<Vec3d>> ControlLattice::Impl::along_axes(
     std::span<const Vec3d> displacements_mm) const {
     if (displacements_mm.size() != units[0].size())
@@ -204,7 +196,7 @@ Result<std::vector<Vec3d>> ControlLattice::Impl::along_axes(
     return along;
 }
 
-/// Lists the bricks at nodes that move, and gets memory for them.
+/// Lists the bricks at moved nodes, and allocates their memory.
 void ControlLattice::Impl::list_bricks(std::span<const Vec3d> along) {
     const auto unlist = [&] { std::fill(is_listed.begin(), is_listed.end(), std::uint8_t(0)); };
     listed.clear();
@@ -219,7 +211,7 @@ void ControlLattice::Impl::list_bricks(std::span<const Vec3d> along) {
     } catch (...) {
         unlist();
         if (!listed.empty() && listed.back() < 0) listed.pop_back();
-        lattice.drop_still_bricks(listed);
+        field.drop_still_bricks(listed);
         throw;
     }
     unlist();
@@ -231,17 +223,16 @@ Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
     list_bricks(*along);
     for (std::size_t n = 0; n < along->size(); ++n)
         for (int a = 0; a < 3; ++a) units[std::size_t(a)][n] = kUnitsPerMm * (*along)[n][a];
-    const std::uint64_t now = lattice.tick();
+    const std::uint64_t now = field.tick();
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t b = begin; b < end; ++b) {
-            Brick& brick = lattice.brick(listed[std::size_t(b)]);
+            FieldBrick& brick = field.brick(listed[std::size_t(b)]);
             write(brick);
-            brick.is_unplaced = false;
-            brick.changed_at = now;
+            field.written(brick, now);
         }
     };
     arena.for_each(std::int64_t(listed.size()), kBricksPerTask, std::ref(task));
-    lattice.drop_still_bricks(listed);
+    field.drop_still_bricks(listed);
     return Ok{};
 }
 
@@ -328,8 +319,8 @@ Vec3d ControlLattice::node_mm(std::int32_t node) const {
 const Volume& ControlLattice::volume() const {
     return m_impl->scan;
 }
-const Lattice& ControlLattice::lattice() const {
-    return m_impl->lattice;
+const Deformation& ControlLattice::deformation() const {
+    return m_impl->deformation;
 }
 const TaskArena& ControlLattice::arena() const {
     return m_impl->arena;

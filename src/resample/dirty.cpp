@@ -21,7 +21,7 @@ Box3i voxels_within(const CellReach& reach, const Box3i& within) {
         const int first = within.begin[a], last = within.end[a];
         const double low = std::clamp<double>(reach.low[a] - kReachSlack, first, last);
         const double high = std::clamp<double>(reach.high[a] + kReachSlack, first - 1, last - 1);
-        // Rounded up and down without calls: what is clamped fits.
+        // Floor and ceiling without function calls: clamped values fit.
         box.begin[a] = int(low) + (int(low) < low);
         box.end[a] = int(high) - (int(high) > high) + 1;
     }
@@ -41,7 +41,7 @@ void Dirty::find(const Grid& grid, int brick_size, const Motion& before, const M
     });
 }
 
-/// Marks what the cells at changed elements cover at rest, covered before, and cover now.
+/// Marks the bricks that cells at changed elements cover at rest, covered before, and cover now.
 void Dirty::mark_changes(const Grid& grid, int size, const Motion& before, const Motion& now,
                          const TaskArena& arena) {
     const Box3i scan = voxel_box(grid), box = hull(before.snapshot.box(), now.snapshot.box());
@@ -61,7 +61,7 @@ void Dirty::mark_changes(const Grid& grid, int size, const Motion& before, const
             if (!old || old->stamp != record.stamp) mark_brick(record.coord);
         }
     };
-    // By reference: a copy of the captures would be allocated.
+    // By reference: a copy of the captures would allocate.
     arena.for_each(std::int64_t(now.snapshot.records().size()), kBlocksPerTask, std::ref(compare));
     for (const BrickRecord& record : before.snapshot.records())
         if (!now.snapshot.record_at(record.coord)) mark_brick(record.coord);
@@ -83,7 +83,7 @@ void Dirty::mark_changes(const Grid& grid, int size, const Motion& before, const
     arena.for_each(std::int64_t(m_changed_blocks.size()), kBlocksPerTask, std::ref(cover));
 }
 
-/// Adds whole strips whose frames changed: that changes the bits of all that they write.
+/// Adds whole strips whose frames changed: all bits that they write change with the frame.
 void Dirty::widen_to_strips(const Grid& grid, int size, const Motion& before, const Motion& now,
                             const Box3i& blocks) {
     const StripLayout layout(size);

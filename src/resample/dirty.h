@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which bricks of the scan have to be written again: those that cells at changed elements cover at
-// rest, covered before, or cover now.
+// Bricks of the scan that must be written again: cells at changed elements cover them at rest,
+// covered them before, or cover them now.
 
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace pliant {
 
-/// The voxels of some box that lie within reach, and those that do so but for rounding.
+/// Voxels of a box within reach, with a margin for rounding.
 Box3i voxels_within(const CellReach& reach, const Box3i& within);
 
 /// The lattice at one time, and the cells that it moves.
@@ -27,7 +27,7 @@ class Dirty {
     /// Sorted by coordinate.
     std::vector<DirtyBrick>& bricks() { return m_bricks; }
     const std::vector<DirtyBrick>& bricks() const { return m_bricks; }
-    /// Per brick of the scan.
+    /// [brick of the scan]
     std::span<const std::uint8_t> flags() const { return m_dirty; }
     Vec3i brick_count() const { return m_brick_count; }
 
@@ -36,13 +36,13 @@ class Dirty {
                       const TaskArena& arena);
     void widen_to_strips(const Grid& grid, int brick_size, const Motion& before, const Motion& now,
                          const Box3i& blocks);
-    /// Threads may mark the same ones.
+    /// Threads may mark the same bricks.
     void mark(const Box3i& bricks);
 
     Vec3i m_brick_count{0, 0, 0};
-    std::vector<std::uint8_t> m_dirty;        ///< per brick of the scan
-    std::vector<std::uint8_t> m_block_flags;  ///< of the blocks in some box
-    std::vector<Vec3i> m_changed_blocks;      ///< bricks' cells, of which some changed
+    std::vector<std::uint8_t> m_dirty;        ///< [brick of the scan]
+    std::vector<std::uint8_t> m_block_flags;  ///< flags of the blocks in a box
+    std::vector<Vec3i> m_changed_blocks;      ///< blocks of cells with a change
     std::vector<DirtyBrick> m_bricks;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Displacement fields, as a whole and slice by slice. A slice asks only the bricks that it cuts.
+// Displacement fields, as a whole and slice by slice. A slice reads only the bricks that it cuts.
 
 #include <pliant/resample.h>
 
@@ -21,16 +21,15 @@ std::size_t slice_size(const Grid& grid) {
     return std::size_t(grid.size.x) * std::size_t(grid.size.y);
 }
 
-/// The part of slice k that lies in a brick.
-void fill_from_brick(const Lattice& lattice, const Brick& brick, int k,
+/// Fills the part of slice k that lies in a brick.
+void fill_from_brick(const Field& field, const FieldBrick& brick, int k,
                      std::span<Vec3f> vectors_mm) {
-    const Grid& grid = lattice.grid();
-    const Vec3i first = lattice.element_of(brick.coord, 0);
-    const int size =
-        lattice.element_of(brick.coord, lattice.elements_per_brick() - 1).z - first.z + 1;
+    const Grid& grid = field.grid();
+    const Vec3i first = field.element_of(brick.coord, 0);
+    const int size = field.element_of(brick.coord, field.elements_per_brick() - 1).z - first.z + 1;
     const int begin = size * size * (k - first.z);
     for (int n = begin; n < begin + size * size; ++n) {
-        const Vec3i e = lattice.element_of(brick.coord, n);
+        const Vec3i e = field.element_of(brick.coord, n);
         if (!contains(voxel_box(grid), e)) continue;
         const auto i = std::size_t(n);
         const Vec3d u = world_from_lattice_vector(
@@ -50,26 +49,23 @@ VectorField whole_field(const Grid& grid, FieldKind kind, const FieldSlices& fil
 
 }  // namespace
 
-FieldSlices slices_of(const Lattice& lattice) {
-    // Bricks by the layer that they lie in.
+FieldSlices slices_of(const Field& field) {
+    // Bricks by layer.
     auto layers = std::make_shared<std::map<int, std::vector<int>>>();
-    for (const int index : lattice.resident_bricks())
-        (*layers)[lattice.brick(index).coord.z].push_back(index);
-    return [&lattice, layers](int k, std::span<Vec3f> vectors_mm) {
-        const auto found = layers->find(lattice.brick_of({0, 0, k}).z);
+    for (const int index : field.resident_bricks())
+        (*layers)[field.brick(index).coord.z].push_back(index);
+    return [&field, layers](int k, std::span<Vec3f> vectors_mm) {
+        const auto found = layers->find(field.brick_of({0, 0, k}).z);
         if (found == layers->end()) return;
         for (const int index : found->second)
-            fill_from_brick(lattice, lattice.brick(index), k, vectors_mm);
+            fill_from_brick(field, field.brick(index), k, vectors_mm);
     };
 }
 
-Result<FieldSlices> displacement_slices(const ChainMail& tissue) noexcept {
-    return attempt([&]() -> Result<FieldSlices> { return slices_of(tissue.lattice()); });
-}
 Result<FieldSlices> displacement_slices(const MovingScan& scan) noexcept {
     return attempt([&]() -> Result<FieldSlices> {
-        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
-        return slices_of(scan.lattice());
+        if (const Status s = scan.update_deformation(); !s.ok()) return s.error();
+        return slices_of(scan.deformation().field());
     });
 }
 
@@ -88,9 +84,11 @@ FieldSlices inverse_slices(const Deformed& deformed) noexcept {
     };
 }
 
-Result<VectorField> displacement_field(const ChainMail& tissue) noexcept {
+Result<VectorField> displacement_field(const MovingScan& scan) noexcept {
     return attempt([&]() -> Result<VectorField> {
-        return whole_field(tissue.volume().grid, FieldKind::Modeling, slices_of(tissue.lattice()));
+        const Result<FieldSlices> slices = displacement_slices(scan);
+        if (!slices) return slices.error();
+        return whole_field(scan.volume().grid, FieldKind::Modeling, *slices);
     });
 }
 

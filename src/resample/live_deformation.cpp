@@ -17,22 +17,25 @@ namespace {
 
 constexpr std::int64_t kRowsPerTask = 64;
 
+struct FreeMemory {
+    void operator()(void* memory) const { std::free(memory); }
+};
+
 }  // namespace
 
 struct LiveDeformation::Impl {
     explicit Impl(const MovingScan& t)
         : tissue(t), volume(t.volume()), scatter(t.volume(), t.arena()) {}
-    explicit Impl(std::unique_ptr<const MovingScan> t) : Impl(*t) { own = std::move(t); }
 
     LiveUpdate write() {
         if (is_behind) scatter.start_over(volume, inverse_mm.get());
         is_behind = true;
-        const Lattice& lattice = tissue.lattice();
-        const OpenVoxels open = scatter.look(lattice, Mapping::Cells, volume);
-        if (inverse_mm) scatter.clear_inverse(lattice, inverse_mm.get());
+        const Field& field = tissue.deformation().field();
+        const OpenVoxels open = scatter.look(field, Mapping::Cells, volume);
+        if (inverse_mm) scatter.clear_inverse(field, inverse_mm.get());
         LiveUpdate update;
-        update.gap_voxels = scatter.write(lattice, Mapping::Cells, volume, inverse_mm.get(),
-                                          voxel_box(volume.grid));
+        update.gap_voxels =
+            scatter.write(field, Mapping::Cells, volume, inverse_mm.get(), voxel_box(volume.grid));
         update.written_voxels = open.count;
         update.dirty_box = open.box;
         update.boxes = scatter.written_boxes();
@@ -57,21 +60,14 @@ struct LiveDeformation::Impl {
         tissue.arena().for_each(std::int64_t(n.y) * n.z, kRowsPerTask, std::ref(task));
     }
 
-    std::unique_ptr<const MovingScan> own;  ///< null: somebody else's
     const MovingScan& tissue;
     Volume volume;
     Scatter scatter;
     bool is_behind = false;  ///< the last update failed
-    /// Memory that nobody writes to stays unused: only pages with deformed voxels become resident.
+    /// Untouched memory stays unused: only pages with deformed voxels become resident.
     std::unique_ptr<Vec3f[], FreeMemory> inverse_mm;
 };
 
-Result<LiveDeformation> LiveDeformation::create(const ChainMail& tissue) noexcept {
-    return attempt([&]() -> Result<LiveDeformation> {
-        return LiveDeformation(
-            std::make_unique<Impl>(std::make_unique<const ChainMailScan>(tissue)));
-    });
-}
 Result<LiveDeformation> LiveDeformation::create(const MovingScan& scan) noexcept {
     return attempt(
         [&]() -> Result<LiveDeformation> { return LiveDeformation(std::make_unique<Impl>(scan)); });
@@ -84,7 +80,7 @@ LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = defaul
 Result<LiveUpdate> LiveDeformation::update() noexcept {
     const auto start = std::chrono::steady_clock::now();
     Result<LiveUpdate> update = attempt([&]() -> Result<LiveUpdate> {
-        if (const Status s = m_impl->tissue.update_lattice(); !s.ok()) return s.error();
+        if (const Status s = m_impl->tissue.update_deformation(); !s.ok()) return s.error();
         return m_impl->write();
     });
     if (!update) return update;
@@ -111,7 +107,7 @@ bool LiveDeformation::keep_sources(bool keep) noexcept {
     m_impl->scatter.forget();
     if (update()) return true;
     m_impl->inverse_mm.reset();
-    (void)update();  // where it fails, the volume is behind until the next one
+    (void)update();  // after a failure the volume is behind until the next one
     return false;
 }
 
@@ -136,11 +132,11 @@ void LiveDeformation::displacement_mm(const Box3i& box, std::span<float> values)
 }
 
 void LiveDeformation::jacobian(const Box3i& box, std::span<float> values) const {
-    const Lattice& lattice = m_impl->tissue.lattice();
-    const Vec3d s = lattice.grid().spacing_mm;
-    const Mat3d axes = inverse(lattice.grid().direction);
+    const Field& field = m_impl->tissue.deformation().field();
+    const Vec3d s = field.grid().spacing_mm;
+    const Mat3d axes = inverse(field.grid().direction);
     m_impl->for_rows(box, values, [&](const auto& rows) {
-        SourceJacobian jacobian(lattice, m_impl->scatter.snapshot());
+        SourceJacobian jacobian(field, m_impl->scatter.snapshot());
         rows([&](Vec3i p, Vec3f back) {
             if (back == Vec3f{0, 0, 0}) return 1.0F;
             const Vec3d way = axes * Vec3d{back.x, back.y, back.z};

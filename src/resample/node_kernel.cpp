@@ -18,7 +18,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// @param from  size of them
+/// @param from  size elements
 HWY_INLINE void convert_row(const Fixed* HWY_RESTRICT from, int size, Fixed base, float scale,
                             float shift, float* HWY_RESTRICT to) {
     const hn::CappedTag<float, 8> d;
@@ -32,7 +32,7 @@ HWY_INLINE void convert_row(const Fixed* HWY_RESTRICT from, int size, Fixed base
     for (; x < size; ++x) to[x] = float(from[x] - base) * scale + shift;
 }
 
-/// @param kSize  of bricks, if the compiler may know it; else 0
+/// @param kSize  size of bricks as a compile-time constant; else 0
 template <int kSize>
 HWY_INLINE void convert_rows(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
                              int any_size, Fixed base, float scale, float shift, float* to) {
@@ -60,7 +60,7 @@ void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow>
         convert_rows<0>(from, rows, size, base, scale, shift, to);
 }
 
-/// Bit i: element i is not zero. @param count  of them, at most 64
+/// Bit i: element i is not zero. @param count  number of elements, at most 64
 HWY_INLINE BitWord moved_in_word(const Fixed* HWY_RESTRICT u, int count) {
     const hn::CappedTag<Fixed, 16> d;
     constexpr auto kLanes = int(hn::MaxLanes(d));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Reads elements and voxels into what the kernel of cells works on, a vector at a time: every
-// target gives the same bits.
+// Converts elements and voxels to the input of the cell kernel, a vector at a time: every target
+// gives the same bits.
 
 #pragma once
 
@@ -11,14 +11,14 @@
 namespace pliant {
 
 /// Displacements of a strip's nodes relative to a base: (u − base)·scale + shift.
-/// @param from  one component in the bricks along x, and in those beside them along y, along z, and
+/// @param from  one component in the bricks along x, and in their neighbours along y, along z, and
 ///              along both
 /// @param[out] to  in the order of StripNodes::index
 void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
                            int brick_size, Fixed base, float scale, float shift, float* to);
 
-/// A bit for each element, in words of so many: it moved. The other components are read only where
-/// the first one is zero somewhere in the word. @param u  null: zero
+/// Sets one bit per moved element, in words of `elements_per_word` bits. Reads the other components
+/// only if the first one has a zero in the word. @param u  null: zero
 void find_moved(const std::array<const Fixed*, 3>& u, int words, int elements_per_word,
                 BitWord* bits);
 

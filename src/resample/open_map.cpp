@@ -26,7 +26,7 @@ OpenMap::OpenMap(const Grid& scan) : m_voxel_count(scan.size) {
 
 void OpenMap::set_brick_size(int size) {
     if (size == m_size) return;
-    m_size = 0;  // until there is memory
+    m_size = 0;  // until memory is allocated
     for (int a = 0; a < 3; ++a) m_brick_count[a] = (m_voxel_count[a] + size - 1) / size;
     const std::size_t bricks = dense_count(m_brick_count);
     m_words_per_brick = std::size_t(BitLayout<int>{size}.words());

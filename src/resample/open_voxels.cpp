@@ -15,9 +15,9 @@ constexpr Box3i kNothing{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MI
 
 constexpr RowBits kEachByte = 0x0101010101010101u;
 
-/// @param yes  what voxels become that have a bit; others can't change
+/// @param yes  new state of voxels whose bit is set; others can't change
 void open_row(Open* open, int count, RowBits bits, Open yes) {
-    // Eight bits become eight bytes: byte i keeps bit i of its copy, and any bit of it becomes 1.
+    // Eight bits become eight bytes: byte i keeps bit i of its copy, and a set bit becomes 1.
     static_assert(std::endian::native == std::endian::little);
     for (; count >= 8; count -= 8, open += 8, bits >>= 8) {
         const RowBits kept = (bits & 0xff) * kEachByte & 0x8040201008040201u;
@@ -27,7 +27,7 @@ void open_row(Open* open, int count, RowBits bits, Open yes) {
     for (int x = 0; x < count; ++x) open[x] = bits >> x & 1 ? yes : Open::Never;
 }
 
-/// Whether any has one of some bits.
+/// Whether any voxel of a row has one of some bits.
 bool any_in_row(const Open* open, int count, Open bits) {
     RowBits any = 0, eight;
     for (; count >= 8; count -= 8, open += 8) {
@@ -38,7 +38,7 @@ bool any_in_row(const Open* open, int count, Open bits) {
     return (any & RowBits(bits) * kEachByte) != 0;
 }
 
-/// Copies a row. Most are eight voxels long, which the compiler may know.
+/// Copies a row. Most are eight voxels long, a compile-time constant.
 template <class T>
 void copy_row(const T* from, int count, T* to) {
     if (count == 8)
@@ -47,8 +47,9 @@ void copy_row(const T* from, int count, T* to) {
         std::copy_n(from, count, to);
 }
 
-/// Puts rows of a brick back that hold what nobody else will write again.
-/// @param before  voxels that the last update could change. @param now  those that this one can
+/// Restores rows of a brick with voxels that no cell will write again.
+/// @param before  voxels that the last update could change. @param now  voxels that this one can
+///                change
 template <class Size>
 void put_back(const CellTarget& target, const Volume& original, const Box3i& box,
               const BitLayout<Size>& layout, const BitWord* before, const BitWord* now) {
@@ -70,7 +71,7 @@ void put_back(const CellTarget& target, const Volume& original, const Box3i& box
         original.voxels);
 }
 
-/// Takes away what lies beyond the scan. @param n  voxels of the brick that don't
+/// Clears the bits of voxels beyond the scan. @param n  size of the brick's part inside of it
 template <class Size>
 void clip(const BitLayout<Size>& layout, Vec3i n, BitWord* bits) {
     const int size = layout.size;
@@ -85,7 +86,7 @@ void clip(const BitLayout<Size>& layout, Vec3i n, BitWord* bits) {
         }
 }
 
-/// Whether a box goes on where another one ends, along x.
+/// Whether a box continues another one along x.
 bool goes_on(const Box3i& box, const Box3i& before) {
     return !is_empty(before) && box.begin.x == before.end.x && box.begin.y == before.begin.y &&
            box.begin.z == before.begin.z;
@@ -99,11 +100,11 @@ bool any_in_box(const CellTarget& target, const Box3i& box, Open bits) {
     return false;
 }
 
-/// The box around a brick's bits, of which there are some.
+/// Box around a brick's set bits. @pre there are some
 template <class Size>
 Box3i around(const BitLayout<Size>& layout, const BitWord* bits, Vec3i first) {
     const int size = layout.size, n = layout.words_per_layer();
-    std::array<BitWord, kLargestBrick> layer{};  // in any of them
+    std::array<BitWord, kLargestBrick> layer{};  // or of all layers
     RowBits x = 0, y = 0, z = 0;
     for (int i = 0; i < size; ++i) {
         BitWord any = 0;
@@ -164,16 +165,16 @@ void open_brick(const ScatterJob& job, const CellTarget& target, const BitLayout
 
 void open_changeable(const ScatterJob& job, const CellTarget& target, OpenMap& map,
                      std::span<DirtyBrick> bricks) {
-    with_bit_layout(job.lattice.brick_size(), [&](auto layout) {
+    with_bit_layout(job.field.brick_size(), [&](auto layout) {
         for (DirtyBrick& brick : bricks) open_brick(job, target, layout, map, brick);
     });
 }
 
 void open_again(const ScatterJob& job, const CellTarget& target, OpenMap& map,
                 std::span<const Box3i> boxes) {
-    const BitLayout<int> layout{job.lattice.brick_size()};
+    const BitLayout<int> layout{job.field.brick_size()};
     for (const Box3i& box : boxes) {
-        const Vec3i brick = job.lattice.brick_of(box.begin);
+        const Vec3i brick = job.field.brick_of(box.begin);
         const std::size_t place = dense_index(brick, job.bricks);
         if (map.state(place) != OpenMap::State::Open) continue;
         for_each_in(box, [&](Vec3i p) {
@@ -200,11 +201,11 @@ bool any_shared(const CellTarget& target, const Box3i& box) {
 }
 
 void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks) {
-    const int size = job.lattice.brick_size();
+    const int size = job.field.brick_size();
     const auto whole = [&](const DirtyBrick& brick) {
         return box_of_brick(job.original.grid, brick.coord, size);
     };
-    // Neighbours in a row are looked at together: their rows lie side by side.
+    // Adjacent bricks of a row are processed together: their rows are contiguous.
     for (std::size_t first = 0, end; first < bricks.size(); first = end) {
         end = first + 1;
         if (is_empty(bricks[first].open)) continue;

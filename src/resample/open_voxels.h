@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which voxels are still to be written: CellTarget::open, brick by brick of the scan. What can
-// change is opened, whoever writes a voxel closes it, and what nobody covers is a
-// gap. Each function works on some bricks, which different threads may share out.
+// Voxels that are still to be written: CellTarget::open, brick by brick of the scan. Voxels that
+// can change are opened, a write closes them, and open voxels that no cell covers are gaps. Each
+// function processes some bricks, which different threads may share out.
 
 #pragma once
 
@@ -14,12 +14,12 @@
 
 namespace pliant {
 
-/// A brick of the scan that has to be written again.
+/// A brick of the scan that must be written again.
 struct DirtyBrick {
     Vec3i coord;
-    bool was_changed = false;  ///< held voxels that are not as in the scan
-    std::int64_t opened = 0;   ///< voxels that can change
-    Box3i open{};              ///< that holds those that are open
+    bool was_changed = false;  ///< held voxels that differ from the scan
+    std::int64_t opened = 0;   ///< number of voxels that can change
+    Box3i open{};              ///< box around the open voxels
 };
 
 inline std::ptrdiff_t voxel_at(const CellTarget& target, Vec3i p) {
@@ -34,17 +34,17 @@ inline Open* open_at(const CellTarget& target, Vec3i p) {
     return target.open + voxel_at(target, p);
 }
 
-/// Opens the voxels that can change, and puts back all others. Threads may open different bricks.
+/// Opens the voxels that can change, and restores all others. Threads may open different bricks.
 void open_changeable(const ScatterJob& job, const CellTarget& target, OpenMap& map,
                      std::span<DirtyBrick> bricks);
 
-/// Opens once more what can change in some boxes of dirty bricks, as shared. Boxes of threads may
+/// Opens the changeable voxels in some boxes of dirty bricks again, as shared. Boxes of threads may
 /// overlap.
-/// @param boxes  within a brick each
+/// @param boxes  each within one brick
 void open_again(const ScatterJob& job, const CellTarget& target, OpenMap& map,
                 std::span<const Box3i> boxes);
 
-/// Closes what is taken.
+/// Closes taken voxels.
 void close_taken(const CellTarget& target, std::span<const DirtyBrick> bricks);
 
 /// Whether any voxel of a box is open, or shared.
@@ -52,25 +52,25 @@ void close_taken(const CellTarget& target, std::span<const DirtyBrick> bricks);
 bool any_open(const CellTarget& target, const Box3i& box);
 bool any_shared(const CellTarget& target, const Box3i& box);
 
-/// Finds the boxes around what is still open of what was.
+/// Finds the boxes around the remaining open voxels.
 void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks);
 
-/// Makes what is open air. @returns how many voxels that are
+/// Sets open voxels to air. @returns the number of these voxels
 std::int64_t fill_gaps(const CellTarget& target, std::span<const DirtyBrick> bricks);
 
-/// Boxes of open voxels, by place.
+/// Boxes of open voxels, searchable by position.
 class OpenBoxes {
   public:
     /// @param bricks  of the scan, along each axis. @returns whether anything is open
     bool list(std::span<const DirtyBrick> dirty, Vec3i bricks, int brick_size);
-    /// Those parts of the boxes that lie in another one. @param[out] parts  replaced
+    /// Intersections of the boxes with another one. @param[out] parts  replaced
     void within(const Box3i& voxels, std::vector<Box3i>& parts) const;
 
   private:
     Vec3i m_bricks{0, 0, 0};
     int m_brick_size = 0;
-    std::vector<std::int32_t> m_at;  ///< per brick of the scan; −1: none
-    std::vector<std::size_t> m_set;  ///< of m_at
+    std::vector<std::int32_t> m_at;  ///< [brick of the scan]; −1: none
+    std::vector<std::size_t> m_set;  ///< set entries of m_at
     std::vector<Box3i> m_boxes;
 };
 

@@ -1,23 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How far a position at rest is from elements that were carved and links that were cut.
+// Distance of a position at rest from carved elements and cut links.
 
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
-#include "chainmail/lattice.h"
+#include "field/field.h"
 
 namespace pliant {
 
 class RawTissue {
   public:
     /// Keeps a reference: the lattice must stay as it is.
-    explicit RawTissue(const Lattice& lattice) : m_lattice(lattice) {
-        if (lattice.all_edits().empty()) return;
-        const auto& edits = lattice.all_edits();
+    explicit RawTissue(const Field& field) : m_field(field) {
+        if (field.all_edits().empty()) return;
+        const auto& edits = field.all_edits();
         m_bricks = {edits.begin()->first, edits.begin()->first};
         for (const auto& [coord, flags] : edits)
             for (int a = 0; a < 3; ++a) {
@@ -25,14 +25,14 @@ class RawTissue {
                 m_bricks.end[a] = std::max(m_bricks.end[a], coord[a] + 1);
             }
     }
-    /// Whether there are none.
-    bool is_empty() const { return m_lattice.all_edits().empty(); }
+    /// Whether there are no edits.
+    bool is_empty() const { return m_field.all_edits().empty(); }
 
-    /// Largest difference along an axis to the nearest one [voxels], or reach.
+    /// Distance to the nearest of them in the maximum norm [voxels], or reach.
     /// @param x  continuous element index at rest
     double distance(Vec3d x, double reach) const {
-        // Elements with a flag may have a cut link to one that is 1 further.
-        const double size = m_lattice.brick_size();
+        // Elements with a flag may have a cut link to an element that is 1 further.
+        const double size = m_field.brick_size();
         for (int a = 0; a < 3; ++a)
             if (!(x[a] + reach >= size * m_bricks.begin[a] &&
                   x[a] - reach - 1 < size * m_bricks.end[a]))
@@ -43,10 +43,10 @@ class RawTissue {
             bricks.begin[a] = std::max(int(std::floor(low / size)), m_bricks.begin[a]);
             bricks.end[a] = std::min(int(std::floor(high / size)) + 1, m_bricks.end[a]);
         }
-        // Its own brick first: others then have little left to search.
+        // The brick that contains x first: others then have a small range to search.
         double nearest = reach;
         const auto look_in = [&](Vec3i brick) {
-            if (const BrickEdits* edits = m_lattice.edits_of(brick))
+            if (const BrickEdits* edits = m_field.edits_of(brick))
                 nearest = distance_in(brick, *edits, x, nearest);
         };
         const Vec3i own{int(std::floor(x.x / size)), int(std::floor(x.y / size)),
@@ -61,7 +61,7 @@ class RawTissue {
 
   private:
     double distance_in(Vec3i brick, const BrickEdits& edits, Vec3d x, double nearest) const {
-        const int size = m_lattice.brick_size();
+        const int size = m_field.brick_size();
         const Vec3i first = size * brick;
         Box3i near;  // elements of the brick that may be nearer
         for (int a = 0; a < 3; ++a) {
@@ -96,8 +96,8 @@ class RawTissue {
         return nearest;
     }
 
-    const Lattice& m_lattice;
-    Box3i m_bricks;  ///< that holds all with edits
+    const Field& m_field;
+    Box3i m_bricks;  ///< box of all bricks with edits
 };
 
 }  // namespace pliant

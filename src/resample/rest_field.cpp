@@ -10,9 +10,9 @@
 #include <functional>
 #include <iterator>
 
-#include "chainmail/lattice.h"
 #include "core/errors.h"
 #include "core/half.h"
+#include "field/field.h"
 #include "resample/raw_tissue.h"
 
 namespace pliant {
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::int64_t kRowsPerTask = 64;
 
-/// Of −0 as well: a node at rest is all zero bits.
+/// −0 becomes +0: a node at rest is all zero bits.
 std::uint16_t half_of(double value) {
     const std::uint16_t half = half_from_float(float(value));
     return half == 0x8000U ? std::uint16_t(0) : half;
@@ -30,7 +30,7 @@ int node_count_along(int voxels) {
     return (std::max(voxels, 1) - 1 + kRestStep - 1) / kRestStep + 1;
 }
 
-/// The nodes whose voxel lies in a box.
+/// Nodes whose voxel lies in a box.
 Box3i nodes_of(const Box3i& voxels, Vec3i size, Vec3i counts) {
     Box3i nodes;
     for (int a = 0; a < 3; ++a) {
@@ -43,11 +43,11 @@ Box3i nodes_of(const Box3i& voxels, Vec3i size, Vec3i counts) {
 
 }  // namespace
 
-/// Writes nodes of a field, row by row; rows may be written on several threads.
+/// Writes nodes of a field, row by row; several threads may write rows.
 class RestField::Writer {
   public:
-    Writer(RestField& field, const Lattice& lattice)
-        : m_field(field), m_lattice(lattice), m_raw(lattice) {
+    Writer(RestField& field, const Field& tissue)
+        : m_field(field), m_tissue(tissue), m_raw(tissue) {
         const Vec3d s = field.m_grid.spacing_mm;
         m_voxels_from_mm = inverse(field.m_grid.direction);
         for (Vec3d& column : m_voxels_from_mm.columns)
@@ -56,9 +56,9 @@ class RestField::Writer {
     bool has_edits() const { return !m_raw.is_empty(); }
     std::int64_t moved() const { return m_moved; }
 
-    /// The nodes begin…end of a row. @param offset  sets the first three halves of a voxel, or
-    /// leaves them as they are
-    /// @param looks_for_gaps  false: voxels are as they were, so only a raw node can be in a gap
+    /// Writes the nodes begin…end of a row. @param offset  sets the first three halves of a voxel,
+    /// or keeps them
+    /// @param looks_for_gaps  false: voxels are unchanged, so only a raw node can be in a gap
     /// @returns the nodes from the first to the last that changed
     template <class Offset>
     Box3i write(Vec3i begin, int end, bool looks_for_gaps, const Offset& offset) {
@@ -86,14 +86,14 @@ class RestField::Writer {
     }
 
   private:
-    /// From the halves alone, so that it doesn't matter when they were written.
+    /// Depends on the halves alone, not on the time of their writing.
     std::uint16_t raw_at(Vec3i voxel, const std::array<std::uint16_t, 4>& node,
                          bool looks_for_gaps) const {
         const Vec3d u{float_from_half(node[0]), float_from_half(node[1]), float_from_half(node[2])};
         if (u == Vec3d{0, 0, 0} && (looks_for_gaps || node[3] == half_from_float(1))) {
-            // Nothing is shown there though the element has left: a gap that was opened.
+            // Nothing is shown there although the element has left: an opened gap.
             static const Fixed kLeft = units_from_mm(1.0 / 1024);
-            const Vec3<Fixed> moved = m_lattice.displacement_at(voxel);
+            const Vec3<Fixed> moved = m_tissue.displacement_at(voxel);
             if (std::abs(moved.x) > kLeft || std::abs(moved.y) > kLeft || std::abs(moved.z) > kLeft)
                 return half_from_float(1);
         }
@@ -103,7 +103,7 @@ class RestField::Writer {
     }
 
     RestField& m_field;
-    const Lattice& m_lattice;
+    const Field& m_tissue;
     const RawTissue m_raw;
     Mat3d m_voxels_from_mm;
     std::atomic<std::int64_t> m_moved = 0;
@@ -117,19 +117,19 @@ RestField::RestField(const Grid& grid)
 Result<std::span<const Box3i>> RestField::update(const LiveDeformation& live,
                                                  std::span<const Box3i> boxes) noexcept {
     return attempt([&]() -> Result<std::span<const Box3i>> {
-        const Lattice& lattice = live.scan().lattice();
-        const bool has_edits = !lattice.all_edits().empty();
+        const Field& tissue = live.scan().deformation().field();
+        const bool has_edits = !tissue.all_edits().empty();
         const bool looks_at_links =
-            (has_edits || m_had_edits) && lattice.links_version() != m_links_version;
+            (has_edits || m_had_edits) && tissue.links_version() != m_links_version;
         m_boxes.clear();
         if (boxes.empty() && !looks_at_links) return std::span<const Box3i>(m_boxes);
         if (m_halves.empty()) m_halves.assign(index({0, 0, m_counts.z}), 0);
-        Writer writer(*this, lattice);
+        Writer writer(*this, tissue);
         const auto from_live = [&](Vec3i voxel, std::array<std::uint16_t, 4>& node) {
             const Vec3f back = live.source_offset_mm(voxel);
             for (int a = 0; a < 3; ++a) node[std::size_t(a)] = half_of(-back[a]);
         };
-        // Rows of nodes first, then the parts of them that changed.
+        // Rows of nodes first, then their changed parts.
         for (const Box3i& box : boxes) {
             const Box3i nodes = nodes_of(box, m_grid.size, m_counts);
             for (int k = nodes.begin.z; k < nodes.end.z; ++k)
@@ -146,7 +146,7 @@ Result<std::span<const Box3i>> RestField::update(const LiveDeformation& live,
                                      std::ref(write_rows));
         std::erase_if(m_boxes, [](const Box3i& row) { return is_empty(row); });
         if (looks_at_links) {
-            // Where tissue is raw now, and where it was.
+            // Boxes where tissue is raw now, and where it was.
             std::vector<Box3i> rows(std::size_t(m_counts.y) * std::size_t(m_counts.z));
             const auto task = [&](std::int64_t begin, std::int64_t end) {
                 for (std::int64_t row = begin; row < end; ++row)
@@ -158,7 +158,7 @@ Result<std::span<const Box3i>> RestField::update(const LiveDeformation& live,
             std::copy_if(rows.begin(), rows.end(), std::back_inserter(m_boxes),
                          [](const Box3i& row) { return !is_empty(row); });
         }
-        m_links_version = lattice.links_version();
+        m_links_version = tissue.links_version();
         m_had_edits = has_edits;
         m_moved += writer.moved();
         if (m_moved == 0) m_halves = {};
@@ -174,12 +174,12 @@ Result<RestField> RestField::create(const MovingScan& scan, const Deformed& defo
         const Box3i box = deformed.dirty_box;
         if (!is_empty(box) && deformed.inverse_mm.size() != std::size_t(node_count(box)))
             return invalid("deformed: expected the inverse displacement, found none");
-        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        if (const Status s = scan.update_deformation(); !s.ok()) return s.error();
         RestField field(grid);
-        const Lattice& lattice = scan.lattice();
-        if (is_empty(box) && lattice.all_edits().empty()) return field;
+        const Field& tissue = scan.deformation().field();
+        if (is_empty(box) && tissue.all_edits().empty()) return field;
         field.m_halves.assign(field.index({0, 0, field.m_counts.z}), 0);
-        Writer writer(field, lattice);
+        Writer writer(field, tissue);
         const Vec3i n = box.end - box.begin;
         const auto from_box = [&](Vec3i voxel, std::array<std::uint16_t, 4>& node) {
             if (is_empty(box) || !contains(box, voxel)) return;
@@ -197,16 +197,12 @@ Result<RestField> RestField::create(const MovingScan& scan, const Deformed& defo
         };
         scan.arena().for_each(std::int64_t(field.m_counts.y) * field.m_counts.z, kRowsPerTask,
                               std::ref(task));
-        field.m_links_version = lattice.links_version();
+        field.m_links_version = tissue.links_version();
         field.m_had_edits = writer.has_edits();
         field.m_moved = writer.moved();
         if (field.m_moved == 0) field.m_halves = {};
         return field;
     });
-}
-
-Result<RestField> RestField::create(const ChainMail& tissue, const Deformed& deformed) noexcept {
-    return create(ChainMailScan(tissue), deformed);
 }
 
 RestField::Sample RestField::at(Vec3d ijk) const {
@@ -216,7 +212,7 @@ RestField::Sample RestField::at(Vec3d ijk) const {
     std::array<float, 3> t{};
     for (int a = 0; a < 3; ++a) {
         const double last = m_counts[a] - 1;
-        // Written so that no number becomes 0.
+        // Written so that NaN becomes 0.
         const double x = ijk[a] > 0 ? std::min(ijk[a] / kRestStep, last) : 0;
         low[a] = std::min(int(x), std::max(m_counts[a] - 2, 0));
         t[std::size_t(a)] = float(x - low[a]);

@@ -13,7 +13,7 @@ namespace pliant {
 namespace {
 
 constexpr int kSlabsPerThread = 2;
-constexpr std::size_t kFewBricks = 128;  ///< that one thread writes before another is awake
+constexpr std::size_t kFewBricks = 128;  ///< number that one thread writes before another is awake
 constexpr std::int64_t kBricksPerTask = 64, kStripsPerTask = 32;
 
 }  // namespace
@@ -31,11 +31,11 @@ void Scatter::for_dirty(const Work& work) {
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         work(bricks.subspan(std::size_t(begin), std::size_t(end - begin)));
     };
-    // By reference: a copy of the captures would be allocated.
+    // By reference: a copy of the captures would allocate.
     m_arena.for_each(std::int64_t(bricks.size()), kBricksPerTask, std::ref(task));
 }
 
-/// Calls work(writer) for as many writers as are worth it, each on a thread.
+/// Calls work(writer) on several threads, one writer for each, as many as pay off.
 template <class Work>
 void Scatter::for_writers(const Work& work) {
     const bool few = m_dirty.bricks().size() <= kFewBricks;
@@ -46,16 +46,16 @@ void Scatter::for_writers(const Work& work) {
     m_arena.for_each(few ? 1 : std::int64_t(m_writers.size()), 1, std::ref(task));
 }
 
-OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
+OpenVoxels Scatter::look(const Field& field, Mapping mapping, Volume& deformed) {
     std::swap(m_now, m_before);
-    m_now.snapshot.take(lattice, m_before.snapshot, m_arena);
-    m_now.touched.find(m_now.snapshot, lattice.brick_size(), m_arena);
-    m_dirty.find(m_original.grid, lattice.brick_size(), m_before, m_now, m_arena);
+    m_now.snapshot.take(field, m_before.snapshot, m_arena);
+    m_now.touched.find(m_now.snapshot, field.brick_size(), m_arena);
+    m_dirty.find(m_original.grid, field.brick_size(), m_before, m_now, m_arena);
     note_dirty();
-    list_strips(lattice);
-    m_open.set_brick_size(lattice.brick_size());
+    list_strips(field);
+    m_open.set_brick_size(field.brick_size());
     m_open.close_all_but(m_dirty.flags());
-    const ScatterJob job = job_of(lattice, mapping);
+    const ScatterJob job = job_of(field, mapping);
     const CellTarget target = target_of(deformed);
     for_dirty([&](std::span<DirtyBrick> bricks) { open_changeable(job, target, m_open, bricks); });
     OpenVoxels all;
@@ -69,9 +69,9 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
     return all;
 }
 
-std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& deformed,
+std::int64_t Scatter::write(const Field& field, Mapping mapping, Volume& deformed,
                             Vec3f* inverse_mm, const Box3i& inverse_box) {
-    const ScatterJob job = job_of(lattice, mapping);
+    const ScatterJob job = job_of(field, mapping);
     CellTarget target = target_of(deformed);
     target.inverse_mm = inverse_mm;
     target.inverse_box = inverse_box;
@@ -84,26 +84,26 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
         any_open = open_contested(job, target);
         if (any_open) {
             claim(job, target, {mapping, CellFaces::HalfOpen});
-            // Beside a cell that isn't there, the voxels on the face between belong to the other.
+            // Beside a missing cell, the voxels on the face between belong to the other one.
             claim(job, target, {mapping, CellFaces::Closed});
         }
     } else {
         write_slabs(job, target);
     }
-    // Inversion can miss in a strongly folded cell; the tetrahedra always settle.
+    // Inversion can fail in a strongly folded cell; the tetrahedra always converge.
     if (mapping != Mapping::Tetrahedra && any_open)
         claim(job, target, {Mapping::Tetrahedra, CellFaces::Closed});
     const std::int64_t gaps = any_open ? fill_gaps(target, m_dirty.bricks()) : 0;
     m_open.end_turn();
-    list_boxes(lattice.brick_size());
+    list_boxes(field.brick_size());
     return gaps;
 }
 
-void Scatter::clear_inverse(const Lattice& lattice, Vec3f* inverse_mm) {
+void Scatter::clear_inverse(const Field& field, Vec3f* inverse_mm) {
     for_dirty([&](std::span<DirtyBrick> bricks) {
         for (const DirtyBrick& brick : bricks) {
             if (!brick.opened && !brick.was_changed) continue;
-            const Box3i box = box_of_brick(m_original.grid, brick.coord, lattice.brick_size());
+            const Box3i box = box_of_brick(m_original.grid, brick.coord, field.brick_size());
             for_each_row(box, [&](Vec3i p) {
                 std::fill_n(inverse_mm + voxel_index(m_original.grid, p), box.end.x - box.begin.x,
                             Vec3f{0, 0, 0});
@@ -117,8 +117,8 @@ void Scatter::write_each_once(const ScatterJob& job, const CellTarget& target) {
     for_writers([&](StripWriter& writer) { writer.write_each_once(job, target, queue); });
 }
 
-/// After what lies in one cell is written: its edges are, too, and what several cells may hold is
-/// open. @returns whether anything may be
+/// Continues after the voxels of single cells: writes claims on their edges, and opens voxels that
+/// several cells may hold. @returns whether there may be any
 bool Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
     std::int64_t written = write_claims(target);
     bool any_contested = job.has_gaps();
@@ -139,14 +139,15 @@ bool Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
 }
 
 void Scatter::claim(const ScatterJob& job, const CellTarget& target, ClaimPass pass) {
-    if (!m_open_boxes.list(m_dirty.bricks(), job.bricks, job.lattice.brick_size())) return;
+    if (!m_open_boxes.list(m_dirty.bricks(), job.bricks, job.field.brick_size())) return;
     NextStrip next = 0;
     for_writers([&](StripWriter& writer) { writer.claim(job, target, m_open_boxes, pass, next); });
     write_claims(target);
     for_dirty([&](std::span<DirtyBrick> bricks) { find_open(job, target, bricks); });
 }
 
-/// Of all claims on a voxel, the first cell's that surely holds it. @returns the voxels written
+/// Writes, for each claimed voxel, the claim of the first cell that surely holds it. @returns the
+/// number of written voxels
 std::int64_t Scatter::write_claims(const CellTarget& target) {
     m_claims.clear();
     for (const StripWriter& writer : m_writers)
@@ -162,7 +163,7 @@ std::int64_t Scatter::write_claims(const CellTarget& target) {
 void Scatter::write_slabs(const ScatterJob& job, const CellTarget& target) {
     const std::vector<DirtyBrick>& bricks = m_dirty.bricks();
     if (bricks.empty()) return;
-    const int size = job.lattice.brick_size();
+    const int size = job.field.brick_size();
     const int first = size * bricks.front().coord.z;
     const int layers = std::min(size * (bricks.back().coord.z + 1), m_original.grid.size.z) - first;
     const int writers = bricks.size() <= kFewBricks ? 1 : int(m_writers.size());
@@ -184,11 +185,11 @@ void Scatter::write_slabs(const ScatterJob& job, const CellTarget& target) {
         for_dirty([&](std::span<DirtyBrick> parts) { find_open(job, target, parts); });
 }
 
-/// All strips that can hold a touched cell and reach into the scan, sorted by coordinate: the same
-/// for any history.
-void Scatter::list_strips(const Lattice& lattice) {
+/// Lists all strips that can hold a touched cell and reach into the scan, sorted by coordinate: the
+/// list doesn't depend on the history.
+void Scatter::list_strips(const Field& field) {
     m_strips.clear();
-    const StripLayout layout(lattice.brick_size());
+    const StripLayout layout(field.brick_size());
     Vec3i last{INT32_MIN, 0, 0};
     for (const Vec3i brick : m_now.touched.bricks()) {
         const Vec3i coord{layout.first_of(brick.x), brick.y, brick.z};
@@ -227,14 +228,14 @@ void Scatter::list_boxes(int brick_size) {
     else
         for (const DirtyBrick& brick : m_dirty.bricks())
             if (brick.opened || brick.was_changed) add_box(brick.coord, brick_size);
-    // There is memory for all of it: from here on nothing fails.
+    // All memory is allocated: nothing fails from here on.
     for (const DirtyBrick& brick : m_dirty.bricks())
         m_differs[dense_index(brick.coord, count)] = brick.opened > 0;
     if (m_has_put_back) std::fill(m_put_back.begin(), m_put_back.end(), std::uint8_t(0));
     m_has_put_back = false;
 }
 
-/// Neighbours in a row become one box.
+/// Adds a brick's box. Neighbours in a row become one box.
 void Scatter::add_box(Vec3i brick, int brick_size) {
     const Box3i box = box_of_brick(m_original.grid, brick, brick_size);
     if (!m_boxes.empty() && m_boxes.back().end.x == box.begin.x &&
@@ -289,24 +290,24 @@ CellTarget Scatter::target_of(Volume& deformed) {
     return target;
 }
 
-ScatterJob Scatter::job_of(const Lattice& lattice, Mapping mapping) const {
-    return {m_original, lattice,  m_now.snapshot,  m_now.touched,
+ScatterJob Scatter::job_of(const Field& field, Mapping mapping) const {
+    return {m_original, field,    m_now.snapshot,  m_now.touched,
             mapping,    m_strips, m_dirty.flags(), m_dirty.brick_count()};
 }
 
-Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,
-                           bool with_inverse, const TaskArena& arena) {
+Deformed deform_by_field(const Volume& original, const Field& field, Mapping mapping,
+                         bool with_inverse, const TaskArena& arena) {
     Deformed deformed;
     deformed.volume = original;
     const auto start = std::chrono::steady_clock::now();
     Scatter scatter(original, arena);
-    const OpenVoxels open = scatter.look(lattice, mapping, deformed.volume);
+    const OpenVoxels open = scatter.look(field, mapping, deformed.volume);
     deformed.dirty_box = open.box;
     deformed.written_voxels = open.count;
     const Vec3i n = open.box.end - open.box.begin;
     if (with_inverse) deformed.inverse_mm.assign(dense_count(n), Vec3f{0, 0, 0});
     deformed.gap_voxels =
-        scatter.write(lattice, mapping, deformed.volume,
+        scatter.write(field, mapping, deformed.volume,
                       with_inverse ? deformed.inverse_mm.data() : nullptr, open.box);
     deformed.resample_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

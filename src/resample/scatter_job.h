@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What all that write a deformed scan share: where cells may write, and which strips of cells do.
+// Common data of all code that writes a deformed scan: the writable voxels, and the strips of
+// cells.
 
 #pragma once
 
@@ -23,16 +24,16 @@ struct ReachingStrip {
 
 struct ScatterJob {
     const Volume& original;
-    const Lattice& lattice;
+    const Field& field;
     const Snapshot& snapshot;
     const TouchedCells& touched;
     Mapping mapping;
     std::span<const ReachingStrip> strips;  ///< sorted by coordinate
     std::span<const std::uint8_t> dirty;    ///< per brick of the scan
-    Vec3i bricks;                           ///< of the scan
+    Vec3i bricks;                           ///< number of bricks along each axis of the scan
 
-    /// Whether cells may be missing, so that two that share no face may hold one voxel.
-    bool has_gaps() const { return snapshot.has_edits() || lattice.is_void({-1, 0, 0}); }
+    /// Whether cells may be missing, so that two without a common face may hold one voxel.
+    bool has_gaps() const { return snapshot.has_edits() || field.is_void({-1, 0, 0}); }
 };
 
 inline std::size_t dense_index(Vec3i p, Vec3i n) {
@@ -52,7 +53,7 @@ inline Box3i overlap(const Box3i& a, const Box3i& b) {
     return both;
 }
 
-/// The smallest box around two, each of which may be empty.
+/// The smallest box around two boxes, each of which may be empty.
 inline Box3i hull(const Box3i& a, const Box3i& b) {
     if (is_empty(a)) return b;
     if (is_empty(b)) return a;
@@ -64,7 +65,7 @@ inline Box3i hull(const Box3i& a, const Box3i& b) {
     return both;
 }
 
-/// The bricks that hold some voxels of a box.
+/// The bricks that hold voxels of a box.
 inline Box3i bricks_of(const Box3i& voxels, int brick_size) {
     Box3i bricks;
     for (int a = 0; a < 3; ++a) {

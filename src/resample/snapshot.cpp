@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kIndicesPerTask = 64, kRecordsPerTask = 64;
 
-/// A brick's clock, and its edits as they are: those of a brick at rest have no clock.
-std::uint64_t stamp_of(const Brick* brick, const std::uint8_t* edits, int element_count) {
+/// Combines a brick's clock with its edits: a brick at rest with edits has no clock.
+std::uint64_t stamp_of(const FieldBrick* brick, const std::uint8_t* edits, int element_count) {
     const std::uint64_t clock = brick ? brick->changed_at + 1 : 0;
     if (!edits) return clock;
     Hash64 hash;
@@ -31,7 +31,8 @@ bool moved_as_a_whole(const BrickRecord& record) {
     return low.x > 0 || low.y > 0 || low.z > 0 || high.x < 0 || high.y < 0 || high.z < 0;
 }
 
-/// Components of displacement: the one that alone may say of all elements that they moved is first.
+/// Components of displacement. The first is the one that can prove for all elements that they
+/// moved.
 std::array<const Fixed*, 3> farthest_first(const BrickRecord& record) {
     std::array<const Fixed*, 3> u = record.u;
     const auto reach = [&](int a) {
@@ -44,8 +45,8 @@ std::array<const Fixed*, 3> farthest_first(const BrickRecord& record) {
     return u;
 }
 
-/// Asks for what find_altered() will read: bricks lie anywhere in memory. Always inline, or the
-/// compiler takes it for a function that does nothing.
+/// Prefetches the input of find_altered(): bricks lie anywhere in memory. Always inline, because
+/// the compiler would remove the call of a function without visible effect.
 [[gnu::always_inline]] inline void fetch(const BrickRecord& record, int size) {
     if (moved_as_a_whole(record)) return;
     constexpr int kLine = 64 / sizeof(Fixed);
@@ -72,38 +73,38 @@ void find_altered(BrickRecord& record, const BitLayout<Size>& layout, BitWord* b
 
 }  // namespace
 
-void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskArena& arena) {
-    m_words_per_brick = std::size_t(BitLayout<int>{lattice.brick_size()}.words());
-    m_has_edits = !lattice.all_edits().empty();
-    find_sources(lattice, arena);
+void Snapshot::take(const Field& field, const Snapshot& before, const TaskArena& arena) {
+    m_words_per_brick = std::size_t(BitLayout<int>{field.brick_size()}.words());
+    m_has_edits = !field.all_edits().empty();
+    find_sources(field, arena);
     sort_sources();
     m_records.resize(m_order.size());
     m_altered.resize(m_order.size() * m_words_per_brick);
     const auto fill_some = [&](std::int64_t begin, std::int64_t end) {
-        fill(std::size_t(begin), std::size_t(end), lattice, before);
+        fill(std::size_t(begin), std::size_t(end), field, before);
     };
-    // By reference: a copy of the captures would be allocated.
+    // By reference: a copy of the captures would allocate.
     arena.for_each(std::int64_t(m_records.size()), kRecordsPerTask, std::ref(fill_some));
 }
 
-/// Finds what has a record, in no particular order and with places left free.
-void Snapshot::find_sources(const Lattice& lattice, const TaskArena& arena) {
-    const int bricks = lattice.brick_index_bound();
+/// Finds the inputs of records, in unspecified order and with unused entries.
+void Snapshot::find_sources(const Field& field, const TaskArena& arena) {
+    const int bricks = field.brick_index_bound();
     m_sources.resize(std::size_t(bricks));
     const auto find_some = [&](std::int64_t begin, std::int64_t end) {
         Source* to = m_sources.data() + begin;
-        lattice.for_each_brick(int(begin), int(end), [&](const Brick& brick) {
-            // A drag keeps bricks for all that it may reach.
+        field.for_each_brick(int(begin), int(end), [&](const FieldBrick& brick) {
+            // During a drag bricks exist for all elements in its reach.
             if (!is_at_rest(brick) || brick.edits) *to++ = {brick.coord, &brick, brick.edits};
         });
         std::fill(to, m_sources.data() + end, Source{});
     };
     arena.for_each(bricks, kIndicesPerTask, std::ref(find_some));
-    for (const auto& [coord, edits] : lattice.all_edits())
-        if (lattice.find_brick(coord) < 0) m_sources.push_back({coord, nullptr, edits.data()});
+    for (const auto& [coord, edits] : field.all_edits())
+        if (field.find_brick(coord) < 0) m_sources.push_back({coord, nullptr, edits.data()});
 }
 
-/// Sorts them by coordinate: so who goes from brick to brick finds their records side by side.
+/// Sorts them by coordinate: records of adjacent bricks are then adjacent in memory.
 void Snapshot::sort_sources() {
     m_box = {{INT_MAX, INT_MAX, INT_MAX}, {INT_MIN, INT_MIN, INT_MIN}};
     for (const Source& source : m_sources) {
@@ -130,14 +131,14 @@ void Snapshot::sort_sources() {
     }
 }
 
-void Snapshot::fill(std::size_t first, std::size_t end, const Lattice& lattice,
+void Snapshot::fill(std::size_t first, std::size_t end, const Field& field,
                     const Snapshot& before) {
-    const int size = lattice.brick_size();
+    const int size = field.brick_size();
     for (std::size_t n = first; n < end; ++n) {
         const Source& source = m_sources[std::size_t(m_order[n])];
         BrickRecord& record = m_records[n];
         record = {.coord = source.coord, .edits = source.edits};
-        record.stamp = stamp_of(source.brick, source.edits, lattice.elements_per_brick());
+        record.stamp = stamp_of(source.brick, source.edits, field.elements_per_brick());
         if (!source.brick) continue;
         record.u_min = source.brick->u_min;
         record.u_max = source.brick->u_max;

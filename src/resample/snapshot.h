@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The lattice as it was when it was last written back to the grid: one record per brick that holds
-// moved or carved elements. Two of them, before and now, say what has to be written again.
+// The lattice at its last update of the grid: one record per brick that holds moved or carved
+// elements. The difference of two snapshots, before and now, gives the voxels to write.
 
 #pragma once
 
@@ -12,15 +12,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "chainmail/lattice.h"
+#include "field/field.h"
 #include "resample/brick_bits.h"
 
 namespace pliant {
 
-/// Cells that are inverted together, whatever the vector's width.
+/// Number of cells that are inverted together, for every vector width.
 inline constexpr int kCellGroup = 16;
 
-/// Bricks in a row along x: as many as it takes to fill a group of cells.
+/// Bricks in a row along x: as many as fill a group of cells.
 struct StripLayout {
     int bricks, middle_brick;
     int middle;  ///< index of an element of that brick
@@ -31,7 +31,7 @@ struct StripLayout {
         middle_brick = x / brick_size;
         middle = x % brick_size + brick_size * (half + brick_size * half);
     }
-    /// First brick of the strip that holds one.
+    /// First brick of the strip that holds a given one.
     int first_of(int brick_x) const {
         return brick_x >= 0 ? brick_x / bricks * bricks
                             : -((-brick_x + bricks - 1) / bricks) * bricks;
@@ -40,11 +40,11 @@ struct StripLayout {
 
 struct BrickRecord {
     Vec3i coord;
-    /// Of the brick, along each axis; null: at rest, as often beside what moves; valid until it
-    /// changes
+    /// Of the brick, by axis; null: at rest, which is frequent beside displaced bricks; valid until
+    /// it changes
     std::array<const Fixed*, 3> u{};
-    const std::uint8_t* edits = nullptr;  ///< null: none; likewise
-    std::uint64_t stamp = 0;              ///< differs whenever displacements or edits do
+    const std::uint8_t* edits = nullptr;  ///< null: none; valid likewise
+    std::uint64_t stamp = 0;              ///< different for different displacements or edits
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};
     Vec3<Fixed> u_middle{0, 0, 0};  ///< at StripLayout::middle
     bool is_full = false;           ///< every element moved or is void
@@ -55,19 +55,19 @@ struct BrickRecord {
     }
 };
 
-/// Places in the same order as cell corners: c & 1, c >> 1 & 1, c >> 2.
+/// Records in the order of cell corners: c & 1, c >> 1 & 1, c >> 2.
 using BlockRecords = std::array<const BrickRecord*, 8>;
 
 class Snapshot {
   public:
-    /// @param before  bits of bricks that didn't change are taken from it
-    void take(const Lattice& lattice, const Snapshot& before, const TaskArena& arena);
+    /// @param before  supplies the bits of unchanged bricks
+    void take(const Field& field, const Snapshot& before, const TaskArena& arena);
 
     /// Sorted by coordinate.
     const std::vector<BrickRecord>& records() const { return m_records; }
-    /// Coordinates of all bricks with a record lie in this box.
+    /// Box of the coordinates of all bricks with a record.
     const Box3i& box() const { return m_box; }
-    /// @returns −1 if everything in the brick is at rest and whole
+    /// @returns −1 if all elements of the brick are at rest and whole
     int find(Vec3i coord) const {
         return contains(m_box, coord) ? m_record_at[slot_of(coord)] : -1;
     }
@@ -75,7 +75,7 @@ class Snapshot {
         const int found = find(coord);
         return found < 0 ? nullptr : &m_records[std::size_t(found)];
     }
-    /// Those of the bricks that hold the corners of a brick's cells; null: as without a record.
+    /// Records of the bricks that hold the corners of a brick's cells; null: no record.
     BlockRecords records_around(Vec3i coord) const;
     /// Elements that moved or are void.
     const BitWord* altered(const BrickRecord& record) const {
@@ -89,20 +89,20 @@ class Snapshot {
         return std::size_t(p.x) +
                std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
     }
-    /// What a record is made of.
+    /// Input of a record.
     struct Source {
         Vec3i coord;
-        const Brick* brick = nullptr;  ///< null: there are edits alone
+        const FieldBrick* brick = nullptr;  ///< null: only edits
         const std::uint8_t* edits = nullptr;
         bool is_there() const { return brick || edits; }
     };
 
-    void find_sources(const Lattice& lattice, const TaskArena& arena);
+    void find_sources(const Field& field, const TaskArena& arena);
     void sort_sources();
-    void fill(std::size_t first, std::size_t end, const Lattice& lattice, const Snapshot& before);
+    void fill(std::size_t first, std::size_t end, const Field& field, const Snapshot& before);
 
     std::vector<Source> m_sources;
-    std::vector<std::int32_t> m_order;  ///< of the sources: by coordinate
+    std::vector<std::int32_t> m_order;  ///< order of the sources by coordinate
     std::vector<BrickRecord> m_records;
     std::vector<BitWord> m_altered;
     std::size_t m_words_per_brick = 0;

@@ -5,12 +5,12 @@
 
 #include <cmath>
 
-#include "chainmail/cell_block.h"
+#include "field/cell_block.h"
 
 namespace pliant {
 namespace {
 
-/// What counts as on a face: more than single precision rounds by [voxels].
+/// Tolerance of positions on a face: above the rounding of single precision [voxels].
 constexpr double kNearFace = 1e-4;
 
 Vec3<Fixed> displacement(const BrickRecord* record, int element) {
@@ -23,12 +23,12 @@ int edits(const BrickRecord* record, int element) {
 
 }  // namespace
 
-SourceJacobian::SourceJacobian(const Lattice& lattice, const Snapshot& snapshot)
-    : m_lattice(lattice),
+SourceJacobian::SourceJacobian(const Field& field, const Snapshot& snapshot)
+    : m_field(field),
       m_snapshot(snapshot),
-      m_size(lattice.brick_size()),
-      m_scale(voxels_per_unit(lattice.grid())),
-      m_may_have_gaps(snapshot.has_edits() || lattice.is_bounded()) {}
+      m_size(field.brick_size()),
+      m_scale(voxels_per_unit(field.grid())),
+      m_may_have_gaps(snapshot.has_edits() || field.is_bounded()) {}
 
 double SourceJacobian::at(Vec3d place) {
     for (int a = 0; a < 3; ++a) {
@@ -41,9 +41,9 @@ double SourceJacobian::at(Vec3d place) {
     return in_cell(corners_of(cell), place - low);
 }
 
-/// The first whole cell of those that hold the place.
+/// Value in the first whole cell that holds the position.
 double SourceJacobian::beside_gaps(Vec3i cell, Vec3d t) {
-    Vec3i other;  // −1: the place is on the cell's low face
+    Vec3i other;  // −1: the position is on the cell's low face
     for (int a = 0; a < 3; ++a) other[a] = t[a] == 0 ? -1 : 0;
     for (int side = 0; side < 8; ++side) {
         const Vec3i way{side & 1 ? other.x : 0, side & 2 ? other.y : 0, side & 4 ? other.z : 0};
@@ -55,7 +55,7 @@ double SourceJacobian::beside_gaps(Vec3i cell, Vec3d t) {
 }
 
 SourceJacobian::Corners SourceJacobian::corners_of(Vec3i cell) {
-    const Vec3i brick = m_lattice.brick_of(cell);
+    const Vec3i brick = m_field.brick_of(cell);
     if (!m_is_loaded || brick != m_brick) {
         for (int c = 0; c < 8; ++c)
             m_records[std::size_t(c)] =
@@ -77,10 +77,10 @@ SourceJacobian::Corners SourceJacobian::corners_of(Vec3i cell) {
     return corners;
 }
 
-/// As cell_is_whole of strip_nodes.h: a cut opens no gap while both of its ends move alike.
+/// Like cell_is_whole of strip_nodes.h: a cut opens no gap while both of its ends move alike.
 bool SourceJacobian::is_whole(Vec3i cell, const Corners& corners) const {
-    if (m_lattice.is_bounded()) {
-        const Vec3i size = m_lattice.grid().size;
+    if (m_field.is_bounded()) {
+        const Vec3i size = m_field.grid().size;
         for (int a = 0; a < 3; ++a)
             if (cell[a] < 0 || cell[a] + 1 >= size[a]) return false;
     }

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// By how much tissue grew at any place of the lattice at rest: det ∂φ/∂X of the trilinear map of
-// the cell around it. It is the map that the resampler inverts, so the number belongs to what is
-// shown, and a voxel's changes only when its own cell does.
+// Local growth of tissue at a position of the lattice at rest: det ∂φ/∂X of the trilinear map of
+// the cell around it. It is the map that the resampler inverts, so the number belongs to the
+// displayed tissue, and a voxel's number changes only when its own cell does.
 //
-// Places come from single precision. Where one lies on a face, to within rounding, the cell on the
-// high side counts; where that is torn or beyond the border, the one on the low side.
+// Positions come from single precision. For one that lies on a face, to within rounding, the cell
+// on the high side counts; if that is torn or beyond the border, the one on the low side.
 
 #pragma once
 
@@ -19,9 +19,9 @@ namespace pliant {
 class SourceJacobian {
   public:
     /// Keeps references; for one thread.
-    SourceJacobian(const Lattice& lattice, const Snapshot& snapshot);
+    SourceJacobian(const Field& field, const Snapshot& snapshot);
 
-    /// @param place  at rest [voxels]. @returns 1 where there is no whole cell
+    /// @param place  position at rest [voxels]. @returns 1 if there is no whole cell
     double at(Vec3d place);
 
   private:
@@ -36,14 +36,14 @@ class SourceJacobian {
     double in_cell(const Corners& corners, Vec3d t) const;
     double beside_gaps(Vec3i cell, Vec3d t);
 
-    const Lattice& m_lattice;
+    const Field& m_field;
     const Snapshot& m_snapshot;
     int m_size;
     Vec3d m_scale;  ///< voxels per unit
     bool m_may_have_gaps;
     Vec3i m_brick{0, 0, 0};
     bool m_is_loaded = false;
-    std::array<const BrickRecord*, 8> m_records{};  ///< of m_brick and those behind it
+    std::array<const BrickRecord*, 8> m_records{};  ///< of m_brick and its upper neighbours
 };
 
 }  // namespace pliant

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The deformation gradient at each element, and what is derived from it. All of it is invariant
+// The deformation gradient at each element, and measures derived from it. All of them are invariant
 // under rotations of the world, so the scan's direction matrix doesn't matter.
 
 #include "resample/strain.h"
@@ -15,14 +15,14 @@
 namespace pliant {
 namespace {
 
-/// The lattice's elements with their neighbours, wherever they are.
+/// The lattice's elements with their neighbours, across bricks.
 class Elements {
   public:
-    Elements(const Lattice& lattice, const TaskArena& arena) : m_lattice(lattice) {
-        m_snapshot.take(lattice, {}, arena);
+    Elements(const Field& field, const TaskArena& arena) : m_field(field) {
+        m_snapshot.take(field, {}, arena);
     }
 
-    /// Whether the bricks at or beside a brick of elements hold anything that moved.
+    /// Whether all bricks at or beside a brick of elements are at rest.
     bool is_calm(Vec3i brick) const {
         for (int side = 0; side < 7; ++side) {
             Vec3i there = brick;
@@ -44,33 +44,33 @@ class Elements {
             const int links = high[b] - low[b];
             if (links == 0) continue;
             const Vec3d u = displacement_mm(high) - displacement_mm(low);
-            f.columns[b] = f.columns[b] + (1 / (links * m_lattice.grid().spacing_mm[b])) * u;
+            f.columns[b] = f.columns[b] + (1 / (links * m_field.grid().spacing_mm[b])) * u;
         }
         return f;
     }
 
   private:
-    const BrickRecord* record(Vec3i e) const { return m_snapshot.record_at(m_lattice.brick_of(e)); }
+    const BrickRecord* record(Vec3i e) const { return m_snapshot.record_at(m_field.brick_of(e)); }
     int edits(Vec3i e) const {
         const BrickRecord* found = record(e);
-        return found && found->edits ? found->edits[m_lattice.index_in_brick(e)] : 0;
+        return found && found->edits ? found->edits[m_field.index_in_brick(e)] : 0;
     }
-    /// Whether an element hangs together with the next one along an axis.
+    /// Whether an element is linked to the next one along an axis.
     bool is_linked(Vec3i e, int axis) const {
         Vec3i next = e;
         next[axis] += 1;
         if ((edits(e) & (kCutX << axis | kVoid)) || (edits(next) & kVoid)) return false;
-        return !m_lattice.is_void({-1, 0, 0}) || (is_inside(e) && is_inside(next));
+        return !m_field.is_void({-1, 0, 0}) || (is_inside(e) && is_inside(next));
     }
-    bool is_inside(Vec3i e) const { return contains(voxel_box(m_lattice.grid()), e); }
+    bool is_inside(Vec3i e) const { return contains(voxel_box(m_field.grid()), e); }
     Vec3d displacement_mm(Vec3i e) const {
         const BrickRecord* found = record(e);
         if (!found) return {0, 0, 0};
-        const Vec3<Fixed> u = found->displacement(m_lattice.index_in_brick(e));
+        const Vec3<Fixed> u = found->displacement(m_field.index_in_brick(e));
         return {mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
     }
 
-    const Lattice& m_lattice;
+    const Field& m_field;
     Snapshot m_snapshot;
 };
 
@@ -84,12 +84,12 @@ double largest_strain(const Mat3d& f) {
 }
 
 template <class Measure>
-Volume field_of(const Lattice& lattice, const TaskArena& arena, float at_rest, const char* quantity,
+Volume field_of(const Field& field, const TaskArena& arena, float at_rest, const char* quantity,
                 const Measure& measure) {
-    const Grid& grid = lattice.grid();
-    const Elements elements(lattice, arena);
+    const Grid& grid = field.grid();
+    const Elements elements(field, arena);
     std::vector<float> values(voxel_count(grid), at_rest);
-    const int size = lattice.brick_size();
+    const int size = field.brick_size();
     const int layers = (grid.size.z + size - 1) / size, rows = (grid.size.y + size - 1) / size;
     arena.for_each(std::int64_t(layers) * rows, 1, [&](std::int64_t begin, std::int64_t end) {
         for (; begin < end; ++begin) {
@@ -111,30 +111,24 @@ Volume field_of(const Lattice& lattice, const TaskArena& arena, float at_rest, c
 
 }  // namespace
 
-Volume jacobian_by_lattice(const Lattice& lattice, const TaskArena& arena) {
-    return field_of(lattice, arena, 1, "determinant of the deformation gradient",
+Volume jacobian_of_field(const Field& field, const TaskArena& arena) {
+    return field_of(field, arena, 1, "determinant of the deformation gradient",
                     [](const Mat3d& f) { return determinant(f); });
 }
-Volume strain_by_lattice(const Lattice& lattice, const TaskArena& arena) {
-    return field_of(lattice, arena, 0, "largest principal Green-Lagrange strain", largest_strain);
+Volume strain_of_field(const Field& field, const TaskArena& arena) {
+    return field_of(field, arena, 0, "largest principal Green-Lagrange strain", largest_strain);
 }
 
-Result<Volume> jacobian_field(const ChainMail& tissue) noexcept {
-    return jacobian_field(ChainMailScan(tissue));
-}
 Result<Volume> jacobian_field(const MovingScan& scan) noexcept {
     return attempt([&]() -> Result<Volume> {
-        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
-        return jacobian_by_lattice(scan.lattice(), scan.arena());
+        if (const Status s = scan.update_deformation(); !s.ok()) return s.error();
+        return jacobian_of_field(scan.deformation().field(), scan.arena());
     });
-}
-Result<Volume> strain_field(const ChainMail& tissue) noexcept {
-    return strain_field(ChainMailScan(tissue));
 }
 Result<Volume> strain_field(const MovingScan& scan) noexcept {
     return attempt([&]() -> Result<Volume> {
-        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
-        return strain_by_lattice(scan.lattice(), scan.arena());
+        if (const Status s = scan.update_deformation(); !s.ok()) return s.error();
+        return strain_of_field(scan.deformation().field(), scan.arena());
     });
 }
 

@@ -7,11 +7,11 @@
 
 #include <pliant/resample.h>
 
-#include "chainmail/lattice.h"
+#include "field/field.h"
 
 namespace pliant {
 
-Volume jacobian_by_lattice(const Lattice& lattice, const TaskArena& arena);
-Volume strain_by_lattice(const Lattice& lattice, const TaskArena& arena);
+Volume jacobian_of_field(const Field& field, const TaskArena& arena);
+Volume strain_of_field(const Field& field, const TaskArena& arena);
 
 }  // namespace pliant

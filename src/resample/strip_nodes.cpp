@@ -7,16 +7,16 @@
 #include <bit>
 #include <cmath>
 
-#include "chainmail/cell_block.h"
+#include "field/cell_block.h"
 #include "resample/node_kernel.h"
 #include "resample/scatter_job.h"
 
 namespace pliant {
 namespace {
 
-/// Widest vector, in lanes, that reads beyond the last node.
+/// Widest vector, in lanes, that may be read beyond the last node.
 constexpr int kPadding = 16;
-/// Differences of displacement within a strip above which it is wild [voxels].
+/// Limit of differences of displacement within a strip; above it, it is wild [voxels].
 constexpr double kWild = 64;
 
 }  // namespace
@@ -28,7 +28,7 @@ StripFrame frame_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_
     StripFrame frame{middle ? middle->u_middle : Vec3<Fixed>{0, 0, 0}, false};
     const Vec3i size{layout.bricks * brick_size, brick_size, brick_size};
     for (int a = 0; a < 3; ++a) frame.is_wild |= reach.high[a] - reach.low[a] > size[a] + kWild;
-    // Indices of voxels are whole numbers of 32 bits.
+    // Indices of voxels must fit into 32 bits.
     frame.is_wild |= double(grid.size.x) * grid.size.y * (2 * brick_size + 2 * kWild) > INT32_MAX;
     return frame;
 }
@@ -51,10 +51,10 @@ void StripNodes::resize(int brick_size) {
     for (int x = 0; x < m_row; ++x) m_in_brick.push_back({x / m_size, x % m_size});
 }
 
-bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
+bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, const Field& field,
                       const Volume& original, Vec3i coord, const CellReach& reach,
                       std::span<const Box3i> within) {
-    resize(lattice.brick_size());
+    resize(field.brick_size());
     m_first = m_origin = m_size * coord;
     for (int z = 0; z <= 1; ++z)
         for (int y = 0; y <= 1; ++y)
@@ -62,11 +62,11 @@ bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, con
                 m_records[std::size_t(x + (m_bricks + 1) * (y + 2 * z))] =
                     snapshot.record_at(coord + Vec3i{x, y, z});
     m_reach = reach;
-    if (!find_use(touched, lattice, coord)) return false;
-    m_frame = frame_of_strip(snapshot, lattice.grid(), m_size, coord, reach);
+    if (!find_use(touched, field, coord)) return false;
+    m_frame = frame_of_strip(snapshot, field.grid(), m_size, coord, reach);
     if (m_frame.is_wild) return true;
     list_rows();
-    for (int axis = 0; axis < 3; ++axis) load_displacements(lattice.grid(), axis);
+    for (int axis = 0; axis < 3; ++axis) load_displacements(field.grid(), axis);
     bool is_within = within.size() == 1;
     for (int a = 0; a < 3; ++a)
         is_within &=
@@ -79,7 +79,7 @@ bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, con
     return true;
 }
 
-bool StripNodes::find_use(const TouchedCells& touched, const Lattice& lattice, Vec3i coord) {
+bool StripNodes::find_use(const TouchedCells& touched, const Field& field, Vec3i coord) {
     std::fill(m_use.begin(), m_use.end(), 0);
     bool any = false;
     for (int x = 0; x < m_bricks; ++x) {
@@ -96,7 +96,7 @@ bool StripNodes::find_use(const TouchedCells& touched, const Lattice& lattice, V
     if (!any) return false;
     const bool edited = std::any_of(m_records.begin(), m_records.end(),
                                     [](const auto* record) { return record && record->edits; });
-    if (edited || lattice.is_void({-1, 0, 0})) drop_broken_cells(lattice);
+    if (edited || field.is_void({-1, 0, 0})) drop_broken_cells(field);
     return true;
 }
 
@@ -115,9 +115,9 @@ void StripNodes::list_rows() {
     }
 }
 
-void StripNodes::drop_broken_cells(const Lattice& lattice) {
-    const bool bounded = lattice.is_void({-1, 0, 0});
-    const Vec3i size = lattice.grid().size;
+void StripNodes::drop_broken_cells(const Field& field) {
+    const bool bounded = field.is_void({-1, 0, 0});
+    const Vec3i size = field.grid().size;
     for (int z = 0; z < m_size; ++z)
         for (int y = 0; y < m_size; ++y)
             for (int x = 0; x < cells(); ++x) {
@@ -151,8 +151,8 @@ int StripNodes::edits(Vec3i p) const {
 
 void StripNodes::note(const Snapshot& snapshot, Vec3i coord, Ahead& ahead) const {
     const auto side = std::size_t(m_size), layer = side * side;
-    // Bricks, and of those beside them faces and edges. A face along x is in all lines of its
-    // brick.
+    // Bricks, and the adjacent faces and edges of their neighbours. A face along x touches all
+    // lines of its brick.
     const auto want = [&](Vec3i offset, std::size_t row_count, std::size_t row_size) {
         const BrickRecord* next = snapshot.record_at(coord + offset);
         if (!next) return;

@@ -3,14 +3,14 @@
 
 // A strip of cells, laid out for vector lanes.
 //
-// A strip is some bricks in a row along x, so many that a row of their cells fills a vector. The
-// corners of its cells are its nodes: the bricks' elements and the next layer on the high sides.
-// Nodes are numbered n = x + row·(y + row_count·z), and a cell has the number of its lowest corner.
-// So corner c of cells n, n + 1, … is at n + offset(c), n + 1 + offset(c), …: neighbouring lanes
-// load neighbouring numbers, without any gather.
+// A strip is a number of bricks in a row along x, enough that a row of their cells fills a vector.
+// The corners of its cells are its nodes: the bricks' elements and the next layer on the high
+// sides. Nodes are numbered n = x + row·(y + row_count·z), and a cell has the number of its lowest
+// corner. So corner c of cells n, n + 1, … is at n + offset(c), n + 1 + offset(c), …: adjacent
+// lanes load adjacent numbers, without gathers.
 //
 // Displacements are single precision relative to a whole-voxel shift of the strip, so that they
-// keep full precision however far it went.
+// keep full precision at any distance.
 
 #pragma once
 
@@ -30,10 +30,10 @@ struct NodeRow {
     int y, z;
 };
 
-/// What the bits of all of a strip's voxels depend on, beside the cells that they lie in.
+/// Data, beside the cells, that determine the bits of all of a strip's voxels.
 struct StripFrame {
-    Vec3<Fixed> base;  ///< displacement that those of the nodes are relative to
-    bool is_wild;      ///< they differ too much for single precision
+    Vec3<Fixed> base;  ///< displacement to which those of the nodes are relative
+    bool is_wild;      ///< displacements differ too much for single precision
     bool operator==(const StripFrame&) const = default;
 };
 StripFrame frame_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord,
@@ -44,12 +44,12 @@ class StripNodes {
     /// Loads the cells that may hold voxels of some boxes, and original values at their corners.
     /// @param coord  the strip's first brick. @param reach  of the strip
     /// @returns whether there are any
-    bool load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
+    bool load(const Snapshot& snapshot, const TouchedCells& touched, const Field& field,
               const Volume& original, Vec3i coord, const CellReach& reach,
               std::span<const Box3i> within);
 
-    /// Notes which displacements another strip's load will read, but for what this one's has just
-    /// read.
+    /// Queues the displacements that another strip's load will read, except the ones that this
+    /// strip's load has just read.
     void note(const Snapshot& snapshot, Vec3i coord, Ahead& ahead) const;
 
     /// Rows of cells are size() by size(), cells() long.
@@ -61,15 +61,15 @@ class StripNodes {
     /// Inverse of index().
     Vec3i local(int n) const { return {n % m_row, n / m_row % (m_size + 1), n / slice()}; }
     Vec3i first_element() const { return m_first; }
-    /// Place that u is relative to: first_element() and the strip's whole-voxel shift.
+    /// Position to which u is relative: first_element() plus the strip's whole-voxel shift.
     Vec3i origin() const { return m_origin; }
-    /// In eighths of a voxel, which is what cells sum up. Rows that no cell in use() needs
-    /// are left out: they hold anything. Padded by a vector's width.
+    /// Displacements in eighths of a voxel, the summands of the cells' coefficients. Rows that no
+    /// cell in use() needs are not set. Padded by a vector's width.
     const float* eighth_u(int axis) const { return m_u[std::size_t(axis)].data(); }
     const float* values() const { return m_values.data(); }
     /// Bit x of row y + size()·z: the cell is written.
     std::span<const RowBits> use() const { return m_use; }
-    /// Cells go one by one.
+    /// Whether cells must be written one by one.
     bool is_wild() const { return m_frame.is_wild; }
     /// Exact displacement of a node.
     Vec3<Fixed> displacement(Vec3i local) const;
@@ -80,8 +80,8 @@ class StripNodes {
   private:
     void resize(int brick_size);
     void list_rows();
-    bool find_use(const TouchedCells& touched, const Lattice& lattice, Vec3i coord);
-    void drop_broken_cells(const Lattice& lattice);
+    bool find_use(const TouchedCells& touched, const Field& field, Vec3i coord);
+    void drop_broken_cells(const Field& field);
     void load_displacements(const Grid& grid, int axis);
     void load_values(const Volume& original);
     const BrickRecord* record(int brick, int hy, int hz) const {
@@ -89,13 +89,13 @@ class StripNodes {
     }
     const BrickRecord* record_of(Vec3i local, int& element) const;
 
-    /// Where a node's coordinate is: in which of the bricks, and where in it.
+    /// Position of a node's coordinate: the brick, and the element in it.
     struct InBrick {
         int brick, element;
     };
 
     int m_size = 0, m_bricks = 0, m_row = 0;
-    std::vector<InBrick> m_in_brick;  ///< of x = 0 … cells()
+    std::vector<InBrick> m_in_brick;  ///< [x], x = 0 … cells()
     Vec3i m_first{}, m_origin{};
     std::vector<const BrickRecord*> m_records;  ///< along x, then two along y, two along z
     CellReach m_reach{};
@@ -103,7 +103,7 @@ class StripNodes {
     std::array<std::vector<float>, 3> m_u;
     std::vector<float> m_values;
     std::vector<RowBits> m_use;
-    std::vector<NodeRow> m_rows;       ///< that cells in use need
+    std::vector<NodeRow> m_rows;       ///< needed by cells in use
     std::vector<const Fixed*> m_from;  ///< one component in all bricks
     std::vector<Fixed> m_at_rest;      ///< a brick of zeros
 };

@@ -8,15 +8,15 @@
 #include <cmath>
 #include <optional>
 
-#include "chainmail/cell_block.h"
-#include "chainmail/tetrahedra.h"
-#include "chainmail/trilinear_cell.h"
+#include "field/cell_block.h"
+#include "field/tetrahedra.h"
+#include "field/trilinear_cell.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kOnFace = 1e-9;            ///< tolerance of barycentric coordinates
-constexpr float kBoxSlack = 1e-3f;          ///< of single precision [voxels]
+constexpr float kBoxSlack = 1e-3f;          ///< for single-precision rounding [voxels]
 constexpr std::size_t kMostFetched = 8192;  ///< voxels around a strip
 
 constexpr std::array<Vec3d, 8> kRestCorners = {
@@ -35,7 +35,7 @@ Box3i voxels_around(const std::array<Vec3d, 8>& points, Vec3i first) {
 }
 
 bool reaches_dirty_brick(const ScatterJob& job, const Box3i& voxels) {
-    const Box3i bricks = bricks_of(voxels, job.lattice.brick_size());
+    const Box3i bricks = bricks_of(voxels, job.field.brick_size());
     for (int z = bricks.begin.z; z < bricks.end.z; ++z)
         for (int y = bricks.begin.y; y < bricks.end.y; ++y)
             for (int x = bricks.begin.x; x < bricks.end.x; ++x)
@@ -59,7 +59,7 @@ std::array<double, 8> corner_values(const Volume& original, Vec3i cell) {
     return values;
 }
 
-/// Where a voxel comes from: its place in the cell at rest, and the value there.
+/// Source of a voxel: its position in the cell at rest, and the value there.
 struct Source {
     Vec3d t;
     double value;
@@ -88,7 +88,7 @@ void StripWriter::forget_leftovers() {
 
 bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip,
                        std::span<const Box3i> within) {
-    return m_strip.load(job.snapshot, job.touched, job.lattice, job.original, strip.coord,
+    return m_strip.load(job.snapshot, job.touched, job.field, job.original, strip.coord,
                         strip.reach, within);
 }
 
@@ -107,7 +107,7 @@ void StripWriter::write_once(const ScatterJob& job, const CellTarget& target, st
     const Box3i reach = overlap(strip.voxels, target.box);
     if (is_empty(reach) || !reaches_dirty_brick(job, reach) || !load(job, strip, {&target.box, 1}))
         return;
-    const int size = job.lattice.brick_size();
+    const int size = job.field.brick_size();
     if (m_strip.is_wild()) {
         contest(reach, size);
         return;
@@ -120,15 +120,15 @@ void StripWriter::write_once(const ScatterJob& job, const CellTarget& target, st
     for (const int cell : m_left.folded) contest(overlap(box_of(cell), target.box), size);
 }
 
-/// Notes displacements that a strip will read, and what it may write to. The original's rows, which
-/// lie side by side for strips that follow each other, the processor fetches ahead by itself.
+/// Queues displacements that a strip will read, and voxels that it may write. The original's rows
+/// are contiguous for consecutive strips, and are left to the hardware prefetcher.
 void StripWriter::note_next(const ScatterJob& job, const CellTarget& target, std::size_t n) {
     m_ahead.clear();
     if (n >= job.strips.size()) return;
     m_strip.note(job.snapshot, job.strips[n].coord, m_ahead);
     Box3i box = overlap(job.strips[n].voxels, target.box);
     if (is_empty(box) || dense_count(box.end - box.begin) > kMostFetched) return;
-    // Lines are longer than strips: of the one beside it, this strip has most of them.
+    // Lines are longer than strips: this strip has fetched most of the next one's.
     const Vec3i way = job.strips[n].coord - job.strips[n - 1].coord;
     const bool is_beside = way.y == 0 && way.z == 0;
     if (is_beside) box.begin.x = std::max(box.begin.x, job.strips[n - 1].voxels.end.x);
@@ -150,7 +150,7 @@ void StripWriter::note_next(const ScatterJob& job, const CellTarget& target, std
     });
 }
 
-/// Adds a box's parts in each brick.
+/// Adds a box's parts in each brick to the contested ones.
 void StripWriter::contest(const Box3i& voxels, int brick_size) {
     if (is_empty(voxels)) return;
     for_each_in(bricks_of(voxels, brick_size), [&](Vec3i brick) {
@@ -198,7 +198,7 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
     }
 }
 
-/// What the kernel did not settle.
+/// Writes the voxels that the kernel did not settle.
 void StripWriter::write_leftovers(const ScatterJob& job, const CellTarget& target,
                                   Mapping mapping) {
     for (const int cell : m_left.slow) {
@@ -235,7 +235,7 @@ void StripWriter::write_shared(const ScatterJob& job, const CellTarget& target, 
         }
 }
 
-/// Box of the voxels that may lie in a cell, and perhaps one more, from single precision.
+/// Box of the voxels that may lie in a cell, possibly one larger, from single precision.
 Box3i StripWriter::box_of(int cell) const {
     Box3i box;
     const Vec3i first = m_strip.origin() + m_strip.local(cell);
@@ -257,9 +257,9 @@ Box3i StripWriter::box_of(int cell) const {
     return box;
 }
 
-/// Relative to the cell's lowest corner at rest [voxels].
-std::array<Vec3d, 8> StripWriter::corners_of(const Lattice& lattice, int cell) const {
-    const Vec3d scale = voxels_per_unit(lattice.grid());
+/// Corners relative to the cell's lowest corner at rest [voxels].
+std::array<Vec3d, 8> StripWriter::corners_of(const Field& field, int cell) const {
+    const Vec3d scale = voxels_per_unit(field.grid());
     const Vec3i first = m_strip.local(cell);
     std::array<Vec3d, 8> points;
     for (int c = 0; c < 8; ++c) {
@@ -274,7 +274,7 @@ std::array<Vec3d, 8> StripWriter::corners_of(const Lattice& lattice, int cell) c
 void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping,
                              int cell, bool only_shared) {
     const Vec3i first = m_strip.first_element() + m_strip.local(cell);
-    const std::array<Vec3d, 8> points = corners_of(job.lattice, cell);
+    const std::array<Vec3d, 8> points = corners_of(job.field, cell);
     const Box3i candidates = overlap(voxels_around(points, first), target.box);
     if (is_empty(candidates) || !any_open(target, candidates)) return;
     const CellPlanes planes(points);

@@ -49,7 +49,7 @@ void TouchedCells::find(const Snapshot& snapshot, int brick_size, const TaskAren
             }
         });
     };
-    // By reference: a copy of the captures would be allocated.
+    // By reference: a copy of the captures would allocate.
     arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(task));
 }
 

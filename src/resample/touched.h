@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which cells a deformation moves, and which voxels it can change: one bit each, brick by brick.
+// Cells that a deformation moves, and voxels that it can change: one bit each, brick by brick.
 //
-// A cell is touched if one of its corners moved or is void. The cells that aren't stay where they
-// are, so the touched ones together cover at most the place that they covered at rest: a voxel can
-// change only if all eight cells around it are touched.
+// A cell is touched if one of its corners moved or is void. Untouched cells keep their positions,
+// so the touched ones together cover at most their region at rest: a voxel can change only if all
+// eight cells around it are touched.
 //
-// A brick's cells, which are named by their lowest corners, are a block: some of their corners are
-// in the bricks beside it.
+// A brick's cells, named by their lowest corners, are a block: some of their corners are in
+// neighbouring bricks.
 
 #pragma once
 
@@ -16,10 +16,10 @@
 
 namespace pliant {
 
-/// Of a brick's voxels.
+/// Share of a brick's voxels.
 enum class Share { None, Some, All };
 
-/// Where the corners of some cells are now [voxels], from the bounds of the bricks.
+/// Bounds of the present positions of some cells' corners [voxels], from the bounds of the bricks.
 struct CellReach {
     Vec3d low, high;
 };
@@ -31,18 +31,18 @@ class TouchedCells {
     /// Bricks with touched cells, sorted by coordinate. A cell belongs to the brick of its lowest
     /// corner, which need not be among the snapshot's.
     const std::vector<Vec3i>& bricks() const { return m_bricks; }
-    /// The brick's touched cells, which are named by their lowest corner; null: none
+    /// The brick's touched cells, named by their lowest corner; null: none
     const BitWord* cells(Vec3i brick) const {
         const int found = find(brick);
         return found < 0 ? nullptr : bits_of(found);
     }
-    /// Of the blocks of some bricks in a row along x.
+    /// Reach of the blocks of some bricks in a row along x.
     CellReach reach(const Grid& grid, Vec3i first, int bricks) const;
-    /// The brick's voxels that can change.
+    /// Finds the brick's voxels that can change.
     Share changeable(Vec3i brick, BitWord* voxels) const;
 
   private:
-    /// Of displacements.
+    /// Bounds of displacements.
     struct Bounds {
         Vec3<Fixed> low{0, 0, 0}, high{0, 0, 0};
     };
@@ -61,7 +61,7 @@ class TouchedCells {
 
     int m_size = 0;
     Box3i m_box{};
-    std::vector<std::int32_t> m_place_of;  ///< dense over m_box; −1: no touched cells
+    std::vector<std::int32_t> m_place_of;  ///< [slot of m_box]; −1: no touched cells
     std::vector<Vec3i> m_bricks;
     std::vector<BitWord> m_cells;
     std::size_t m_words_per_brick = 0;

@@ -27,14 +27,14 @@ bool differs(double a, double b, double same) {
 }  // namespace
 
 Vec3d forward_of(const VesselTissue& vessel) {
-    return normalized(vessel.vessel().settings.entry.direction);
+    return normalized(vessel.made().settings.entry.direction);
 }
 
 Result<CatheterGrip> CatheterGrip::create(const VesselTissue& vessel, std::uint32_t tool,
                                           double scale) {
     auto feel = CatheterFeel::create({.forward = forward_of(vessel),
                                       .coupling_n_m = kCoupling_n_m / scale,
-                                      .length_mm = vessel.vessel().settings.catheter.length_mm,
+                                      .length_mm = vessel.made().settings.catheter.length_mm,
                                       .most_mm_s = kMaxInsert_mm_s,
                                       .most_deg_s = kMaxRotate_deg_s});
     if (!feel.ok()) return feel.error();
@@ -43,7 +43,7 @@ Result<CatheterGrip> CatheterGrip::create(const VesselTissue& vessel, std::uint3
 
 std::optional<Action> CatheterGrip::next(const HapticRecord& now, bool lets_go,
                                          const Scene& scene) {
-    const VesselTissue& vessel = *scene.vessel();
+    const VesselTissue& vessel = *scene.catheter();
     if (lets_go || (now.buttons & 1) || !vessel.failure().empty()) {
         m_feel.let_go();
         if (scene.has_contact(m_tool)) return ReleaseCommand{};

@@ -66,7 +66,7 @@ struct EyeCommand {
     friend bool operator==(const EyeCommand&, const EyeCommand&) = default;
 };
 struct ResetCommand {};
-/// Changed materials, by the names of material_rows().
+/// Materials that change, by the names of chainmail_material_rows().
 struct MaterialsCommand {
     Record values{};
 };

@@ -217,7 +217,7 @@ Action read_carve(Fields& f) {
 }
 Action read_materials(Fields& f) {
     MaterialsCommand materials;
-    for (const auto& row : material_rows())
+    for (const auto& row : chainmail_material_rows())
         if (auto value = f.setting(row))
             materials.values.emplace_back(std::string(row.name), shown_value(row, *value));
     // Key of older sessions.
@@ -234,7 +234,7 @@ Action read_iso(Fields& f) {
 Action read_tissue(Fields& f) {
     TissueCommand tissue;
     TissueChoice& choice = tissue.choice;
-    choice.model = TissueModel(f.choice("model", {"chainmail", "springs", "vessel"}));
+    choice.model = TissueModel(f.choice("model", {"chainmail", "springs", "vessel", "own"}));
     if (choice.model != TissueModel::Springs) return tissue;
     tissue.is_centred = f.has("centre");
     if (tissue.is_centred) choice.centre_mm = f.vector("centre", kMaxPlaceMm);

@@ -70,7 +70,7 @@ class HapticSession {
     void pose(const HapticPoseMessage& pose);
     /// Whether the session suits the present tissue: vessels need a catheter grip, scans don't.
     bool suits(const Scene& scene) const {
-        return (scene.vessel() != nullptr) == m_grip.has_value();
+        return (scene.catheter() != nullptr) == m_grip.has_value();
     }
 
     void set_stop(bool stop);

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <thread>
 
-#include "scene/spring_tissue.h"
 #include "serve/checkpoint.h"
 #include "serve/limits.h"
 
@@ -250,7 +249,7 @@ void Hub::measure_force() {
 /// positions by commands, which a session records, only while it relaxes, and only where tissue at
 /// rest would close over an endoscope.
 void Hub::tell_eyes() {
-    if (!m_scene->is_relaxing() || m_scene->choice().model != TissueModel::ChainMail) return;
+    if (!m_scene->is_relaxing() || !m_scene->tissue().traits().closes_at_rest) return;
     for (Client& client : m_clients) {
         const ToolPose& tool = client.tool;
         EyeCommand eye;
@@ -291,7 +290,7 @@ void Hub::relax() {
 
 /// Measures the rate of node updates, over half a second of motion.
 void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
-    constexpr double kWindowMs = 500, kUpdatesPerSecond = SpringScanTissue::kRate_hz;
+    constexpr double kWindowMs = 500;
     if (m_was_moving) {
         m_window_ms += passed_ms;
         m_window_sweeps_ms += sweeps * each_ms;
@@ -302,7 +301,7 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
     // Short motions are not representative.
     if (m_window_ms > kWindowMs / 5) {
         m_timing.pace = m_window_sweeps_ms / m_window_ms;
-        m_timing.update_hz = std::round(kUpdatesPerSecond * m_timing.pace);
+        m_timing.update_hz = std::round(m_scene->tissue().traits().update_hz * m_timing.pace);
     }
     m_window_ms = m_window_sweeps_ms = 0;
 }

@@ -104,7 +104,7 @@ void Hub::publish(Client& client) {
     client.tools_version = m_tools_version;
     client.haptics_version = m_haptics_version;
     if (sends_checksums) client.checksums.clear();
-    if (client.wants_vessel && m_scene->vessel()) {
+    if (client.wants_vessel && m_scene->catheter()) {
         client.has_surface = true;
         client.vessel_version = m_vessel.version();
     }

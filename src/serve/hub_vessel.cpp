@@ -22,12 +22,12 @@ void Hub::want_vessel(Client& client, std::uint32_t id, bool on) {
 }
 
 void Hub::refresh_vessel() {
-    const VesselTissue* vessel = m_scene->vessel();
+    const VesselTissue* vessel = m_scene->catheter();
     if (vessel && (m_moved || m_vessel.version() == 0)) m_vessel.update(*vessel);
 }
 
 void Hub::add_vessel(Client& client, std::vector<Outgoing>& batch) {
-    if (!client.wants_vessel || !m_scene->vessel()) return;
+    if (!client.wants_vessel || !m_scene->catheter()) return;
     const std::uint32_t volume = m_scene->info().id;
     if (!client.has_surface) batch.push_back({false, m_vessel.surface(m_step, volume)});
     if (client.vessel_version == m_vessel.version()) return;

@@ -105,7 +105,7 @@ Json json_of(const SharedState& s) {
                    {"tick_ms", s.tick_ms},
                    {"overlay_ms", s.overlay_ms},
                    {"moved_elements", s.moved_elements}}}};
-    put(json["materials"], s.materials, material_rows());
+    put(json["materials"], s.materials, chainmail_material_rows());
     const TissueChoice& t = s.tissue;
     Json& tissue = json["tissue"] = {{"model", name_of(t.model)}};
     if (s.has_vessel) tissue["has_vessel"] = true;

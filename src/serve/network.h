@@ -28,7 +28,8 @@ struct Tokens {
 
 struct TransferSettings {
     UploadSettings uploads;
-    const TaskArena& arena;  ///< arena of opened scenes
+    const TaskArena& arena;                          ///< arena of opened scenes
+    std::shared_ptr<const MakeTissue> own_tissue{};  ///< tissue of opened scenes; null: ChainMail
 };
 
 class Network final : public Outlet {

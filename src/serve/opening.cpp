@@ -71,6 +71,7 @@ std::string recorded_name(const fs::path& root, const fs::path& file, bool is_ke
 }
 
 Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::string& series,
+                          const std::shared_ptr<const MakeTissue>& own_tissue,
                           const TaskArena& arena, const std::function<bool()>& give_up) {
     if (scan == upload.scan_folder() && series.empty()) {
         auto found = list_series(scan);
@@ -85,7 +86,8 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::strin
                          "scenes when it starts"};
     if (Status status = check_header_of(scan); !status) return status.error();
     const TaskArena alone(1);
-    auto scene = Scene::open({.file = scan.string(), .series = series}, arena, alone, give_up);
+    auto scene = Scene::open({.file = scan.string(), .series = series, .own_tissue = own_tissue},
+                             arena, alone, give_up);
     if (!scene.ok()) return scene.error();
     const fs::path before = upload.root();
     const auto kept = upload.keep();
@@ -100,15 +102,16 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::strin
 
 }  // namespace
 
-Result<Opened> open_upload(Upload& upload, const std::string& series, const TaskArena& arena,
-                           const std::function<bool()>& give_up) {
+Result<Opened> open_upload(Upload& upload, const std::string& series,
+                           const std::shared_ptr<const MakeTissue>& own_tissue,
+                           const TaskArena& arena, const std::function<bool()>& give_up) {
     const auto scan = find_scan(upload);
     if (!scan.ok()) return scan.error();
     const auto plain = [&](const std::string& message) {
         return without_folders(message, upload, *scan);
     };
     try {
-        auto opened = open_files(upload, *scan, series, arena, give_up);
+        auto opened = open_files(upload, *scan, series, own_tissue, arena, give_up);
         if (!opened.ok()) return Error{opened.error().code, plain(opened.error().message)};
         return opened;
     } catch (const std::bad_alloc&) {

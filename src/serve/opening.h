@@ -26,8 +26,9 @@ using Opened = std::variant<NewScene, std::vector<DicomSeries>>;
 /// @param series   UID of the DICOM series; may be empty
 /// @param give_up  polled while the scan is read; may be empty
 /// @returns one line that names the file as the client does
-Result<Opened> open_upload(Upload& upload, const std::string& series, const TaskArena& arena,
-                           const std::function<bool()>& give_up = {});
+Result<Opened> open_upload(Upload& upload, const std::string& series,
+                           const std::shared_ptr<const MakeTissue>& own_tissue,
+                           const TaskArena& arena, const std::function<bool()>& give_up = {});
 
 /// List of series as JSON.
 std::string series_text(std::span<const DicomSeries> list);

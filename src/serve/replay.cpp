@@ -109,12 +109,14 @@ Result<std::unique_ptr<Scene>> replay_all(const SessionFile& file, const TaskAre
 namespace pliant {
 
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
-                                    const Progress& progress, bool from_checkpoint) {
+                                    const Progress& progress, bool from_checkpoint,
+                                    const MakeTissue& own_tissue) {
     const auto named = [&](const Error& error) {
         return Error{error.code, path.string() + ": " + error.message};
     };
-    const auto file = serve::read_session(path);
+    auto file = serve::read_session(path);
     if (!file.ok()) return file.error();
+    if (own_tissue) file->use_tissue(std::make_shared<const MakeTissue>(own_tissue));
     ReplayReport report;
     std::unique_ptr<serve::Scene> scene;
     if (from_checkpoint) {

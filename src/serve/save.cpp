@@ -8,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "chainmail/check.h"
-#include "chainmail/lattice_copy.h"
 #include "core/memory_budget.h"
+#include "field/field_state.h"
+#include "field/writable_field.h"
 #include "resample/fields.h"
 #include "resample/scatter.h"
 
@@ -27,13 +27,13 @@ constexpr std::array<std::pair<SaveKind, std::string_view>, 4> kNames = {{
 /// A copy of the tissue. It owns the scan that its lattice refers to.
 struct Taken {
     std::shared_ptr<const LoadedScan> scan;
-    std::unique_ptr<const Lattice> lattice;
+    std::unique_ptr<const WritableField> field;
 };
 
 std::shared_ptr<const Taken> take(const Scene& scene) {
     auto scan = scene.loaded();
-    auto lattice = copy_of(scene.tissue().lattice(), scan->volume);
-    return std::make_shared<Taken>(Taken{std::move(scan), std::move(lattice)});
+    auto field = copy_of(scene.tissue().deformation().field());
+    return std::make_shared<Taken>(Taken{std::move(scan), std::move(field)});
 }
 
 Status write_transform(const std::filesystem::path& path, const Taken& taken) {
@@ -42,7 +42,7 @@ Status write_transform(const std::filesystem::path& path, const Taken& taken) {
     if (!has_memory_for(voxel_count(scan.grid) * sizeof(Vec3f)))
         return Error{ErrorCode::LimitExceeded, "transform.nrrd: not enough memory to make it"};
     const TaskArena alone(1);
-    const Deformed deformed = deform_by_lattice(scan, *taken.lattice, Mapping::Cells, true, alone);
+    const Deformed deformed = deform_by_field(scan, *taken.field, Mapping::Cells, true, alone);
     return write_vector_field(path, scan.grid, FieldKind::Resampling, inverse_slices(deformed));
 }
 
@@ -69,7 +69,7 @@ FileWriter save_later(SaveKind kind, const Scene& scene) {
         };
     return [taken = take(scene)](const std::filesystem::path& path) {
         return write_vector_field(path, taken->scan->volume.grid, FieldKind::Modeling,
-                                  slices_of(*taken->lattice));
+                                  slices_of(*taken->field));
     };
 }
 
@@ -80,7 +80,7 @@ FileWriter save_session_later(SessionPart part, const Scene& scene) {
     if (scene.choice().model != TissueModel::ChainMail) nodes = scene.tissue().hash();
     return [part = std::move(part), volume, nodes,
             taken = take(scene)](const std::filesystem::path& path) {
-        const std::uint64_t tissue = nodes ? *nodes : hash_state(*taken->lattice);
+        const std::uint64_t tissue = nodes ? *nodes : hash_state(*taken->field);
         return write_session(path, part, {hash_volume(*volume), tissue});
     };
 }

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "core/errors.h"
-#include "scene/chainmail_tissue.h"
-#include "scene/spring_tissue.h"
 #include "serve/guarded.h"
 #include "serve/outcomes.h"
 #include "serve/vessel_tissue.h"
+#include "tissue/chainmail_tissue.h"
+#include "tissue/spring_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -33,8 +33,10 @@ Box3i region_of(const TissueChoice& choice, const Grid& grid) {
     return region;
 }
 
-Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
-                                            const TaskArena& arena) {
+}  // namespace
+
+Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
+                                             const TaskArena& arena) {
     if (choice.model == TissueModel::Vessel) {
         if (!loaded.vessel)
             return Error{ErrorCode::InvalidArgument,
@@ -42,21 +44,29 @@ Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const Lo
                          "vessel, found vessel"};
         auto model = VesselTissue::create(*loaded.vessel, loaded.volume, arena);
         if (!model.ok()) return model.error();
-        return std::unique_ptr<Tissue>(std::move(*model));
+        VesselTissue* const vessel = model->get();
+        return MadeTissue{std::move(*model), vessel};
+    }
+    if (choice.model == TissueModel::Own) {
+        if (!loaded.own_tissue)
+            return Error{ErrorCode::InvalidArgument,
+                         "tissue: model: expected chainmail or springs in a server without a "
+                         "tissue of its own, found own"};
+        auto model = (*loaded.own_tissue)(loaded.volume, arena);
+        if (!model.ok()) return model.error();
+        return MadeTissue{std::move(*model)};
     }
     if (choice.model == TissueModel::ChainMail) {
         auto model = ChainMail::create(loaded.volume, loaded.settings, arena);
         if (!model.ok()) return model.error();
-        return std::unique_ptr<Tissue>(new ChainMailTissue(std::move(*model)));
+        return MadeTissue{std::make_unique<ChainMailTissue>(std::move(*model))};
     }
     SpringDeformationSettings settings = choice.springs;
     settings.region = region_of(choice, loaded.volume.grid);
     auto model = SpringDeformation::create(loaded.volume, settings, arena);
     if (!model.ok()) return model.error();
-    return std::unique_ptr<Tissue>(new SpringScanTissue(std::move(*model)));
+    return MadeTissue{std::make_unique<SpringScanTissue>(std::move(*model))};
 }
-
-}  // namespace
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
                                            const TaskArena& loading,
@@ -71,8 +81,9 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made at their final address.
     auto place = std::make_shared<LoadedScan>(std::move(*loaded));
-    const TissueChoice choice{.model =
-                                  place->vessel ? TissueModel::Vessel : TissueModel::ChainMail};
+    const TissueChoice choice{.model = place->vessel       ? TissueModel::Vessel
+                                       : place->own_tissue ? TissueModel::Own
+                                                           : TissueModel::ChainMail};
     auto tissue = make_tissue(choice, *place, arena);
     if (!tissue.ok()) return tissue.error();
     std::unique_ptr<Scene> scene(new Scene(std::move(place), choice, std::move(*tissue)));
@@ -82,20 +93,14 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     return scene;
 }
 
-Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
-             std::unique_ptr<Tissue> tissue)
+Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, MadeTissue tissue)
     : m_loaded(std::move(loaded)),
       m_tissue(std::move(tissue)),
       m_choice(choice),
       m_shown(m_tissue),
       m_iso_hu(m_loaded->iso_hu),
       m_polarity(m_loaded->polarity),
-      m_relaxing(choice.model == TissueModel::Vessel) {}
-
-const VesselTissue* Scene::vessel() const {
-    return m_choice.model == TissueModel::Vessel ? static_cast<const VesselTissue*>(m_tissue.get())
-                                                 : nullptr;
-}
+      m_relaxing(this->tissue().traits().moves_by_itself) {}
 
 Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
     const std::int64_t changes = m_changes;
@@ -130,11 +135,11 @@ void Scene::interrupt(std::uint32_t client) noexcept {
 }
 
 bool Scene::has_contact(std::uint32_t client) const {
-    return m_holder == client || m_tissue->is_touched_by(client);
+    return m_holder == client || tissue().is_touched_by(client);
 }
 
 Status Scene::choose(const TissueChoice& choice) {
-    auto made = make_tissue(choice, *m_loaded, m_tissue->arena());
+    auto made = make_tissue(choice, *m_loaded, tissue().arena());
     if (!made.ok()) return made.error();
     end_step();
     // The old steps don't apply to the new tissue.
@@ -144,7 +149,7 @@ Status Scene::choose(const TissueChoice& choice) {
     m_done.clear();
     m_undone.clear();
     m_unreachable = 0;
-    m_relaxing = choice.model != TissueModel::ChainMail;
+    m_relaxing = tissue().traits().moves_by_itself;
     m_settled = true;
     tissue_changed();
     return Ok{};
@@ -164,21 +169,24 @@ Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
 void Scene::describe(SharedState& state) const {
     state.iso_hu = m_iso_hu;
     state.polarity = m_polarity;
-    const ChainMail* chainmail = m_tissue->chainmail();
-    state.materials = chainmail ? chainmail->settings() : m_loaded->settings;
+    state.materials = m_loaded->settings;
     state.tissue = m_choice;
-    if (const auto* springs = dynamic_cast<const SpringScanTissue*>(m_tissue.get())) {
-        state.spring_nodes = springs->control_nodes();
-        state.active_nodes = springs->active_nodes();
+    if (m_choice.model == TissueModel::ChainMail)
+        (void)apply(tissue().settings(), chainmail_material_rows(), state.materials);
+    if (m_choice.model == TissueModel::Springs) {
+        const Record figures = tissue().figures();
+        const auto& nodes = std::get<std::vector<double>>(figures[0].value);
+        state.spring_nodes = {int(nodes[0]), int(nodes[1]), int(nodes[2])};
+        state.active_nodes = std::int32_t(std::get<std::int64_t>(figures[1].value));
     }
-    if (const VesselTissue* v = vessel())
+    if (const VesselTissue* v = catheter())
         state.vessel = VesselState{.hand = v->hand(),
                                    .measures = v->measures(),
                                    .wall_moved_mm = v->view().wall_moved_mm,
-                                   .radius_mm = v->vessel().settings.catheter.radius_mm,
-                                   .length_mm = v->vessel().settings.catheter.length_mm,
+                                   .radius_mm = v->made().settings.catheter.radius_mm,
+                                   .length_mm = v->made().settings.catheter.length_mm,
                                    .failure = v->failure()};
-    if (state.vessel) state.vessel->measures.inverted = vessel()->view().inverted;
+    if (state.vessel) state.vessel->measures.inverted = catheter()->view().inverted;
     state.has_vessel = m_loaded->vessel != nullptr;
     state.relaxing = m_relaxing;
     state.settled = !wants_sweep();
@@ -195,37 +203,35 @@ std::optional<double> Scene::energy() {
     // Two computations per command would delay all clients if much is deformed. Then the
     // energy after a command is kept, and the next command has a force.
     constexpr std::int64_t kFew = 100'000;
-    const ChainMail* model = m_tissue->chainmail();
-    if (!model || m_energy_rests > 0) return {};
-    if (!m_energy && m_energy_elements < kFew) m_energy = model->elastic_energy_mm2();
+    if (m_energy_rests > 0) return {};
+    if (!m_energy && m_energy_elements < kFew) m_energy = tissue().energy_mm2();
     return m_energy;
 }
 
 void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                       Outcome& outcome) {
-    outcome.force = m_tissue->force_n(client);
-    if (!m_tissue->chainmail() || !(norm(way_mm) > 0)) return;
+    outcome.force = tissue().force_n(client);
+    if (!tissue().traits().has_energy || !(norm(way_mm) > 0)) return;
     if (m_energy_rests > 0)
         --m_energy_rests;
     else
         m_unmeasured = {client, before, way_mm};
 }
 
-void Scene::measure_energy() noexcept try {
-    // Uses at most 5 % of the time: forces are less frequent if much is deformed.
+void Scene::measure_energy() noexcept {
+    // At most about a twentieth of the time: forces are reported less often if much is deformed.
     constexpr std::int64_t kElementsPerRest = 15'000;
     if (!m_unmeasured) return;
     const auto [client, before, way_mm] = *std::exchange(m_unmeasured, {});
-    const ChainMail& model = *m_tissue->chainmail();
-    m_energy = model.elastic_energy_mm2();
-    const Box3i moved = model.moved_box();
+    m_energy = tissue().energy_mm2();
+    if (!m_energy) return;  // forces are disabled
+    const Box3i moved = tissue().deformation().moved_box();
     const Vec3i size = moved.end - moved.begin;
     m_energy_elements = std::int64_t(size.x) * size.y * size.z;
     if (!before) return;
     m_energy_rests = m_energy_elements / kElementsPerRest;
     const double way = norm(way_mm);
     m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
-} catch (const std::bad_alloc&) {  // no force is reported
 }
 
 std::optional<FeltForce> Scene::measure_force() {

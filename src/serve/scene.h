@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-#include "scene/tissue.h"
+#include <pliant/tissue.h>
 #include "serve/commands.h"
 #include "serve/messages.h"
 #include "serve/scene_memo.h"
@@ -58,14 +58,14 @@ class Scene {
     /// Whether sweep() has work to do.
     bool wants_sweep() const { return m_relaxing && !m_settled; }
     /// Simulated time per sweep [ms]; 0 if the model has no time.
-    double sweep_time_ms() const { return m_tissue->sweep_time_ms(); }
+    double sweep_time_ms() const { return tissue().traits().sweep_ms; }
 
     /// Makes one sweep of relaxation. @returns its duration [ms]; LimitExceeded if memory runs out,
     /// then nothing has changed
     Result<double> sweep() noexcept;
     /// Whether the client holds tissue, or has a tool that obstructs relaxation.
     bool has_contact(std::uint32_t client) const;
-    bool has_eye(std::uint32_t client) const { return m_tissue->has_eye(client); }
+    bool has_eye(std::uint32_t client) const { return tissue().has_eye(client); }
     /// Whether tissue that returns to rest may close over a sphere: the scan at rest shows tissue
     /// in it, or there are imprints.
     bool may_close_over(Vec3d place_mm, double radius_mm) const;
@@ -74,9 +74,9 @@ class Scene {
     /// Highest client number so far.
     std::uint32_t last_client() const { return m_last_client; }
 
-    /// Whether no tissue is held and none relaxes, so that the scene can rest.
-    bool is_quiet() const { return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep(); }
-    /// Ends the open step, so that the next stroke is a separate step. @pre is_quiet()
+    /// Whether the scene can rest: no tissue is held, and none relaxes.
+    bool is_quiet() const { return m_holder == 0 && !tissue().is_touched() && !wants_sweep(); }
+    /// Ends open activities: the next stroke is a step of its own. @pre is_quiet()
     /// @returns the scene's state except tissue()
     Result<SceneMemo> rest() noexcept;
     /// Restores the state at a call of rest(), in a new scene. The history is empty then.
@@ -96,16 +96,16 @@ class Scene {
     /// large deformations: call it while no picture is due.
     std::optional<FeltForce> measure_force();
 
-    /// Brings the deformed volume up to date; see LiveDeformation.
+    /// Updates the deformed volume; see LiveDeformation.
     Result<LiveUpdate> update() { return m_live->update(); }
     const Volume& deformed() const { return m_live->volume(); }
     /// Keeps sources for overlays; see LiveDeformation.
     bool keep_sources(bool keep) { return m_live->keep_sources(keep); }
     const LiveDeformation& live() const { return *m_live; }
-    const Tissue& tissue() const { return *m_tissue; }
-    Tissue& tissue() { return *m_tissue; }
-    /// The vessel, or null for another tissue.
-    const VesselTissue* vessel() const;
+    const Tissue& tissue() const { return *m_tissue.made; }
+    Tissue& tissue() { return *m_tissue.made; }
+    /// The vessel and its catheter; null for other tissues.
+    const VesselTissue* catheter() const { return m_tissue.vessel; }
     const TissueChoice& choice() const { return m_choice; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
@@ -116,14 +116,19 @@ class Scene {
     void describe(SharedState& state) const;
 
   private:
-    /// MovingScan of the current tissue.
+    /// A tissue, with its concrete type if that is a vessel.
+    struct MadeTissue {
+        std::unique_ptr<Tissue> made;
+        VesselTissue* vessel = nullptr;  ///< the same object, or null
+    };
+    /// The scan, moved by the present tissue.
     struct Shown : MovingScan {
-        explicit Shown(const std::unique_ptr<Tissue>& t) : tissue(t) {}
-        const Volume& volume() const override { return tissue->volume(); }
-        const Lattice& lattice() const override { return tissue->lattice(); }
-        const TaskArena& arena() const override { return tissue->arena(); }
-        Status update_lattice() const override { return tissue->update_lattice(); }
-        const std::unique_ptr<Tissue>& tissue;
+        explicit Shown(const MadeTissue& t) : tissue(t) {}
+        const Volume& volume() const override { return tissue.made->volume(); }
+        const Deformation& deformation() const override { return tissue.made->deformation(); }
+        const TaskArena& arena() const override { return tissue.made->arena(); }
+        Status update_deformation() const override { return tissue.made->update_deformation(); }
+        const MadeTissue& tissue;
     };
     enum class StepKind { Tissue, Iso };
     struct Step {
@@ -142,8 +147,10 @@ class Scene {
         int undo_steps_before = 0;
     };
 
-    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
-          std::unique_ptr<Tissue> tissue);
+    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, MadeTissue tissue);
+
+    static Result<MadeTissue> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
+                                          const TaskArena& arena);
 
     static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
                                                const TaskArena& loading,
@@ -183,14 +190,14 @@ class Scene {
 
     /// Returns the elastic energy if it is up to date or can be computed quickly.
     std::optional<double> energy();
-    /// Reports a known force, and notes one that must be measured.
+    /// Reports a known force, or registers one for measurement.
     void add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                    Outcome& outcome);
     void measure_energy() noexcept;
     void tissue_changed();
 
     std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
-    std::unique_ptr<Tissue> m_tissue;
+    MadeTissue m_tissue;
     TissueChoice m_choice;
     Shown m_shown;
     std::optional<LiveDeformation> m_live;  ///< set after construction
@@ -201,7 +208,7 @@ class Scene {
     std::uint32_t m_holder = 0;
     Vec3d m_drag_mm{0, 0, 0};  ///< offset of the holder's drag
     std::optional<OpenStep> m_open;
-    std::list<Step> m_done, m_undone;  ///< next one last
+    std::list<Step> m_done, m_undone;  ///< the next one is last
     std::list<Step> m_spare;           ///< preallocated, for the open step
     std::int64_t m_changes = 0;        ///< of all steps, including the open one
     bool m_lost = false;

@@ -19,8 +19,8 @@ void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint3
     if (goes_on) return;
     end_step();
     reserve_step();
-    OpenStep open{name, client, stroke, m_tissue->undo_steps()};
-    m_tissue->begin_group(name);
+    OpenStep open{name, client, stroke, tissue().undo_steps()};
+    tissue().begin_group(name);
     m_open = std::move(open);
     ++m_changes;
 }
@@ -33,11 +33,11 @@ void Scene::reserve_step() {
 void Scene::end_step() noexcept {
     if (!m_open) return;
     ++m_changes;
-    m_tissue->let_go();
+    tissue().let_go();
     m_holder = 0;
     OpenStep open = std::move(*m_open);
     m_open.reset();
-    const int forgotten = m_tissue->end_group();
+    const int forgotten = tissue().end_group();
     if (forgotten < 0) {
         // Earlier steps are unreachable now.
         m_done.clear();
@@ -46,7 +46,7 @@ void Scene::end_step() noexcept {
         m_lost = true;
         return;
     }
-    if (m_tissue->undo_steps() + forgotten > open.undo_steps_before) {
+    if (tissue().undo_steps() + forgotten > open.undo_steps_before) {
         m_spare.front() = {.kind = StepKind::Tissue, .name = std::move(open.name)};
         keep(m_spare);
     }
@@ -74,7 +74,7 @@ void Scene::forget(int tissue_steps) {
 Result<SceneMemo> Scene::rest() noexcept {
     return attempt([&]() -> Result<SceneMemo> {
         end_step();
-        if (const Status s = m_tissue->rest(); !s.ok()) return s.error();
+        if (const Status s = tissue().rest(); !s.ok()) return s.error();
         for (auto* steps : {&m_done, &m_undone})
             for (Step& step : *steps) step.stroke = 0;
         return SceneMemo{m_iso_hu,      m_polarity, m_relaxing, m_settled,
@@ -85,7 +85,7 @@ Result<SceneMemo> Scene::rest() noexcept {
 Status Scene::restore(const std::filesystem::path& state, const SceneMemo& memo) {
     if (memo.tissue != m_choice)
         if (const Status s = choose(memo.tissue); !s.ok()) return s;
-    if (const Status s = m_tissue->load_state(state); !s.ok()) return s;
+    if (const Status s = tissue().load_state(state); !s.ok()) return s;
     m_iso_hu = memo.iso_hu;
     m_polarity = memo.polarity;
     m_relaxing = memo.relaxing;
@@ -122,7 +122,7 @@ Outcome Scene::act(std::uint32_t, const UndoCommand&) {
         return refused({ErrorCode::NotFound, "undo: expected a step to take back, found none"});
     if (m_done.back().kind == StepKind::Iso)
         swap_iso(m_done.back());
-    else if (const Status s = m_tissue->undo(); !s.ok())
+    else if (const Status s = tissue().undo(); !s.ok())
         return refused(s.error());
     m_undone.splice(m_undone.end(), m_done, std::prev(m_done.end()));
     ++m_changes;
@@ -138,7 +138,7 @@ Outcome Scene::act(std::uint32_t, const RedoCommand&) {
         return refused({ErrorCode::NotFound, "redo: expected a step that was undone, found none"});
     if (m_undone.back().kind == StepKind::Iso)
         swap_iso(m_undone.back());
-    else if (const Status s = m_tissue->redo(); !s.ok())
+    else if (const Status s = tissue().redo(); !s.ok())
         return refused(s.error());
     m_done.splice(m_done.end(), m_undone, std::prev(m_undone.end()));
     ++m_changes;

@@ -9,33 +9,33 @@
 #include <utility>
 
 #include "core/errors.h"
-#include "scene/chainmail_tissue.h"
-#include "scene/spring_tissue.h"
 #include "serve/outcomes.h"
 #include "serve/scene.h"
 #include "serve/vessel_tissue.h"
 #include "serve/wire_rows.h"
+#include "tissue/chainmail_tissue.h"
+#include "tissue/spring_tissue.h"
 
 namespace pliant::serve {
 namespace {
 
-/// One stroke number, so that continuous driving is one step of undo.
+/// A single stroke number, so that continuous driving is one step of undo.
 constexpr std::uint32_t kDrives = 1;
 
 }  // namespace
 
 Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
-    SpringDeformation* springs = m_tissue->springs();
-    if (!springs) return not_with(m_choice, "depth", "springs");
-    if (const Status s = springs->set_depth(command.layers); !s.ok()) return refused(s.error());
+    if (m_choice.model != TissueModel::Springs) return not_with(m_choice, "depth", "springs");
+    if (const Status s = tissue().configure({{"depth", command.layers}}); !s.ok())
+        return refused(s.error());
     m_choice.springs.depth = command.layers;
     m_settled = false;
     return {};
 }
 
 Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
-    if (m_choice.model != TissueModel::Vessel) return not_with(m_choice, "catheter", "vessel");
-    auto& vessel = static_cast<VesselTissue&>(*m_tissue);
+    if (!m_tissue.vessel) return not_with(m_choice, "catheter", "vessel");
+    VesselTissue& vessel = *m_tissue.vessel;
     // A step of undo lasts from the start of a motion, or from rest, to the next start.
     const bool moves =
         command.insert_mm_s.value_or(0) != 0 || command.rotate_deg_s.value_or(0) != 0;
@@ -49,9 +49,8 @@ Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
 // Tools.
 
 Outcome Scene::slide(std::uint32_t client, const Push& push) {
-    auto& tissue = static_cast<ChainMailTissue&>(*m_tissue);
     const TissueValues shown{m_iso_hu, m_polarity == Polarity::Rising};
-    const auto slid = tissue.slide(client, push, shown);
+    const auto slid = tissue().slide(client, push, shown);
     if (!slid.ok()) return refused(slid.error());
     PushReport report;
     report.step_fraction = slid->way_fraction;
@@ -69,16 +68,16 @@ Outcome Scene::slide(std::uint32_t client, const Push& push) {
 }
 
 Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
-    if (command.slide && !m_tissue->chainmail()) return not_with(m_choice, "slide", "chainmail");
-    if (m_choice.model == TissueModel::Vessel)
-        return not_with(m_choice, "push", "chainmail or springs");
+    const TissueTraits traits = tissue().traits();
+    if (command.slide && !traits.slides) return not_with(m_choice, "slide", "chainmail");
+    if (!traits.takes_pushes) return not_with(m_choice, "push", "chainmail or springs");
     begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
     Outcome outcome;
     if (command.slide) {
         outcome = slide(client, command.push);
     } else {
-        auto report = m_tissue->push(client, command.push);
+        auto report = tissue().push(client, command.push);
         outcome = report.ok() ? outcome_of(std::move(*report)) : refused(report.error());
     }
     if (outcome.ran_out) return outcome;
@@ -95,10 +94,9 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
         return {.error_code = "held_by_other",
                 .message = "grab: expected nobody else to hold tissue, found client " +
                            std::to_string(m_holder)};
-    if (m_choice.model == TissueModel::Vessel)
-        return not_with(m_choice, "grab", "chainmail or springs");
+    if (!tissue().traits().takes_pushes) return not_with(m_choice, "grab", "chainmail or springs");
     begin_step("drag", client, 0);
-    auto report = m_tissue->grab(client, command.place, command.reach_mm);
+    auto report = tissue().grab(client, command.place, command.reach_mm);
     if (!report.ok()) {
         end_step();
         return refused(report.error());
@@ -117,7 +115,7 @@ Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
     if (m_holder != client)
         return {.error_code = "not_holding", .message = "drag: expected a grab before it"};
     const auto before = energy();
-    auto report = m_tissue->drag_to(command.offset_mm);
+    auto report = tissue().drag_to(command.offset_mm);
     tissue_changed();
     m_settled = false;
     if (!report.ok()) return refused(report.error());
@@ -138,11 +136,10 @@ Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
 }
 
 Outcome Scene::act(std::uint32_t, const CutCommand& command) {
-    ChainMail* model = m_tissue->chainmail();
-    if (!model) return not_with(m_choice, "cut", "chainmail");
+    if (!tissue().traits().cuts) return not_with(m_choice, "cut", "chainmail");
     end_step();
     begin_step("cut", 0, 0);
-    const auto report = model->cut(command.surface);
+    const auto report = tissue().cut(command.surface);
     end_step();
     tissue_changed();
     m_settled = false;
@@ -151,10 +148,9 @@ Outcome Scene::act(std::uint32_t, const CutCommand& command) {
 }
 
 Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
-    ChainMail* model = m_tissue->chainmail();
-    if (!model) return not_with(m_choice, "carve", "chainmail");
+    if (!tissue().traits().carves) return not_with(m_choice, "carve", "chainmail");
     begin_step("carve", client, command.stroke);
-    const auto report = model->carve(command.tool);
+    const auto report = tissue().carve(command.tool);
     if (!report.ok() && is_out_of_memory(report.error())) return refused(report.error());
     tissue_changed();
     m_settled = false;
@@ -167,22 +163,23 @@ Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
     if (!has_contact(client)) return {};
     if (m_holder == client) end_step();
     m_unmeasured.reset();
-    m_tissue->release(client);
+    tissue().release(client);
     m_settled = false;
     return {};
 }
 
 Outcome Scene::act(std::uint32_t client, const EyeCommand& command) {
-    m_tissue->place_eye(client, command.place_mm, command.radius_mm);
+    if (const Status s = tissue().place_eye(client, command.place_mm, command.radius_mm); !s.ok())
+        return refused(s.error());
     // Relaxation would discard the steps that can be redone.
     if (m_undone.empty()) m_settled = false;
     return {};
 }
 
 bool Scene::may_close_over(Vec3d place_mm, double radius_mm) const {
-    const ChainMail* model = m_tissue->chainmail();
-    if (!model) return false;
-    if (model->settings().yield > 0) return true;
+    const TissueTraits traits = tissue().traits();
+    if (!traits.closes_at_rest) return false;
+    if (traits.keeps_imprints) return true;
     const Volume& scan = m_loaded->volume;
     const TissueValues shown{m_iso_hu, m_polarity == Polarity::Rising};
     const auto is_tissue = [&](Vec3d place) {
@@ -212,7 +209,7 @@ Result<double> Scene::sweep() noexcept {
     const Result<Sweep> sweep = attempt([&]() -> Result<Sweep> {
         if (opens) begin_step("relax", 0, 0);
         measure_energy();
-        return m_tissue->sweep();
+        return tissue().sweep();
     });
     if (!sweep.ok()) {
         if (opens) end_step();  // the step is empty
@@ -227,7 +224,7 @@ Result<double> Scene::sweep() noexcept {
 Outcome Scene::act(std::uint32_t, const ResetCommand&) {
     end_step();
     begin_step("reset", 0, 0);
-    const Status reset = m_tissue->reset();
+    const Status reset = tissue().reset();
     if (!reset.ok()) return refused(reset.error());
     end_step();
     tissue_changed();
@@ -235,14 +232,14 @@ Outcome Scene::act(std::uint32_t, const ResetCommand&) {
 }
 
 Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
-    ChainMail* model = m_tissue->chainmail();
-    if (!model) return not_with(m_choice, "materials", "chainmail");
+    if (m_choice.model != TissueModel::ChainMail)
+        return not_with(m_choice, "materials", "chainmail");
     end_step();
-    ChainMailSettings changed = model->settings();
-    if (const Status s = apply(command.values, material_rows(), changed); !s)
+    ChainMailSettings changed;
+    if (const Status s = apply(command.values, chainmail_material_rows(), changed); !s)
         return refused(s.error());
     begin_step("materials", 0, 0);
-    const Status status = model->set_materials(changed);
+    const Status status = tissue().configure(command.values);
     end_step();
     tissue_changed();
     m_settled = false;

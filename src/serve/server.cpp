@@ -55,6 +55,7 @@ struct OpenedScene {
     std::unique_ptr<serve::SessionLog> log;
     std::vector<std::string> notes;
     int checkpoints = 0;  ///< number in the session
+    std::shared_ptr<const MakeTissue> own_tissue{};
 };
 
 std::string name_of(const serve::SceneSource& source) {
@@ -66,8 +67,9 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
     const auto named = [&](const Error& error) {
         return Error{error.code, path.string() + ": " + error.message};
     };
-    const auto file = serve::read_session(path);
+    auto file = serve::read_session(path);
     if (!file.ok()) return file.error();
+    file->use_tissue(source.own_tissue);
     if (!any_source && !(file->header.source == source))
         return named({ErrorCode::InvalidArgument, "expected a session of " + name_of(source) +
                                                       ", found one of " +
@@ -93,6 +95,7 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
         opened.notes.push_back(path.string() + ": the last line was not finished; " +
                                std::to_string(file->cut_off_bytes) + " bytes were cut off");
     opened.scene = std::move(reopened->scene);
+    opened.own_tissue = source.own_tissue;
     opened.log = std::move(*log);
     return opened;
 }
@@ -100,13 +103,19 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
 Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& arena) {
     std::error_code error;
     serve::SceneSource source{.series = settings.series, .phantom_size = settings.phantom_size};
+    if (settings.own_tissue)
+        source.own_tissue = std::make_shared<const MakeTissue>(settings.own_tissue);
     if (!settings.file.empty())
         source.file = std::filesystem::absolute(settings.file, error).lexically_normal().string();
     if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
         return go_on(settings.session, source, settings.file.empty(), arena);
     auto scene = serve::Scene::open(source, arena);
     if (!scene.ok()) return scene.error();
-    OpenedScene opened{.scene = std::move(*scene), .log = {}, .notes = {}, .checkpoints = 0};
+    OpenedScene opened{.scene = std::move(*scene),
+                       .log = {},
+                       .notes = {},
+                       .checkpoints = 0,
+                       .own_tissue = source.own_tissue};
     const serve::SessionHeader header{source, opened.scene->scan_hash()};
     auto log = settings.session.empty() ? serve::SessionLog::create_nameless(header)
                                         : serve::SessionLog::create(settings.session, header);
@@ -169,8 +178,8 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
     impl->hub->bound_springs(settings.max_spring_nodes);
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
-    auto network =
-        serve::Network::listen(settings.port, impl->tokens, *impl->hub, {uploads, arena});
+    auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub,
+                                          {uploads, arena, opened->own_tissue});
     if (!network.ok()) return network.error();
     impl->network = std::move(*network);
     impl->network_thread = std::jthread([network = impl->network.get()] { network->run(); });

@@ -54,6 +54,11 @@ std::optional<TissueChoice> tissue_of(const Json& json) {
         choice.model = TissueModel::Vessel;
         return choice;
     }
+    if (const auto own = json.find("own"); own != json.end()) {
+        if (*own != true || springs != json.end()) return {};
+        choice.model = TissueModel::Own;
+        return choice;
+    }
     if (springs == json.end()) return choice;
     if (!springs->is_object()) return {};
     choice.model = TissueModel::Springs;
@@ -186,6 +191,7 @@ std::string text_of(const SessionRecord& record) {
         const TissueChoice& tissue = point->memo.tissue;
         if (tissue.model == TissueModel::Springs) json["springs"] = json_of(tissue);
         if (tissue.model == TissueModel::Vessel) json["vessel"] = true;
+        if (tissue.model == TissueModel::Own) json["own"] = true;
         return json.dump();
     }
     if (const auto* forget = std::get_if<SessionForget>(&record))

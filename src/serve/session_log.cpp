@@ -111,6 +111,13 @@ Result<SessionFile> read_lines(const std::filesystem::path& path) {
 
 }  // namespace
 
+void SessionFile::use_tissue(const std::shared_ptr<const MakeTissue>& own_tissue) {
+    header.source.own_tissue = scene.source.own_tissue = own_tissue;
+    for (SessionRecord& record : records)
+        if (auto* open = std::get_if<SessionOpen>(&record))
+            open->scan.source.own_tissue = own_tissue;
+}
+
 Result<SessionFile> read_session(const std::filesystem::path& path) noexcept {
     auto read = attempt([&] { return read_lines(path); });
     if (!read.ok() && is_out_of_memory(read.error()))

@@ -97,6 +97,9 @@ struct SessionFile {
     std::uint64_t good_bytes = 0;     ///< length of the complete lines
     std::uint64_t cut_off_bytes = 0;  ///< length of the unfinished line after them
 
+    /// Gives all its scenes a tissue of one's own.
+    void use_tissue(const std::shared_ptr<const MakeTissue>& own_tissue);
+
     // The newest scene.
     SessionHeader scene;
     std::size_t scene_records = 0;  ///< its first record, and its offset in the file

@@ -156,6 +156,7 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         loaded.info.start = find_endoscope(loaded.volume, loaded.iso_hu, loaded.polarity, arena);
     loaded.hash = hash_volume(loaded.volume);
     if (loaded.vessel) loaded.hash = hash_of(*loaded.vessel, loaded.hash);
+    loaded.own_tissue = source.own_tissue;
     return loaded;
 }
 

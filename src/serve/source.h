@@ -8,6 +8,7 @@
 
 #include <pliant/chainmail.h>
 #include <pliant/tasks.h>
+#include <pliant/tissue.h>
 #include <pliant/vessel_scene.h>
 #include <pliant/volume.h>
 
@@ -25,8 +26,13 @@ struct SceneSource {
     std::string series{};
     std::string phantom = "airway";
     Vec3i phantom_size{128, 128, 128};
+    std::shared_ptr<const MakeTissue> own_tissue{};  ///< null: ChainMail, or the vessel
 
-    friend bool operator==(const SceneSource&, const SceneSource&) = default;
+    /// Whether two sources name the same scan.
+    friend bool operator==(const SceneSource& a, const SceneSource& b) {
+        return a.file == b.file && a.series == b.series && a.phantom == b.phantom &&
+               a.phantom_size == b.phantom_size;
+    }
 };
 
 struct LoadedScan {
@@ -37,6 +43,7 @@ struct LoadedScan {
     Polarity polarity = Polarity::Rising;
     std::uint64_t hash = 0;                      ///< hash_volume, combined with the vessel's hash
     std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
+    std::shared_ptr<const MakeTissue> own_tissue{};
 };
 
 /// Whether a file is a vessel's scene, by its extension.

@@ -5,12 +5,13 @@
 
 #pragma once
 
+#include <pliant/chainmail.h>
 #include <pliant/spring_deformation.h>
 #include <pliant/vec.h>
 
 namespace pliant::serve {
 
-enum class TissueModel { ChainMail, Springs, Vessel };
+enum class TissueModel { ChainMail, Springs, Vessel, Own };
 
 struct TissueChoice {
     TissueModel model = TissueModel::ChainMail;
@@ -24,7 +25,7 @@ struct TissueChoice {
 };
 
 constexpr const char* name_of(TissueModel model) {
-    constexpr const char* kNames[] = {"chainmail", "springs", "vessel"};
+    constexpr const char* kNames[] = {"chainmail", "springs", "vessel", "own"};
     return kNames[int(model)];
 }
 

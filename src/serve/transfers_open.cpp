@@ -135,7 +135,7 @@ void Transfer::read_scan() {
             if (!m_is_single)
                 if (const auto refusal = upload->rename(parameter("name")))
                     return pliant::Error{ErrorCode::Unwritable, refusal->line};
-            return open_upload(*upload, series, m_desk.settings.arena,
+            return open_upload(*upload, series, m_desk.settings.own_tissue, m_desk.settings.arena,
                                [this] { return m_is_gone || m_desk.is_ending; });
         },
         [this](Result<Opened> opened) { hand_over(std::move(opened)); });

@@ -33,7 +33,7 @@ void put_raw_place(std::string& bytes, Vec3d p) {
 
 void VesselFrames::update(const VesselTissue& vessel) {
     const VesselView& view = vessel.view();
-    m_vessel = &vessel.vessel();
+    m_vessel = &vessel.made();
     m_nodes.resize(view.moved_mm.size());
     const std::uint64_t next = m_version + 1;
     bool changed = m_version == 0 || view.catheter_mm != m_catheter_mm;

@@ -9,23 +9,15 @@
 #include <utility>
 
 #include "core/errors.h"
-#include "scene/number_file.h"
 
 namespace pliant::serve {
 namespace {
 
-// The wire is calm if no node has moved farther than this in so many sweeps. The end of a wire
-// that is pressed to the wall vibrates by 0.01 mm for ever.
+// The wire is calm if no node has moved farther than this in that many sweeps. The end of a wire
+// that is pressed to the wall vibrates by 0.01 mm forever.
 constexpr double kCalm_mm = 0.02;
 constexpr int kCalmSweeps = 50;
-// Limits of undo; a state of 12,000 nodes has 0.6 MB.
-constexpr std::size_t kMostSteps = 200, kMostBytes = 256'000'000;
-constexpr std::uint64_t kMagic = 0x32'76'73'6c'70'00'00'0a;  ///< of a file with a state
-constexpr int kMostUntoldSweeps = 1000;                      ///< limit of motion without a driver
-
-Error no_tools(const char* what) {
-    return invalid(std::string(what) + ": expected another tissue than a vessel");
-}
+constexpr int kMostUntoldSweeps = 1000;  ///< limit of motion without commands
 
 double farthest(std::span<const Vec3d> a, std::span<const Vec3d> b) {
     double most = 0;
@@ -71,17 +63,22 @@ void VesselTissue::release(std::uint32_t tool) noexcept {
     if (is_touched_by(tool)) (void)drive(tool, {.insert_mm_s = 0, .rotate_deg_s = 0});
 }
 
-Result<PushReport> VesselTissue::push(std::uint32_t, const Push&) {
-    return no_tools("push");
-}
-Result<GrabReport> VesselTissue::grab(std::uint32_t, const Push&, double) {
-    return no_tools("grab");
-}
-Result<PushReport> VesselTissue::drag_to(Vec3d) {
-    return no_tools("drag");
+TissueTraits VesselTissue::traits() const noexcept {
+    return {.model = "vessel",
+            .takes_pushes = false,
+            .moves_by_itself = true,
+            .sweep_ms = 1000 * kStepsPerSweep * m_vessel.settings.time_step_s,
+            .update_hz = 1 / m_vessel.settings.time_step_s};
 }
 
-/// Whether the nodes have not moved since the last call. Returns false without memory to compare.
+Result<PushReport> VesselTissue::push(std::uint32_t, const Push&) noexcept {
+    return attempt([]() -> Result<PushReport> {
+        return invalid("push: expected another tissue than a vessel");
+    });
+}
+
+/// Whether the nodes have not moved since the last call. Returns false without memory for the
+/// comparison.
 bool VesselTissue::is_calm() noexcept try {
     const auto wire = m_scene->wire_places();
     std::vector<Vec3d> wall = m_scene->wall_places();
@@ -96,28 +93,31 @@ bool VesselTissue::is_calm() noexcept try {
     return false;
 }
 
-Result<Sweep> VesselTissue::sweep() {
-    const auto start = std::chrono::steady_clock::now();
-    const auto ms = [&] {
-        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-            .count();
-    };
-    if (!m_failure.empty()) return Sweep{};
-    const Status stepped = m_scene->step(kStepsPerSweep, m_arena);
-    if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
-    m_is_shown = false;
-    if (!stepped.ok()) {
-        m_failure = stepped.error().message;
-        return Sweep{true, ms()};
-    }
-    ++m_untold;
-    if (is_touched()) return Sweep{false, ms()};
-    const bool calm = m_untold % kCalmSweeps == 0 && is_calm();
-    return Sweep{calm || m_untold >= kMostUntoldSweeps, ms()};
+Result<Sweep> VesselTissue::sweep() noexcept {
+    return attempt([&]() -> Result<Sweep> {
+        const auto start = std::chrono::steady_clock::now();
+        const auto ms = [&] {
+            return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() -
+                                                             start)
+                .count();
+        };
+        if (!m_failure.empty()) return Sweep{};
+        const Status stepped = m_scene->step(kStepsPerSweep, m_arena);
+        if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
+        m_is_shown = false;
+        if (!stepped.ok()) {
+            m_failure = stepped.error().message;
+            return Sweep{true, ms()};
+        }
+        ++m_untold;
+        if (is_touched()) return Sweep{false, ms()};
+        const bool calm = m_untold % kCalmSweeps == 0 && is_calm();
+        return Sweep{calm || m_untold >= kMostUntoldSweeps, ms()};
+    });
 }
 
-/// Brings the scene to the state after a restore: the hand rests, and calm is tested again.
-Status VesselTissue::halt() {
+/// State after a restore: the hand rests, and calmness is tested from scratch.
+Status VesselTissue::halt() noexcept {
     CatheterCommand still = m_hand;
     still.insert_mm_s = still.rotate_deg_s = 0;
     if (const Status s = m_scene->command(still); !s.ok()) return s;
@@ -136,93 +136,37 @@ Status VesselTissue::halt() {
     return Ok{};
 }
 
-/// Builds a new scene and swaps it in, so that nothing changes if memory runs out.
-Status VesselTissue::reset() {
-    auto made = CatheterScene::create(m_vessel.wall, m_vessel.settings);
-    if (!made.ok()) return made.error();
-    auto scene = std::make_unique<CatheterScene>(std::move(*made));
-    const CatheterCommand hand = std::exchange(m_hand, {});
-    m_scene.swap(scene);
-    if (const Status s = halt(); !s.ok()) {
+/// Builds another scene to replace this one: if memory runs out, it can be discarded.
+Status VesselTissue::reset() noexcept {
+    return attempt([&]() -> Status {
+        auto made = CatheterScene::create(m_vessel.wall, m_vessel.settings);
+        if (!made.ok()) return made.error();
+        auto scene = std::make_unique<CatheterScene>(std::move(*made));
+        const CatheterCommand hand = std::exchange(m_hand, {});
         m_scene.swap(scene);
-        m_hand = hand;
-        return s;
-    }
-    m_failure.clear();
-    return Ok{};
-}
-
-void VesselTissue::begin_group(const std::string&) {
-    State now = m_scene->state();
-    if (m_before.empty()) m_before.emplace_back();
-    m_before.front().swap(now);
-}
-
-int VesselTissue::end_group() noexcept {
-    if (m_before.empty()) return 0;
-    const Status changed = attempt([&]() -> Status {
-        if (m_before.front() == m_scene->state()) m_before.clear();
+        if (const Status s = halt(); !s.ok()) {
+            m_scene.swap(scene);
+            m_hand = hand;
+            return s;
+        }
+        m_failure.clear();
         return Ok{};
     });
-    if (m_before.empty()) return 0;
-    m_undone.clear();
-    m_done.splice(m_done.end(), m_before);
-    int forgotten = 0;
-    const std::size_t bytes = m_done.back().size() * sizeof(double);
-    while (m_done.size() > kMostSteps || m_done.size() * bytes > kMostBytes) {
-        m_done.pop_front();
-        ++forgotten;
-    }
-    // Without memory to compare, a step that may be empty can't be kept.
-    if (!changed.ok()) m_done.clear();
-    return m_done.empty() ? -1 : forgotten;
 }
 
-Status VesselTissue::put_back(std::span<const double> state) {
-    const State now = m_scene->state();
-    if (const Status s = m_scene->restore(state, m_arena); !s.ok()) return s;
-    const CatheterCommand hand = std::exchange(m_hand, m_scene->hand());
-    if (const Status s = halt(); !s.ok()) {
-        (void)m_scene->restore(now, m_arena);
-        m_hand = hand;
-        return s;
-    }
-    m_failure.clear();
-    return Ok{};
-}
-
-/// Restores the last state of a list. @param to  list of the other direction
-Status VesselTissue::go_back(std::list<State>& from, std::list<State>& to) {
-    State now = m_scene->state();
-    if (const Status s = put_back(from.back()); !s.ok()) return s;
-    from.back().swap(now);
-    to.splice(to.end(), from, std::prev(from.end()));
-    return Ok{};
-}
-
-Status VesselTissue::undo() {
-    if (m_done.empty()) return Error{ErrorCode::NotFound, "undo: expected a step, found none"};
-    return go_back(m_done, m_undone);
-}
-
-Status VesselTissue::redo() {
-    if (m_undone.empty()) return Error{ErrorCode::NotFound, "redo: expected a step, found none"};
-    return go_back(m_undone, m_done);
-}
-
-Status VesselTissue::save_state(const std::filesystem::path& path) const {
-    return save_numbers(path, kMagic, m_scene->state());
-}
-
-Status VesselTissue::load_state(const std::filesystem::path& path) {
-    const auto state = load_numbers(path, kMagic);
-    if (!state.ok()) return state.error();
-    if (const Status s = put_back(*state); !s.ok())
-        return is_out_of_memory(s.error()) ? s.error()
-                                           : unreadable(path.filename(), s.error().message);
-    m_done.clear();
-    m_undone.clear();
-    return Ok{};
+Status VesselTissue::set_state(std::span<const double> numbers) noexcept {
+    return attempt([&]() -> Status {
+        const std::vector<double> now = m_scene->state();
+        if (const Status s = m_scene->restore(numbers, m_arena); !s.ok()) return s;
+        const CatheterCommand hand = std::exchange(m_hand, m_scene->hand());
+        if (const Status s = halt(); !s.ok()) {
+            (void)m_scene->restore(now, m_arena);
+            m_hand = hand;
+            return s;
+        }
+        m_failure.clear();
+        return Ok{};
+    });
 }
 
 Status VesselTissue::show() const {
@@ -244,18 +188,18 @@ Status VesselTissue::show() const {
     return Ok{};
 }
 
-Status VesselTissue::update_lattice() const {
+Status VesselTissue::update_deformation() const {
     return attempt([&] { return show(); });
 }
 
 const VesselView& VesselTissue::view() const {
-    (void)update_lattice();
+    (void)update_deformation();
     return m_view;
 }
 
-const Lattice& VesselTissue::lattice() const {
-    (void)update_lattice();
-    return m_carried.scan().lattice();
+const Deformation& VesselTissue::deformation() const {
+    (void)update_deformation();
+    return m_carried.scan().deformation();
 }
 
 }  // namespace pliant::serve

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel as a tissue: a catheter is driven, its wall gives way, and the scan moves with the wall.
-// A sweep is two steps of the simulation. Simulated time stops once the motion has settled, until
-// the next command. Undo reverts all motion since a hand began to drive: a step is the state before
+// A vessel as a tissue: a catheter is driven, the wall deforms, and the scan moves with the wall. A
+// sweep is two steps of the simulation. Simulated time stops once the motion has settled, until the
+// next command. Undo reverts all motion since a hand began to drive: a step stores the state before
 // it, in memory.
 
 #pragma once
@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/tissue.h"
+#include <pliant/tissue.h>
 #include "serve/commands.h"
 
 namespace pliant::serve {
@@ -31,7 +31,7 @@ struct VesselView {
     std::int64_t inverted = 0;       ///< tetrahedra of wall and catheter
 };
 
-class VesselTissue : public Tissue {
+class VesselTissue final : public NodeTissue {
   public:
     static constexpr int kStepsPerSweep = 2;
 
@@ -42,35 +42,28 @@ class VesselTissue : public Tissue {
     /// Sets the hand's motion until the next command, or until its client lets go.
     Status drive(std::uint32_t client, const DriveCommand& command);
 
-    Result<PushReport> push(std::uint32_t tool, const Push& push) override;
-    Result<GrabReport> grab(std::uint32_t tool, const Push& place, double reach_mm) override;
-    Result<PushReport> drag_to(Vec3d offset_mm) override;
-    void let_go() noexcept override {}
+    TissueTraits traits() const noexcept override;
+    Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept override;
     void release(std::uint32_t tool) noexcept override;
-    bool is_touched_by(std::uint32_t tool) const override { return m_driver == tool && tool != 0; }
-    bool is_touched() const override { return m_driver != 0; }
-    std::optional<Vec3d> force_n(std::uint32_t) override { return {}; }
-    Result<Sweep> sweep() override;
-    double sweep_time_ms() const override {
-        return 1000 * kStepsPerSweep * m_vessel.settings.time_step_s;
+    bool is_touched_by(std::uint32_t tool) const noexcept override {
+        return m_driver == tool && tool != 0;
     }
-    Status reset() override;
-    void begin_group(const std::string& name) override;
-    int end_group() noexcept override;
-    int undo_steps() const override { return int(m_done.size()); }
-    Status undo() override;
-    Status redo() override;
-    Status rest() override { return halt(); }
-    Status save_state(const std::filesystem::path& path) const override;
-    Status load_state(const std::filesystem::path& path) override;
+    bool is_touched() const noexcept override { return m_driver != 0; }
+    Result<Sweep> sweep() noexcept override;
+    Status reset() noexcept override;
+    Status rest() noexcept override { return halt(); }
+
+    void state(std::vector<double>& numbers) const override { numbers = m_scene->state(); }
+    Status set_state(std::span<const double> numbers) noexcept override;
+    std::uint64_t file_kind() const noexcept override { return 0x32'76'73'6c'70'00'00'0a; }
     std::uint64_t hash() const override { return m_scene->hash(); }
 
     const Volume& volume() const override { return m_carried.scan().volume(); }
-    const Lattice& lattice() const override;
+    const Deformation& deformation() const override;
     const TaskArena& arena() const override { return m_arena; }
-    Status update_lattice() const override;
+    Status update_deformation() const override;
 
-    const MadeVessel& vessel() const { return m_vessel; }
+    const MadeVessel& made() const { return m_vessel; }
     const CatheterCommand& hand() const { return m_hand; }
     CatheterMeasures measures() const { return m_scene->quick_measures(); }
     const VesselView& view() const;
@@ -82,8 +75,7 @@ class VesselTissue : public Tissue {
                  const TaskArena& arena);
     Status show() const;
     bool is_calm() noexcept;
-    Status halt();
-    Status put_back(std::span<const double> state);
+    Status halt() noexcept;
 
     const MadeVessel& m_vessel;
     const TaskArena& m_arena;
@@ -94,12 +86,7 @@ class VesselTissue : public Tissue {
     std::vector<Vec3d> m_wire, m_wall;  ///< at the last call of is_calm()
     std::string m_failure;
 
-    using State = std::vector<double>;
-    Status go_back(std::list<State>& from, std::list<State>& to);
-    std::list<State> m_before;          ///< one state, during a group
-    std::list<State> m_done, m_undone;  ///< states before or after steps; next one last
-
-    // Display data is computed on demand, not in each step.
+    // Display data are computed on demand, not in each step.
     mutable CarriedScan m_carried;
     mutable TetMesh m_now;
     mutable VesselView m_view;

@@ -3,8 +3,6 @@
 
 #include "serve/wire_rows.h"
 
-#include <algorithm>
-
 #include "serve/limits.h"
 
 namespace pliant::serve {
@@ -55,18 +53,6 @@ constexpr Setting<DriveCommand> kDrive[] = {
 
 }  // namespace
 
-SettingRows<ChainMailSettings> material_rows() noexcept {
-    // Never freed: a server that ends with the program still sends its last state.
-    static const auto& rows = *[] {
-        const SettingRows<ChainMailSettings> all = chainmail_rows();
-        auto* kept = new std::vector<Setting<ChainMailSettings>>;
-        std::copy_if(all.begin(), all.end(), std::back_inserter(*kept), [](const SettingInfo& row) {
-            return row.table == "material" || row.table == "air";
-        });
-        return kept;
-    }();
-    return rows;
-}
 SettingRows<TissueChoice> tissue_rows() noexcept {
     return kTissue;
 }

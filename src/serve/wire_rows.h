@@ -5,7 +5,6 @@
 
 #pragma once
 
-#include <pliant/chainmail.h>
 #include <pliant/record.h>
 #include <pliant/spring_deformation.h>
 
@@ -13,9 +12,7 @@
 
 namespace pliant::serve {
 
-/// Materials of ChainMail that clients may change: the rows of [material] and [air].
-SettingRows<ChainMailSettings> material_rows() noexcept;
-/// Rows of a control lattice, without those of spring_rows().
+/// Rows of a control lattice, beside spring_rows().
 SettingRows<TissueChoice> tissue_rows() noexcept;
 /// Rows of the visible surface.
 SettingRows<IsoCommand> iso_rows() noexcept;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Random scans with air, where some bricks are the same for all directions of a push and some
-// aren't.
+// Random scans with air, with bricks whose limits are equal for all directions of a push and
+// others.
 
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace pliant::test {
 
-/// Blobs of tissue of a few values, with or without single elements that differ, and air.
+/// Blobs of tissue with a few values, with or without single deviating elements, and air.
 inline Volume scan_with_air(Random& random, int largest) {
     struct Blob {
         Vec3d centre;
@@ -40,7 +40,7 @@ inline Volume scan_with_air(Random& random, int largest) {
     return volume;
 }
 
-/// Air as it is by default; tissue soft or hard, bricks of any size, mostly of 8.
+/// Air with default settings; tissue soft or hard, bricks of any size, mostly of 8.
 inline ChainMailSettings settings_with_air(Random& random) {
     ChainMailSettings settings;
     settings.offset = random.ratio(0.08, 0.3);

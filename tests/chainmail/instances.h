@@ -21,7 +21,7 @@ struct Instance {
 
 inline constexpr int kInstanceMargin = 6;
 
-/// Voxel values are labels 0, 1, …; everything else (air beyond the scan) is soft.
+/// Voxel values are labels 0, 1, …; all other elements (air beyond the scan) are soft.
 inline Instance random_instance(Random& random, int smallest, int largest, bool with_fixed) {
     Instance instance;
     Grid& grid = instance.volume.grid;
@@ -77,7 +77,7 @@ inline Instance random_instance(Random& random, int smallest, int largest, bool 
     return instance;
 }
 
-/// The same limits in every direction and sense, in fractions of a link: like the thesis's law.
+/// The same limits in every direction and sense, in fractions of a link, as in the thesis's law.
 inline MaterialLaw symmetric(const MaterialLaw& law) {
     return [law](int value) {
         ElementLimits limits = law(value);
@@ -87,7 +87,7 @@ inline MaterialLaw symmetric(const MaterialLaw& law) {
     };
 }
 
-/// Cuts a share of all links and carves a few elements: flags of ElementEdit by voxel.
+/// Cuts a fraction of all links and carves a few elements: flags of ElementEdit by voxel.
 inline std::vector<std::uint8_t> random_edits(Random& random, const Grid& grid) {
     std::vector<std::uint8_t> edits(voxel_count(grid), 0);
     const int cut_percent = random.whole(0, 30), void_percent = random.whole(0, 15);
@@ -99,7 +99,7 @@ inline std::vector<std::uint8_t> random_edits(Random& random, const Grid& grid) 
     return edits;
 }
 
-/// A box of elements inside the volume, or a few single ones.
+/// A box of elements inside the volume, or a few single elements.
 inline std::vector<Vec3i> random_grab(Random& random, const Grid& grid) {
     std::vector<Vec3i> grabbed;
     const auto anywhere = [&] {

@@ -6,8 +6,8 @@
 //   u'(j) = min( max( u(j), max_s(U_s − d⁻(s,j)) ), min_s(U_s + d⁺(s,j)) )
 //
 // The two envelopes are relaxed over all links, again and again, until nothing changes
-// [Bellman1958]. It shares no code with the solvers, and works on doubles with the law's own
-// limits, or on integers with limits rounded as the lattice promises to round them.
+// [Bellman1958]. The oracle shares no code with the solvers, and works on doubles with the law's
+// own limits, or on integers with limits rounded as the lattice promises to round them.
 
 #pragma once
 
@@ -39,7 +39,7 @@ class Oracle {
               },
               margin) {}
 
-    /// A law for each element by itself.
+    /// A separate law for each element.
     Oracle(const Grid& grid, const std::function<ElementLimits(Vec3i)>& limits_at, int margin)
         : m_grid(grid), m_margin(margin) {
         m_size = m_grid.size + Vec3i{2 * margin, 2 * margin, 2 * margin};
@@ -70,9 +70,9 @@ class Oracle {
     T displacement(Vec3i e, int axis) const { return m_u[std::size_t(axis)][index(e)]; }
     const ElementLimits& limits(Vec3i e) const { return m_limits[index(e)]; }
 
-    /// Takes away the link from an element to its neighbour at +axis.
+    /// Removes the link from an element to its neighbour at +axis.
     void cut(Vec3i e, int axis) { m_cut[std::size_t(axis)][index(e)] = true; }
-    /// Takes away all links of an element.
+    /// Removes all links of an element.
     void carve(Vec3i e) {
         for (int axis = 0; axis < 3; ++axis) {
             cut(e, axis);
@@ -81,11 +81,11 @@ class Oracle {
             if (low[axis] >= -m_margin) cut(low, axis);
         }
     }
-    /// Links that are outside of their limits before a push may stay there, and get no worse.
+    /// Links outside of their limits before a push may stay there, and must not get worse.
     void set_may_exceed_limits(bool may) { m_may_exceed = may; }
     void place(Vec3i e, int axis, T u) { m_u[std::size_t(axis)][index(e)] = u; }
-    /// Flags as the lattice has them: 1, 2, 4, the link to the neighbour at +x, +y, +z is cut; 8,
-    /// the element is void, and has no links at all.
+    /// Flags like the lattice's: 1, 2, 4: the link to the neighbour at +x, +y, +z is cut; 8: the
+    /// element is void, and has no links.
     void set_edits(Vec3i e, std::uint8_t flags) {
         m_edits[index(e)] = flags;
         if (flags & 8)
@@ -105,7 +105,7 @@ class Oracle {
         for (int axis = 0; axis < 3; ++axis) push_component(s, axis, shift[axis]);
     }
 
-    /// The outermost layer of the margin has not moved: the grid was large enough.
+    /// Whether the outermost layer of the margin has not moved: the grid was then large enough.
     bool margin_at_rest() const {
         bool rest = true;
         for_each([&](Vec3i e) {
@@ -130,7 +130,7 @@ class Oracle {
         for (const Vec3i& e : s) lower[index(e)] = upper[index(e)] = u[index(e)] + shift;
         const std::array<Links, 3> links = {links_along(0, axis), links_along(1, axis),
                                             links_along(2, axis)};
-        // To and fro, so that nothing has to wait for a turn per link.
+        // Alternating sweeps, so that a change doesn't need one sweep per link.
         for (bool changed = true, backwards = false; changed; backwards = !backwards) {
             changed = false;
             for (int b = 0; b < 3; ++b)
@@ -140,8 +140,8 @@ class Oracle {
             u[n] = std::min(std::max(u[n], lower[n]), upper[n]);
     }
 
-    /// Largest u(j) − u(i) of the link from i up to j, and its negative counterpart, by i. Far
-    /// where there is no link.
+    /// Largest u(j) − u(i) of the link from i up to j, and its negative counterpart, by i. kFar
+    /// without a link.
     struct Links {
         std::vector<T> up, down;
     };
@@ -172,7 +172,7 @@ class Oracle {
                      std::vector<T>& upper) const {
         const std::size_t step = step_along(b);
         const Vec3i count = m_size - Vec3i{b == 0, b == 1, b == 2};
-        // No branch within, so that the machine isn't kept guessing which of them raise something.
+        // Branch-free, to avoid mispredictions.
         const auto relax = [&](std::size_t i) {
             const std::size_t j = i + step;
             const T up = links.up[i], down = links.down[i];
@@ -199,7 +199,7 @@ class Oracle {
         return changed;
     }
 
-    /// Beyond all sums of limits; twice it is still a number.
+    /// Above all sums of limits; twice the value is still finite.
     static constexpr T kFar = std::numeric_limits<T>::max() / 4;
 
     Grid m_grid;
@@ -208,7 +208,7 @@ class Oracle {
     std::vector<ElementLimits> m_limits;
     std::array<std::vector<T>, 3> m_compress, m_stretch, m_shear;  ///< halves, by link axis
     std::array<std::vector<T>, 3> m_u;
-    std::array<std::vector<bool>, 3> m_cut;  ///< by the link's lower element
+    std::array<std::vector<bool>, 3> m_cut;  ///< [lower element of the link]
     bool m_may_exceed = false;
     std::vector<std::uint8_t> m_edits;
 };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What tests of relaxation share: simple tissues, and looks at every element and link.
+// Common parts of the tests of relaxation: simple tissues, and visits of every element and link.
 
 #pragma once
 
@@ -28,7 +28,7 @@ struct Before {
 };
 using Displacements = std::map<Vec3i, Vec3<Fixed>, Before>;
 
-/// Of all elements with a brick.
+/// Values of all elements with a brick.
 inline Displacements displacements(const Lattice& lattice) {
     Displacements all;
     for (const int index : lattice.resident_bricks())
@@ -60,7 +60,7 @@ inline RelaxReport relaxed(ChainMail& tissue, const RelaxOptions& options) {
     return *report;
 }
 
-/// By how much the worst link is outside of its limits [units], straight from the law.
+/// Largest distance of a link from its limits [units], directly from the law.
 inline std::int64_t worst_link(const ChainMail& tissue, const MaterialLaw& law) {
     const Lattice& lattice = tissue.lattice();
     const Grid& grid = lattice.grid();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Air as a material, and the two artefacts of [Draeger2005, 5.2] that it takes away.
+// Air as a material, and the two artefacts of [Draeger2005, 5.2] that it removes.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -20,7 +20,7 @@ namespace pliant::test {
 namespace {
 
 constexpr int kTissueHu = 40;
-/// What a link of this tissue gives way by, as a fraction of its length.
+/// Fraction of its length by which a link of this tissue yields.
 double tissue_play() {
     const double w = 1040 / 4095.0;
     return 0.2 * (1 - w * w);
@@ -53,7 +53,7 @@ class GapTest : public ::testing::TestWithParam<int> {
         return volume_where({24 + gap, 16, 16},
                             [gap](Vec3i e) { return e.x < 12 || e.x >= 12 + gap; });
     }
-    /// How far the far wall moves when a patch of the near one goes by push_mm.
+    /// Motion of the far wall when a patch of the near one moves by push_mm.
     double far_motion(bool air_enabled, Vec3d push_mm, int axis) const {
         const Volume volume = two_walls();
         ChainMail tissue = tissue_with(volume, air_enabled, arena);
@@ -80,7 +80,7 @@ TEST_P(GapTest, WithoutAirTheFarWallMovesLongBeforeContact) {
 
 TEST_P(GapTest, WithAirTheFarWallStandsStillUntilContactAndThenIsPushed) {
     const int gap = GetParam();
-    // The gap closes to 2 %, and what is left is a link of tissue.
+    // The gap closes to 2 %, and the rest is a link of tissue.
     const double contact = 0.98 * gap + tissue_play();
     EXPECT_EQ(far_motion(true, {0.5 * gap, 0, 0}, 0), 0);
     EXPECT_EQ(far_motion(true, {contact - 0.01, 0, 0}, 0), 0);
@@ -110,7 +110,7 @@ class BumpTest : public ::testing::Test {
         const bool head = e.z >= 17 && e.z <= 19 && e.x >= 10 && e.x < 28 && e.y >= 10 && e.y < 14;
         return floor || stalk || head;
     });
-    /// The head's far end is pushed down; how much of that the floor below it takes up.
+    /// Pushes the head's far end down, and measures the motion of the floor below it.
     double floor_motion(bool air_enabled, double push_mm) const {
         ChainMail tissue = tissue_with(volume, air_enabled, arena);
         const auto report =
@@ -122,7 +122,7 @@ class BumpTest : public ::testing::Test {
 };
 
 TEST_F(BumpTest, WithoutAirItSinksIntoTheTissueAsAWhole) {
-    // Figure 5.12: the gap below hardly gives way, so the floor goes down with the bump.
+    // Figure 5.12: the gap below hardly yields, so the floor moves down with the bump.
     EXPECT_NEAR(floor_motion(false, 3), 3 - (4 * 0.2 + tissue_play()), 1e-3);
 }
 
@@ -138,7 +138,7 @@ TEST_F(BumpTest, WithAirItBendsUntilItTouchesTheFloor) {
     EXPECT_NEAR(free_end - at_stalk, -10 * tissue_play(), 1e-3);
 }
 
-/// Where a profile along x, from tissue to air, falls through −500 HU [mm].
+/// Position at which a profile along x, from tissue to air, falls through −500 HU [mm].
 double surface_of(const Volume& volume, int y, int z, int from) {
     for (int x = from; x + 1 < volume.grid.size.x; ++x) {
         const double here = volume.at({x, y, z}), next = volume.at({x + 1, y, z});
@@ -157,7 +157,7 @@ TEST(Air, AWallThatIsPushedAwayLeavesNoSmearInTheLumen) {
     const double before = surface_of(volume, 10, 10, 4),
                  after = surface_of(deformed.volume, 10, 10, 4);
     EXPECT_NEAR(after - before, -5, 0.2);
-    // Behind the surface it is air at once.
+    // Directly behind the surface is air.
     for (int x = int(after) + 3; x < 40; ++x) EXPECT_LT(deformed.volume.at({x, 10, 10}), -950) << x;
 }
 
@@ -192,7 +192,7 @@ TEST(Air, SkinIsAtMostThreeElementsAndLeavesTheMiddleOfAGap) {
     }
 }
 
-/// Materials of bricks, in and around the scan, against those found element by element.
+/// Materials of bricks, in and around the scan, against an evaluation element by element.
 void check_bricks(const Volume& volume, const ChainMailSettings& settings, int brick_size) {
     Lattice lattice(volume, MaterialMap(volume, settings), brick_size, false);
     for (int z = -4; z < 24; ++z)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cutting and carving: what is cut, that nothing passes a gap, and that solvers know of it.
+// Cutting and carving: the correct links are cut, no motion crosses a gap, and solvers respect it.
 
 #include "chainmail/cut.h"
 
@@ -29,7 +29,7 @@ Vec3d present_mm(const ChainMail& tissue, Vec3i e) {
            tissue.displacement_mm(e);
 }
 
-/// Number of the connected part that each element of the scan belongs to; −1: void.
+/// Number of the connected part of each element of the scan; −1: void.
 std::vector<int> parts(const ChainMail& tissue, int& count) {
     const Grid& grid = tissue.volume().grid;
     const Lattice& lattice = tissue.lattice();
@@ -62,7 +62,7 @@ CutSurface plane_through(Vec3d point, Vec3d across, Vec3d deep) {
             600.0 * deep};
 }
 
-/// Counts uncut links across the plane and cut links beside it, and parts with elements of both
+/// Counts uncut links across the plane and cut links beside it, and parts with elements on both
 /// sides. Elements on the plane belong to either side.
 void expect_parted(const ChainMail& tissue, Vec3d point, Vec3d normal) {
     const Grid& grid = tissue.volume().grid;
@@ -130,7 +130,7 @@ TEST(Cut, PlaneThroughLatticePointsLeavesNoLinkUncut) {
                 SCOPED_TRACE(std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z));
                 const Vec3d normal{double(x), double(y), double(z)};
                 const Vec3d other = std::abs(z) + std::abs(y) > 0 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-                const Vec3d deep = cross(normal, other);  // whole numbers: every tie is a real one
+                const Vec3d deep = cross(normal, other);  // whole numbers: every tie is exact
                 const Vec3d across = cross(normal, deep);
                 ChainMail tissue = bounded_tissue(volume, arena);
                 ASSERT_TRUE(tissue.cut(plane_through({4, 4, 4}, across, deep)).ok());
@@ -164,7 +164,7 @@ TEST(Cut, ClosedLineTakesOutAColumnThroughItsCorners) {
     });
 }
 
-/// Möller and Trumbore's test in doubles, by another way than the signs of volumes.
+/// Möller and Trumbore's test in doubles, a method independent of signs of volumes.
 bool crosses_in_doubles(const Triangle& t, Place p, Place q) {
     const auto real = [](Place a) { return Vec3d{double(a.x), double(a.y), double(a.z)}; };
     const Vec3d d = real(q - p), e1 = real(t[1] - t[0]), e2 = real(t[2] - t[0]);
@@ -198,8 +198,8 @@ TEST(Cut, SegmentsCrossTrianglesWhereGeometrySays) {
 }
 
 TEST(Cut, OfTwoTrianglesThatShareAnEdgeExactlyOneIsCrossed) {
-    // Ties everywhere: small whole coordinates. The two make a square; a segment through it crosses
-    // one of them, and one that ends on it decides by the moved ribbon alone.
+    // Ties everywhere: small whole coordinates. The two triangles make a square; a segment through
+    // it crosses one of them, and for one that ends on it the moved ribbon alone decides.
     const Place a{0, 0, 0}, b{4, 0, 0}, c{4, 4, 0}, d{0, 4, 0};
     for (std::int64_t x = 1; x <= 3; ++x)
         for (std::int64_t y = 1; y <= 3; ++y) {
@@ -349,7 +349,7 @@ TEST(Carve, ToolsOfNoUseAreRefused) {
     EXPECT_EQ(tissue.state().carved_elements, 0);
 }
 
-/// Pushes, cuts and carvings in turn, each push compared with the oracle bit for bit.
+/// Alternates pushes, cuts and carvings; each push is compared with the oracle bit for bit.
 void run_cut_instance(std::uint64_t seed) {
     Random random(seed);
     const TaskArena arena(2);

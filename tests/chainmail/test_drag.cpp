@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A drag against pushes of the same elements by the same steps: everything must be the same.
+// A drag against pushes of the same elements by the same steps: all results must be equal.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -26,7 +26,7 @@ constexpr std::uint64_t kDrags = 20;
 constexpr std::uint64_t kDrags = 200;
 #endif
 
-/// A vector that fixed point represents exactly, so that offsets and steps add up to the unit.
+/// A vector that fixed point represents exactly, so that offsets and steps add up exactly.
 Vec3d whole_vector(Random& random, double largest) {
     Vec3d v = random.vector(largest);
     for (int a = 0; a < 3; ++a) v[a] = std::round(v[a] * 1024) / 1024;
@@ -38,7 +38,7 @@ Vec3d displacement_mm(const ChainMail& tissue, Vec3i e) {
     return {mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
 }
 
-/// Bone, movement limits, symmetric laws or not; the grid's axes are the world's.
+/// With or without bone, movement limits and symmetric laws; the grid's axes are the world's.
 Instance drag_instance(Random& random) {
     Instance instance = random_instance(random, 5, 20, true);
     if (random.whole(0, 1)) instance.law = symmetric(instance.law);
@@ -59,7 +59,7 @@ void cut_some(Random& random, ChainMail& tissue) {
     lattice.set_edits({0, 0, 0}, edits);
 }
 
-/// The bounds that bricks have, against what is in them.
+/// Tests the bounds of bricks against their contents.
 void check_bounds(const ChainMail& tissue, bool exact) {
     const auto count = std::size_t(tissue.lattice().elements_per_brick());
     tissue.lattice().for_each_brick([&](const Brick& brick) {
@@ -132,7 +132,7 @@ TEST(Drag, IsBitForBitAPushOfTheSameElementsByTheSameSteps) {
         }
         run_drag(random, dragged, pushed, outcomes);
     }
-    // The drags really come to all kinds of ends.
+    // The drags reach all kinds of ends.
     EXPECT_GT(outcomes.limited, int(kDrags) / 4);
     EXPECT_GT(outcomes.renewed, int(kDrags) / 4);
     EXPECT_GT(outcomes.from_deformed, int(kDrags) / 4);
@@ -157,7 +157,7 @@ TEST(Drag, IsBitForBitAPushThroughAirToo) {
     EXPECT_GT(outcomes.from_deformed, int(kDrags) / 8);
 }
 
-/// Where an element is whose field is `raised`, after some turns from rest.
+/// Position of an element whose field is `raised`, after some turns from rest.
 Fixed after(std::span<const DragTurn> turns, Fixed raised) {
     Fixed u = 0;
     for (const DragTurn turn : turns)
@@ -194,7 +194,7 @@ TEST(DragTurns, TellWhatAllMovesTogetherDid) {
 }
 
 TEST(Drag, OfMoreThanTheCachesHoldIsBitForBitPushesToo) {
-    // From rest on, to and fro: where elements are is known from the turns then.
+    // From rest on, to and fro: the turns then determine the positions.
     Random random(kDragSeed);
     const TaskArena arena(2);
     Volume volume;
@@ -226,13 +226,13 @@ TEST(Drag, OfMoreThanTheCachesHoldIsBitForBitPushesToo) {
 
 constexpr int kElements = 512;
 
-/// Fields and displacements of a brick, as a drag finds them: some lines can't move.
+/// Fields and displacements of a brick, as in a drag: some lines can't move.
 struct DraggedArrays {
     alignas(64) std::array<std::array<Fixed, kElements>, 3> u{}, raised{};
     std::array<Fixed, 3> left{}, sign{};
     std::size_t components = 0;
     bool one_field = false, known = false;
-    std::array<std::vector<DragTurn>, 3> turns;  ///< if it is known
+    std::array<std::vector<DragTurn>, 3> turns;  ///< if u is known
 
     explicit DraggedArrays(Random& random) : components(std::size_t(random.whole(1, 3))) {
         one_field = random.whole(0, 1) != 0;
@@ -257,7 +257,7 @@ struct DraggedArrays {
     }
 };
 
-/// All that a kernel gives back.
+/// All results of a kernel.
 std::vector<Fixed> results_of(MoveDragged move, DraggedArrays arrays) {
     std::array<DraggedComponent, 3> components;
     for (std::size_t c = 0; c < arrays.components; ++c) {
@@ -323,7 +323,7 @@ TEST_F(DragTest, ReportsWhatItHoldsAndReaches) {
     ASSERT_TRUE(grab.ok());
     EXPECT_TRUE(tissue.is_grabbing());
     EXPECT_EQ(grab->grabbed_elements, 8);
-    // A push by the whole reach moves exactly the elements that the grab promises.
+    // A push by the whole reach moves exactly the elements that the grab reports.
     ChainMail pushed = std::move(ChainMail::create(volume, {}, arena)).value();
     EXPECT_EQ(grab->reach_elements,
               pushed.push({.point_mm = place.point_mm, .push_mm = {3, 3, 3}})->moved_elements);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The six fields of a pick against six solves of the reference, and what they share.
+// The six fields of a pick against six solves of the reference, and the sharing of arrays.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t kDragFieldsSeed = 20261121;
 
-/// Where the bricks of a lattice lie in one direction: sign·u, after a solve.
+/// Positions of a lattice's bricks in one direction: sign·u, after a solve.
 template <class Place>
 void for_each_place(const Lattice& lattice, const Place& place) {
     lattice.for_each_brick([&](const Brick& brick) {
@@ -33,7 +33,7 @@ struct Found {
     int shared = 0, split = 0;
 };
 
-/// Two of the same tissue: one for the fields, one for the heap.
+/// Two lattices of the same tissue: one for the fields, one for the heap.
 struct Twins {
     TaskArena arena{2};
     Volume volume;
@@ -46,8 +46,8 @@ struct Twins {
         grabbed = random_grab(random, volume.grid);
         reach = units_from_mm(random.real(0.5, 3));
     }
-    /// At rest, deformed about the grabbed elements so that they have gone the same way, or
-    /// deformed anywhere.
+    /// At rest, deformed about the grabbed elements such that all have moved alike, or deformed at
+    /// random.
     void deform(Random& random, ChainMail& tissue) const {
         const int way = random.whole(0, 2);
         if (way == 0) return;
@@ -134,18 +134,18 @@ TEST(DragFields, TissueFarFromAirHasOneArrayForAllDirections) {
     for (int turn = 0; turn < 2; ++turn) {
         const auto grab = tissue.grab_elements(grabbed, 3);
         ASSERT_TRUE(grab.ok());
-        // Not more than what each frame looks at: no arrays beside the bricks' own.
+        // No more than the data that each frame reads: no arrays beside the bricks' own.
         EXPECT_LE(grab->field_bytes, 128 * tissue.state().resident_bricks);
         ASSERT_TRUE(tissue.drag_to({2, -1, 0}).ok());
     }
-    // Beside the air directions differ, and there is more.
+    // Beside the air directions differ, and need more arrays.
     const auto grab = tissue.grab_elements(std::vector<Vec3i>{{86, 32, 32}}, 3);
     ASSERT_TRUE(grab.ok());
     EXPECT_GT(grab->field_bytes, 128 * tissue.state().resident_bricks);
 }
 
 TEST(DragFields, ElementsFarApartAreHeldByFieldsOfTheirOwn) {
-    // As much reach and displacement as there may be: nothing is shared, and nothing overflows.
+    // The largest reach and displacement: no array is shared, and no number overflows.
     const Volume volume = block({20, 12, 12}, 40, {60, 60, 60});
     const TaskArena arena(1);
     ChainMailSettings settings;

@@ -8,9 +8,9 @@
 #include <set>
 #include <tuple>
 
-#include "chainmail/fixed_point.h"
 #include "chainmail/instances.h"
 #include "chainmail/lattice.h"
+#include "chainmail/limit_units.h"
 #include "chainmail/oracle.h"
 
 namespace pliant::test {
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t kExactnessSeed = 20260101;
 
-// The brute force is slow under a sanitizer, which looks at memory and not at the numbers.
+// The brute force is slow under a sanitizer, which checks memory and not the numbers.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kInstances = 24;
 #else
@@ -38,7 +38,7 @@ Vec3<Fixed> displacement(const ChainMail& tissue, Vec3i e) {
     return tissue.lattice().displacement_at(e);
 }
 
-/// Half of the lattices have the size that vector instructions are for.
+/// Half of the lattices have the size required by the vector instructions.
 int random_brick_size(Random& random) {
     const int size = random.whole(2, 15);
     return size < 10 ? size : 8;

@@ -12,9 +12,9 @@
 #include <numeric>
 #include <set>
 
-#include "chainmail/fixed_point.h"
 #include "chainmail/instances.h"
 #include "chainmail/lattice.h"
+#include "chainmail/limit_units.h"
 
 namespace pliant::test {
 namespace {
@@ -80,7 +80,7 @@ struct GraphInstance {
     GraphOracle oracle;
 };
 
-/// A tree that joins all elements, and as many links again at random, some of them twice.
+/// A tree that joins all elements, and as many random links again, some of them duplicates.
 GraphInstance random_graph(Random& random) {
     const int count = random.whole(2, 60);
     std::vector<ChainElement> elements;
@@ -97,7 +97,7 @@ GraphInstance random_graph(Random& random) {
             link.high[c] = random.whole(0, 1 << random.whole(1, 20));
         }
         oracle_links.push_back(link);
-        // Up to one unit more than it takes, which is rounded away.
+        // With up to one extra unit, which is rounded away.
         const double more = random.real(0, 0.9) * 0x1p-20;
         links.push_back({a, b, millimetres(link.low) - Vec3d{more, more, more},
                          millimetres(link.high) + Vec3d{more, more, more}});
@@ -175,7 +175,7 @@ ChainLattice random_lattice(Random& random, bool plane) {
     return lattice;
 }
 
-/// One end's share of a link's limits, as the header has the formula.
+/// One end's share of a link's limits, by the header's formula.
 Vec3<Int> share(const ElementLimits& m, Vec3d d, bool high) {
     Vec3<Int> units{};
     for (int a = 0; a < 3; ++a) {
@@ -187,7 +187,7 @@ Vec3<Int> share(const ElementLimits& m, Vec3d d, bool high) {
     return units;
 }
 
-/// Every pair of elements is looked at: are they neighbours?
+/// Tests every pair of elements: are they neighbours?
 std::vector<OracleLink> lattice_links(const ChainLattice& lattice, int longest) {
     const Vec3i size = lattice.size;
     const int count = size.x * size.y * size.z;
@@ -257,7 +257,7 @@ TEST(Graph, AnElementOfALatticeHasTheNeighboursThatWereAskedFor) {
     EXPECT_EQ(degree(plane, Neighbours::All, 4), 8u);
 }
 
-/// The instance's lattice with a margin of air, as far as the motion can reach.
+/// The instance's lattice with a margin of air beyond the motion's reach.
 ChainLattice lattice_of(const Instance& instance, int margin) {
     const Grid& grid = instance.volume.grid;
     ChainLattice lattice;
@@ -357,7 +357,7 @@ TEST(Graph, LimitsOfAnObliqueLinkFollowTheGeneralisedFormulaWithItsSigns) {
     const auto expect_mm = [](Vec3i found, Vec3d expected) {
         for (int a = 0; a < 3; ++a) EXPECT_NEAR(found[a] * 0x1p-20, expected[a], 3e-6);
     };
-    // Along y the link points down: to compress it is to raise u(1) − u(0).
+    // Along y the link points down: its compression raises u(1) − u(0).
     expect_mm(from_0.low, {-(0.2 + 0.06), -(0.75 + 0.02), -(0.02 + 0.06)});
     expect_mm(from_0.high, {1.0 + 0.06, 0.6 + 0.02, 0.02 + 0.06});
     EXPECT_EQ(from_1.low, -from_0.high);
@@ -374,7 +374,7 @@ TEST(Graph, MeshesHaveEachEdgeOnce) {
 }
 
 TEST(Graph, APushThroughATetrahedralMeshLeavesNoLinkOutsideOfItsLimits) {
-    // Cubes of a block, five tetrahedra each.
+    // Cubes of a block, split into five tetrahedra each.
     constexpr int kSide = 8;
     std::vector<Vec3d> rest;
     for (int n = 0; n < kSide * kSide * kSide; ++n)

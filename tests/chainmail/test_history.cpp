@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Undo and redo: the same bits again, within a bound of memory.
+// Undo and redo: bit-identical states, within a limit of memory.
 
 #include "chainmail/history.h"
 
@@ -52,7 +52,7 @@ TEST(HistoryCodec, AnyChangeComesBack) {
     }
 }
 
-/// What a change is packed from: the or-ed values, and the four planes of bytes.
+/// Input of packing: the bitwise or of all values, and the four byte planes.
 std::vector<std::byte> planes_of(const ChangeKernels& kernels, const std::vector<Fixed>& before,
                                  const std::vector<Fixed>& after) {
     const std::size_t count = before.size();
@@ -79,7 +79,7 @@ TEST(HistoryKernel, VectorsGiveTheBitsOfPlainLoopsOnEveryInstructionSet) {
             const bool any_number = n % 2 == 0;
             for (Fixed& u : before) u = any_number ? Fixed(random.next()) : random.whole(-9, 9);
             after = before;
-            // Nothing, one element, or all.
+            // No element, one, or all.
             if (n % 5 == 1) after[std::size_t(random.whole(0, 511))] += 1;
             if (n % 5 > 1)
                 for (Fixed& u : after) u = any_number ? Fixed(random.next()) : random.whole(-9, 9);
@@ -118,7 +118,7 @@ TEST(HistoryCodec, DamagedBytesAreRefusedOrDecodeWithoutACrash) {
     EXPECT_FALSE(unpack(std::span(packed).first(packed.size() / 2), unpacked));
 }
 
-/// One random step of any kind; most change something.
+/// One random step of any kind; most have an effect.
 void random_step(Random& random, ChainMail& tissue, double reach) {
     switch (random.whole(0, 5)) {
         case 0:

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Volumes, labels, directions and laws that a program hands over: refused in one line where they
-// are wrong, and pushed without a surprise where they are not.
+// Volumes, labels, directions and laws from a program: invalid ones are refused with a one-line
+// message, and valid extreme ones work.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_graph.h>
 #include <pliant/chainmail_objects.h>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 #include "chainmail/oracle.h"
 #include "support/broken_volumes.h"
 #include "support/made.h"
@@ -46,7 +46,7 @@ TEST(HostVolumes, OneWithABrokenFieldIsRefusedWhereverAChainMailIsMade) {
         VectorField field{good.grid, FieldKind::Modeling, std::vector<Vec3f>(3)};
         settings.directions = std::make_shared<const VectorField>(field);
         expect_refused(ChainMail::create(good, settings, one_thread()), "directions.vectors_mm");
-        // Later, too, and then nothing has changed.
+        // Later calls, too, change nothing.
         auto tissue = made(ChainMail::create(good, {}, one_thread()));
         ChainMailSettings changed{.label_materials = {{.values = {1}}}};
         changed.labels = std::make_shared<const Volume>(broken.volume);
@@ -99,7 +99,7 @@ ElementLimits random_limits(Random& random) {
     return limits;
 }
 
-/// Makes one number of the limits wrong. @returns the name of its field
+/// Invalidates one number of the limits. @returns the name of its field
 std::string spoil(Random& random, ElementLimits& limits) {
     const int axis = random.whole(0, 2);
     const double bad[] = {kNotANumber, -1, -1e-9, -kInfinity};
@@ -148,7 +148,7 @@ TEST(HostLaws, RandomOnesHoldAndOneNumberOutOfItsRangeIsRefusedWithItsValue) {
         settings.custom_law = [=](int v) { return v >= from ? bad : soft; };
         const std::string where = "custom_law at value " + std::to_string(from) + ": " + field;
         expect_refused(ChainMail::create(volume, settings, one_thread()), where);
-        // The tissue that is there goes on with its own law.
+        // The existing tissue continues with its own law.
         const std::uint64_t before = tissue.hash();
         expect_refused(tissue.set_materials(settings), where);
         EXPECT_EQ(tissue.hash(), before);
@@ -212,7 +212,7 @@ TEST(Offset, ZeroIsRigidAndOneIsAWholeLinkAsTheOracleHasThem) {
                     tissue.push_elements(grabbed, world_from_lattice_vector(volume.grid, push_mm)));
                 EXPECT_EQ(tissue.state().max_violation_mm, 0);
                 if (report.step_fraction < 1) {
-                    // Held by the hard element; where all is rigid, nothing moves at all.
+                    // Held by the hard element; if all is rigid, nothing moves at all.
                     EXPECT_EQ(report.limited_by, LimitedBy::Bone);
                     EXPECT_TRUE(offset > 0 || tissue.state().moved_elements == 0);
                     continue;

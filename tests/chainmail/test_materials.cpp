@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Materials by label and direction, materials that change under a deformed lattice, and what they
-// say about folds.
+// Materials by label and direction, changes of materials under a deformed lattice, and their fold
+// certificates.
 
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ ChainMailSettings labelled_settings(Random& random, const Instance& instance) {
     return settings;
 }
 
-/// What the settings above mean for one element, written down a second time.
+/// Expected limits of one element with these settings, computed independently.
 ElementLimits expected_limits(const ChainMailSettings& settings, const Volume& volume, Vec3i e) {
     if (!contains(voxel_box(volume.grid), e)) return settings.custom_law(kAirHu);
     const int label = int(settings.labels->at(e));
@@ -248,7 +248,7 @@ TEST_F(ChangeTest, NothingMovesAndLinksMayOnlyComeBack) {
             EXPECT_LE(state.excused_links, excused);
             excused = state.excused_links;
         }
-        // Back to the first law: nothing needs to be excused any more.
+        // Back to the first law: no excuse is needed any more.
         ASSERT_TRUE(tissue.set_materials(soft).ok());
         EXPECT_EQ(tissue.state().excused_links, 0);
         EXPECT_FALSE(tissue.lattice().may_exceed_limits());
@@ -265,8 +265,8 @@ TEST_F(ChangeTest, TheCheckSeesALinkThatGotWorse) {
     hard.custom_law = [](int) { return isotropic(0.1); };
     ASSERT_TRUE(tissue.set_materials(hard).ok());
     EXPECT_LT(tissue.state().max_violation_mm, 1e-9);
-    // Straight into the lattice, past the solver: one link by 0.25 mm beyond what it is excused
-    // for.
+    // Directly in the lattice, bypassing the solver: one link by 0.25 mm beyond its excused
+    // difference.
     Lattice& lattice = const_cast<Lattice&>(tissue.lattice());
     const ElementRef element = lattice.ensure_element({12, 12, 12});
     lattice.brick(element.brick).u[0][std::size_t(element.index)] += units_from_mm(0.25);
@@ -285,7 +285,7 @@ TEST_F(ChangeTest, ExcusedLinksComeBackAndStayBack) {
     ASSERT_TRUE(tissue.push_elements(one, {-1, 0, 0}).ok());
     const std::int64_t then = tissue.state().excused_links;
     EXPECT_LT(then, at_first);
-    // The links of the grabbed element are within the new limits for good.
+    // The links of the grabbed element are within the new limits permanently.
     ASSERT_TRUE(tissue.push_elements(one, {1, 0, 0}).ok());
     EXPECT_LE(tissue.state().excused_links, then);
     const double away =
@@ -315,7 +315,7 @@ TEST_F(ChangeTest, MovementLimitCannotBeEludedByPushingElsewhereOrChangingTheLaw
         ASSERT_TRUE(tissue.push_elements(here, {3, 0, 0}).ok());
         EXPECT_LE(farthest(), limit + 1e-6);
     }
-    // A shorter limit: what is beyond it may come back, and not go farther.
+    // A shorter limit: elements beyond it may come back, and not go farther.
     ChainMailSettings shorter = settings;
     shorter.max_movement_mm = 1;
     ASSERT_TRUE(tissue.set_materials(shorter).ok());
@@ -406,7 +406,7 @@ TEST(Certificate, TablesThatHaveItNeverFoldAndTablesJustBeyondDo) {
             stretch[b] = random.ratio(0.05, 3);
             shear[b] = random.ratio(0.05, 1);
         }
-        // Just below the bound, or just beyond it.
+        // Just below the bound, or just above it.
         const bool below = seed % 2;
         const double scale = (below ? 0.999 : 1.01) / fold_number(compress, shear);
         compress = scale * compress;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Objects in one space: they meet exactly, and never pass through each other.
+// Objects in one space: contact is exact, and objects never pass through each other.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_objects.h>
@@ -24,7 +24,7 @@ Volume block_at(Vec3d origin_mm, Vec3i size, int value = 40) {
     return volume;
 }
 
-/// Places of all elements along the grid's axes, in doubles.
+/// Positions of all elements along the grid's axes, in doubles.
 std::vector<Vec3d> places_of(const ChainMail& tissue) {
     std::vector<Vec3d> places;
     const Grid& grid = tissue.volume().grid;
@@ -37,8 +37,8 @@ std::vector<Vec3d> places_of(const ChainMail& tissue) {
     return places;
 }
 
-/// By how much the two that overlap most do so, on the axis where they do least [mm]; negative:
-/// none does.
+/// Largest penetration of two elements [mm], each measured on the axis of the smallest overlap;
+/// negative: no overlap.
 double deepest_overlap(const std::vector<Vec3d>& p, Vec3d p_spacing, const std::vector<Vec3d>& q,
                        Vec3d q_spacing) {
     double deepest = -1e9;
@@ -61,7 +61,7 @@ TEST(Contact, OverlapTimesOfOneAxisAreExact) {
     const auto equal = [](OverlapTime t, Ratio enter, Ratio leave) {
         return t.enter == enter && t.leave == leave;
     };
-    // Moved by 10 from the start on: meets at 30 − 20, and has passed at 30 + 20.
+    // Moved by 10 from the start: contact at 30 − 20, separation at 30 + 20.
     EXPECT_TRUE(equal(overlap_time(-30, 20, 100, 100), {10, 100}, {50, 100}));
     EXPECT_TRUE(equal(overlap_time(30, 20, 100, -100), {10, 100}, {50, 100}));
     EXPECT_TRUE(equal(overlap_time(-30, 20, 60, 100), {50, 100}, {90, 100})) << "moves later";
@@ -83,7 +83,7 @@ TEST(Contact, BoxesThatPassEachOtherDoNotMeet) {
 }
 
 /// The path in many small steps: the same lattice alone, pushed from the same state to fractions of
-/// the push, and looked at for overlaps element by element.
+/// the push, and tested for overlaps element by element.
 struct Reference {
     const ChainMail* other;
     ChainMail alone;
@@ -127,7 +127,7 @@ void run_scene(std::uint64_t seed, Counts& counts) {
     const Instance theirs = random_instance(random, 3, 5, false);
     const Volume second = random_object(random, theirs.volume, direction, {0, 0, 0});
     Volume first = random_object(random, own.volume, direction, {0, 0, 0});
-    // Beside the other one on a random axis, a little apart, and shifted along its face.
+    // Beside the other one on a random axis, with a small gap, and shifted along its face.
     const int axis = random.whole(0, 2), side = random.whole(0, 1) ? 1 : -1;
     Vec3d place = random.vector(2);
     const double width = side > 0 ? second.grid.size[axis] * second.grid.spacing_mm[axis]
@@ -162,13 +162,13 @@ void run_scene(std::uint64_t seed, Counts& counts) {
         const auto report = space.push_elements(0, grabbed, push_mm);
         ASSERT_TRUE(report.ok());
         if (expected == 1) {
-            // Sub-steps may have stepped over a corner that the exact path touches.
+            // Sub-steps can skip a corner that the exact path touches.
             ASSERT_EQ(report->object >= 0, report->push.step_fraction < 1);
         } else {
             ASSERT_LE(report->push.step_fraction, expected + 1.0 / kSubSteps + 1e-6);
         }
         if (report->push.step_fraction < expected - 1e-6) {
-            // Stopped before the sub-steps saw anything: by a corner that is passed in between.
+            // Stopped before the sub-steps detect an overlap: by a corner between two of them.
             ASSERT_EQ(report->push.limited_by, LimitedBy::Object);
         }
         const double deepest = deepest_overlap(space.object(0), space.object(1));
@@ -231,7 +231,7 @@ TEST_F(ObjectsTest, PushStopsAtTheUnitWhereTheFacesTouch) {
     EXPECT_EQ(report->object, tissue);
     EXPECT_EQ(report->element.x, 3);
     EXPECT_EQ(report->other_element.x, 0);
-    // The boxes are two units smaller together than their spacing, to bear rounding.
+    // The sum of two boxes is two units below their spacing, to tolerate rounding.
     EXPECT_NEAR(space.place_mm(fragment, {3, 0, 0}).x, 8 + 2 * kUnitMm, 1e-9);
     const auto again = space.push_elements(fragment, face, {kUnitMm, 0, 0});
     EXPECT_EQ(again->push.status, PushStatus::Rejected);
@@ -278,7 +278,7 @@ TEST_F(ObjectsTest, FreeFragmentGoesAnywhereAndKeepsItsShape) {
         space.place_mm(fragment, {4, 3, 2}) - space.place_mm(fragment, {0, 0, 0});
     EXPECT_LT(norm(stretched - Vec3d{4, 3, 2}), 4) << "more than all links of it allow";
     EXPECT_LT(space.object(fragment).state().max_violation_mm, 1e-9);
-    // And a tool finds it where it is.
+    // A tool finds it at its new position.
     const auto report = space.push(
         fragment, {.point_mm = space.place_mm(fragment, {2, 2, 1}), .push_mm = {0, 0, 1}});
     ASSERT_TRUE(report.ok()) << report.error().message;

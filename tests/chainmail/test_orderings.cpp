@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The published orderings beside the exact solution: where they find it, and where they do not.
+// The published orderings against the exact solution: cases of agreement, and cases of deviation.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_orderings.h>
@@ -40,11 +40,11 @@ std::unique_ptr<OrderingSolver> make(const ChainLattice& lattice, Ordering order
     return std::move(solver).value();
 }
 
-/// The exact solution and what an ordering makes of the same pushes.
+/// The exact solution, and an ordering's result for the same pushes.
 struct Comparison {
     std::int64_t violated_links = 0;
     double max_violation = 0;
-    double max_distance = 0;  ///< from the exact place, in any component
+    double max_distance = 0;  ///< from the exact position, in any component
     std::int64_t exact_violated_links = 0;
     bool stopped_early = false;
 };
@@ -55,7 +55,7 @@ struct Step {
 };
 
 constexpr double kTolerance = 1e-4;
-constexpr double kFloats = 5e-5;  ///< what the places of GibsonConvex are good for
+constexpr double kFloats = 5e-5;  ///< accuracy of positions in GibsonConvex
 
 Comparison compare(const ChainLattice& lattice, Ordering ordering, std::span<const Step> steps) {
     const auto graph = graph_of_lattice(lattice, Neighbours::Faces);
@@ -195,8 +195,8 @@ TEST(Orderings, WithSeveralMaterialsEveryOrderingLeavesViolatedLinksAndTheExactO
 }
 
 TEST(Orderings, SchillsListIsExactWhereALinkAllowsTheSameInAllComponentsAndDirections) {
-    // A path's slack is then its length minus how far its ends are apart, whatever the component:
-    // one order suits all three, in any state.
+    // A path's slack is then its length minus the distance of its ends, for every component: one
+    // order is valid for all three, in any state.
     Random random(kOrderingsSeed);
     const ChainLattice lattice = heterogeneous(random, 20, 1);
     std::vector<Step> drag;
@@ -208,7 +208,7 @@ TEST(Orderings, SchillsListIsExactWhereALinkAllowsTheSameInAllComponentsAndDirec
     }
 }
 
-/// A box of 9 × 9 × 5 with a wall between two chambers that leaves one way round.
+/// A box of 9 × 9 × 5 with a wall between two chambers that leaves one passage around it.
 ChainLattice chambers() {
     ChainLattice lattice = homogeneous({9, 9, 5}, 0.1);
     for (int k = 0; k < 5; ++k)
@@ -355,12 +355,12 @@ TEST(Orderings, GibsonsRelaxationLowersTheEnergyAndLeavesWhatIsHeld) {
         energy = next;
         EXPECT_EQ(u[std::size_t(held)], start[std::size_t(held)]);
     }
-    // Slack that is wide enough leaves all as it is: a plastic material.
+    // Sufficient slack leaves all elements in place: a plastic material.
     std::vector<Vec3f> plastic = start;
     limits = {.compress = 0.21, .stretch = 0.21, .shear = 0.21};
     EXPECT_EQ(relax_elastically(lattice, limits, std::array{held}, plastic), 0);
     EXPECT_EQ(plastic, start);
-    // Nothing held: everything comes to rest at one place.
+    // Without held elements, all come to rest at one position.
     limits = {.threshold_mm = 0};
     for (int sweep = 0; sweep < 600; ++sweep) relax_elastically(lattice, limits, {}, u);
     EXPECT_LT(elastic_energy(lattice, u), 1e-3 * energy);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Every operation with every allocation failing: the n-th of its allocations and all after it, for
-// n = 0, 1, 2, … until it gets through. A failure must leave the tissue as it was and say so; in
-// the end the tissue must be that of a twin on which nothing ever failed.
+// Every operation with failing allocations: the n-th of its allocations and all after it fail, for
+// n = 0, 1, 2, … until it succeeds. A failure must leave the tissue unchanged and be reported;
+// finally the tissue must equal a twin without failures.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_objects.h>
@@ -25,7 +25,7 @@ namespace pliant::test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20261124;
-/// All of so many allocations fail in turn, and then a random choice of the others.
+/// All n below a limit, followed by a random choice of the others.
 constexpr std::int64_t kAllOf = 25;
 
 Volume scan() {
@@ -47,7 +47,7 @@ ChainMailSettings plain_settings() {
     return settings;
 }
 
-/// What an operation must not change when it fails. The second half takes time to find.
+/// State that a failed operation must not change. The second half is slow to compute.
 struct Snapshot {
     std::uint64_t hash = 0;
     int undo_steps = 0, redo_steps = 0;
@@ -96,7 +96,7 @@ Snapshot snapshot_of(const ChainMail& tissue) {
     return s;
 }
 
-/// What came of an operation; nothing: it succeeded.
+/// Result of an operation; nothing: success.
 using Outcome = std::optional<ErrorCode>;
 
 template <class T>
@@ -186,7 +186,7 @@ std::vector<Preparation> preparations() {
     };
 }
 
-/// Arguments are made beforehand: only the library's own allocations fail.
+/// Arguments are created beforehand: only the library's own allocations fail.
 std::vector<Operation> operations(const std::filesystem::path& folder, const std::string& state) {
     const std::vector<Vec3i> elements = {{3, 3, 2}, {4, 3, 2}, {10, 8, 8}};
     ChainMailSettings soft = plain_settings();
@@ -258,7 +258,7 @@ class OutOfMemory : public ::testing::TestWithParam<int> {
         preparation.run(tissue);
         return tissue;
     }
-    /// What shows that two tissues are equal inside too: they go on alike.
+    /// Evidence that two tissues are equal inside too: their next results are equal.
     static std::vector<std::uint64_t> future_of(ChainMail& tissue) {
         std::vector<std::uint64_t> hashes;
         const auto add = [&](bool ok) { hashes.push_back(tissue.hash() ^ std::uint64_t(ok)); };
@@ -275,7 +275,7 @@ class OutOfMemory : public ::testing::TestWithParam<int> {
     struct Run {
         Outcome outcome;
         bool has_failed = false;  ///< the n-th allocation and all after it
-        bool is_undone = false;   ///< it says so, and not for another reason
+        bool is_undone = false;   ///< it reports lack of memory, and no other error
     };
     Run run_with_failure(ChainMail& tissue, const Operation& operation, std::int64_t n,
                          const Outcome& expected) {
@@ -288,7 +288,7 @@ class OutOfMemory : public ::testing::TestWithParam<int> {
         return run;
     }
 
-    /// The operation on a tissue on which nothing ever fails.
+    /// The operation on a tissue without failures.
     struct Twin {
         Outcome outcome;
         Snapshot after;
@@ -308,14 +308,14 @@ class OutOfMemory : public ::testing::TestWithParam<int> {
     static void expect_done(ChainMail& tissue, const Run& run, const Twin& twin) {
         EXPECT_EQ(run.outcome, twin.outcome);
         Snapshot now = snapshot_of(tissue);
-        // Steps that there was no memory for to pack wait for it.
+        // Steps that could not be packed for lack of memory are packed now.
         if (run.has_failed) now.history_bytes = twin.after.history_bytes;
         EXPECT_EQ(now, twin.after);
         EXPECT_EQ(future_of(tissue), twin.future);
     }
 
     /// Fails the allocations of an operation one after the other, on one tissue.
-    /// @returns how many times the operation failed
+    /// @returns number of failures of the operation
     int fail_each(const Preparation& preparation, const Operation& operation, const Twin& twin) {
         ChainMail tissue = prepared(preparation);
         const Snapshot before = snapshot_of(tissue);
@@ -430,7 +430,7 @@ TEST_P(OutOfMemory, EndsAGroupAndKeepsItsStepUncompressed) {
             has_failed = failing.has_failed();
         }
         EXPECT_EQ(tissue.next_undo_name(), "group");
-        // A following step lies on top of it.
+        // A following step is on top of it.
         ASSERT_TRUE(tissue.push(push_of({7, 3, 4}, {0.8, -0.9, 1.1})).ok());
         ASSERT_TRUE(tissue.undo().ok());
         EXPECT_EQ(tissue.hash(), after);

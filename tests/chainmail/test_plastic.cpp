@@ -52,8 +52,8 @@ TEST(Plastic, APushBeyondItLeavesTheImprintThatTheYieldLimitSays) {
     ChainMail tissue = tissue_of(volume, yielding(0.2, 0.25), arena);
     const Vec3i centre{12, 12, 12};
     ASSERT_TRUE(tissue.push_elements({{centre}}, {1, 0, 0}).ok());
-    // The push fades by 0.2 mm a link, so it moves what is less than 5 links away. What stays
-    // elastic fades by 0.05 mm a link from there on.
+    // The push decays by 0.2 mm per link, so it moves elements at most 4 links away. The elastic
+    // rest decays by 0.05 mm per link from there on.
     const auto away = [&](Vec3i e) {
         return std::abs(e.x - centre.x) + std::abs(e.y - centre.y) + std::abs(e.z - centre.z);
     };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Pushing a scan: what a user of the class sees.
+// Pushes of a scan, through the public interface.
 
 #include <gtest/gtest.h>
 
@@ -127,7 +127,7 @@ TEST_F(PushTest, EveryPointOfADeformedLatticeIsInACell) {
 }
 
 TEST_F(PushTest, MotionGoesBeyondTheBorderOfTheScan) {
-    // Air that follows the law of its value is dragged along.
+    // Air that follows the law by value is dragged along.
     ChainMailSettings settings;
     settings.air_enabled = false;
     ChainMail tissue = tissue_of(volume, arena, settings);
@@ -169,8 +169,8 @@ TEST_F(PushTest, GrabbedBoneRejectsThePushAndChangesNothing) {
 TEST_F(PushTest, PushThatIsTakenBackLeavesNoBrickBehind) {
     ChainMailSettings settings;
     ChainMail tissue = tissue_of(volume, arena, settings);
-    // All elements of the scan together are a rigid block: pushing it back restores everything
-    // inside; a block around it moves the air beyond the border back too.
+    // All elements of the scan together are a rigid block: the opposite push restores everything
+    // inside; a block around it also moves the air beyond the border back.
     std::vector<Vec3i> all;
     for (int z = -12; z < 36; ++z)
         for (int y = -12; y < 36; ++y)
@@ -188,7 +188,7 @@ TEST_F(PushTest, RotatedAndLeftHandedCopiesMoveTheSameInTheWorld) {
     Volume mirrored = volume;
     auto& voxels = std::get<0>(volume.voxels);
     for (auto& v : voxels) v = std::int16_t(random.whole(-100, 250));
-    // The same elements in the same world places, stored with i reversed: left-handed.
+    // The same elements at the same world positions, stored with i reversed: left-handed.
     auto& reversed = std::get<0>(mirrored.voxels);
     for (int z = 0; z < 24; ++z)
         for (int y = 0; y < 24; ++y)
@@ -197,7 +197,7 @@ TEST_F(PushTest, RotatedAndLeftHandedCopiesMoveTheSameInTheWorld) {
                     voxels[voxel_index(volume.grid, {x, y, z})];
     mirrored.grid.direction.columns[0] = {-1, 0, 0};
     mirrored.grid.origin_mm = {23, 0, 0};
-    // And carried along by a rotation of the world.
+    // Also for a rotation of the world.
     Volume rotated = volume;
     const Mat3d rotation = random.rotation(false);
     rotated.grid.direction = rotation * volume.grid.direction;
@@ -245,8 +245,8 @@ TEST_F(PushTest, PushThatNeedsTooMuchMemoryIsRefusedAndChangesNothing) {
 }
 
 TEST_F(PushTest, CheckFindsViolatedLinksAndFoldedCells) {
-    // A soft law moves elements freely; the same state judged by a hard law is violated, and a
-    // cell pushed through its neighbour is folded.
+    // A soft law moves elements freely; a hard law finds violations in the same state, and a cell
+    // pushed through its neighbour is folded.
     ChainMailSettings soft;
     soft.custom_law = [](int) {
         return ElementLimits{{1, 1, 1}, {2, 2, 2}, {2, 2, 2}, 100, false};
@@ -257,12 +257,12 @@ TEST_F(PushTest, CheckFindsViolatedLinksAndFoldedCells) {
     const LatticeState state = tissue.state();
     EXPECT_EQ(state.max_violation_mm, 0);
     EXPECT_EQ(state.moved_elements, 1);
-    // Ahead of the element, where det F = 1 - 3 * 0.9 at its corner.
+    // In front of the element, where det F = 1 - 3 * 0.9 at its corner.
     EXPECT_EQ(state.folded_cells, 1);
     const auto hard = [](Vec3i) {
         return ElementLimits{{.2, .2, .2}, {.3, .3, .3}, {.1, .1, .1}, 100, false};
     };
-    // Worst is the shear of a link: 0.9 mm where 0.1 mm is allowed.
+    // The largest violation is the shear of a link: 0.9 mm with a limit of 0.1 mm.
     EXPECT_NEAR(check_lattice(tissue.lattice(), hard, arena).max_violation_mm, 0.8, 1e-5);
 }
 

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Everything that can be done to a tissue, in random order, thousands of times, on two tissues at
-// once: the sweep on two threads and the heap on one, with other bricks. After each operation both
-// must be equal bit for bit, every link valid, nothing folded where the certificate rules it out,
-// and after an undo everything as it was.
+// All operations on a tissue, in random order, thousands of times, on two tissues at once: the
+// sweep on two threads and the heap on one, with other bricks. After each operation both must be
+// equal bit for bit, every link valid, no cell folded if the certificate excludes it, and an undo
+// must restore the whole state.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_slide.h>
@@ -25,10 +25,10 @@ constexpr int kOperations = 150;
 constexpr int kOperations = 1500;
 #endif
 constexpr int kHistorySteps = 40;
-constexpr int kHistoryMb = 64;  // never reached: how much a step needs depends on the bricks
+constexpr int kHistoryMb = 64;  // never reached: the memory of a step depends on the bricks
 
-/// Tissue with a lumen, soft and hard places, and a little bone. Along one axis a single brick is
-/// enough, which halves what is to be looked at after each operation.
+/// Tissue with a lumen, soft and hard regions, and a little bone. Along one axis there is a single
+/// brick, which halves the cost of the checks after each operation.
 Volume scan_of(Random& random) {
     Volume volume;
     volume.grid.size = {random.whole(9, 13), random.whole(8, 12), random.whole(7, 11)};
@@ -49,9 +49,9 @@ Volume scan_of(Random& random) {
     return volume;
 }
 
-/// How far pushes go. In a lattice without a border they carry along the air beyond the scan, by
-/// the cube of push / offset, and the checks look at each element: so there they are short, and the
-/// tissue is soft.
+/// Length of pushes. In a lattice without a border they also move air beyond the scan, by the cube
+/// of push / offset, and the checks visit each element: so there they are short, and the tissue is
+/// soft.
 double longest_push_mm(bool bounded) {
     return bounded ? 3 : 1.5;
 }
@@ -105,7 +105,7 @@ class Sequence {
         return std::move(ChainMail::create(m_volume, settings, arena)).value();
     }
 
-    /// The same on both; the reports' statuses must be equal.
+    /// Runs the operation on both; the reports' statuses must be equal.
     template <class Work>
     void both(const char* name, const Work& work) {
         m_name += std::string(m_name.empty() ? "" : ", ") + name;
@@ -164,7 +164,7 @@ class Sequence {
             const Vec3d offset = m_random.vector(1.3 * m_longest_mm);
             both("drag", [&](ChainMail& tissue) { return tissue.drag_to(offset).ok(); });
         }
-        // What comes next lets go where this doesn't.
+        // The next operation ends the drag, if this one doesn't.
         if (m_random.whole(0, 3))
             both("let go", [](ChainMail& tissue) {
                 tissue.let_go();
@@ -211,7 +211,7 @@ class Sequence {
 
     void undo() {
         both("undo", [](ChainMail& tissue) { return tissue.undo().ok(); });
-        // A drag that was still held ends as a step of its own first.
+        // A drag under way first ends as a step of its own.
         m_is_undo = true;
     }
     void redo() {
@@ -253,14 +253,14 @@ class Sequence {
         });
     }
 
-    /// Keeps the hashes that undo and redo must come back to.
+    /// Keeps the hashes that undo and redo must restore.
     void remember(std::uint64_t before, int steps_before) {
         const bool is_undo = std::exchange(m_is_undo, false);
         const bool is_redo = std::exchange(m_is_redo, false);
         const bool was_held = std::exchange(m_was_held, m_sweep.is_grabbing());
         const std::uint64_t now = m_sweep.hash();
         if (was_held) {
-            // The drag's step ended within this operation: start afresh from what is known.
+            // The drag's step ended within this operation: continue from known states.
             m_past.clear();
             m_future.clear();
         } else if (is_undo && m_sweep.undo_steps() < steps_before) {
@@ -279,7 +279,7 @@ class Sequence {
             m_past.push_back(before);
             m_future.clear();
         } else if (m_sweep.undo_steps() == kHistorySteps) {
-            // A step that changed nothing looks like one that pushed another out.
+            // A step without changes looks like one that pushed another out.
             m_past.clear();
             m_future.clear();
         } else if (m_sweep.redo_steps() == 0) {
@@ -305,7 +305,7 @@ class Sequence {
         m_moved += state.moved_elements > 0;
     }
 
-    /// Air may go farther.
+    /// Air may move farther.
     double farthest_tissue_mm() const {
         double farthest = 0;
         const Vec3i n = m_volume.grid.size;
@@ -318,9 +318,9 @@ class Sequence {
     }
 
     void finish() {
-        // The sequences did what they are for.
+        // The sequences cover all cases.
         EXPECT_GT(m_moved, kOperations / 4);
-        // A short one may meet no materials that the certificate covers.
+        // A short one may contain no materials that the certificate covers.
         if (kOperations >= 1000) {
             EXPECT_GT(m_certified, 0);
         }

@@ -20,7 +20,7 @@
 namespace pliant::test {
 namespace {
 
-/// Each of the constraints that relaxation knows, or not, at random.
+/// Random combinations of the constraints of relaxation.
 struct Case {
     Instance instance;
     std::vector<Vec3i> held;
@@ -71,7 +71,7 @@ RelaxTool random_tool(Random& random, const Grid& grid) {
     return {from, random.whole(0, 1) ? from : place(), random.real(0.5, 4)};
 }
 
-/// Link by link, of a tissue without imprints.
+/// Link by link, for a tissue without imprints.
 Energy energy_by_links(const Lattice& lattice) {
     const ElasticWeights weights(lattice.materials(), lattice.grid().spacing_mm);
     Energy sum = 0;
@@ -80,7 +80,7 @@ Energy energy_by_links(const Lattice& lattice) {
         for (int side = 0; side < 6; ++side) {
             const Vec3i other = beside(e, side);
             const auto there = all.find(other);
-            // A link between two of them is seen twice.
+            // A link between two of them is visited twice.
             if (side % 2 == 1 && there != all.end()) continue;
             const int b = side / 2;
             const MaterialId p = lattice.material_at(e), q = lattice.material_at(other);
@@ -136,7 +136,7 @@ TEST(Relax, EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep) {
                 const ElementLimits limits = c.law(lattice.value_at(e));
                 const bool stays = limits.fixed || u == Vec3<Fixed>{0, 0, 0} ||
                                    std::find(c.held.begin(), c.held.end(), e) != c.held.end();
-                // An imprint can draw an element away from its first rest place.
+                // An imprint can pull an element away from its first rest position.
                 if (stays && tissue.imprint_mm(e) == Vec3d{0, 0, 0}) {
                     ASSERT_EQ(v, u);
                 }
@@ -163,7 +163,7 @@ TEST(Relax, EnergyIsTheSumOverLinksOfWeightTimesSquare) {
     const double least = std::min({h.x, h.y, h.z});
     const auto weight = [&](Vec3i e, int b) {
         const ElementLimits l = instance.law(tissue.lattice().value_at(e));
-        // From the limits in whole units, as the links have them.
+        // From the limits in whole units, as stored in the links.
         const auto units = [&](double f) { return std::floor(h[b] * f / 2 * (1 << 20)); };
         const double fraction =
             (units(l.compress[b]) + units(l.stretch[b]) + 4 * units(l.shear[b])) / 6 * 2 /
@@ -262,7 +262,7 @@ TEST(Relax, WithAHeldPatchItReachesTheDiscreteHarmonicState) {
     Volume volume = block({14, 14, 14}, 0, {1, 1.3, 0.8});
     auto& voxels = std::get<VoxelArray<std::int16_t>>(volume.voxels);
     for (std::size_t n = 0; n < voxels.size(); ++n) voxels[n] = std::int16_t(n / 5 % 2);
-    // Limits above the push: whatever the state, none binds.
+    // Limits above the push: no link binds in any state.
     const MaterialLaw law = [](int value) {
         const double limit = value == 1 ? 0.9 : 0.5;
         return one_material(limit)(0);
@@ -275,8 +275,8 @@ TEST(Relax, WithAHeldPatchItReachesTheDiscreteHarmonicState) {
     const std::vector<Vec3i> held{{6, 6, 6}, {7, 6, 6}, {6, 7, 6}, {7, 7, 8}};
     ASSERT_TRUE(tissue.push_elements(pushed, {0.25, 0, -0.17}).ok());
     EXPECT_TRUE(relaxed(tissue, {.max_sweeps = 5000, .held = held}).settled);
-    // The same by a plain Gauss-Seidel in doubles, and how far a residual of half a unit at every
-    // element can lead: the solution for a load of half a unit.
+    // The same by a plain Gauss-Seidel in doubles, with an error bound for a residual of half a
+    // unit at every element: the solution for a load of half a unit.
     const auto weight = [&](Vec3i e, Vec3i f, int b) {
         const double h = volume.grid.spacing_mm[b];
         const auto end = [&](Vec3i p) {
@@ -285,7 +285,7 @@ TEST(Relax, WithAHeldPatchItReachesTheDiscreteHarmonicState) {
         };
         return end(e) + end(f);
     };
-    std::map<Vec3i, std::pair<double, double>, Before> harmonic;  // of a push by 1; bound [units]
+    std::map<Vec3i, std::pair<double, double>, Before> harmonic;  // for a push by 1; bound [units]
     for (const Vec3i& e : pushed) harmonic[e] = {1, 0};
     for (int sweep = 0; sweep < 400; ++sweep)
         for (auto& [e, solution] : harmonic) {
@@ -379,7 +379,7 @@ TEST(Relax, AnotherThreadCanStopASlice) {
     const std::vector<Vec3i> held{{24, 24, 24}};
     ASSERT_TRUE(tissue.push_elements(held, {3, 2, 0}).ok());
     std::stop_source source;
-    // Slices between frames, until somebody wants to push.
+    // Slices between frames, until a push comes.
     std::jthread other([&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         source.request_stop();

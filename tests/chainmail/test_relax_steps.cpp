@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Relaxation and imprints beside everything else that changes a tissue: the history, drags, cuts,
-// other materials, saved states.
+// Relaxation and imprints together with all other changes of a tissue: history, drags, cuts,
+// changed materials, saved states.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kRelaxStepsSeed = 20260417;
 
-/// The random law, and strain beyond part of its limits stays.
+/// The random law, with permanent strain beyond a fraction of its limits.
 ChainMailSettings yielding_settings(Random& random, const Instance& instance) {
     ChainMailSettings settings;
     settings.custom_law = [law = instance.law, yield = random.real(0.1, 0.6)](int value) {
@@ -31,7 +31,7 @@ ChainMailSettings yielding_settings(Random& random, const Instance& instance) {
     return settings;
 }
 
-/// Everything that undo must bring back.
+/// State that undo must restore.
 struct Snapshot {
     std::uint64_t hash;
     std::vector<Vec3d> imprints_mm;
@@ -141,7 +141,7 @@ TEST(RelaxSteps, SliceThatMovesSomethingIsAStepWithItsName) {
     ASSERT_TRUE(tissue.relax({.max_sweeps = 3}).ok());
     EXPECT_EQ(tissue.undo_steps(), 2);
     EXPECT_EQ(tissue.next_undo_name(), "relax");
-    // All the way to rest, where even the bricks are gone.
+    // Completely to rest, where bricks are dropped, too.
     const auto settled = tissue.relax({});
     ASSERT_TRUE(settled.ok() && settled->settled);
     EXPECT_EQ(tissue.state().resident_bricks, 0);

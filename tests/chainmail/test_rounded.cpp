@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rounded limits against brute force, and how round they are.
+// Rounded limits against brute force, and their roundness.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace {
 using Whole = std::int64_t;
 
 /// The definition, on a dense grid with a margin of air: elements are updated in rounds until
-/// nothing changes, each place found by bisection.
+/// nothing changes, each position found by bisection.
 class RoundedOracle {
   public:
     RoundedOracle(const Volume& volume, const MaterialLaw& law, int margin)
@@ -57,7 +57,7 @@ class RoundedOracle {
             if (e[a] < -m_margin || e[a] >= m_grid.size[a] + m_margin) return false;
         return true;
     }
-    /// How far `e` may lag behind its neighbour `f` on axis b, when `sign`·u_axis rises.
+    /// Largest lag of `e` behind its neighbour `f` on axis b, when `sign`·u_axis rises.
     Whole lag(Vec3i e, Vec3i f, int b, int axis, int sign) const {
         const auto half = [&](Vec3i g) {
             const ElementLimits& limits = m_limits[index(g)];
@@ -121,7 +121,7 @@ class RoundedOracle {
             highest = std::max(highest, w[link.to]);
         }
         if (sum(links, w, v) <= bound) return v;
-        Whole low = v;  // outside of the bound
+        Whole low = v;  // violates the bound
         highest = std::max(highest, v);
         while (highest - low > 1) {
             const Whole middle = low + (highest - low) / 2;
@@ -162,8 +162,8 @@ TEST(Rounded, EqualsTheBruteForceFixedPointBitForBit) {
         Vec3d last{1, 1, 1};
         for (int step = 0; step < 3; ++step) {
             const auto grabbed = random_grab(random, instance.volume.grid);
-            // The last push takes the one before it back: links lag further than rounded limits
-            // allow in the new direction.
+            // The last push reverses the previous one: links lag further than rounded limits allow
+            // in the new direction.
             last = step == 2 ? -1.0 * last : random.vector(instance.push_limit_mm.x);
             const auto report = tissue.push_elements(grabbed, last);
             ASSERT_EQ(report->status, PushStatus::Applied);
@@ -228,7 +228,7 @@ TEST_F(RoundedBlock, OnePushEqualsManyInTheSameDirection) {
 }
 
 TEST_F(RoundedBlock, AFractionOfAPushFromRestIsTheShorterPush) {
-    // Every element moves only once the tool is as near as it gets: raise(f) = raise − (1 − f)·δ.
+    // Every element moves only when the tool is close to its end: raise(f) = raise − (1 − f)·δ.
     const Volume volume = block(24, {1, 1, 1.5});
     const std::vector<Vec3i> grabbed = {{12, 12, 12}};
     ChainMail limited = rounded_tissue(volume, uniform(0.25, 1.5), 8, arena);

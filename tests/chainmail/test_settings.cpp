@@ -113,7 +113,7 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
     std::string deep = "[material]\n";
     for (int n = 0; n < 100'000; ++n) deep += "a.";
     deep += "a = 1\n";
-    // As a saved state has them.
+    // As in a saved state.
     EXPECT_FALSE(parse_settings("s.plst", deep).ok());
     const struct {
         const char* text;

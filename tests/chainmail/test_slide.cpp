@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A sphere that tissue slides off: what is met leaves it, as far as it must and no farther.
+// A sphere along which tissue slides: touched tissue leaves it by the minimal distance.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_slide.h>
@@ -27,7 +27,7 @@ Volume finger() {
 }
 constexpr Vec3i kTip{24, 16, kFloor + 10};
 
-/// From above the finger's tip, so far beside its axis, down by 9 mm.
+/// From above the finger's tip, at a distance beside its axis, down by 9 mm.
 Push path_beside(double beside_mm) {
     return {.point_mm = {24 + beside_mm, 16, kFloor + 10 + kRadius_mm + 1},
             .push_mm = {0, 0, -9},
@@ -50,8 +50,8 @@ std::int64_t tissue_inside(const ChainMail& tissue, Vec3d centre_mm) {
 TEST(Slide, ABumpIsBentAsideWhereAPushTakesTheWallAlong) {
     const Volume volume = finger();
     const TaskArena arena(2);
-    // Each link of the finger gives way by this share, so a tip that goes down by 8 mm takes the
-    // wall below it down by 8 − 10·play, whatever air is.
+    // Each link of the finger yields by this fraction, so a tip that moves down by 8 mm moves the
+    // wall below it down by 8 − 10·play, for any air.
     const double w = 1040 / 4095.0, play = 0.2 * (1 - w * w);
     for (const bool air : {false, true}) {
         ChainMailSettings settings;
@@ -100,7 +100,7 @@ TEST(Slide, StraightOnItPushesAhead) {
         tissue, {.point_mm = {16, 16, 20}, .push_mm = {0, 0, -4}, .sphere_radius_mm = kRadius_mm});
     ASSERT_TRUE(report.ok());
     // The sphere ends at z = 16, so its lowest point is at 13. The surface at -500 HU is 540/1040
-    // of a voxel above the last tissue element, and is looked at in steps of a sixteenth at most.
+    // of a voxel above the last tissue element, and is sampled in steps of a sixteenth at most.
     const Vec3d u = tissue.displacement_mm({16, 16, 15});
     EXPECT_NEAR(u.z, -(2 + 540 / 1040.0), 1 / 16.0);
     EXPECT_NEAR(u.x, 0, 1e-5);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Saved states: whole or refused.
+// Saved states: complete or refused.
 
 #include "chainmail/state_file.h"
 
@@ -124,7 +124,7 @@ TEST_F(StateFileTest, CustomLawStaysTheUsersOwn) {
     ChainMail same = tissue_of(volume, settings);
     EXPECT_EQ(error_of(same), "");
     EXPECT_EQ(same.hash(), saved.hash());
-    // A tighter law of the user's own: the displacements don't fit any more.
+    // A tighter custom law: the displacements exceed its limits.
     settings.custom_law = [](int) {
         return ElementLimits{{.01, .01, .01}, {.01, .01, .01}, {.01, .01, .01}, 30, false};
     };
@@ -218,8 +218,8 @@ TEST_F(StateFileTest, DamageBehindARightChecksumDoesNotCrash) {
     ChainMail tissue = tissue_of(volume);
     Random random(kStateFileSeed);
     for (int n = 0; n < 400; ++n) {
-        // Behind magic, version, flags, length and fingerprint: what a person with a tool may
-        // forge.
+        // Behind magic, version, flags, length and fingerprint: data that can be forged with a
+        // tool.
         std::string forged = whole;
         for (int k = random.whole(1, 3); k > 0; --k)
             forged[std::size_t(random.whole(168, int(whole.size()) - 9))] =
@@ -236,7 +236,7 @@ TEST_F(StateFileTest, DamageBehindARightChecksumDoesNotCrash) {
         folder.write("state.plst", forged);
         const std::string message = error_of(tissue);
         if (message.empty()) {
-            // What got through must be a valid lattice all the same.
+            // Accepted data must nevertheless be a valid lattice.
             ASSERT_LT(tissue.state().max_violation_mm, 1e-9)
                 << "seed " << kStateFileSeed << ", case " << n;
         } else {

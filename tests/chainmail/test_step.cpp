@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The largest valid step against brute force: the oracle is asked at many fractions whether the
-// state is valid, and the first invalid one is bracketed.
+// The largest valid step against brute force: the oracle tests the state at many fractions, and the
+// first invalid one is bracketed.
 
 #include <gtest/gtest.h>
 
-#include "chainmail/fixed_point.h"
 #include "chainmail/lattice.h"
+#include "chainmail/limit_units.h"
 #include "chainmail/oracle.h"
 #include "chainmail/tissues.h"
 
@@ -32,7 +32,7 @@ bool is_valid(const Oracle<double>& oracle) {
         const ElementLimits& limits = oracle.limits(e);
         const Vec3d u{oracle.displacement(e, 0), oracle.displacement(e, 1),
                       oracle.displacement(e, 2)};
-        // Tolerances: quantised limits are tighter by up to a few units per link on the way.
+        // Tolerances: quantised limits are tighter by up to a few units per link on the path.
         if (limits.fixed) valid &= norm(u) < 1e-4;
         valid &= norm(u) < limits.max_movement_mm + 1e-4;
     });
@@ -84,7 +84,7 @@ TEST(Step, FractionIsTheLargestValidOne) {
             EXPECT_EQ(report->status == PushStatus::Applied, report->limited_by == LimitedBy::None);
         }
     }
-    // The instances really exercise every outcome.
+    // The instances cover every outcome.
     EXPECT_GT(limited, 10);
     EXPECT_GT(rejected, 2);
     EXPECT_GT(by_bone, 5);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Every solver against the brute-force oracle where links are cut, elements carved away, the
-// lattice bounded, or links outside of their limits from the start; and the vector kernels against
-// their plain twins.
+// Every solver against the brute-force oracle with cut links, carved elements, a bounded lattice,
+// or links outside of their limits from the start; and the vector kernels against their plain
+// twins.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -52,7 +52,7 @@ class Scene {
             });
     }
 
-    /// The tissues' lattices, to be changed behind the solvers' backs.
+    /// The tissues' lattices, for changes that bypass the solvers.
     static Lattice& open(ChainMail& tissue) { return const_cast<Lattice&>(tissue.lattice()); }
 
     void edit() {
@@ -79,7 +79,7 @@ class Scene {
         }
     }
 
-    /// Moves single elements anywhere, so that links are outside of their limits.
+    /// Moves single elements at random, so that links are outside of their limits.
     void derange() {
         oracle->set_may_exceed_limits(true);
         for (int n = random.whole(1, 20); n > 0; --n) {
@@ -188,7 +188,7 @@ struct KernelInputs {
     }
 };
 
-/// Everything that a set of kernels makes of the inputs, one number after the other.
+/// All results of a set of kernels, one number after the other.
 std::vector<Fixed> results_of(const SweepKernels& kernels, const KernelInputs& in) {
     std::vector<Fixed> out;
     const auto add = [&](const auto& values) {
@@ -302,8 +302,8 @@ TEST(Sweep, VectorKernelsGiveTheBitsOfThePlainOnesOnEveryInstructionSet) {
 }
 
 TEST(Sweep, PushOfASharedSolveThatMeetsMovedTissueIsThatOfTheHeap) {
-    // From rest among symmetric materials all components share one solve, until it meets what an
-    // earlier push moved.
+    // From rest among symmetric materials all components share one solve, until it reaches tissue
+    // that an earlier push moved.
     Random random(kSweepSeed);
     Volume volume;
     volume.grid.size = {70, 40, 40};

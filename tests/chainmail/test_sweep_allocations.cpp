@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A push or a frame of a drag allocates nothing once the memory for it is there.
+// A push or a frame of a drag doesn't allocate after warm-up.
 
 #include <pliant/chainmail.h>
 
@@ -15,7 +15,7 @@
 namespace pliant::test {
 namespace {
 
-/// A history keeps each step, and needs memory for it.
+/// A history keeps each step, which needs memory.
 const ChainMailSettings kNoHistory = [] {
     ChainMailSettings settings;
     settings.history_max_steps = 0;
@@ -31,7 +31,7 @@ class SweepAllocations : public ::testing::TestWithParam<int> {
             values[n] = std::int16_t(n % 97 < 60 ? 40 : -80 + int(n % 13));
         volume.voxels = values;
     }
-    /// Allocations of the last of a few equal turns.
+    /// Allocations of the last of a few equal repetitions.
     template <class Turn>
     std::int64_t allocations_of(const Turn& turn) {
         std::int64_t before = 0;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bricks that were dropped are used again, and may keep materials and zeros from before. Nobody may
-// tell: a used tissue gives the bits of a new one.
+// Reuse of dropped bricks, which may keep former materials and zeros: a used tissue gives the same
+// bits as a new one.
 
 #include <pliant/chainmail.h>
 
@@ -28,7 +28,7 @@ class SweepMemory : public ::testing::Test {
     ChainMail make(const ChainMailSettings& settings) const {
         return std::move(ChainMail::create(volume, settings, arena)).value();
     }
-    /// From places far enough apart that their bricks come in another order.
+    /// Positions far enough apart that their bricks are created in another order.
     static void push(ChainMail& tissue, Vec3d push_mm) {
         for (const double x : {31.5, 8.5})
             ASSERT_TRUE(tissue.push({.point_mm = {x, 21.5, 20.5}, .push_mm = push_mm}).ok());
@@ -59,7 +59,7 @@ TEST_F(SweepMemory, EachComponentStartsFromRestWhicheverMovedBefore) {
 TEST_F(SweepMemory, DroppedBricksForgetMaterialsThatChangedMeanwhile) {
     ChainMailSettings stiffer;
     stiffer.offset = 0.11;
-    stiffer.air_threshold_hu = 0;  // so that elements change from one entry of the table to another
+    stiffer.air_threshold_hu = 0;  // moves elements between entries of the table
     ChainMail used = make({}), fresh = make(stiffer), softer = make({});
     use(used, {3, 1, 0});
     ASSERT_TRUE(used.set_materials(stiffer).ok());

@@ -20,7 +20,7 @@ TEST(ToolContact, TissueComesToLieAgainstATool) {
     const TaskArena arena(1);
     const Volume volume = block({24, 24, 24}, 0);
     ChainMail tissue = tissue_of(volume, one_material(0.3), arena);
-    // A wall below z = 12.5 is pushed down, and a sphere put into the dent.
+    // A wall below z = 12.5 is pushed down, and a sphere placed into the dent.
     std::vector<Vec3i> pushed;
     for (int y = 9; y < 15; ++y)
         for (int x = 9; x < 15; ++x) pushed.push_back({x, y, 12});
@@ -38,7 +38,7 @@ TEST(ToolContact, TissueComesToLieAgainstATool) {
         if (!inside.contains(e)) nearest = std::min(nearest, distance(e));
     EXPECT_GE(nearest, ball.radius_mm);
     EXPECT_LT(nearest, ball.radius_mm + 1e-4);
-    // Without the ball it all comes back.
+    // Without the ball the tissue returns completely.
     EXPECT_TRUE(relaxed(tissue, {.max_sweeps = 20000}).settled);
     EXPECT_EQ(tissue.moved_box(), Box3i{});
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The passes through one material against the heap: alone, beside other materials, cuts, tissue
-// that was moved before and borders, and where they have to give up.
+// that was moved before and borders, and in cases where they must give up.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ constexpr std::uint64_t kScenes = 20;
 constexpr std::uint64_t kScenes = 120;
 #endif
 
-/// Value 0 nearly everywhere; others are islands, or have the same limits without being the same.
+/// Value 0 nearly everywhere; other values are islands, or have equal limits with another id.
 ElementLimits limits_of(int value, Vec3d limit) {
     if (value == 1) limit = 0.3 * limit;
     if (value == 2)
@@ -145,7 +145,7 @@ TEST(UniformPasses, PushesAreThoseOfTheHeap) {
     }
 }
 
-/// A lattice with one raised element in the middle of a brick, and what the passes make of it.
+/// A lattice with one raised element in the middle of a brick, and the result of the passes.
 struct OnePush {
     OnePush(int other_value, Vec3i where) {
         volume.grid.size = {48, 48, 48};
@@ -170,7 +170,7 @@ struct OnePush {
 };
 
 TEST(UniformPasses, GiveUpOnlyWhereOtherTissueIsNear) {
-    const Vec3d limit{0.2, 0.2, 0.2};  // 4 mm go 20 elements far
+    const Vec3d limit{0.2, 0.2, 0.2};  // 4 mm reach 20 elements far
     EXPECT_TRUE(OnePush(0, {0, 0, 0}).run(4, limit));
     EXPECT_TRUE(OnePush(1, {1, 1, 24}).run(4, limit));
     EXPECT_FALSE(OnePush(1, {24, 24, 26}).run(4, limit));
@@ -180,9 +180,9 @@ TEST(UniformPasses, GiveUpOnlyWhereOtherTissueIsNear) {
 }
 
 TEST(UniformPasses, OtherTissueIsNotMissedAcrossAnEdge) {
-    // The raise of 1.5 mm is 1.5 − 3·0.4 − 4·0.02 = 0.22 mm at (32, 28, 31): enough for the next
-    // element along z to be asked, whose half may be as small as it likes, but not for the one
-    // beside (28, 28, 31) to be raised. Whatever the axis, the brick there has to be found.
+    // The raise of 1.5 mm is 1.5 − 3·0.4 − 4·0.02 = 0.22 mm at (32, 28, 31). That is enough to
+    // examine the next element along z, whose half may be arbitrarily small, but not to raise the
+    // one beside (28, 28, 31). The brick there must be found for every axis.
     for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
         Vec3d limit{0, 0, 0};

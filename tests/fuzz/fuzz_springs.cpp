@@ -4,7 +4,7 @@
 // A saved state of springs.
 
 #include "fuzz/number_state.h"
-#include "scene/spring_tissue.h"
+#include "tissue/spring_tissue.h"
 
 using namespace pliant;
 

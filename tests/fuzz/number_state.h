@@ -9,9 +9,9 @@
 #include <fstream>
 #include <iterator>
 
+#include <pliant/tissue.h>
 #include "core/hash.h"
 #include "fuzz/fuzz.h"
-#include "scene/tissue.h"
 
 namespace pliant::fuzz {
 

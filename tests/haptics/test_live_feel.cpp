@@ -5,7 +5,7 @@
 // undeformed scan, and against the springs' force.
 
 #include <gtest/gtest.h>
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
 #include <pliant/phantom.h>
 
 #include <cmath>
@@ -14,8 +14,8 @@
 
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
-#include "scene/chainmail_tissue.h"
-#include "scene/spring_tissue.h"
+#include "tissue/chainmail_tissue.h"
+#include "tissue/spring_tissue.h"
 
 namespace pliant {
 namespace {
@@ -58,8 +58,8 @@ class LiveFeelTest : public ::testing::Test {
         } else if (norm(to - m_pushed) > 0) {
             const Push push{m_pushed, to - m_pushed, kSettings.tool_radius_mm};
             double done = 0;
-            if (ChainMail* model = m_tissue->chainmail())
-                done = slide_sphere(*model, push).value().way_fraction;
+            if (m_tissue->traits().slides)
+                done = m_tissue->slide(kTool, push, {}).value().way_fraction;
             else
                 done = m_tissue->push(kTool, push).value().step_fraction;
             m_pushed = m_pushed + done * push.push_mm;

@@ -62,8 +62,8 @@ inline void edit(Lattice& lattice, Vec3i element, int flags) {
     lattice.set_edits(coord, std::move(edits));
 }
 
-/// φ(X) for a place X of the lattice at rest [voxels].
-inline Vec3d deformed_place(const Lattice& lattice, Vec3d x) {
+/// φ(X) for a position X of the lattice at rest [voxels].
+inline Vec3d deformed_place(const Field& lattice, Vec3d x) {
     const Vec3i low{int(std::floor(x.x)), int(std::floor(x.y)), int(std::floor(x.z))};
     Vec3d place = x;
     for (int c = 0; c < 8; ++c) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Tissue of noise on a turned grid, and random things that are done to it.
+// Tissue of noise on a rotated grid, and random operations on it.
 
 #pragma once
 

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Relaxation in the background: one thread owns the tissue, relaxes it in slices and publishes what
-// it has become; another looks at what was published, and says when to stop. Under the thread
-// sanitizer this is also the test that they share nothing else.
+// Relaxation in the background. One thread owns the tissue, relaxes it in slices and publishes the
+// result; another one reads the published data, and stops the first. Under the thread sanitizer
+// this also tests that they share no other data.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <condition_variable>
@@ -22,10 +23,10 @@ namespace {
 
 struct Snapshot {
     Volume volume;
-    std::uint64_t hash;  ///< that the owner expects it to have
+    std::uint64_t hash;  ///< expected by the owner
 };
 
-/// Copies of the deformed scan. Each stays as it is for as long as somebody looks at it.
+/// Copies of the deformed scan. Each stays unchanged while a reader uses it.
 class Snapshots {
   public:
     void publish(Snapshot snapshot) {
@@ -35,7 +36,7 @@ class Snapshots {
         ++m_count;
         m_is_new.notify_all();
     }
-    /// Waits for one that is newer than the given count, which becomes its own.
+    /// Waits for a copy newer than the given count, and updates the count.
     std::shared_ptr<const Snapshot> newer_than(int& count) {
         std::unique_lock lock(m_mutex);
         m_is_new.wait(lock, [&] { return m_count > count; });
@@ -55,9 +56,8 @@ Volume scan() {
                        [](Vec3d p) { return std::int16_t(std::lround(smooth_value(p))); });
 }
 
-/// Whoever owns the tissue: a push, then slices until it settles, and again until somebody stops
-/// it.
-/// @returns slices
+/// The owner: a push, then slices until the tissue settles, repeated until a stop.
+/// @returns number of slices
 int own_and_relax(ChainMail& tissue, RelaxOptions slice, Snapshots& snapshots) {
     LiveDeformation live = LiveDeformation::create(tissue).value();
     int slices = 0;
@@ -85,7 +85,7 @@ TEST(BackgroundRelaxation, AReaderSeesWholeSnapshotsAndStopsTheOwner) {
         slices = own_and_relax(
             tissue, {.max_sweeps = 1, .stop = stop.get_token(), .over_relaxation = 1}, snapshots);
     });
-    // The owner goes on while these are looked at.
+    // The owner continues while these are read.
     std::set<std::uint64_t> seen;
     std::vector<std::shared_ptr<const Snapshot>> kept;
     for (int count = 0; seen.size() < 6;) {

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The vector kernel: the same bits from every instruction set that this machine has, the scalar
-// twin's answers, and an inverse that is one.
+// The vector kernel: the same bits from every instruction set of this machine, agreement with the
+// scalar twin, and a correct inverse.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>
@@ -20,7 +21,7 @@
 namespace pliant::test {
 namespace {
 
-/// Chooses one instruction set for as long as it lives.
+/// Selects one instruction set during its lifetime.
 struct OnTarget {
     explicit OnTarget(std::int64_t target) { hwy::GetChosenTarget().Update(target); }
     ~OnTarget() { hwy::GetChosenTarget().DeInit(); }
@@ -32,8 +33,8 @@ std::vector<std::int64_t> all_targets() {
     return targets;
 }
 
-/// Displacements [voxels] of a volume's elements. Their own parts differ from one to the next by up
-/// to a bound; all fade out towards the border, as a deformation does.
+/// Displacements [voxels] of a volume's elements. Their random parts differ between neighbours by
+/// up to a bound; all decrease to zero towards the border, as in a deformation.
 std::vector<Vec3d> rough_displacements(const Volume& volume, Random& random, double roughness) {
     const Vec3d drift = random.vector(6);
     Mat3d gradient;
@@ -92,7 +93,7 @@ Lattice rough_lattice(const Volume& volume, Random& random, double roughness) {
     return lattice_of(volume, rough_displacements(volume, random, roughness));
 }
 
-/// The same, as steep as wanted: below 1 it can't fold.
+/// The same, with a given steepness: below 1 it can't fold.
 Lattice steep_lattice(const Volume& volume, Random& random, double roughness, double steepness) {
     std::vector<Vec3d> u = rough_displacements(volume, random, roughness);
     const double scale = steepness / steepness_of(volume.grid, u);
@@ -101,7 +102,7 @@ Lattice steep_lattice(const Volume& volume, Random& random, double roughness, do
 }
 
 Volume random_volume(Random& random) {
-    // Named, because the order in which arguments are evaluated is the compiler's.
+    // Named, because the order of evaluation of arguments is unspecified.
     const int nx = random.whole(33, 44), ny = random.whole(30, 41), nz = random.whole(28, 39);
     const double hx = random.real(0.6, 1.5), hy = random.real(0.6, 1.5), hz = random.real(0.8, 2.5);
     return make_volume({nx, ny, nz}, {hx, hy, hz},
@@ -143,7 +144,7 @@ void expect_same_bits_on_all_targets(const Volume& volume, const Lattice& lattic
     const TaskArena arena(2);
     const auto deform_on = [&](std::int64_t target) {
         const OnTarget chosen(target);
-        return deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
+        return deform_by_field(volume, lattice, Mapping::Cells, true, arena);
     };
     const Deformed expected = deform_on(targets[0]);
     ASSERT_GT(expected.written_voxels, 5000);
@@ -169,7 +170,7 @@ TEST(CellKernel, EveryTargetGivesTheSameBits) {
 }
 
 TEST(CellKernel, AVoxelDoesNotDependOnThoseInItsVector) {
-    // Cells that need no step beside some that need several; vectors of other widths mix others.
+    // Cells without steps beside cells with several; vectors of other widths mix other cells.
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
@@ -190,8 +191,8 @@ TEST(CellKernel, AgreesWithItsScalarTwin) {
         Random random(seed);
         const Volume volume = random_volume(random);
         const Lattice lattice = rough_lattice(volume, random, 0.02 * double(seed));
-        const Deformed fast = deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
-        const Deformed twin = deform_by_lattice(volume, lattice, Mapping::CellsScalar, true, arena);
+        const Deformed fast = deform_by_field(volume, lattice, Mapping::Cells, true, arena);
+        const Deformed twin = deform_by_field(volume, lattice, Mapping::CellsScalar, true, arena);
         EXPECT_EQ(fast.dirty_box, twin.dirty_box);
         EXPECT_EQ(fast.written_voxels, twin.written_voxels);
         EXPECT_EQ(fast.gap_voxels, 0);
@@ -221,7 +222,7 @@ TEST(CellKernel, TheInverseIsExactToATenThousandthOfAVoxel) {
         const double roughness = random.ratio(0.01, 4), steepness = random.real(0.3, 0.98);
         const Lattice lattice = steep_lattice(volume, random, roughness, steepness);
         ASSERT_EQ(folded_cells(lattice, arena), 0);
-        const Deformed deformed = deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
+        const Deformed deformed = deform_by_field(volume, lattice, Mapping::Cells, true, arena);
         EXPECT_GT(deformed.written_voxels, 5000);
         EXPECT_EQ(deformed.gap_voxels, 0);
         EXPECT_LE(worst_inverse(lattice, deformed), 1e-4);
@@ -229,7 +230,7 @@ TEST(CellKernel, TheInverseIsExactToATenThousandthOfAVoxel) {
 }
 
 TEST(CellKernel, WhereTheMapFoldsTheInverseIsAsGoodAsTheTwins) {
-    // There may be no way to the inverse; then the twin has none either.
+    // The inverse may not exist; then the twin has none either.
     const TaskArena arena(2);
     int missed = 0;
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
@@ -240,7 +241,7 @@ TEST(CellKernel, WhereTheMapFoldsTheInverseIsAsGoodAsTheTwins) {
         const Lattice lattice = steep_lattice(volume, random, roughness, steepness);
         ASSERT_GT(folded_cells(lattice, arena), 0);
         const auto misses = [&](Mapping mapping) {
-            return misses_of(lattice, deform_by_lattice(volume, lattice, mapping, true, arena));
+            return misses_of(lattice, deform_by_field(volume, lattice, mapping, true, arena));
         };
         const std::vector<double> kernel = misses(Mapping::Cells),
                                   twin = misses(Mapping::CellsScalar);
@@ -275,7 +276,7 @@ TEST(CellKernel, PushedRandomMaterialsLeaveNoHolesAndAnExactInverse) {
 }
 
 TEST(CellKernel, AnAxisAlignedMotionOfPartOfTheScanHasNoHoles) {
-    // Faces at rest lie on grid points, which the half-open cells must share out.
+    // Faces at rest lie on grid points, which the half-open cells must divide among them.
     const TaskArena arena(2);
     const Volume volume = make_volume(
         {40, 40, 40}, {1, 1, 1}, [](Vec3d p) { return std::int16_t(7 * p.x + 3 * p.y - p.z); });
@@ -286,7 +287,7 @@ TEST(CellKernel, AnAxisAlignedMotionOfPartOfTheScanHasNoHoles) {
             u[axis] = 0.25 * std::min(fade, 8.0);
             return u;
         });
-        const Deformed deformed = deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
+        const Deformed deformed = deform_by_field(volume, lattice, Mapping::Cells, true, arena);
         EXPECT_EQ(deformed.gap_voxels, 0);
         EXPECT_LE(worst_inverse(lattice, deformed), 1e-4);
     }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which voxels can change, against plain loops over elements; and that what is open from one update
-// to the next is written whenever it has to be.
+// The voxels that can change, against plain loops over elements; and voxels that stay open between
+// updates are written whenever necessary.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ TEST(Changeable, CellsAndVoxelsAreThoseOfPlainLoops) {
         Lattice lattice(volume, {draeger_law({})}, size, false);
         for (int n = random.whole(1, 5); n > 0; --n)
             displace(lattice, random_box(random, volume.grid.size, 12), [&](Vec3d) {
-                // Here and there only one component moves, or none.
+                // Occasionally only one component moves, or none.
                 return double(random.whole(0, 2)) *
                        Vec3d{random.real(0, 0.1), 0, random.real(0, 0.1)};
             });
@@ -100,7 +100,7 @@ TEST(Changeable, WhatRestsAndMovesAgainIsWrittenEachTime) {
         Random random(seed);
         const TaskArena arena(1 + int(seed % 2));
         const Volume volume = noise(random, {75, 30, 30});
-        // So far from each other that no brick is dirty because of two of them.
+        // So far apart that no brick is dirty because of both.
         const Box3i places[3] = {
             {{3, 4, 5}, {15, 25, 20}}, {{33, 4, 5}, {41, 25, 20}}, {{59, 3, 3}, {72, 20, 25}}};
         Lattice lattice(volume, {draeger_law({})}, 8, false);
@@ -117,15 +117,15 @@ TEST(Changeable, WhatRestsAndMovesAgainIsWrittenEachTime) {
             }
             scatter.look(lattice, Mapping::Cells, deformed);
             scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
-            const Deformed once = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
+            const Deformed once = deform_by_field(volume, lattice, Mapping::Cells, false, arena);
             ASSERT_EQ(deformed.voxels, once.volume.voxels) << "update " << update;
         }
     }
 }
 
 TEST(Changeable, WhatTheKernelLeavesOutIsWrittenToo) {
-    // Cells that are five voxels wide and more, and none that is folded: along x the tissue is
-    // stretched for a short way, and pressed together for a long one.
+    // Cells five or more voxels wide, none of them folded: along x the tissue is stretched over a
+    // short distance, and compressed over a long one.
     const TaskArena arena(2);
     Random random(7);
     const Volume volume = noise(random, {80, 24, 24});
@@ -134,8 +134,8 @@ TEST(Changeable, WhatTheKernelLeavesOutIsWrittenToo) {
     });
     const auto no_limits = [](Vec3i) { return ElementLimits{}; };
     ASSERT_EQ(check_lattice(lattice, no_limits, arena).folded_cells, 0);
-    const Deformed deformed = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
-    const Deformed twin = deform_by_lattice(volume, lattice, Mapping::CellsScalar, false, arena);
+    const Deformed deformed = deform_by_field(volume, lattice, Mapping::Cells, false, arena);
+    const Deformed twin = deform_by_field(volume, lattice, Mapping::CellsScalar, false, arena);
     EXPECT_GT(deformed.written_voxels, 5000);
     EXPECT_EQ(deformed.gap_voxels, 0);
     std::int64_t far = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cut links and carved elements: what is written where the tissue no longer hangs together.
+// Cut links and carved elements: the voxels written where the tissue is no longer connected.
 
 #include <gtest/gtest.h>
 #include <pliant/resample.h>
@@ -16,7 +16,7 @@ namespace {
 class CutTest : public ::testing::TestWithParam<Mapping> {
   protected:
     Deformed deform(const Lattice& lattice) {
-        return deform_by_lattice(m_volume, lattice, GetParam(), false, m_arena);
+        return deform_by_field(m_volume, lattice, GetParam(), false, m_arena);
     }
     /// Cuts all links from x = 15 to x = 16, for y and z in 8…24.
     void cut_plane(Lattice& lattice) {
@@ -58,8 +58,7 @@ TEST_P(CutTest, ACarvedElementAtRestIsAirAndNothingElseChanges) {
 }
 
 TEST_P(CutTest, AnOpenedCutIsATrueGapAndNothingSmearsAcross) {
-    // The block on the high side goes away by four voxels; whole voxels, so values stay as they
-    // are.
+    // The block on the high side moves away by four whole voxels, so values stay unchanged.
     Lattice lattice = displaced_lattice(m_volume, {{16, 8, 8}, {24, 24, 24}}, [](Vec3d) {
         return Vec3d{4, 0, 0};
     });
@@ -121,7 +120,7 @@ TEST(Cuts, LiveUpdatesFollowCutsAndCarvingBitForBit) {
         if (step % 7 == 6) lattice.set_edits(lattice.brick_of(at), {});
         scatter.look(lattice, Mapping::Cells, live);
         scatter.write(lattice, Mapping::Cells, live, nullptr, {});
-        const Deformed once = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
+        const Deformed once = deform_by_field(volume, lattice, Mapping::Cells, false, arena);
         ASSERT_EQ(live.voxels, once.volume.voxels) << "step " << step;
     }
 }

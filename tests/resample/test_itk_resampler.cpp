@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The written inverse transform in the hands of an independent resampler: ITK reads the transform
-// and the original scan, and must arrive at the deformed scan that Pliant wrote.
+// The written inverse transform in an independent resampler: ITK reads the transform and the
+// original scan, and must reproduce the deformed scan that Pliant wrote.
 
 #include <gtest/gtest.h>
 #include <itkDisplacementFieldTransform.h>
@@ -11,6 +11,7 @@
 #include <itkLinearInterpolateImageFunction.h>
 #include <itkNrrdImageIO.h>
 #include <itkResampleImageFilter.h>
+#include <pliant/chainmail.h>
 #include <pliant/phantom.h>
 #include <pliant/resample.h>
 
@@ -46,7 +47,7 @@ ScalarImage::Pointer resample_with_itk(const std::filesystem::path& original,
     filter->SetInterpolator(itk::LinearInterpolateImageFunction<ScalarImage, double>::New());
     filter->SetOutputParametersFromImage(image);
     filter->SetDefaultPixelValue(kAirHu);
-    // One thread: ThreadSanitizer can't see how ITK's threads hand over their work.
+    // One thread: ThreadSanitizer can't see the synchronisation of ITK's threads.
     filter->GetMultiThreader()->SetMaximumNumberOfThreads(1);
     filter->SetNumberOfWorkUnits(1);
     filter->Update();
@@ -57,7 +58,7 @@ struct Agreement {
     std::int64_t changed = 0, within_3_hu = 0;
 };
 
-/// Writes what a user would write, and lets ITK repeat it.
+/// Writes a user's files, and lets ITK repeat the deformation.
 Agreement compare_with_itk(const Volume& volume, std::span<const Push> pushes) {
     const TaskArena arena(2);
     ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Updates brick by brick against everything written at once.
+// Incremental updates against a complete write.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ Volume noise(Random& random, Vec3i size, Vec3d spacing_mm) {
                        [&](Vec3d) { return std::int16_t(random.whole(-900, 900)); });
 }
 
-/// Voxels that differ, outside of some boxes.
+/// Number of differing voxels outside of some boxes.
 int count_changes(const Volume& before, const Volume& after, std::span<const Box3i> outside) {
     int changes = 0;
     const Vec3i n = before.grid.size;
@@ -103,7 +104,7 @@ TEST(LiveDeformation, ASmallChangeFarFromALargeOneWritesOnlyItsOwnBricks) {
     EXPECT_GE(second.box.begin.x, 72);
     scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
     for (const Box3i& box : scatter.written_boxes()) EXPECT_GE(box.begin.x, 64);
-    const Deformed once = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
+    const Deformed once = deform_by_field(volume, lattice, Mapping::Cells, false, arena);
     EXPECT_EQ(deformed.voxels, once.volume.voxels);
 }
 
@@ -154,7 +155,7 @@ TEST(LiveDeformation, WhatADeformationLeavesIsTheScanAgainVoxelByVoxel) {
         for (int turn = 0; turn < 25; ++turn) {
             scatter.look(lattice, Mapping::Cells, deformed);
             scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
-            const Deformed once = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
+            const Deformed once = deform_by_field(volume, lattice, Mapping::Cells, false, arena);
             ASSERT_EQ(deformed.voxels, once.volume.voxels) << "turn " << turn;
             displace(lattice, box, field());
         }

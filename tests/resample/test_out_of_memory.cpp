@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Each allocation fails once, and nothing is lost by it.
+// Each allocation fails once, without lasting effects.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/control_lattice.h>
 #include <pliant/resample.h>
 
@@ -16,7 +17,7 @@
 namespace pliant::test {
 namespace {
 
-/// A lattice that is displaced by hand.
+/// A lattice with displacements set by hand.
 class Handmade : public MovingScan {
   public:
     explicit Handmade(const TaskArena& arena) : m_arena(arena) {
@@ -24,9 +25,10 @@ class Handmade : public MovingScan {
         m_volume = make_volume({40, 30, 26}, {1, 0.8, 1.2},
                                [&](Vec3d) { return std::int16_t(random.whole(-900, 900)); });
         m_lattice.emplace(m_volume, std::vector<MaterialLaw>{draeger_law({})}, 8, false);
+        m_deformation.emplace(*m_lattice);
     }
     const Volume& volume() const override { return m_volume; }
-    const Lattice& lattice() const override { return *m_lattice; }
+    const Deformation& deformation() const override { return *m_deformation; }
     const TaskArena& arena() const override { return m_arena; }
     Lattice& lattice() { return *m_lattice; }
 
@@ -34,9 +36,10 @@ class Handmade : public MovingScan {
     const TaskArena& m_arena;
     Volume m_volume;
     std::optional<Lattice> m_lattice;
+    std::optional<Deformation> m_deformation;
 };
 
-/// Folded, torn and moved cells: all ways through the resampler.
+/// Folded, torn and moved cells: all paths through the resampler.
 void deform(Lattice& lattice, double x_mm) {
     displace(lattice, {{6, 6, 6}, {22, 20, 18}}, [&](Vec3d p) {
         return Vec3d{x_mm * std::sin(0.9 * p.y), 1.5 * std::cos(0.8 * p.x), 0.7 * std::sin(p.z)};
@@ -45,7 +48,7 @@ void deform(Lattice& lattice, double x_mm) {
     edit(lattice, {15, 12, 9}, kCutX | kCutY);
 }
 
-/// A tissue that is shown, and another picture that gets the updated boxes only.
+/// A displayed tissue, and a second picture that gets the updated boxes only.
 struct Shown {
     explicit Shown(const TaskArena& arena)
         : scan(arena), live(LiveDeformation::create(scan).value()), picture(scan.volume()) {}
@@ -76,7 +79,7 @@ TEST(OutOfMemory, AnUpdateThatSucceedsAfterFailedOnesShowsAllOfTheDeformation) {
             if (keeps_sources) {
                 EXPECT_TRUE(shown->live.keep_sources(true));
             }
-            // Some go back to rest, others move for the first time.
+            // Some elements return to rest, others move for the first time.
             displace(shown->scan.lattice(), {{6, 6, 6}, {14, 20, 18}}, [](Vec3d) {
                 return Vec3d{0, 0, 0};
             });
@@ -92,7 +95,7 @@ TEST(OutOfMemory, AnUpdateThatSucceedsAfterFailedOnesShowsAllOfTheDeformation) {
             shown.live.displacement_mm(voxel_box(shown.picture.grid), values);
             return values;
         };
-        // The voxels are those of the twin once the update has succeeded, and only then.
+        // The voxels equal the twin's once the update has succeeded, and only then.
         const auto lattice = [](const Shown& shown) {
             return hash_volume(deform_volume(shown.scan).value().volume);
         };
@@ -107,7 +110,8 @@ TEST(OutOfMemory, AnUpdateThatSucceedsAfterFailedOnesShowsAllOfTheDeformation) {
                 const FailingAllocation failing(n);
                 (void)shown->update();
             }
-            // What was deformed when an update failed may be at rest when the next one succeeds.
+            // Tissue that was deformed at a failed update may be at rest at the next successful
+            // one.
             if (n % 2)
                 displace(shown->scan.lattice(), {{24, 8, 8}, {36, 26, 24}}, [](Vec3d) {
                     return Vec3d{0, 0, 0};
@@ -218,7 +222,7 @@ TEST(OutOfMemory, AControlLatticeKeepsItsPlace) {
     const ControlGrid grid{{2, 2, 1}, {8, 8, 8}, {5, 5, 4}};
     std::vector<Vec3d> first(100), second(100);
     for (std::size_t n = 0; n < 100; ++n) {
-        // The second one needs bricks that the first one didn't.
+        // The second one needs additional bricks.
         if (n < 25) first[n] = random.vector(2);
         if (n % 5 == 1) second[n] = random.vector(3);
     }

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Small parts of the resampler by themselves: the planes that see points off, and the list of boxes
-// that are still open. Each may be generous, but must not lose anything.
+// Small parts of the resampler separately: the planes that reject points, and the list of open
+// boxes. Each may be too large, but must not miss anything.
 
 #include <gtest/gtest.h>
 
-#include "chainmail/trilinear_cell.h"
+#include "field/trilinear_cell.h"
 #include "resample/open_voxels.h"
 #include "support/random.h"
 
@@ -59,7 +59,7 @@ TEST(OpenBoxes, GiveBackExactlyWhatIsOpenWithinABox) {
         const int size = random.whole(3, 9);
         const Vec3i bricks{random.whole(1, 5), random.whole(1, 5), random.whole(1, 5)};
         OpenBoxes open;
-        // The second list must not remember the first.
+        // The second list must not contain parts of the first.
         for (int round = 0; round < 2; ++round) {
             std::vector<DirtyBrick> dirty;
             for_each_in({{0, 0, 0}, bricks}, [&](Vec3i coord) {
@@ -81,7 +81,7 @@ TEST(OpenBoxes, GiveBackExactlyWhatIsOpenWithinABox) {
                 voxels.begin[a] = random.whole(0, size * bricks[a] - 1);
                 voxels.end[a] = random.whole(voxels.begin[a] + 1, size * bricks[a]);
             }
-            std::vector<Box3i> parts{voxels};  // to be replaced
+            std::vector<Box3i> parts{voxels};  // is replaced
             open.within(voxels, parts);
             const auto holds = [](const auto& boxes, Vec3i p) {
                 return std::count_if(boxes.begin(), boxes.end(),

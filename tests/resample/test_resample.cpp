@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The deformed lattice written back to the grid, against analytic answers and the twelve
+// Resampling of the deformed lattice to the grid, against analytic results and the twelve
 // tetrahedra.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 #include <bit>
 #include <set>
 
-#include "chainmail/tetrahedra.h"
+#include "field/tetrahedra.h"
 #include "resample/lattices.h"
 #include "resample/scatter.h"
 #include "support/random.h"
@@ -40,11 +41,11 @@ TEST_P(ResampleTest, IdentityReturnsTheVolumeBitForBit) {
     Random random(3);
     const Volume volume = make_volume(
         {17, 12, 9}, {1, 1, 2}, [&](Vec3d) { return std::int16_t(random.whole(-1000, 3000)); });
-    // Bricks that are there, but hold no movement.
+    // Resident bricks without displacements.
     const Lattice lattice = displaced_lattice(volume, {{2, 2, 2}, {9, 9, 7}}, [](Vec3d) {
         return Vec3d{0, 0, 0};
     });
-    const Deformed deformed = deform_by_lattice(volume, lattice, GetParam(), true, arena);
+    const Deformed deformed = deform_by_field(volume, lattice, GetParam(), true, arena);
     EXPECT_EQ(deformed.volume.voxels, volume.voxels);
     EXPECT_TRUE(is_empty(deformed.dirty_box));
     EXPECT_EQ(deformed.written_voxels, 0);
@@ -58,7 +59,7 @@ TEST_P(ResampleTest, ShiftByWholeVoxelsIsExactAndAirComesIn) {
     const Lattice lattice = displaced_lattice(volume, {{-12, -12, -12}, {32, 26, 23}}, [](Vec3d) {
         return Vec3d{2 * 0.8, -1 * 1.25, 3 * 2.0};
     });
-    const Deformed deformed = deform_by_lattice(volume, lattice, GetParam(), true, arena);
+    const Deformed deformed = deform_by_field(volume, lattice, GetParam(), true, arena);
     EXPECT_EQ(deformed.dirty_box, voxel_box(volume.grid));
     EXPECT_EQ(deformed.gap_voxels, 0);
     for (int z = 0; z < 11; ++z)
@@ -89,7 +90,7 @@ TEST_P(ResampleTest, RandomAffineMapOfALinearFieldIsAnalytic) {
                 const Vec3d voxels = gradient * (p - centre) + shift;
                 return Vec3d{voxels.x * spacing.x, voxels.y * spacing.y, voxels.z * spacing.z};
             });
-        const Deformed deformed = deform_by_lattice(volume, lattice, GetParam(), true, arena);
+        const Deformed deformed = deform_by_field(volume, lattice, GetParam(), true, arena);
         ASSERT_EQ(deformed.gap_voxels, 0);
         Mat3d map = gradient;
         for (int a = 0; a < 3; ++a) map.columns[a][a] += 1;
@@ -147,7 +148,7 @@ TEST_P(ResampleTest, FoldedLatticeIsFilledWithoutGapsAndTheSameForEveryThreadCou
     std::set<std::uint64_t> hashes;
     for (const int threads : {1, 2, 4}) {
         const TaskArena other(threads);
-        const Deformed deformed = deform_by_lattice(volume, lattice, GetParam(), false, other);
+        const Deformed deformed = deform_by_field(volume, lattice, GetParam(), false, other);
         EXPECT_EQ(deformed.gap_voxels, 0);
         hashes.insert(hash_volume(deformed.volume));
     }
@@ -178,7 +179,7 @@ TEST(Resample, CellsAgreeWithTetrahedraOnSmoothData) {
                 for (int x = 0; x < 48; ++x) {
                     const Vec3f v = back.vectors_mm[voxel_index(volume.grid, {x, y, z})];
                     const Vec3d from = Vec3d{x + v.x / 0.9, y + v.y / 0.9, z + v.z / 1.3};
-                    // Beyond the border the data is air, and not smooth.
+                    // Beyond the border the data are air, and not smooth.
                     if (std::min({from.x, from.y, from.z, 47 - from.x, 47 - from.y, 39 - from.z}) <
                         0)
                         continue;
@@ -189,7 +190,7 @@ TEST(Resample, CellsAgreeWithTetrahedraOnSmoothData) {
     }
 }
 
-/// The cell at rest that the voxel p of the dirty box came from, and where in it.
+/// The cell at rest from which voxel p of the dirty box came, and the position in it.
 struct RestPlace {
     Vec3d place;                       ///< [voxels]
     std::array<double, 8> values{};    ///< of the scan, at the corners
@@ -207,7 +208,7 @@ RestPlace rest_place(const ChainMail& tissue, const Deformed& deformed, Vec3i p)
     RestPlace from{{p.x + double(back.x), p.y + double(back.y), p.z + double(back.z)}, {}, {}, {}};
     const Vec3i low{int(std::floor(from.place.x)), int(std::floor(from.place.y)),
                     int(std::floor(from.place.z))};
-    std::array<Vec3d, 8> product{};  // coefficients of the products of coordinates that are set
+    std::array<Vec3d, 8> product{};  // coefficients of the products of coordinates in the set bits
     for (std::size_t c = 0; c < 8; ++c) {
         const Vec3i e = low + Vec3i{int(c & 1), int(c >> 1 & 1), int(c >> 2)};
         from.values[c] = volume.at(e);
@@ -225,7 +226,7 @@ RestPlace rest_place(const ChainMail& tissue, const Deformed& deformed, Vec3i p)
 }
 
 TEST(Resample, OnRoughDataEachMappingReadsItsOwnInterpolantAtItsOwnInverse) {
-    // Noise shows which values were mixed, and how: trilinear ones, or those of a tetrahedron.
+    // Noise identifies the mixed values and their weights: trilinear ones, or a tetrahedron's.
     const TaskArena arena(2);
     Random random(32);
     const Volume volume = make_volume({40, 40, 40}, {1, 1, 1},

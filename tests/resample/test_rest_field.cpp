@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The field of offsets to rest: against the forward displacement, which the lattice has itself, and
-// for what is raw against a search of all elements.
+// The field of offsets to rest: against the lattice's own forward displacement, and for raw tissue
+// against a search of all elements.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/rest_field.h>
 
 #include <algorithm>
@@ -46,7 +47,7 @@ Vec3d rest_of(const Grid& grid, Vec3d p, Vec3f u) {
     return voxel_from_world(grid, world_from_voxel(grid, p) - Vec3d{u.x, u.y, u.z});
 }
 
-/// To the nearest carved element or cut link, by looking at all of them.
+/// Distance to the nearest carved element or cut link, from a search of all of them.
 double brute_distance(const Lattice& lattice, Vec3d x) {
     double nearest = 1e9;
     for (const auto& [brick, edits] : lattice.all_edits())
@@ -125,7 +126,7 @@ TEST(RestField, UpdatesGiveTheBitsOfAFieldThatIsMadeAnew) {
             const RestField anew = RestField::create(tissue, deformed).value();
             ASSERT_EQ(halves_of(field), halves_of(anew)) << "step " << step;
             ASSERT_EQ(field.at_rest(), anew.at_rest());
-            // What changed lies in the boxes.
+            // All changes lie in the boxes.
             const std::vector<std::uint16_t> now = halves_of(field);
             for (std::size_t n = 0; n < now.size(); ++n) {
                 if (now[n] == before[n]) continue;
@@ -161,7 +162,7 @@ TEST(RestField, IsRawAtWhatWasCutOrCarvedAndNowhereElse) {
             const double away = brute_distance(tissue.lattice(), x);
             const double raw = std::clamp((kRawReach - away) / kRestStep, 0.0, 1.0);
             if (sample.offset_mm == Vec3f{0, 0, 0} && sample.raw == 1 && raw < 1) {
-                // A gap that was opened: its element has left.
+                // An opened gap: its element has left.
                 const Vec3d there = deformed_place(tissue.lattice(), p);
                 EXPECT_GT(norm(there - p), 1e-4);
                 ++gaps;
@@ -194,7 +195,7 @@ TEST(RestField, ACutIsRawBeforeAnythingOpensItAndTheGapAfterwards) {
                           .depth_mm = world(0, 0, 58) - world(0, 0, 0)})
                     .ok());
     LiveUpdate update = live.update().value();
-    EXPECT_TRUE(update.boxes.empty());  // the voxels are as before
+    EXPECT_TRUE(update.boxes.empty());  // the voxels are unchanged
     EXPECT_FALSE(field.update(live, update.boxes).value().empty());
     EXPECT_EQ(field.at({20, 20, 20}).raw, 1);
     EXPECT_FLOAT_EQ(field.at({16, 20, 20}).raw, 0.5F);

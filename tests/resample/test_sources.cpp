@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a live deformation knows of where its voxels come from: how far they moved, and by how much
-// the tissue grew.
+// Sources of a live deformation's voxels: their displacement, and the local growth of tissue.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>
@@ -47,13 +47,13 @@ double jacobian_by_differences(const Lattice& lattice, Vec3d x, Vec3d toward) {
 }
 
 TEST(Sources, RandomPushesCutsAndCarvesGiveTheInverseOfTheOneShotForm) {
-    // The last two once found what the others did not: gaps among folds, and a strip whose shift
-    // changed where its cells did not.
+    // The last two once found errors that the others missed: gaps among folds, and a strip whose
+    // shift changed without a change of its cells.
     for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 15, 132}) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const TaskArena arena(1 + int(seed % 3));
-        // Named, because the order in which arguments are evaluated is the compiler's.
+        // Named, because the order of evaluation of arguments is unspecified.
         const Vec3i size{random.whole(30, 50), random.whole(30, 44), random.whole(20, 40)};
         const Vec3d spacing_mm{1, random.real(0.6, 1.4), random.real(0.8, 2)};
         const Volume volume = turned_noise(random, size, spacing_mm);
@@ -136,7 +136,7 @@ TEST(Sources, TheJacobianIsThatOfTheMapItself) {
                           double(int(v) / (n.x * n.y))};
             const Vec3d x = voxel_from_world(
                 volume.grid, world_from_voxel(volume.grid, p) + Vec3d{u.x, u.y, u.z});
-            // On a face either cell may be meant.
+            // On a face either cell is correct.
             double nearest = INFINITY;
             for (int side = 0; side < 8; ++side) {
                 const auto way = [&](int a) { return side >> a & 1 ? 2e-3 : -2e-3; };

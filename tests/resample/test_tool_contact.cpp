@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The eye is never in tissue: for any radius of the tip, any spacing and any thickness of slices,
-// after sliding, pushing, letting go and relaxing. The oracle is the resampled scan itself.
+// The eye is never in tissue: for any radius of the tip, any spacing and slice thickness, after
+// sliding, pushing, releasing and relaxing. The oracle is the resampled scan itself.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_slide.h>
@@ -61,7 +61,7 @@ Volume phantom(Random& random) {
     return volume;
 }
 
-/// A place in the lumen.
+/// A position in the lumen.
 std::optional<Vec3d> free_place(Random& random, const Volume& volume, float iso = kIso) {
     const Vec3i size = volume.grid.size;
     for (int tries = 0; tries < 2000; ++tries) {
@@ -86,8 +86,8 @@ bool is_in_scan(const Grid& grid, Vec3d place_mm) {
     return true;
 }
 
-/// Leads an eye through a scan by random slides; after each the tissue relaxes.
-/// @returns how many times the eye was looked at
+/// Moves an eye through a scan by random slides; after each the tissue relaxes.
+/// @returns number of tests of the eye
 int follow_eye(const Volume& volume, const ChainMailSettings& settings, Vec3d eye, double radius_mm,
                Random& random, const TaskArena& arena) {
     const Grid& grid = volume.grid;
@@ -134,7 +134,7 @@ int follow_eye(std::uint64_t seed, const TaskArena& arena) {
     const auto start = free_place(random, volume);
     if (!start) return 0;
     const Vec3d h = volume.grid.spacing_mm;
-    // A sphere of many voxels would push far more tissue than there is.
+    // A sphere of many voxels would push far more tissue than the scan has.
     const double most_mm = std::clamp(4 * std::max({h.x, h.y, h.z}), 0.2, 10.0);
     ChainMailSettings settings;
     settings.air_enabled = random.whole(0, 3) > 0;
@@ -156,7 +156,7 @@ TEST(Contact, TheEyeIsNeverInTissue) {
     expect_looks(search, looks);
 }
 
-/// Voxels of a scan around a place, as a scan of its own.
+/// Voxels of a scan around a position, as a scan of its own.
 Volume cropped(const Volume& scan, Vec3d place_mm, Vec3i size) {
     const Vec3d ijk = voxel_from_world(scan.grid, place_mm);
     Vec3i low;
@@ -176,7 +176,7 @@ Volume cropped(const Volume& scan, Vec3d place_mm, Vec3i size) {
     return crop;
 }
 
-/// A lumen that an eye can be led through: neither all air nor all tissue.
+/// A lumen that an eye can pass: neither all air nor all tissue.
 bool has_walls(const Volume& volume, float iso) {
     std::int64_t air = 0;
     for_each_element(volume.grid, [&](Vec3i e) { air += volume.at(e) < iso; });
@@ -190,7 +190,7 @@ struct RealScan {
     double bone = 300;
 };
 
-/// Leads eyes through crops of a scan. @returns how many times an eye was looked at
+/// Moves eyes through crops of a scan. @returns number of tests of an eye
 int follow_eyes(const RealScan& real, const Volume& scan, int crops, Random& random,
                 const TaskArena& arena) {
     ChainMailSettings settings;
@@ -219,7 +219,7 @@ TEST(Contact, TheEyeIsNeverInTissueOfRealScans) {
     const test::Search search(24'900, 12);
     const int crops = search.instances;
     Random random(search.first_seed);
-    // The head of the MR is not in HU: air is below 300, and nothing in it is bone.
+    // The head of the MR is not in HU: air is below 300, and there is no bone.
     for (const RealScan& real :
          {RealScan{"thorax_ct_256.nrrd"}, RealScan{"thorax_ct_airways_crop.nrrd"},
           RealScan{"abdomen_ct_3mm.nii.gz"}, RealScan{"aorta_cta_1p5mm.nii.gz"},
@@ -249,11 +249,11 @@ TEST(Contact, TheEyeIsNeverInTissueOfAWholeScan) {
         EXPECT_GT(follow_eye(*scan, {}, kTrachea_mm, radius_mm, random, arena), 15);
 }
 
-/// Another tool pushes tissue, which then returns beside an eye that only looks, sweep by sweep. An
-/// eye that was pushed over goes to a free place nearby first. @returns how many times it was
-/// looked at
+/// Another tool pushes tissue, which then returns beside an observing eye, sweep by sweep. An eye
+/// that is covered by a push first moves to a free position nearby. @returns number of tests of the
+/// eye
 int look_on(std::uint64_t seed, const TaskArena& arena) {
-    constexpr float kMargin = 1;  // of the place that an eye goes to [HU]
+    constexpr float kMargin = 1;  // for the position to which an eye moves [HU]
     SCOPED_TRACE("seed " + std::to_string(seed));
     Random random(seed);
     const Volume volume = phantom(random);
@@ -317,7 +317,7 @@ TEST(Contact, TissueThatReturnsDoesNotFoldOverAnEye) {
 }
 
 TEST(Contact, RelaxationDoesNotCloseOverAnEye) {
-    // A dent that a sphere has made, in slices of several millimetres; a thin endoscope in it.
+    // A dent of a sphere, in slices of several millimetres; a thin endoscope in it.
     const TaskArena arena(1);
     for (const double slice_mm : {1.0, 5.0}) {
         Volume volume;

@@ -4,6 +4,7 @@
 // The numbers that docs/results/chainmail/README.md claims.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>

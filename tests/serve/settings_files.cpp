@@ -132,7 +132,7 @@ std::map<std::string, std::string> settings_tables() {
     return {{"chainmail", settings_table()},
             {"springs", table_of(spring_rows())},
             {"vessel", vessel_table()},
-            {"materials", table_of(serve::material_rows())},
+            {"materials", table_of(chainmail_material_rows())},
             {"tissue", table_of(serve::tissue_rows(), spring_rows())},
             {"iso", table_of(serve::iso_rows())},
             {"catheter", table_of(serve::drive_rows())}};
@@ -146,7 +146,7 @@ std::string settings_types() {
         "// test compares.\n\n"
         "export interface SettingRow {\n    unit: string;\n    low?: number;\n"
         "    high?: number;\n    text: string;\n}\n";
-    add_type(text, "Materials", "materialRows", serve::material_rows());
+    add_type(text, "Materials", "materialRows", chainmail_material_rows());
     add_type(text, "SpringSettings", "springRows", spring_rows());
     add_type(text, "Drive", "driveRows", serve::drive_rows());
     return text;

@@ -6,6 +6,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 #include <pliant/phantom.h>
 #include <pliant/resample.h>
 #include <pliant/serve.h>

@@ -60,7 +60,7 @@ class VesselScene : public ::testing::Test {
 
 TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     const auto scene = open(m_arena);
-    ASSERT_TRUE(scene && scene->vessel());
+    ASSERT_TRUE(scene && scene->catheter());
     const MadeVessel& made = *scene->loaded()->vessel;
     auto twin = CatheterScene::create(made.wall, made.settings);
     ASSERT_TRUE(twin.ok());
@@ -166,7 +166,7 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
         drive(*scene, 0);
         for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) (void)scene->sweep();
     };
-    const auto inserted = [&] { return scene->vessel()->measures().inserted_mm; };
+    const auto inserted = [&] { return scene->catheter()->measures().inserted_mm; };
     std::vector<std::uint64_t> hashes{scene->tissue().hash()};
     std::vector<double> ways{inserted()};
     for (const double speed : {60.0, 90.0}) {
@@ -187,7 +187,7 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
     EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(scene->tissue().hash(), hashes[1]);
     EXPECT_EQ(inserted(), ways[1]);
-    EXPECT_EQ(scene->vessel()->hand().bend_first_deg, 60);
+    EXPECT_EQ(scene->catheter()->hand().bend_first_deg, 60);
     EXPECT_FALSE(scene->wants_sweep());
     EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(scene->tissue().hash(), hashes[0]);
@@ -325,7 +325,7 @@ TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
         (void)scene->update();
         records.push_back(SessionMark{hash_volume(scene->deformed()), scene->tissue().hash()});
     }
-    EXPECT_GT(scene->vessel()->measures().steps, 0);
+    EXPECT_GT(scene->catheter()->measures().steps, 0);
     for (const int threads : {1, 4}) {
         const TaskArena other(threads);
         const auto again = open(other);
@@ -346,13 +346,13 @@ TEST_F(VesselScene, RefusesWhatAVesselCannotDo) {
     for (int n = 0; n < 5; ++n) (void)scene->sweep();
     (void)scene->update();
     EXPECT_TRUE(scene->carry_out(1, TissueCommand{}).ok());
-    EXPECT_EQ(scene->vessel(), nullptr);
+    EXPECT_EQ(scene->catheter(), nullptr);
     EXPECT_EQ(drive(*scene, 10).error_code, "other_tissue");
     (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(scene->loaded()->volume));
     EXPECT_TRUE(scene->carry_out(1, TissueCommand{.choice = {.model = TissueModel::Vessel}}).ok());
-    ASSERT_NE(scene->vessel(), nullptr);
-    EXPECT_EQ(scene->vessel()->measures().steps, 0);
+    ASSERT_NE(scene->catheter(), nullptr);
+    EXPECT_EQ(scene->catheter()->measures().steps, 0);
 
     auto cube = Scene::open({.phantom = "cube", .phantom_size = {20, 20, 20}}, m_arena);
     ASSERT_TRUE(cube.ok());
@@ -438,7 +438,7 @@ struct Copy {
 TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     const auto scene = open(m_arena);
     VesselFrames frames;
-    frames.update(*scene->vessel());
+    frames.update(*scene->catheter());
     const std::uint64_t first = frames.version();
     Copy early, late;
     early.take_surface(*frames.surface(1, 1));
@@ -446,7 +446,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     EXPECT_EQ(early.nodes_sent, 0U);
     drive(*scene, 100);
     for (int n = 0; n < 60; ++n) (void)scene->sweep();
-    frames.update(*scene->vessel());
+    frames.update(*scene->catheter());
     EXPECT_GT(frames.version(), first);
     early.take_vessel(*frames.since(first, 1, 1));
     const std::size_t all = early.places.size();
@@ -454,10 +454,10 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     EXPECT_LT(early.nodes_sent, all);
     // Nothing has happened since.
     const std::uint64_t second = frames.version();
-    frames.update(*scene->vessel());
+    frames.update(*scene->catheter());
     EXPECT_EQ(frames.version(), second);
     for (int n = 0; n < 10; ++n) (void)scene->sweep();
-    frames.update(*scene->vessel());
+    frames.update(*scene->catheter());
     early.take_vessel(*frames.since(second, 1, 1));
     late.take_surface(*frames.surface(1, 1));
     late.take_vessel(*frames.since(0, 1, 1));
@@ -465,7 +465,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     EXPECT_EQ(early.catheter, late.catheter);
     // As the simulation has it: half floats of a displacement below 4 mm are 0.002 mm apart.
     const MadeVessel& made = *scene->loaded()->vessel;
-    const VesselView& view = scene->vessel()->view();
+    const VesselView& view = scene->catheter()->view();
     ASSERT_EQ(all, made.wall.ghost.nodes_mm.size());
     ASSERT_EQ(late.corners.size(), 3 * made.wall.ghost.cells.size());
     for (std::size_t n = 0; n < all; ++n)
@@ -473,7 +473,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
             EXPECT_NEAR(late.places[n][a], made.wall.ghost.nodes_mm[n][a] + view.moved_mm[n][a],
                         1e-3 + 1e-3 * std::abs(view.moved_mm[n][a]));
     EXPECT_EQ(late.catheter.size(), view.catheter_mm.size());
-    EXPECT_NEAR(norm(scene->vessel()->view().catheter_mm.back() -
+    EXPECT_NEAR(norm(scene->catheter()->view().catheter_mm.back() -
                      Vec3d{late.catheter.back().x, late.catheter.back().y, late.catheter.back().z}),
                 0, 1e-4);
     EXPECT_FLOAT_EQ(late.radius, 0.9F);

@@ -4,11 +4,11 @@
 // The thesis's deformation [Draeger2005, 3.5.3 and 3.6.2]: Schill's sorted list, started by several
 // elements at once, with Gibson's spreading rule.
 //
-// Elements that start together would hand the same neighbours to each other again and again. So
+// Elements that start together would pass the same neighbours to each other again and again. So
 // each ignores the directions in which another initial element lies, and passes these flags on to
-// what it sponsors: the object is cut between the initial elements, and the parts move without
-// looking at each other. Along the cut links may end outside of their limits; the thesis says so
-// itself, and lists a better strategy as further work.
+// the elements that it sponsors. The object is thereby cut between the initial elements, and the
+// parts move independently. Along the cut, links may end outside of their limits; the thesis says
+// so itself, and lists a better strategy as further work.
 //
 // A candidate is checked against the chain region of its sponsor.
 
@@ -38,7 +38,7 @@ class DraegerMultiMove final : public LatticeOrdering {
     void put(std::int32_t sponsor, int direction);
     bool propagate(std::span<const std::int32_t> initial) override;
 
-    std::vector<std::uint8_t> m_ignored;  ///< [element] a bit for each direction
+    std::vector<std::uint8_t> m_ignored;  ///< [element]: a bit for each direction
     std::vector<Candidate> m_heap;
 };
 

@@ -1,28 +1,28 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Gibson's lists for one material and a full box, written for speed: the figure that Pliant's own
-// solvers have to beat on such lattices.
+// Gibson's lists for one material and a full box, optimised for speed: the reference time for
+// Pliant's own solvers on such lattices.
 //
-// Six plain arrays of element numbers, made once; places in floats; each element is looked at once
-// and compared with its sponsor alone [Gibson1997, 3.3.2], so nothing needs to be marked. The lists
+// Six plain arrays of element numbers, created once; positions in floats; each element is examined
+// once and compared with its sponsor alone [Gibson1997, 3.3.2], so no marks are needed. The lists
 // for ±i go first and those for ±k last, so that the long lists run along rows in memory.
 
 #include <array>
 #include <cmath>
 #include <cstring>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 #include "chainmail/orderings/published_ordering.h"
 
 namespace pliant {
 namespace {
 
-/// Four floats, one vector register. GCC's and Clang's own type; both turn it into plain code where
-/// a processor has no such register.
+/// Four floats, one vector register. A vector type of GCC and Clang; both generate plain code for
+/// processors without such registers.
 using Lanes = float __attribute__((vector_size(16)));
 
-/// Which bits of two registers differ; all zero where they are the same.
+/// Bits in which two registers differ; all zero if they are equal.
 bool differ(Lanes a, Lanes b) {
     const auto changed = a != b;
     std::uint64_t halves[2];
@@ -48,7 +48,7 @@ class GibsonConvex final : public OrderingSolver {
         std::int32_t element;
     };
     struct Region {
-        Lanes low, high;  ///< of the candidate's place relative to its sponsor's
+        Lanes low, high;  ///< of the candidate's position relative to its sponsor's
     };
 
     template <int Direction>
@@ -110,7 +110,7 @@ void GibsonConvex::run_list() {
     Lanes* const place = m_place.data();
     const SideBits* const sides = m_sides.data();
     Previous* previous = m_previous.data() + m_previous_count;
-    // What is put on this list is looked at in the same pass.
+    // Additions to this list are processed in the same pass.
     for (std::size_t n = 0; n < count; ++n) {
         const std::int32_t e = list[n];
         const Lanes old = place[e], sponsor = place[e - step];
@@ -120,7 +120,7 @@ void GibsonConvex::run_list() {
         if (!differ(now, old)) continue;
         *previous++ = {{old[0], old[1], old[2]}, e};
         place[e] = now;
-        list[count] = e + step;  // room for one more than there can be
+        list[count] = e + step;  // memory has one spare element
         count += sides[e] >> Direction & 1;
         for (int d = Direction / 2 * 2 + 2; d < 6; ++d) put(e, d);
     }

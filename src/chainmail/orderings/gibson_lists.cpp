@@ -4,15 +4,15 @@
 // Gibson's lists, one for each direction [Gibson1997, 3.3.1], in three dimensions or, in a lattice
 // of one layer, two.
 //
-// A candidate is compared with its sponsor alone. So that each is looked at once, what is moved
-// from the front or back list passes the motion on five ways, from right or left three, from top or
-// bottom one: first lines of elements, from these planes, from these the rest. Where an object is
-// not convex a line may be missing: if the neighbour across does not have the neighbour that would
-// have sponsored it, it goes on the list too, and lists are gone through again.
+// A candidate is compared with its sponsor alone. To examine each element once, one moved from the
+// front or back list passes the motion on in five directions, from right or left in three, from top
+// or bottom in one: first lines of elements, then planes from these, then the rest. In a non-convex
+// object a line can be missing. If the neighbour across lacks the neighbour that would have
+// sponsored it, it is added to the list too, and lists are processed again.
 //
 // The report describes the plane; the order of the six lists is that of the program which its
 // author's laboratory published. With limits that vary the theorem behind the lists [Gibson1997,
-// 3.3.2] does not hold; they are run here with them to show what happens.
+// 3.3.2] does not hold; such runs are allowed, for demonstration.
 
 #include "chainmail/orderings/lattice_ordering.h"
 
@@ -45,7 +45,7 @@ class GibsonLists final : public LatticeOrdering {
 void GibsonLists::put_neighbours(std::int32_t moved, int direction) {
     put(moved, direction);
     for (int d = 2 * axis_of(direction) + 2; d < kWays; ++d) put(moved, d);
-    // Not convex: nobody else reaches the neighbour across.
+    // Non-convex: no other element reaches the neighbour across.
     for (int d = 0; d < 2 * axis_of(direction); ++d)
         if (has_neighbour(moved, d) && !has_neighbour(neighbour(moved, d), opposite(direction)))
             put(moved, d);
@@ -56,7 +56,7 @@ bool GibsonLists::run_list(int direction) {
     while (!list.is_empty()) {
         if (!count_candidate()) return false;
         const std::int32_t candidate = list.candidates[list.next++];
-        if (is_initial(candidate)) continue;  // stays where the tool put it
+        if (is_initial(candidate)) continue;  // stays at the tool's position
         const std::int32_t sponsor = neighbour(candidate, opposite(direction));
         const Region allowed = region(sponsor, candidate, direction);
         const Vec3d to = clamped(u(candidate), u(sponsor), allowed.low, allowed.high);

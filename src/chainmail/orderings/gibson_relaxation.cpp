@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-/// How far value is outside of −low…high, with its sign.
+/// Signed distance of a value from −low…high.
 float excess(float value, float low, float high) {
     return value > high ? value - high : value < -low ? value + low : 0.0f;
 }

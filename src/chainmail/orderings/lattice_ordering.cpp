@@ -16,8 +16,8 @@ Vec3i step_of(int direction) {
     return step;
 }
 
-/// All that an element of the thesis allows to a neighbour. It measures in voxels: shear of a link
-/// along k is widened by the z-scale, and that of other links is not.
+/// Range that an element of the thesis allows to a neighbour. It measures in voxels: shear of a
+/// link along k is widened by the z-scale, that of other links is not.
 HalfLink thesis_region(const ElementLimits& limits, Vec3d spacing_mm, int direction) {
     const int b = axis_of(direction);
     const bool up = direction % 2 == 0;

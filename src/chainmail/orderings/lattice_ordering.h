@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Orderings that need the lattice's directions: what they know of it.
+// Base of orderings that need the lattice's directions.
 //
 // Directions 0…5 are +i, −i, +j, −j, +k, −k. Gibson's front and back are here ±i, right and left
 // ±j, top and bottom ±k.
@@ -24,13 +24,13 @@ constexpr int opposite(int direction) {
 
 class LatticeOrdering : public PublishedOrdering {
   protected:
-    /// Where a candidate may be relative to its sponsor.
+    /// Allowed positions of a candidate relative to its sponsor.
     struct Region {
         Vec3d low, high;
     };
     enum class Regions {
-        MeanOfEnds,  ///< half of what each end allows, as all of Pliant has it
-        OfSponsor,   ///< what the sponsor allows, with the shears of [Draeger2005, 3.5.4]
+        MeanOfEnds,  ///< half of each end's range, as everywhere in Pliant
+        OfSponsor,   ///< the sponsor's range, with the shears of [Draeger2005, 3.5.4]
     };
 
     /// @pre check_chain_lattice(lattice)
@@ -57,8 +57,8 @@ class LatticeOrdering : public PublishedOrdering {
     }
 
     Regions m_regions;
-    std::array<std::int32_t, kWays> m_step{};  ///< in the numbering of the elements
-    std::vector<std::uint8_t> m_sides;         ///< [element] a bit for each neighbour
+    std::array<std::int32_t, kWays> m_step{};  ///< step in the numbering of the elements
+    std::vector<std::uint8_t> m_sides;         ///< [element]: a bit for each neighbour
     std::vector<std::uint8_t> m_material;
     std::vector<Region> m_shares;  ///< [material][direction]
 };

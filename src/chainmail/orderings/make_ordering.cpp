@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "chainmail/fixed_point.h"
+#include "chainmail/limit_units.h"
 #include "chainmail/orderings/published_ordering.h"
 
 namespace pliant {

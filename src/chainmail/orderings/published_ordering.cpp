@@ -32,7 +32,7 @@ bool PublishedOrdering::count_candidate() {
 
 bool PublishedOrdering::attempt(std::span<const std::int32_t> elements, Vec3d step_mm) {
     for (const std::int32_t element : elements) {
-        if (is_initial(element)) continue;  // named twice
+        if (is_initial(element)) continue;  // a duplicate
         if (!move(element, u(element) + step_mm)) return false;
         m_moved[std::size_t(element)] = kInitial;
     }

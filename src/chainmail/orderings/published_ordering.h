@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the published orderings share: the places, the list of previous places to go back to, and
-// the retry with a shorter step [Gibson1997, 3.2] [Draeger2005, 3.5.5]. Neither says by how much
-// the step is shortened; here it is halved.
+// Common parts of the published orderings: the positions, the list of previous positions for a
+// rollback, and the retry with a shorter step [Gibson1997, 3.2] [Draeger2005, 3.5.5]. Neither
+// specifies the shortening; here the step is halved.
 //
-// Places are kept as displacements, in doubles; limits and pushes are whole multiples of 2⁻²⁰ mm,
-// so sums are exact and a difference from the exact solution is the ordering's, not rounding.
+// Positions are stored as displacements, in doubles. Limits and pushes are whole multiples of 2⁻²⁰
+// mm, so sums are exact, and a difference from the exact solution is due to the ordering, not to
+// rounding.
 
 #pragma once
 
@@ -19,7 +20,7 @@ namespace pliant {
 inline constexpr int kMaxHalvings = 8;
 inline constexpr std::int64_t kMaxTakingsPerElement = 1000;
 
-/// The closest place to u that is within low…high of the sponsor's.
+/// The position closest to u within low…high of the sponsor's.
 inline Vec3d clamped(Vec3d u, Vec3d sponsor, Vec3d low, Vec3d high) {
     for (int a = 0; a < 3; ++a) {
         if (u[a] < sponsor[a] + low[a])
@@ -30,8 +31,8 @@ inline Vec3d clamped(Vec3d u, Vec3d sponsor, Vec3d low, Vec3d high) {
     return u;
 }
 
-/// The amount of constraint violation, Schill's sort key: how far the candidate is outside of its
-/// region, in the component where that is most; 0 or less if it is inside.
+/// The amount of constraint violation, Schill's sort key: the candidate's distance from its region,
+/// in the component with the largest one; 0 or less inside.
 inline double violation(Vec3d u, Vec3d sponsor, Vec3d low, Vec3d high) {
     double worst = -1;
     for (int a = 0; a < 3; ++a) {
@@ -58,8 +59,8 @@ class PublishedOrdering : public OrderingSolver {
 
     explicit PublishedOrdering(std::vector<Bounds> bounds);
 
-    /// Carries the motion of the moved initial elements on until the lists are empty.
-    /// @returns false where a move was not permitted
+    /// Propagates the motion of the moved initial elements until the lists are empty.
+    /// @returns false if a move was not permitted
     virtual bool propagate(std::span<const std::int32_t> initial) = 0;
 
     Vec3d u(std::int32_t element) const { return m_u[std::size_t(element)]; }
@@ -67,9 +68,10 @@ class PublishedOrdering : public OrderingSolver {
     bool is_initial(std::int32_t element) const {
         return m_moved[std::size_t(element)] == kInitial;
     }
-    /// @returns false if the element may not go there; it is there nevertheless, to be taken back
+    /// @returns false if the position is not permitted; the element is there nevertheless, until a
+    ///          rollback
     [[nodiscard]] bool move(std::int32_t element, Vec3d to);
-    /// Counts a candidate. @returns false when there were too many: give up
+    /// Counts a candidate. @returns false if there were too many
     [[nodiscard]] bool count_candidate();
 
   private:
@@ -83,9 +85,9 @@ class PublishedOrdering : public OrderingSolver {
     void go_back();
 
     std::vector<Vec3d> m_u;             ///< [element]
-    std::vector<std::uint8_t> m_moved;  ///< [element] by this push: 0, 1 or kInitial
+    std::vector<std::uint8_t> m_moved;  ///< [element]: moved by this push: 0, 1 or kInitial
     std::vector<Bounds> m_bounds;       ///< [element]
-    std::vector<Previous> m_previous;   ///< of what this push moved
+    std::vector<Previous> m_previous;   ///< of the elements that this push moved
     std::int64_t m_candidates = 0, m_max_candidates = 0;
 };
 

@@ -5,10 +5,10 @@
 //
 // Enhanced ChainMail [Schill1998] sorts the list by the amount of constraint violation, so that
 // information travels fastest through stiff material; one number stands for all three components.
-// Generalised ChainMail [Li2003] takes candidates in the order in which their sponsors moved. Their
-// elements move once, so that the list is short; with requeue they may move again, two-sided:
-// a candidate may be pulled back by a sponsor that has itself not arrived yet. A link that waits in
-// the list already is not put there again; without this rule lists grow without end.
+// Generalised ChainMail [Li2003] takes candidates in the order in which their sponsors moved. In
+// both, elements move once, so that the list is short. With requeue they may move again, two-sided:
+// a candidate may be pulled back by a sponsor that has not arrived yet itself. A link that is
+// already in the list is not added again; without this rule lists grow without bound.
 
 #include <algorithm>
 
@@ -27,7 +27,7 @@ struct Candidate {
     }
 };
 
-/// The candidate with the largest violation first.
+/// Takes the candidate with the largest violation first.
 class SortedList {
   public:
     static constexpr bool kIsSorted = true;
@@ -48,7 +48,7 @@ class SortedList {
     std::vector<Candidate> m_heap;
 };
 
-/// The candidate that came first.
+/// Takes candidates in the order of their arrival.
 class FirstInFirstOut {
   public:
     static constexpr bool kIsSorted = false;
@@ -62,7 +62,7 @@ class FirstInFirstOut {
         const Candidate taken = m_list[m_next++];
         if (empty()) {
             clear();
-        } else if (2 * m_next > m_list.size()) {  // forget what was taken
+        } else if (2 * m_next > m_list.size()) {  // drop the consumed part
             m_list.erase(m_list.begin(), m_list.begin() + std::ptrdiff_t(m_next));
             m_next = 0;
         }
@@ -90,7 +90,7 @@ class GraphOrdering final : public PublishedOrdering {
             bounds.push_back({float(e.max_movement_mm), e.fixed});
         return bounds;
     }
-    /// An initial element stays where the tool put it.
+    /// An initial element stays at the tool's position.
     bool is_settled(std::int32_t e) const { return m_once ? is_moved(e) : is_initial(e); }
     std::uint8_t& is_waiting(const ChainNeighbour& link) {
         return m_waiting[std::size_t(&link - m_graph->neighbours(0).data())];
@@ -100,7 +100,7 @@ class GraphOrdering final : public PublishedOrdering {
 
     const std::shared_ptr<const ChainGraph> m_graph;
     const bool m_once;
-    std::vector<std::uint8_t> m_waiting;  ///< [link and direction] 1: in the list
+    std::vector<std::uint8_t> m_waiting;  ///< [link and direction]: 1: in the list
     List m_list;
 };
 
@@ -123,7 +123,7 @@ void GraphOrdering<List>::put_neighbours(std::int32_t sponsor) {
 
 template <class List>
 bool GraphOrdering<List>::propagate(std::span<const std::int32_t> initial) {
-    if (!m_list.empty()) {  // the last attempt was given up
+    if (!m_list.empty()) {  // the last attempt was abandoned
         m_list.clear();
         std::fill(m_waiting.begin(), m_waiting.end(), 0);
     }

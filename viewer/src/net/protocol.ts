@@ -28,7 +28,7 @@ export interface Timing {
 
 /// State of the tissue model. Springs have all optional fields.
 export interface TissueState extends Partial<SpringSettings> {
-    model: 'chainmail' | 'springs' | 'vessel';
+    model: 'chainmail' | 'springs' | 'vessel' | 'own';
     has_vessel?: boolean; ///< the scene offers the model vessel
     centre?: Vec3;
     nodes?: Vec3;

@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The interface of all tissue models: tools push and hold the tissue, it moves by itself, and its
+// former states can be restored. ChainMail, springs and the vessel with its catheter implement it.
+// A tissue of your own implements it too, and is then resampled, rendered, felt, undone, recorded,
+// replayed and served like them.
+//
+// The minimal tissue of your own (examples/own_tissue):
+//
+//   class Jelly final : public pliant::NodeTissue {
+//       …  volume(), deformation(), arena()   the scan, and the positions of its elements
+//       …  push(), release(), sweep()         tools, and motion by itself
+//       …  state(), set_state()               numbers for undo, files and checkpoints
+//   };
+//
+// A tissue has no clock: its state depends on the calls alone, and is the same for any number of
+// threads. A call that returns an error has changed nothing. Calls come from one thread at a time.
+
+#pragma once
+
+#include <pliant/deformation.h>
+#include <pliant/record.h>
+#include <pliant/result.h>
+#include <pliant/tool.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#pragma GCC visibility push(default)
+namespace pliant {
+
+/// Capabilities of a model.
+struct TissueTraits {
+    std::string_view model = "own";  ///< its name in messages
+    bool takes_pushes = true;
+    bool slides = false;
+    bool cuts = false;
+    bool carves = false;
+    bool has_energy = false;       ///< energy_mm2() allows force estimates
+    bool moves_by_itself = false;  ///< without a push: its sweeps are steps of time
+    double sweep_ms = 0;           ///< simulated time of a sweep; 0: the model has no time
+    double update_hz = 0;          ///< rate of its internal updates, in real time
+    /// Whether tissue that returns to rest may close over an eye that is not registered as an
+    /// obstacle.
+    bool closes_at_rest = false;
+    /// Whether imprints remain, so that its shape at rest is not the scan's.
+    bool keeps_imprints = false;
+};
+
+struct Sweep {
+    bool settled = true;  ///< more sweeps have no effect
+    double ms = 0;        ///< wall-clock time of the sweep
+};
+
+class Tissue : public MovingScan {
+  public:
+    virtual TissueTraits traits() const noexcept = 0;
+
+    // Tools, by number. A tool holds its tissue until it lets go.
+
+    virtual Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept = 0;
+    /// Begins a drag; there is at most one. By default the tool pushes by zero, and holds the
+    /// touched tissue.
+    /// @param reach_mm  expected length of the drag, for models with a precomputation
+    virtual Result<GrabReport> grab(std::uint32_t tool, const Push& place,
+                                    double reach_mm) noexcept;
+    /// Drags to an offset from the start of the drag. By default a push by the remaining
+    /// difference.
+    /// @pre a drag is under way
+    virtual Result<PushReport> drag_to(Vec3d offset_mm) noexcept;
+    /// Ends the drag, if there is one.
+    virtual void let_go() noexcept;
+    virtual void release(std::uint32_t tool) noexcept = 0;
+    virtual bool is_touched_by(std::uint32_t tool) const noexcept = 0;
+    virtual bool is_touched() const noexcept = 0;
+    /// Moves a sphere along which tissue slides. @returns Unsupported by default
+    virtual Result<SlideReport> slide(std::uint32_t tool, const Push& way,
+                                      const TissueValues& tissue_values) noexcept;
+    /// @returns Unsupported by default
+    virtual Result<CutReport> cut(const CutSurface& surface) noexcept;
+    /// @returns Unsupported by default
+    virtual Result<CarveReport> carve(const CarveTool& tool) noexcept;
+    /// Registers an observing eye as an obstacle: tissue does not close over it.
+    /// @param radius_mm  0 removes the eye
+    virtual Status place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept;
+    virtual bool has_eye(std::uint32_t tool) const noexcept;
+
+    /// Force on a tool [N]; none if the model doesn't compute forces.
+    virtual std::optional<Vec3d> force_n(std::uint32_t tool) noexcept;
+    /// Elastic energy [mm² · weight] of a model without forces, for force estimates; none if it has
+    /// no energy either, or memory runs out.
+    virtual std::optional<double> energy_mm2() noexcept { return {}; }
+
+    /// Advances the tissue's own motion by its smallest recorded part.
+    /// @returns LimitExceeded if memory runs out
+    virtual Result<Sweep> sweep() noexcept = 0;
+    /// Returns all tissue to rest.
+    virtual Status reset() noexcept = 0;
+
+    /// Settings that can be changed during use, by name; none by default.
+    virtual Record settings() const { return {}; }
+    /// Changes some of them, all or none. @returns Unsupported by default
+    virtual Status configure(const Record& changes) noexcept;
+    /// Figures for display, by name, such as counts of nodes.
+    virtual Record figures() const { return {}; }
+
+    // History, in steps: all calls from begin_group() to end_group() are one step.
+
+    virtual void begin_group(const std::string& name) = 0;
+    /// @returns number of the oldest steps that were forgotten for this one; −1: all steps
+    ///          including this one, since it is too large or memory runs out
+    virtual int end_group() noexcept = 0;
+    virtual int undo_steps() const noexcept = 0;
+    virtual Status undo() noexcept = 0;
+    virtual Status redo() noexcept = 0;
+
+    /// Brings the state into the form that load_state() gives after save_state().
+    /// @pre !is_touched()
+    virtual Status rest() noexcept = 0;
+    virtual Status save_state(const std::filesystem::path& path) const noexcept = 0;
+    /// Clears the history. @returns Unreadable for a file of another tissue, or a damaged one
+    virtual Status load_state(const std::filesystem::path& path) noexcept = 0;
+    /// Hash of the state: the same for any number of threads.
+    virtual std::uint64_t hash() const = 0;
+
+  private:
+    struct Drag {
+        std::uint32_t tool = 0;
+        Push place;
+        Vec3d done_mm{0, 0, 0};
+    };
+    std::optional<Drag> m_drag;  ///< of the default implementation
+};
+
+/// A tissue whose whole state is a list of numbers of moderate length, such as the positions of its
+/// nodes. History and files are implemented with it.
+class NodeTissue : public Tissue {
+  public:
+    /// Writes the state: all data that determine future results. Always of the same length.
+    /// @param[out] numbers  resized if needed, else no memory is allocated
+    virtual void state(std::vector<double>& numbers) const = 0;
+    /// Restores a state, with all tools released.
+    /// @returns InvalidArgument if it can't be a state of this tissue
+    virtual Status set_state(std::span<const double> numbers) noexcept = 0;
+    /// Kind of its files: a different number for each model.
+    virtual std::uint64_t file_kind() const noexcept { return 0x30'6e'77'6f'70'00'00'0a; }
+
+    void begin_group(const std::string& name) override;
+    int end_group() noexcept override;
+    int undo_steps() const noexcept override { return int(m_done.size()); }
+    Status undo() noexcept override;
+    Status redo() noexcept override;
+    Status rest() noexcept override;
+    Status save_state(const std::filesystem::path& path) const noexcept override;
+    Status load_state(const std::filesystem::path& path) noexcept override;
+    /// Hash of the deformation by default.
+    std::uint64_t hash() const override;
+
+  private:
+    using State = std::vector<double>;
+    Status go_back(std::list<State>& from, std::list<State>& to) noexcept;
+
+    std::list<State> m_before;          ///< one state, during a group
+    std::list<State> m_done, m_undone;  ///< states before, or after; the next one is last
+    State m_now;                        ///< memory for the end of a group
+};
+
+/// Makes the tissue of a scan; both must outlive it.
+using MakeTissue =
+    std::function<Result<std::unique_ptr<Tissue>>(const Volume& scan, const TaskArena& arena)>;
+
+}  // namespace pliant
+#pragma GCC visibility pop

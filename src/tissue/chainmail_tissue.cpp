@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tissue/chainmail_tissue.h"
+
+#include "core/errors.h"
+
+namespace pliant {
+
+TissueTraits ChainMailTissue::traits() const noexcept {
+    return {.model = "chainmail",
+            .slides = true,
+            .cuts = true,
+            .carves = true,
+            .has_energy = true,
+            .closes_at_rest = true,
+            .keeps_imprints = m_model.settings().yield > 0};
+}
+
+Result<PushReport> ChainMailTissue::push(std::uint32_t tool, const Push& push) noexcept {
+    return attempt([&]() -> Result<PushReport> {
+        auto held = m_model.elements_at(push);
+        if (!held.ok()) return held.error();
+        std::map<std::uint32_t, Contact> made;  // its node is inserted later without allocation
+        made[tool];
+        auto report = m_model.push_elements(*held, push.push_mm);
+        if (!report.ok()) return report;
+        const Vec3d end = push.point_mm + report->step_fraction * push.push_mm;
+        made[tool] = {{end, end, push.sphere_radius_mm}, std::move(*held)};
+        m_contacts.erase(tool);
+        m_contacts.merge(made);
+        return report;
+    });
+}
+
+Result<GrabReport> ChainMailTissue::grab(std::uint32_t tool, const Push& place,
+                                         double reach_mm) noexcept {
+    return attempt([&]() -> Result<GrabReport> {
+        auto report = m_model.grab(place, reach_mm);
+        if (report.ok()) m_contacts.erase(tool);
+        return report;
+    });
+}
+
+Result<PushReport> ChainMailTissue::drag_to(Vec3d offset_mm) noexcept {
+    return attempt([&] { return m_model.drag_to(offset_mm); });
+}
+
+Result<SlideReport> ChainMailTissue::slide(std::uint32_t tool, const Push& way,
+                                           const TissueValues& tissue_values) noexcept {
+    return attempt([&]() -> Result<SlideReport> {
+        std::map<std::uint32_t, Contact> made;
+        made[tool];
+        auto slid = slide_sphere(m_model, way, tissue_values);
+        if (!slid.ok()) return slid;
+        made[tool] = {{slid->end_mm, slid->end_mm, way.sphere_radius_mm}, {}};
+        m_contacts.erase(tool);
+        m_contacts.merge(made);
+        return slid;
+    });
+}
+
+Result<CutReport> ChainMailTissue::cut(const CutSurface& surface) noexcept {
+    return attempt([&] { return m_model.cut(surface); });
+}
+
+Result<CarveReport> ChainMailTissue::carve(const CarveTool& tool) noexcept {
+    return attempt([&] { return m_model.carve(tool); });
+}
+
+Status ChainMailTissue::place_eye(std::uint32_t tool, Vec3d position_mm,
+                                  double radius_mm) noexcept {
+    return attempt([&]() -> Status {
+        if (radius_mm > 0)
+            m_eyes[tool] = {position_mm, position_mm, radius_mm};
+        else
+            m_eyes.erase(tool);
+        return Ok{};
+    });
+}
+
+std::optional<double> ChainMailTissue::energy_mm2() noexcept try {
+    return m_model.elastic_energy_mm2();
+} catch (const std::bad_alloc&) {
+    return {};
+}
+
+Result<Sweep> ChainMailTissue::sweep() noexcept {
+    return attempt([&]() -> Result<Sweep> {
+        RelaxOptions options{.max_sweeps = 1};
+        for (const auto& [tool, contact] : m_contacts) {
+            if (contact.tool.radius_mm > 0) options.tools.push_back(contact.tool);
+            options.held.insert(options.held.end(), contact.held.begin(), contact.held.end());
+        }
+        for (const auto& [tool, eye] : m_eyes) options.tools.push_back(eye);
+        const auto report = m_model.relax(options);
+        if (!report.ok() && is_out_of_memory(report.error())) return report.error();
+        // Any other error would recur in each sweep.
+        if (!report.ok()) return Sweep{};
+        return Sweep{report->settled, report->relax_ms};
+    });
+}
+
+Status ChainMailTissue::reset() noexcept {
+    return attempt([&]() -> Status {
+        m_model.reset();
+        m_contacts.clear();
+        return Ok{};
+    });
+}
+
+Record ChainMailTissue::settings() const {
+    return record_of(m_model.settings(), chainmail_material_rows());
+}
+
+Status ChainMailTissue::configure(const Record& changes) noexcept {
+    return attempt([&]() -> Status {
+        ChainMailSettings changed = m_model.settings();
+        if (Status s = apply(changes, chainmail_material_rows(), changed); !s) return s;
+        return m_model.set_materials(changed);
+    });
+}
+
+Status ChainMailTissue::undo() noexcept {
+    return attempt([&] { return m_model.undo(); });
+}
+
+Status ChainMailTissue::redo() noexcept {
+    return attempt([&] { return m_model.redo(); });
+}
+
+Status ChainMailTissue::rest() noexcept {
+    m_eyes.clear();
+    return Ok{};
+}
+
+Status ChainMailTissue::save_state(const std::filesystem::path& path) const noexcept {
+    return attempt([&] { return m_model.save_state(path); });
+}
+
+Status ChainMailTissue::load_state(const std::filesystem::path& path) noexcept {
+    return attempt([&] { return m_model.load_state(path); });
+}
+
+}  // namespace pliant

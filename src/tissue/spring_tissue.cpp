@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tissue/spring_tissue.h"
+
+#include <utility>
+
+#include "core/errors.h"
+
+namespace pliant {
+namespace {
+
+/// Rows of the settings that can be changed during use: the depth.
+SettingRows<SpringDeformationSettings> live_rows() {
+    return {find_setting<SpringDeformationSettings>("depth", spring_rows()), 1};
+}
+
+}  // namespace
+
+TissueTraits SpringScanTissue::traits() const noexcept {
+    return {.model = "springs",
+            .moves_by_itself = true,
+            .sweep_ms = 1000 * kStepsPerSweep / kRate_hz,
+            .update_hz = kRate_hz};
+}
+
+Result<PushReport> SpringScanTissue::push(std::uint32_t tool, const Push& push) noexcept {
+    return attempt([&] { return m_model->push(tool, push); });
+}
+
+std::optional<Vec3d> SpringScanTissue::force_n(std::uint32_t tool) noexcept {
+    return m_model->force_n(tool);
+}
+
+Result<Sweep> SpringScanTissue::sweep() noexcept {
+    const Result<SpringMotion> motion = m_model->step(kStepsPerSweep);
+    if (!motion.ok()) return motion.error();
+    if (motion->active_nodes > 0) m_active_nodes = motion->active_nodes;
+    return Sweep{motion->settled, motion->solve_ms};
+}
+
+Status SpringScanTissue::reset() noexcept {
+    m_model->reset();
+    return Ok{};
+}
+
+Record SpringScanTissue::settings() const {
+    return record_of(m_model->settings(), live_rows());
+}
+
+Status SpringScanTissue::configure(const Record& changes) noexcept {
+    return attempt([&]() -> Status {
+        SpringDeformationSettings changed = m_model->settings();
+        if (Status s = apply(changes, live_rows(), changed); !s) return s;
+        return m_model->set_depth(changed.depth);
+    });
+}
+
+Record SpringScanTissue::figures() const {
+    const Vec3i n = m_model->control().grid().size;
+    return {{"nodes", std::vector<double>{double(n.x), double(n.y), double(n.z)}},
+            {"active_nodes", int(m_active_nodes)}};
+}
+
+void SpringScanTissue::state(std::vector<double>& numbers) const {
+    numbers.resize(3 * m_positions.size());
+    m_model->places_mm(m_positions);
+    for (std::size_t n = 0; n < m_positions.size(); ++n)
+        for (int a = 0; a < 3; ++a) numbers[3 * n + std::size_t(a)] = m_positions[n][a];
+}
+
+Status SpringScanTissue::set_state(std::span<const double> numbers) noexcept {
+    return attempt([&]() -> Status {
+        if (numbers.size() != 3 * m_positions.size())
+            return invalid("expected the positions of as many control nodes");
+        std::vector<Vec3d> positions;
+        for (std::size_t n = 0; n < numbers.size(); n += 3)
+            positions.push_back({numbers[n], numbers[n + 1], numbers[n + 2]});
+        return m_model->set_places(positions);
+    });
+}
+
+}  // namespace pliant

@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Each allocation fails once, without lasting effects.
+
+#include <gtest/gtest.h>
+
+#include "core/errors.h"
+#include "support/broken_volumes.h"
+#include "support/each_allocation.h"
+#include "support/temporary_folder.h"
+#include "tissue/spring_tissue.h"
+
+namespace pliant::test {
+namespace {
+
+constexpr std::uint32_t kTool = 3, kOther = 4;
+
+class SpringMemory : public testing::Test {
+  protected:
+    SpringMemory() {
+        Random random(5);
+        m_volume.grid = {{25, 25, 21}, {1, 1, 1.5}, {-20, 4, 7}, random.rotation(false)};
+        std::vector<std::int16_t> voxels;
+        for (int k = 0; k < 21; ++k)
+            for (int n = 0; n < 25 * 25; ++n)
+                voxels.push_back(std::int16_t(k < 5 ? 900 : random.whole(-60, 60)));
+        m_volume.voxels = std::move(voxels);
+        m_push = {.point_mm = world_from_voxel(m_volume.grid, {11.7, 12.2, 13.4}),
+                  .push_mm = {0.8, -0.6, 0.4},
+                  .sphere_radius_mm = 3};
+        m_aside = m_push;
+        m_aside.point_mm = world_from_voxel(m_volume.grid, {16.3, 12.2, 13.4});
+    }
+    std::unique_ptr<SpringScanTissue> make() const {
+        auto tissue = std::make_unique<SpringScanTissue>(
+            std::move(SpringDeformation::create(m_volume, {.cell_mm = 4, .depth = 2}, m_arena))
+                .value());
+        tissue->begin_group("push");
+        EXPECT_TRUE(tissue->push(kTool, m_push).ok());
+        EXPECT_TRUE(tissue->sweep().ok());
+        EXPECT_EQ(tissue->end_group(), 0);
+        return tissue;
+    }
+    /// State of the nodes and result of later operations.
+    static auto state(const SpringScanTissue& tissue) {
+        return std::tuple(tissue.hash(), tissue.is_touched_by(kTool), tissue.is_touched_by(kOther),
+                          tissue.undo_steps());
+    }
+    /// Result once the tissue has settled, finally at rest.
+    static std::vector<std::uint64_t> later(SpringScanTissue& tissue) {
+        std::vector<std::uint64_t> hashes;
+        for (int n = 0; n < 3; ++n) {
+            EXPECT_TRUE(tissue.sweep().ok());
+            hashes.push_back(tissue.hash());
+        }
+        hashes.push_back(hash_volume(deform_volume(tissue).value().volume));
+        tissue.release(kTool);
+        tissue.release(kOther);
+        for (int n = 0; n < 500; ++n) (void)tissue.sweep();
+        hashes.push_back(tissue.hash());
+        return hashes;
+    }
+    /// An operation that ran out of memory has no effect on later operations, either.
+    template <class Operation>
+    void check(const Operation& operation, const char* name, int least) {
+        SCOPED_TRACE(name);
+        const auto make = [&] { return this->make(); };
+        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
+        EXPECT_GE(failures.failed, least);
+        const auto calm = make();
+        const std::vector<std::uint64_t> expected = later(*calm);
+        for (const std::int64_t n :
+             chosen(failures.allocations, {.all_up_to = 25, .of_the_rest = 10})) {
+            auto tissue = make();
+            bool ok = false;
+            {
+                const FailingAllocation failing(n);
+                ok = operation(*tissue).ok();
+            }
+            if (!ok) {
+                ASSERT_EQ(later(*tissue), expected) << "allocation " << n;
+            }
+        }
+    }
+
+    const TaskArena m_arena{1};
+    Volume m_volume;
+    Push m_push, m_aside;
+};
+
+TEST_F(SpringMemory, APushThatRanOutOfMemoryLeavesNoTrace) {
+    check([&](SpringScanTissue& tissue) { return tissue.push(kTool, m_push); }, "same tool", 5);
+    check([&](SpringScanTissue& tissue) { return tissue.push(kOther, m_push); }, "its nodes", 5);
+    check([&](SpringScanTissue& tissue) { return tissue.push(kOther, m_aside); }, "aside", 5);
+    check([&](SpringScanTissue& tissue) { return tissue.grab(kOther, m_aside, 5); }, "grab", 5);
+}
+
+TEST_F(SpringMemory, ASweepThatRanOutOfMemoryLeavesNoTrace) {
+    // Released nodes must be reachable again.
+    const auto make = [&] {
+        auto tissue = this->make();
+        tissue->release(kTool);
+        return tissue;
+    };
+    const auto operation = [](SpringScanTissue& tissue) { return tissue.sweep(); };
+    fail_each_allocation(make, operation, state);
+    // Each sweep that can fail does so, until rest.
+    auto tissue = make(), twin = make();
+    int failed = 0;
+    for (int n = 0; n < 500; ++n) {
+        bool ok = false;
+        {
+            const FailingAllocation failing(n % 3);
+            ok = tissue->sweep().ok();
+        }
+        failed += !ok;
+        if (!ok) {
+            ASSERT_TRUE(tissue->sweep().ok());
+        }
+        ASSERT_TRUE(twin->sweep().ok());
+        ASSERT_EQ(state(*tissue), state(*twin)) << "sweep " << n;
+    }
+    EXPECT_GT(failed, 0);
+}
+
+TEST_F(SpringMemory, StepsAreTakenBackOrNot) {
+    const auto make = [&] { return this->make(); };
+    fail_each_allocation(
+        make, [](SpringScanTissue& tissue) { return attempt([&] { return tissue.undo(); }); },
+        state);
+    fail_each_allocation(
+        [&] {
+            auto tissue = this->make();
+            EXPECT_TRUE(tissue->undo().ok());
+            return tissue;
+        },
+        [](SpringScanTissue& tissue) { return attempt([&] { return tissue.redo(); }); }, state);
+    fail_each_allocation(
+        make,
+        [](SpringScanTissue& tissue) {
+            return attempt([&]() -> Status {
+                tissue.begin_group("next");
+                return Ok{};
+            });
+        },
+        state);
+    // A group ends without any memory.
+    auto tissue = make();
+    tissue->begin_group("next");
+    ASSERT_TRUE(tissue->push(kOther, m_aside).ok());
+    const FailingAllocation failing(0);
+    EXPECT_EQ(tissue->end_group(), 0);
+    EXPECT_FALSE(failing.has_failed());
+    EXPECT_EQ(tissue->undo_steps(), 2);
+}
+
+TEST_F(SpringMemory, AStateIsLoadedOrNot) {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "state";
+    auto other = make();
+    ASSERT_TRUE(other->push(kOther, m_aside).ok());
+    ASSERT_TRUE(other->save_state(file).ok());
+    fail_each_allocation(
+        [&] { return this->make(); },
+        [&](SpringScanTissue& tissue) { return attempt([&] { return tissue.load_state(file); }); },
+        state);
+    fail_each_allocation(
+        [&] { return this->make(); },
+        [](SpringScanTissue& tissue) { return attempt([&] { return tissue.rest(); }); }, state);
+}
+
+TEST_F(SpringMemory, TheElementsFollowOrStay) {
+    const auto volume_of = [&](const SpringScanTissue& tissue) {
+        // After any failure, the nodes are unchanged.
+        return hash_volume(deform_volume(tissue).value().volume);
+    };
+    fail_each_allocation([&] { return this->make(); },
+                         [](SpringScanTissue& tissue) { return tissue.update_deformation(); },
+                         state);
+    auto tissue = make(), twin = make();
+    {
+        const FailingAllocation failing(0);
+        EXPECT_FALSE(deform_volume(*tissue).ok());
+    }
+    EXPECT_EQ(volume_of(*tissue), volume_of(*twin));
+}
+
+TEST_F(SpringMemory, ATissueIsMadeOrRefused) {
+    fail_each_allocation([&] { return &m_volume; },
+                         [&](const Volume& volume) {
+                             return SpringDeformation::create(volume, {.cell_mm = 4, .depth = 2},
+                                                              m_arena);
+                         },
+                         [](const Volume&) { return 0; }, {.all_up_to = 100, .of_the_rest = 30});
+}
+
+}  // namespace
+}  // namespace pliant::test
