@@ -46,7 +46,8 @@ TEST(OwnTissue, IsServedUndoneRecordedAndReplayed) {
     const auto replayed = replay_session(session, arena, {}, false, example::Jelly::create);
     ASSERT_TRUE(replayed.ok()) << replayed.error().message;
     EXPECT_GT(replayed->marks, 0);
-    EXPECT_EQ(replayed->commands, 7);
+    const std::int64_t releases = replayed->commands - 7;  // one, if the client was seen to leave
+    EXPECT_TRUE(releases == 0 || releases == 1) << replayed->commands;
     // A program without that tissue has no such model.
     EXPECT_FALSE(replay_session(session, arena).ok());
 }
