@@ -7,7 +7,7 @@
 // traffic at the bandwidth of a plain copy in the same run.
 
 #include <pliant/chainmail.h>
-#include <pliant/chainmail_orderings.h>
+#include <pliant/research/orderings.h>
 
 #include <array>
 #include <cstdlib>

@@ -10,7 +10,7 @@
 // both fields, 2.5 GB for the others.
 
 #include <fcntl.h>
-#include <pliant/phantom.h>
+#include <pliant/volume.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>

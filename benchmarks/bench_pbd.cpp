@@ -7,7 +7,6 @@
 // naive loop: structures of floats, constraints in the mesh's order, one after the other.
 
 #include <pliant/pbd.h>
-#include <pliant/pbd_rod.h>
 
 #include <cmath>
 #include <cstdlib>

@@ -6,8 +6,8 @@
 // rod's step, and tests the box of each segment with that of every triangle, the minimum of a
 // search without a grid; it projects nothing.
 
-#include <pliant/pbd_contact.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/pbd.h>
+#include <pliant/vessel.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,9 +5,8 @@
 // tetrahedra movable and with only the boxes around a tip, and changes of volume. Also nodes in
 // tetrahedra, for two vessels as large as those of [Teschner2003].
 
-#include <pliant/mesh_overlap.h>
+#include <pliant/mesh.h>
 #include <pliant/pbd.h>
-#include <pliant/pbd_boxes.h>
 
 #include <cmath>
 #include <vector>

@@ -13,8 +13,8 @@
 // and a core does two operations on eight doubles per cycle, at 2.4 GHz or less.
 
 #include <benchmark/benchmark.h>
-#include <pliant/phantom.h>
 #include <pliant/render.h>
+#include <pliant/volume.h>
 
 #include <cmath>
 #include <cstdlib>

@@ -4,8 +4,8 @@
 // Pictures. One item is a ray.
 
 #include <benchmark/benchmark.h>
-#include <pliant/phantom.h>
 #include <pliant/render.h>
+#include <pliant/volume.h>
 
 namespace pliant::bench {
 namespace {

@@ -6,7 +6,6 @@
 // are separate, as in the table.
 
 #include <pliant/springs.h>
-#include <pliant/springs_builders.h>
 
 #include <cstdlib>
 #include <utility>

@@ -6,21 +6,21 @@ pliant_test(core
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
+    SOURCES test_check_volume.cpp test_phantom.cpp test_phantom_scene.cpp test_sample_linear.cpp
+            test_voxel_array.cpp)
+pliant_test(formats
     SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
-            test_check_volume.cpp test_damaged_at_random.cpp test_dicom_codestreams.cpp
-            test_dicom_decoder.cpp test_dicom_folders.cpp test_dicom_pixels.cpp
-            test_dicom_sandbox.cpp test_dicom_series.cpp test_give_up.cpp test_headers.cpp
-            test_mapped_scans.cpp
-            test_phantom.cpp
-            test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
-            test_recorded_scans.cpp test_sample_linear.cpp test_shared_scans.cpp
-            test_vector_field.cpp test_voxel_array.cpp test_voxel_builder.cpp test_write_volume.cpp
-            test_write_vti.cpp
+            test_damaged_at_random.cpp test_dicom_codestreams.cpp test_dicom_decoder.cpp
+            test_dicom_folders.cpp test_dicom_pixels.cpp test_dicom_sandbox.cpp
+            test_dicom_series.cpp test_give_up.cpp test_headers.cpp test_mapped_scans.cpp
+            test_read_formats.cpp test_read_orientation.cpp test_recorded_scans.cpp
+            test_shared_scans.cpp test_vector_field.cpp test_voxel_builder.cpp
+            test_write_volume.cpp test_write_vti.cpp
     LIBRARIES ZLIB::ZLIB)
-target_compile_definitions(test_volume PRIVATE
+target_compile_definitions(test_formats PRIVATE
     PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
-    PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/volume/data")
+    PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/formats/data")
 pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
@@ -59,13 +59,19 @@ add_library(fake_spnav MODULE haptics/fake_spnav.c)
 target_compile_definitions(test_haptics PRIVATE
     PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
 add_dependencies(test_haptics fake_spnav)
+pliant_test(protocol
+    SOURCES ../serve/test_client.cpp settings_files.cpp test_commands.cpp test_frames.cpp
+            test_settings_files.cpp
+    LIBRARIES nlohmann_json::nlohmann_json)
+target_compile_definitions(test_protocol PRIVATE PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+pliant_test(session
+    SOURCES ../serve/test_client.cpp test_checkpoint.cpp test_scene.cpp
+    LIBRARIES nlohmann_json::nlohmann_json)
 pliant_test(serve
-    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_checkpoint.cpp
-            settings_files.cpp test_client.cpp test_commands.cpp test_fairness.cpp
-            test_files.cpp test_frames.cpp test_haptic_catheter.cpp test_haptics.cpp
+    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
+            test_fairness.cpp test_files.cpp test_haptic_catheter.cpp test_haptics.cpp
             test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_own_tissue.cpp
-            test_path.cpp test_recording.cpp test_rest_field.cpp test_scene.cpp test_server.cpp
-            test_settings_files.cpp test_vessel.cpp
+            test_path.cpp test_recording.cpp test_rest_field.cpp test_server.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 target_include_directories(test_serve PRIVATE ${PROJECT_SOURCE_DIR}/examples)
 target_compile_definitions(test_serve PRIVATE

@@ -3,8 +3,7 @@
 
 #include "camera_path.h"
 
-#include <pliant/staged_files.h>
-#include <pliant/text_input.h>
+#include <pliant/files.h>
 
 #include <algorithm>
 #include <cmath>

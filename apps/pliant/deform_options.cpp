@@ -3,7 +3,7 @@
 
 // Options of `pliant deform`.
 
-#include <pliant/spring_deformation.h>
+#include <pliant/tissue.h>
 
 #include <map>
 #include <utility>

@@ -3,8 +3,8 @@
 
 #include "deform_outputs.h"
 
+#include <pliant/files.h>
 #include <pliant/render.h>
-#include <pliant/text_input.h>
 
 #include <algorithm>
 #include <cctype>

@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <pliant/files.h>
 #include <pliant/resample.h>
-#include <pliant/staged_files.h>
 
 #include <filesystem>
 #include <functional>

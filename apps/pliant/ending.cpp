@@ -3,7 +3,7 @@
 
 #include "ending.h"
 
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 #include <unistd.h>
 
 #include <array>

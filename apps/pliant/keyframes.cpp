@@ -3,7 +3,7 @@
 
 #include "keyframes.h"
 
-#include <pliant/text_input.h>
+#include <pliant/files.h>
 
 #include <algorithm>
 #include <cmath>

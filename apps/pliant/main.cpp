@@ -3,8 +3,7 @@
 
 // The command line.
 
-#include <pliant/staged_files.h>
-#include <pliant/text_input.h>
+#include <pliant/files.h>
 #include <pliant/version.h>
 
 #include <CLI/CLI.hpp>

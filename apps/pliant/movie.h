@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <pliant/files.h>
 #include <pliant/render.h>
-#include <pliant/staged_files.h>
 
 #include <sys/types.h>
 

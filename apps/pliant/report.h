@@ -6,9 +6,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/chainmail_slide.h>
 #include <pliant/resample.h>
-#include <pliant/rest_field.h>
 
 #include <optional>
 #include <string>

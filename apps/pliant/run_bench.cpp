@@ -5,7 +5,7 @@
 // solution. Timing alternates between the solvers, so that noise of the machine affects all
 // equally; quality is evaluated in a separate run. Lengths are in voxels of 1 mm.
 
-#include <pliant/chainmail_orderings.h>
+#include <pliant/research/orderings.h>
 
 #include <algorithm>
 #include <chrono>

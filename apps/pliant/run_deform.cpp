@@ -4,7 +4,6 @@
 // The whole pipeline: read, push, resample, draw. Outputs appear together at the end.
 
 #include <pliant/chainmail.h>
-#include <pliant/chainmail_slide.h>
 #include <pliant/resample.h>
 
 #include <algorithm>

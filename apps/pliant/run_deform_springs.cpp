@@ -5,7 +5,7 @@
 // time advances until the tissue is at rest.
 
 #include <pliant/chainmail.h>
-#include <pliant/spring_deformation.h>
+#include <pliant/tissue.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 
 // Identification of spring lattices: table and report.
 
-#include <pliant/fit_box.h>
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
+#include <pliant/fit.h>
 
 #include <charconv>
 #include <cstdio>

@@ -6,11 +6,11 @@
 // parallel to measure the jitter of the machine alone.
 
 #include <pliant/chainmail.h>
-#include <pliant/haptics_servo.h>
-#include <pliant/phantom.h>
+#include <pliant/files.h>
+#include <pliant/haptics.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
-#include <pliant/staged_files.h>
+#include <pliant/volume.h>
 
 #include <algorithm>
 #include <atomic>

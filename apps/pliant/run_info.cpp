@@ -9,7 +9,7 @@
 #include "suggest_push.h"
 #include "value_range.h"
 
-#include <pliant/text_input.h>
+#include <pliant/files.h>
 #include <pliant/volume.h>
 
 #include <nlohmann/json.hpp>

@@ -3,9 +3,9 @@
 
 // A vessel's wall from a scan, a surface or a centreline, and reports on meshes.
 
-#include <pliant/lumen_path.h>
-#include <pliant/staged_files.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/files.h>
+#include <pliant/render.h>
+#include <pliant/vessel.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -3,7 +3,7 @@
 
 // The path through a lumen, as a curve for 3D Slicer, `pliant render --path` and the page.
 
-#include <pliant/lumen_path.h>
+#include <pliant/render.h>
 
 #include <algorithm>
 #include <cstdio>

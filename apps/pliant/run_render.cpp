@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/chainmail.h>
-#include <pliant/fluoroscopy.h>
+#include <pliant/render.h>
 #include <pliant/resample.h>
-#include <pliant/rest_field.h>
 
 #include <array>
 #include <charconv>

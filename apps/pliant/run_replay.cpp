@@ -4,6 +4,7 @@
 // pliant replay: replays a recorded session; a different result is an error.
 
 #include <pliant/serve.h>
+#include <pliant/session.h>
 
 #include <cinttypes>
 #include <cstdio>

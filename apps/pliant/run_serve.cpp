@@ -4,8 +4,8 @@
 // pliant serve: runs the server until Ctrl+C.
 
 #include <fcntl.h>
+#include <pliant/files.h>
 #include <pliant/serve.h>
-#include <pliant/staged_files.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>

@@ -3,8 +3,7 @@
 
 // Simulation of a catheter in a vessel from a scene file: motion of the hand, outputs.
 
-#include <pliant/carried_scan.h>
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
 
 #include <algorithm>
 #include <chrono>

@@ -3,8 +3,8 @@
 
 #include "vessel_outputs.h"
 
-#include <pliant/text_input.h>
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
+#include <pliant/files.h>
 
 #include <charconv>
 #include <cmath>

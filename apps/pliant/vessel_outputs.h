@@ -7,8 +7,8 @@
 #pragma once
 
 #include <pliant/catheter.h>
-#include <pliant/mesh_files.h>
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
+#include <pliant/mesh.h>
 
 #include <filesystem>
 #include <fstream>

@@ -5,8 +5,8 @@
 // or in a section with the deformed lattice.
 
 #include <pliant/chainmail.h>
-#include <pliant/phantom.h>
 #include <pliant/resample.h>
+#include <pliant/volume.h>
 
 #include <cmath>
 #include <numbers>

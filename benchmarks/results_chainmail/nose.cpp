@@ -5,8 +5,8 @@
 // a CT of a head, and in a phantom.
 
 #include <pliant/chainmail.h>
-#include <pliant/phantom.h>
 #include <pliant/resample.h>
+#include <pliant/volume.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,9 +4,9 @@
 #include "setups.h"
 
 #include <pliant/chainmail.h>
-#include <pliant/phantom.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
+#include <pliant/volume.h>
 
 #include <algorithm>
 #include <cmath>

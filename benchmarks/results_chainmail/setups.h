@@ -7,7 +7,6 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/chainmail_slide.h>
 
 #include <cstdio>
 #include <cstdlib>

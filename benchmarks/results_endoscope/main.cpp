@@ -4,7 +4,6 @@
 // Writes colours.md: results_colours FOLDER SCANS. Compares colours, highlights and falloff of the
 // style Real with published figures of endoscopic pictures.
 
-#include <pliant/phantom.h>
 #include <pliant/render.h>
 #include <pliant/volume.h>
 

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/haptics_virtual.h>
+#include <pliant/haptics.h>
 
 #include <array>
 #include <utility>

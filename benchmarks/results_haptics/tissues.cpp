@@ -3,9 +3,9 @@
 
 #include "tissues.h"
 
-#include <pliant/haptics_catheter.h>
+#include <pliant/haptics.h>
 #include <pliant/pbd.h>
-#include <pliant/springs_builders.h>
+#include <pliant/springs.h>
 
 #include <algorithm>
 #include <array>

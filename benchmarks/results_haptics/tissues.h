@@ -6,8 +6,7 @@
 #pragma once
 
 #include <pliant/catheter.h>
-#include <pliant/haptics_models.h>
-#include <pliant/haptics_virtual.h>
+#include <pliant/haptics.h>
 
 #include <memory>
 #include <string>

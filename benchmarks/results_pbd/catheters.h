@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
 
 #include <span>
 #include <vector>

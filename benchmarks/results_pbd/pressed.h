@@ -6,8 +6,8 @@
 
 #pragma once
 
-#include <pliant/pbd_contact.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/pbd.h>
+#include <pliant/vessel.h>
 
 #include <vector>
 

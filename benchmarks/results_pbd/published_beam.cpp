@@ -4,7 +4,7 @@
 // Case 10: the test beam of SOFA's BeamAdapter, with an independent implementation of its elements
 // and time integration.
 
-#include <pliant/pbd_rod.h>
+#include <pliant/pbd.h>
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,6 @@
 // gradient; a step of a free body has no momentum; a rigidly rotated body has no forces.
 
 #include <pliant/pbd.h>
-#include <pliant/pbd_rod.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,9 +4,8 @@
 // Cases 14 and 15: the published hash of boxes, and the collision set of two vessels
 // [Teschner2003] against the test of every node with every tetrahedron.
 
-#include <pliant/mesh_overlap.h>
-#include <pliant/pbd_boxes.h>
-#include <pliant/pbd_rod.h>
+#include <pliant/mesh.h>
+#include <pliant/pbd.h>
 
 #include <algorithm>
 #include <set>

@@ -5,8 +5,8 @@
 
 #pragma once
 
-#include <pliant/mesh_overlap.h>
-#include <pliant/pbd_rod.h>
+#include <pliant/mesh.h>
+#include <pliant/pbd.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,6 @@
 // Vessels under pressure and under a push, drawn as sections through their tetrahedra.
 
 #include <pliant/pbd.h>
-#include <pliant/pbd_boxes.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 // The scene files of real vessels, run as by `pliant vessel`.
 
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,6 @@
 // stiffnesses, at the equilibrium and after a given time.
 
 #include <pliant/springs.h>
-#include <pliant/springs_builders.h>
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,6 @@
 // block with one stiff axis.
 
 #include <pliant/springs.h>
-#include <pliant/springs_builders.h>
 
 #include <algorithm>
 #include <array>

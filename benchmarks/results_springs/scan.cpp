@@ -3,8 +3,8 @@
 
 // Figure 13: scans deformed by a control lattice of springs.
 
-#include <pliant/phantom.h>
-#include <pliant/spring_deformation.h>
+#include <pliant/tissue.h>
+#include <pliant/volume.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,6 @@
 // the machine affects them alike.
 
 #include <pliant/springs.h>
-#include <pliant/springs_builders.h>
 
 #include <array>
 

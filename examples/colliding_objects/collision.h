@@ -13,8 +13,8 @@
 
 #pragma once
 
-#include <pliant/chainmail_objects.h>
 #include <pliant/render.h>
+#include <pliant/research/objects.h>
 
 #include <string>
 #include <vector>

@@ -7,10 +7,10 @@
 //   own_tissue --check    pushes, resamples, renders, feels, saves and takes back, and exits with 1
 //                         where something is not as it must be
 
-#include <pliant/phantom.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/serve.h>
+#include <pliant/volume.h>
 
 #include <cstdio>
 #include <filesystem>

@@ -23,11 +23,10 @@
 
 #pragma once
 
-#include <pliant/chainmail_materials.h>
-#include <pliant/chainmail_relax.h>
 #include <pliant/deformation.h>
-#include <pliant/grid.h>
+#include <pliant/material.h>
 #include <pliant/record.h>
+#include <pliant/relax.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/tool.h>
@@ -45,67 +44,6 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
-/// Algorithms that find the minimal move. All give the same bits.
-enum class ChainMailSolver {
-    Sweep,       ///< brick-wise sweeps, parallel, vectorised
-    Heap,        ///< ordered propagation, one element at a time: the readable reference
-    PlainSweep,  ///< the sweep in scalar code
-};
-
-struct ChainMailSettings {
-    // [material]
-    std::string law = "draeger";  ///< "draeger", the only named law; see draeger_law
-    double offset = 0.2;          ///< size of the chain regions, fraction of a link, 0 (rigid)…1
-    double bone_threshold_hu = 300;  ///< elements with a larger value don't move
-    double max_movement_mm = 20;     ///< movement limit of the softest element, 0…500
-    LinkLimits limits = LinkLimits::Box;
-    double yield = 0;  ///< strain beyond this fraction of the limits remains; 0: none remains
-    // [push]
-    double scale = 1;  ///< factor of every push
-    // [lattice]
-    int brick_size = 8;    ///< elements along a brick's edge, 2…32
-    bool bounded = false;  ///< the lattice ends at the scan's border; else it continues as air
-    std::int64_t max_elements = 150'000'000;  ///< a push that needs more (about 4 GB) is refused
-    // [air]
-    bool air_enabled = true;         ///< air is a separate material outside of the law
-    double air_threshold_hu = -500;  ///< smaller values are air, which a sphere doesn't grab
-    double air_compress = 0.98;      ///< fraction of its length that a link can lose, 0…1
-    double air_stretch = 50;         ///< fraction that it can gain, 0…500
-    double air_shear = 50;           ///< sideways slack as a fraction of its length, 0…500
-    // [[label]]
-    std::vector<LabelMaterial> label_materials{};
-    std::shared_ptr<const Volume> labels{};           ///< on the scan's grid; required by
-                                                      ///< label_materials
-    std::shared_ptr<const VectorField> directions{};  ///< on the scan's grid; required by
-                                                      ///< along_direction
-    // [history]
-    int history_max_steps = 200;  ///< number of steps that can be undone, 0…100000; 0 disables the
-                                  ///< history
-    int history_max_mb = 256;     ///< memory for these steps, 10⁶ bytes; the oldest are forgotten
-                                  ///< first
-
-    std::size_t history_max_bytes() const { return std::size_t(history_max_mb) * 1'000'000; }
-
-    ChainMailSolver solver = ChainMailSolver::Sweep;
-    MaterialLaw custom_law{};  ///< if set, replaces the named law and air
-};
-
-/// Rows of all settings that a file can have, except those of [[label]] tables.
-SettingRows<ChainMailSettings> chainmail_rows() noexcept;
-/// Rows of [material] and [air], which set_materials() can change.
-SettingRows<ChainMailSettings> chainmail_material_rows() noexcept;
-
-/// Reads TOML with the tables above, or the key=value lines of Divod's configuration [Draeger2005,
-/// 4.6].
-/// @param[out] notes  keys of Divod without a meaning here, one line each; may be null
-/// @returns Error with file, key, found and expected value
-Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
-                                                  std::vector<std::string>* notes = nullptr);
-
-/// Law of [Draeger2005, 3.5.5 and 3.6.2]. With w = clamp((v + 1000)/4095, 0, 1), all limits are
-/// offset·(1 − w²), and the movement limit is (1 − w²)·max_movement_mm.
-MaterialLaw draeger_law(const ChainMailSettings& settings);
-
 /// The state of the lattice, checked link by link and cell by cell, independent of the solver.
 struct LatticeState : DeformationState {
     /// Largest distance of a link from its limits, or from its excused difference after a change of
@@ -117,6 +55,7 @@ struct LatticeState : DeformationState {
 class Lattice;
 class ObjectSpace;
 
+/// Thread safety: concurrent reads.
 class ChainMail final : public MovingScan {
   public:
     /// Keeps references: volume and arena must outlive it.
@@ -211,7 +150,7 @@ class ChainMail final : public MovingScan {
     /// the history, "relax", or part of the drag's step.
     /// @returns InvalidArgument that names the option
     Result<RelaxReport> relax(const RelaxOptions& options);
-    /// Current energy E of chainmail_relax.h [mm² · weight]. May throw std::bad_alloc; changes
+    /// Current energy E of relax.h [mm² · weight]. May throw std::bad_alloc; changes
     /// nothing.
     double elastic_energy_mm2() const;
     /// Imprint of element ijk [mm, LPS]: the rest displacement left by pushes beyond the yield
@@ -245,6 +184,32 @@ class ChainMail final : public MovingScan {
     explicit ChainMail(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;
 };
+
+// Tools that slide along tissue: contact without friction, and an eye that stays out of tissue.
+//
+//      o →            A push (ChainMail::push) carries the grabbed elements along: a bump that
+//     .--.            the tool meets on its slope is pressed into the wall, and the wall follows.
+//     |  |            In a slide, the tissue leaves the sphere along the sphere's outward normal.
+//  ───'  '─────       So the bump is bent aside, and the tool goes on past it.
+//
+// The path is cut into steps of at most half a voxel. After each step, the cells whose trilinear
+// value is tissue somewhere in the sphere move together by the minimal distance that takes all of
+// it out, along the mean direction from the sphere's centre to that tissue. All other elements make
+// their minimal move, as after every push. A sphere between voxels, or between thick slices,
+// touches the wall like a larger sphere.
+
+/// Leads a sphere from path.point_mm along path.push_mm, times the scale setting. It should start
+/// in air: tissue inside of it leaves it in the first step. The slide is one step of the history,
+/// "slide". The resampled scan shows no tissue at end_mm, unless ends_in_tissue. A slide that would
+/// close the lumen around the eye permanently is undone, and its way_fraction is 0. Inside of a
+/// group, or without a history, it isn't undone.
+/// @param tissue_values  default: values from settings.air_threshold_hu upwards
+/// @returns InvalidArgument if the sphere has no radius, or its path isn't finite, is zero, longer
+///          than 500 mm or outside of the scan; LimitExceeded as ChainMail::push. Then nothing has
+///          changed
+Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
+                                 const TissueValues& tissue_values);
+Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path);
 
 }  // namespace pliant
 #pragma GCC visibility pop

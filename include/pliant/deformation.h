@@ -16,7 +16,6 @@
 
 #pragma once
 
-#include <pliant/grid.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/volume.h>
@@ -41,6 +40,7 @@ enum ElementEdit : std::uint8_t {
     kVoid = 8,  ///< carved away
 };
 
+/// Thread safety: concurrent reads.
 class Deformation {
   public:
     /// Creates a deformation with every element at rest.
@@ -119,6 +119,7 @@ struct DeformationState {
 /// A scan that a tissue deforms: the interface of resampling to a tissue.
 ///
 /// A tissue of your own has a Deformation, writes to it when it moves, and returns it.
+/// Thread safety: one thread.
 class MovingScan {
   public:
     virtual ~MovingScan() = default;

@@ -99,6 +99,7 @@ struct ElasticSolution {
 };
 
 /// Immutable. The answers are bit-identical for any number of threads.
+/// Thread safety: immutable.
 class ElasticSolver {
   public:
     /// Creates a solver for any mesh. The arena must outlive the solver.

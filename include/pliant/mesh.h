@@ -19,13 +19,19 @@
 #pragma once
 
 #include <pliant/result.h>
+#include <pliant/tasks.h>
 #include <pliant/vec.h>
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #pragma GCC visibility push(default)
@@ -144,6 +150,279 @@ Status write_vtu(const std::filesystem::path& path, const TetMesh& mesh,
                  const VtuFields& fields = {});
 Status write_vtu(const std::filesystem::path& path, const TriangleMesh& mesh,
                  const VtuFields& fields = {});
+
+// Signed distance to a triangle surface: exact, by a bounding volume hierarchy. The sign comes from
+// the pseudonormal at the nearest point [Baerentzen2005]. The pseudonormal of a triangle is its
+// normal, that of an edge the mean of its two triangles', that of a node the mean weighted by the
+// triangles' angles. With these normals, (x − nearest)·normal has the correct sign everywhere
+// around a closed surface.
+//
+//   const auto distance = SurfaceDistance::create(surface);   // closed, oriented
+//   if (!distance) …distance.error().message
+//   distance->signed_mm({0, 0, 0})   // negative inside
+
+/// Edge statistics of a triangle surface.
+struct SurfaceTopology {
+    std::int64_t edges = 0;
+    std::int64_t open_edges = 0;         ///< edges of one triangle
+    std::int64_t crowded_edges = 0;      ///< non-manifold edges, of three or more triangles
+    std::int64_t disagreeing_edges = 0;  ///< edges that two triangles traverse in the same
+                                         ///< direction
+    std::int64_t pinched_nodes = 0;      ///< nodes whose triangles form more than one fan
+    std::int64_t pieces = 0;             ///< components connected through shared nodes
+    std::int64_t euler = 0;              ///< used nodes − edges + triangles
+
+    bool closed_manifold() const {
+        return open_edges == 0 && crowded_edges == 0 && disagreeing_edges == 0 &&
+               pinched_nodes == 0;
+    }
+};
+/// @pre the triangles name nodes below node_count
+SurfaceTopology surface_topology(std::span<const std::array<std::int32_t, 3>> triangles,
+                                 std::size_t node_count);
+SurfaceTopology surface_topology(const TriangleMesh& surface);
+
+/// Checks that a surface has an inside: closed, consistently oriented, not folded back on itself.
+/// @returns InvalidArgument that names the fault
+Status check_closed(const TriangleMesh& surface);
+
+/// Enclosed volume [mm³], negative if the triangles face inwards.
+double enclosed_volume_mm3(const TriangleMesh& surface);
+
+/// Thread safety: immutable.
+class SurfaceDistance {
+  public:
+    /// @returns InvalidArgument if the surface isn't closed (check_closed) or has a flat cell
+    static Result<SurfaceDistance> create(TriangleMesh surface);
+    SurfaceDistance(SurfaceDistance&&) noexcept;
+    SurfaceDistance& operator=(SurfaceDistance&&) noexcept;
+    ~SurfaceDistance();
+
+    struct Nearest {
+        double distance_mm = std::numeric_limits<double>::infinity();  ///< negative inside
+        Vec3d place_mm{0, 0, 0};                                       ///< on the surface
+        std::int32_t triangle = -1;  ///< the first of equally near ones; −1: none within reach
+    };
+    /// @param within_mm  farther triangles are ignored
+    Nearest nearest(Vec3d x_mm, double within_mm = std::numeric_limits<double>::infinity()) const;
+    double signed_mm(Vec3d x_mm) const { return nearest(x_mm).distance_mm; }
+    const TriangleMesh& surface() const;
+
+  private:
+    struct Impl;
+    explicit SurfaceDistance(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> m_impl;
+};
+
+// Reading and writing of meshes.
+//
+//   read: VTP and VTU (text, base64, appended, zlib), legacy VTK, Gmsh's MSH 2.2, 4.0 and 4.1,
+//         STL, OBJ, PLY; detected by the content
+//   written: VTP, VTU, STL, OBJ, PLY, and PVD for series in time; chosen by the extension
+//
+// World coordinates are LPS and written as such (SPACE=LPS, as 3D Slicer does). A file that
+// declares RAS is converted. All counts of a file are checked before memory is allocated.
+//
+//   const auto surface = read_surface("aorta.vtp");
+//   if (!surface) …surface.error().message
+
+/// Contents of a file, as far as Pliant uses them. Polygons are split into fans of triangles.
+struct MeshData {
+    std::vector<Vec3d> nodes_mm;
+    std::vector<std::array<std::int32_t, 4>> tetrahedra;
+    std::vector<std::array<std::int32_t, 3>> triangles;
+    std::vector<std::vector<std::int32_t>> lines;  ///< two nodes or more each
+    /// Numbers at the nodes, the components of one node contiguous.
+    struct Field {
+        std::string name;
+        std::size_t components = 1;
+        std::vector<double> values;
+    };
+    std::vector<Field> node_fields;
+
+    const Field* field(std::string_view name) const {
+        for (const Field& f : node_fields)
+            if (f.name == name) return &f;
+        return nullptr;
+    }
+};
+
+/// Largest distance of a node from the origin [mm]. Patients and treatment rooms are smaller; one
+/// distant node would cause lattices of millions of cells.
+inline constexpr double kMaxNodeDistanceMm = 1e4;
+
+/// @returns NotFound, Unreadable, Unsupported, or LimitExceeded for a node beyond
+///          kMaxNodeDistanceMm, with one line that names the file
+Result<MeshData> read_mesh(const std::filesystem::path& path);
+/// Reads the triangles, or the boundary of the tetrahedra if there are no triangles. Nodes in equal
+/// positions are merged (STL has no others). @returns also Unsupported if there are neither
+Result<TriangleMesh> read_surface(const std::filesystem::path& path);
+/// Reads the tetrahedra with their nodes. @returns also Unsupported if there are none
+Result<TetMesh> read_tetrahedra(const std::filesystem::path& path);
+
+/// Merges nodes in equal positions and drops collapsed triangles.
+TriangleMesh joined(const TriangleMesh& surface);
+
+/// Vectors and numbers at the nodes, for formats with fields (VTP).
+struct SurfaceFields {
+    std::vector<VtuVectors> node_vectors{};
+    std::vector<VtuNumbers> node_numbers{};
+};
+/// Writes .vtp, .vtu, .stl, .obj or .ply. Atomic.
+/// @returns InvalidArgument for another extension or a field of the wrong length, Unwritable
+Status write_surface(const std::filesystem::path& path, const TriangleMesh& surface,
+                     const SurfaceFields& fields = {});
+
+/// Curves with numbers at their nodes, as VTP: centrelines.
+Status write_lines(const std::filesystem::path& path, std::span<const Vec3d> nodes_mm,
+                   std::span<const std::vector<std::int32_t>> lines,
+                   const SurfaceFields& fields = {});
+
+/// File of one time step in a series for ParaView.
+struct SeriesFile {
+    double time_s;
+    std::string file;  ///< relative to the folder of the .pvd file
+};
+Status write_pvd(const std::filesystem::path& path, std::span<const SeriesFile> files);
+
+// Self-collision of a deforming mesh: finds nodes inside of tetrahedra that don't contain them,
+// where bodies or parts of one interpenetrate. Uses spatial hashing of a grid [Teschner2003].
+//
+//   OverlapSearch search(mesh);                  // two vessels in one mesh
+//   for (const NodeInCell& n : search.find(places)) …n.node, n.cell
+
+struct NodeInCell {
+    std::int32_t cell, node;
+    auto operator<=>(const NodeInCell&) const = default;
+};
+
+/// Thread safety: concurrent reads.
+class OverlapSearch {
+  public:
+    /// The grid's cell size is the mean edge length of the mesh. Positive and inverted tetrahedra
+    /// are searched alike; flat ones contain no points.
+    explicit OverlapSearch(const TetMesh& mesh);
+
+    /// Returns pairs by cell, then by node, valid until the next call. A node on a face is inside;
+    /// a node with a position that isn't finite is skipped. @pre places.size() is the number of the
+    /// mesh's nodes
+    std::span<const NodeInCell> find(std::span<const Vec3d> places);
+
+  private:
+    struct Entry {
+        Vec3i cell;
+        std::int32_t next;  ///< node with the same hash, or −1
+    };
+    Vec3i cell_of(Vec3d place) const;
+    std::size_t slot_of(Vec3i cell) const;
+    void test(std::int32_t cell, std::span<const Vec3d> places);
+
+    std::vector<std::array<std::int32_t, 4>> m_cells;
+    double m_per_length = 1;
+    std::vector<Entry> m_nodes;
+    std::vector<std::int32_t> m_heads, m_stamps;  ///< [slot]; a slot with an older stamp is empty
+    std::int32_t m_stamp = 0;
+    std::vector<NodeInCell> m_found;
+};
+
+/// Whether a position is inside of a tetrahedron or on its boundary; false if the tetrahedron is
+/// flat.
+bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners);
+
+// Quality and boundary of tetrahedral meshes, and points embedded in them.
+
+/// Faces of one tetrahedron only, outward, with the mesh's node numbers, in the order of the cells.
+/// @param[out] cells  tetrahedron of each face; may be null
+std::vector<std::array<std::int32_t, 3>> boundary_faces(const TetMesh& mesh,
+                                                        std::vector<std::int32_t>* cells = nullptr);
+/// Boundary as a separate mesh. @param[out] nodes  the tetrahedral mesh's node for each; may be
+/// null
+TriangleMesh boundary_triangles(const TetMesh& mesh, std::vector<std::int32_t>* nodes = nullptr);
+/// Extracts triangles, with the nodes that they use in their order.
+TriangleMesh part_of(std::span<const Vec3d> nodes_mm,
+                     std::span<const std::array<std::int32_t, 3>> triangles,
+                     std::vector<std::int32_t>* nodes = nullptr);
+
+struct TetQuality {
+    std::int64_t nodes = 0, tetrahedra = 0;
+    std::int64_t inverted = 0;  ///< of zero or negative volume
+    double volume_mm3 = 0;
+    double least_dihedral_deg = 180, largest_dihedral_deg = 0;
+    double least_radius_ratio = 1;  ///< 3 · inscribed / circumscribed radius, 1 where regular
+    double mean_radius_ratio = 0;
+    double shortest_edge_mm = 0, longest_edge_mm = 0;
+    std::int64_t pieces = 0;
+    std::int64_t crowded_faces = 0;  ///< shared by three or more tetrahedra
+    SurfaceTopology boundary;
+};
+/// @pre the cells name nodes that exist
+TetQuality tet_quality(const TetMesh& mesh);
+/// Checks that a mesh suits simulation: no inverted cells, and a closed manifold boundary.
+/// @returns InvalidArgument that names the fault
+Status check_quality(const TetQuality& quality);
+/// Readable text, one line per figure, without a newline at the end.
+std::string describe(const TetQuality& quality);
+
+/// Removes unused nodes.
+TetMesh with_used_nodes(const TetMesh& mesh);
+/// Removes cells at edges and nodes where the boundary touches itself, until it is a manifold.
+/// @returns number of removed cells
+std::int64_t make_manifold(TetMesh& mesh);
+
+/// A point embedded in a tetrahedron: the weighted mean of its corners.
+struct Embedded {
+    std::int32_t tetrahedron = 0;
+    std::array<double, 4> weights{};  ///< sum 1; some are negative if the point is slightly outside
+};
+constexpr Vec3d place_of(const Embedded& e, const TetMesh& mesh) {
+    Vec3d sum{0, 0, 0};
+    for (std::size_t n = 0; n < 4; ++n)
+        sum = sum +
+              e.weights[n] * mesh.nodes_mm[std::size_t(mesh.cells[std::size_t(e.tetrahedron)][n])];
+    return sum;
+}
+/// Finds the tetrahedron that contains each point, or the nearest one; the first of several.
+/// @pre the mesh has cells, none inverted or flat
+std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mesh,
+                            const TaskArena& arena);
+
+// Tetrahedra inside of a level set: isosurface stuffing [Labelle2007]. A body-centred cubic lattice
+// covers the solid. Lattice nodes near the surface are warped onto it, the other edges that cross
+// it are cut, and a stencil replaces each tetrahedron:
+//
+//        +────────+           nodes of the cubes and centres of the cubes;
+//       /|  ·    /|           long edges join cubes' corners, or centres of neighbours,
+//      / |    · / |           short edges a centre with its cube's eight corners
+//     +────────+  |
+//
+// All dihedral angles are between 10.7° and 164.8° for every function. Sharp edges of the solid are
+// rounded off; parts thinner than a cell may be lost.
+//
+//   const auto ball = [](Vec3d x) { return 10 - norm(x); };
+//   const auto mesh = stuff_isosurface(ball, {.begin_mm = {-11, -11, -11}, .end_mm = {11, 11, 11},
+//                                             .cell_mm = 1}, arena);
+
+/// Positive inside of the solid, zero on its surface, continuous. Called from many threads.
+using LevelFunction = std::function<double(Vec3d x_mm)>;
+
+struct StuffingSettings {
+    Vec3d begin_mm{0, 0, 0}, end_mm{0, 0, 0};  ///< box around the solid
+    double cell_mm = 1;                        ///< edge of the lattice's cubes
+    /// A node is warped to the intersection of one of its edges with the surface if that is nearer
+    /// than this fraction of the edge. The angle bounds hold for these two values.
+    double alpha_long = 0.24999, alpha_short = 0.41189;
+    /// The function has a Lipschitz constant of 1, as distances do: points far from the surface are
+    /// then not evaluated.
+    bool changes_as_distance = false;
+    std::int64_t most_cells = std::int64_t(1) << 25;
+};
+
+/// Stuffs a level set. The result is equal for any number of threads. The boundary's nodes lie on
+/// the surface (to 1e-9 of a cell).
+/// @returns InvalidArgument for settings out of range, a function that isn't finite, a solid that
+///          reaches the box's border or is empty; LimitExceeded
+Result<TetMesh> stuff_isosurface(const LevelFunction& level, const StuffingSettings& settings,
+                                 const TaskArena& arena);
 
 }  // namespace pliant
 #pragma GCC visibility pop

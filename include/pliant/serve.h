@@ -41,7 +41,7 @@ struct ServerSettings {
     /// it.
     std::uint64_t max_upload_bytes = std::uint64_t(8) << 30;
     /// Force-feedback devices that the page offers beside simulated ones, in the syntax of
-    /// open_haptic_device (haptics_servo.h).
+    /// open_haptic_device (haptics.h).
     std::vector<std::string> haptic_devices{};
     /// Limit of a client's control nodes along an axis in the springs model, 3…64. The time of a
     /// push grows with the third power, and all clients wait for it.
@@ -51,6 +51,7 @@ struct ServerSettings {
     MakeTissue own_tissue{};
 };
 
+/// Thread safety: one thread, but stop() may be called on any.
 class Server {
   public:
     /// Loads the scan, replays the session if there is one, and listens on 127.0.0.1. Keeps a
@@ -81,24 +82,6 @@ class Server {
     static Result<Server> begin(const ServerSettings& settings, const TaskArena& arena);
     std::unique_ptr<Impl> m_impl;
 };
-
-struct ReplayReport {
-    std::int64_t commands = 0;
-    std::int64_t marks = 0;  ///< recorded states that were compared; all agreed
-    std::uint64_t cut_off_bytes = 0;
-    int from_checkpoint = 0;        ///< 0: from the start
-    std::uint64_t volume_hash = 0;  ///< hash_volume of the deformed volume
-    std::uint64_t tissue_hash = 0;  ///< ChainMail::hash
-};
-
-/// Replays a recorded session without a server.
-/// @param from_checkpoint  starts at the last but one checkpoint if it is valid, as Server::start
-///                         does; otherwise replays everything and compares the state at each mark
-/// @param own_tissue  the server's, for a session that used it
-/// @returns NotFound; Unreadable if the file is damaged or a result differs from the recording
-Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
-                                    const Progress& progress = {}, bool from_checkpoint = false,
-                                    const MakeTissue& own_tissue = {});
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -19,14 +19,233 @@
 
 #pragma once
 
-#include <pliant/springs_network.h>
+#include <pliant/result.h>
 #include <pliant/tasks.h>
+#include <pliant/vec.h>
+#include <pliant/volume.h>
 
+#include <array>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
+#include <span>
+#include <vector>
 
 #pragma GCC visibility push(default)
 namespace pliant {
+
+// Mass-spring networks: point masses, and Voigt links between pairs of them.
+//
+// A link from i to j with r = x_i − x_j pulls node i with −f [Choi2004, Eq. 6],
+//
+//   f = ( stiffness · (|r| − rest_length) + damping · (v_i − v_j)·n ) n,     n = r/|r|
+//
+// A node is also damped by −damping · v. A cell of four or eight nodes may have a volume energy, ½
+// bulk · (V − V₀)²/V₀. Links alone obey Cauchy's relations for every stiffness, so they always have
+// a Poisson's ratio of 1/4.
+//
+// Any consistent units apply. Pliant uses mm, g, s, with forces in µN and moduli in Pa. The figures
+// of [Choi2004] use m, kg, s, with forces in N.
+
+struct SpringNode {
+    Vec3d rest{0, 0, 0};
+    double mass = 1;
+    double damping = 0;  ///< force per velocity of the node itself
+    bool fixed = false;  ///< never moves
+};
+
+struct SpringLink {
+    std::int32_t a, b;
+    double stiffness = 1;  ///< force per length
+    double damping = 0;    ///< force per velocity along the link
+    /// Negative: the distance at rest.
+    double rest_length = -1;
+};
+
+/// A tetrahedron of four nodes with positive volume (n1−n0)×(n2−n0)·(n3−n0)/6, or a hexahedron of
+/// eight: n0…n3 around its bottom, n4…n7 above them, as in VTK.
+///
+///       7────6
+///      ╱│   ╱│
+///     4────5 │
+///     │ 3──│─2
+///     │╱   │╱
+///     0────1
+struct SpringCell {
+    std::array<std::int32_t, 8> nodes{};
+    std::int32_t node_count = 8;  ///< 4 or 8
+    double bulk = 0;              ///< modulus of the volume energy; 0: none
+};
+
+/// Parts of a network, from a builder (springs.h). They may be changed before the network
+/// is created.
+struct SpringParts {
+    std::vector<SpringNode> nodes;
+    std::vector<SpringLink> links;
+    std::vector<SpringCell> cells;
+};
+
+/// Connectivity after a cut.
+struct SpringCut {
+    std::int64_t cut_links = 0, cut_cells = 0;  ///< by this call
+    std::int32_t pieces = 1;                    ///< connected components of the network
+    std::int32_t loose_nodes = 0;               ///< in pieces without a fixed node
+};
+
+/// Thread safety: immutable.
+class SpringNetwork {
+  public:
+    /// @returns InvalidArgument that names the node, link or cell: a mass that isn't above 0, a
+    ///          negative stiffness, damping or bulk, a node that doesn't exist, a cell without
+    ///          volume, or nodes that aren't connected to node 0
+    static Result<SpringNetwork> create(SpringParts parts) noexcept;
+
+    std::int32_t node_count() const { return std::int32_t(m_parts.nodes.size()); }
+    std::span<const SpringNode> nodes() const { return m_parts.nodes; }
+    /// In the order of the parts, with computed rest lengths.
+    std::span<const SpringLink> links() const { return m_parts.links; }
+    std::span<const SpringCell> cells() const { return m_parts.cells; }
+    bool is_cut(std::size_t link) const { return m_link_cut[link]; }
+    bool is_cell_cut(std::size_t cell) const { return m_cell_cut[cell]; }
+    bool has_volume_energy() const { return m_has_volume_energy; }
+
+    /// A link seen from one of its ends. 8 bytes.
+    struct Neighbour {
+        std::int32_t node, link;
+    };
+    /// Neighbours over uncut links, by ascending node.
+    std::span<const Neighbour> neighbours(std::int32_t node) const {
+        const auto n = std::size_t(node);
+        return {m_neighbours.data() + m_first[n], m_neighbours.data() + m_end[n]};
+    }
+    /// Cells of a node, including cut ones.
+    std::span<const std::int32_t> cells_of(std::int32_t node) const {
+        const auto n = std::size_t(node);
+        return {m_cells_of.data() + m_first_cell[n], m_cells_of.data() + m_first_cell[n + 1]};
+    }
+
+    /// Stability bound of central differences near the rest shape: h²λ + 2hγ ≤ 4 [Courant1928],
+    /// where λ and γ bound the eigenvalues of M⁻¹K and of M⁻¹C, C the damping of links. It is
+    /// independent of the nodes' own damping. Exact for a chain; for lattices within a few percent
+    /// of the first unstable step.
+    double stable_time_step() const;
+
+    /// Cuts links, and the volume energy of all cells that have one of them as an edge or diagonal.
+    /// Links that are already cut stay cut.
+    /// @returns InvalidArgument for a link that doesn't exist, LimitExceeded if memory runs out;
+    ///          then nothing is cut
+    Result<SpringCut> cut_links(std::span<const std::int32_t> links) noexcept;
+    /// Cuts cells out: their volume energy, and all links that lie in no other cell.
+    Result<SpringCut> cut_cells(std::span<const std::int32_t> cells) noexcept;
+
+  private:
+    struct PieceMemory;
+    void index();
+    void drop_cut_neighbours(std::int32_t node);
+    void cut_link(std::size_t link, SpringCut& cut);
+    void cut_cell(std::size_t cell, SpringCut& cut);
+    SpringCut cut_out(std::span<const std::int32_t> cells);
+    void count_pieces(SpringCut& cut, PieceMemory& memory) const;
+
+    SpringParts m_parts;
+    std::vector<std::int64_t> m_first, m_end, m_first_cell;  ///< offsets of each node
+    std::vector<Neighbour> m_neighbours;
+    std::vector<std::int32_t> m_cells_of;
+    std::vector<std::uint8_t> m_link_cut, m_cell_cut;
+    bool m_has_volume_energy = false;
+};
+
+// Networks from lattices, meshes and scans.
+//
+//   auto parts = springs_of_lattice({.size = {10, 10, 10}, .stiffness = {2575, 2575, 2575}});
+//   for (int n = 0; n < 100; ++n) parts->nodes[n].fixed = true;   // the bottom layer
+//   auto network = SpringNetwork::create(std::move(*parts));
+//
+// For an isotropic material with Lamé constants λ and µ: a cubic lattice of spacing a, with edges
+// and face diagonals of stiffness k, has C₁₂ = C₄₄ = k/a. So k = µa, and the volume energy adds the
+// rest of λ: bulk = λ − µ (closed_form).
+
+enum class LatticeLinks {
+    Edges,             ///< 6 neighbours: no resistance to shear
+    EdgesAndFaces,     ///< 18: edges and face diagonals
+    EdgesFacesAndBody  ///< 26: edges, face and body diagonals
+};
+
+/// Stiffness and bulk modulus for a cubic lattice with edges and face diagonals.
+struct SpringMaterial {
+    double stiffness, bulk;
+};
+/// Computes k = µa and λ − µ. Below a Poisson's ratio of 1/4 the bulk is negative, which a network
+/// refuses.
+SpringMaterial closed_form(double young_modulus, double poisson_ratio, double spacing);
+
+struct SpringLattice {
+    Vec3i size{2, 2, 2};  ///< nodes along x, y, z; i fastest
+    Vec3d spacing{1, 1, 1};
+    LatticeLinks links = LatticeLinks::EdgesAndFaces;
+    Vec3d stiffness{1, 1, 1};  ///< along x, y, z; a link along n has Σ n_a² stiffness_a
+    double link_damping = 0, node_damping = 0;
+    double node_mass = 1;
+    double density = 0;  ///< above 0: masses are computed from the cells around a node
+    double bulk = 0;     ///< of each cell
+    /// Each cell has separate springs: a link in c of its possible cells has that share of its
+    /// stiffness. A free surface is then as soft as the inside.
+    bool shared_by_cells = false;
+};
+Result<SpringParts> springs_of_lattice(const SpringLattice& lattice) noexcept;
+
+/// Equilateral triangles with six neighbours inside [Choi2004, Fig. 3], in the plane z = 0. Every
+/// second row is shifted by half a spacing.
+struct SpringSheet {
+    std::int32_t columns = 2, rows = 2;
+    double spacing = 1, stiffness = 1, link_damping = 0, node_damping = 0, node_mass = 1;
+};
+Result<SpringParts> springs_of_sheet(const SpringSheet& sheet) noexcept;
+
+/// Properties of all nodes and links of a mesh.
+struct SpringMesh {
+    double stiffness = 1, link_damping = 0, node_damping = 0, node_mass = 1, density = 0;
+    double bulk = 0;  ///< of each cell
+};
+/// Makes one link per edge. Surfaces have no density: node_mass applies.
+Result<SpringParts> springs_of_triangles(std::span<const Vec3d> nodes,
+                                         std::span<const std::array<std::int32_t, 3>> triangles,
+                                         const SpringMesh& mesh) noexcept;
+/// Makes one link per edge.
+Result<SpringParts> springs_of_tetrahedra(std::span<const Vec3d> nodes,
+                                          std::span<const std::array<std::int32_t, 4>> tetrahedra,
+                                          const SpringMesh& mesh) noexcept;
+/// Makes one link per edge, with mesh.stiffness as a shear modulus: the stiffness of a link is
+/// (√2/5)·length·modulus, summed over the edge's tetrahedra. Exact for regular tetrahedra at
+/// Poisson's ratio 1/4 [Lloyd2007], where it is (2√2/25)·E·length.
+Result<SpringParts> springs_of_elastic_tetrahedra(
+    std::span<const Vec3d> nodes, std::span<const std::array<std::int32_t, 4>> tetrahedra,
+    const SpringMesh& mesh) noexcept;
+/// Makes one link per edge and face diagonal of the hexahedra.
+Result<SpringParts> springs_of_hexahedra(std::span<const Vec3d> nodes,
+                                         std::span<const std::array<std::int32_t, 8>> hexahedra,
+                                         const SpringMesh& mesh) noexcept;
+
+/// A control lattice over a part of a scan [Choi2004, 4.2.2]. Nodes have world positions [mm, LPS]
+/// and properties from the mean voxel value around them. Units: mm, g, s.
+struct SpringScan {
+    Box3i region{};          ///< voxels; empty: the whole scan
+    Vec3i size{10, 10, 10};  ///< nodes along i, j, k; the outermost lie on the region's border
+    LatticeLinks links = LatticeLinks::EdgesAndFaces;
+    double fixed_hu = 300;  ///< nodes with a larger value are fixed
+    /// Cells with a larger share of such voxels have fixed nodes, so that thin bones keep their
+    /// position. 1: only the nodes' own values count.
+    double fixed_share = 0.05;
+    bool fixed_border = true;  ///< the outermost nodes are fixed
+    /// Young's modulus at a value; empty: 15 kPa, and 1 % of it in air, below −500 HU. The
+    /// stiffness of a link is 0.4·E·a with the mean E of its ends; a is the edge of a cube with a
+    /// cell's volume.
+    std::function<double(double hu)> young_modulus_pa{};
+    double node_damping = 0;       ///< g/s
+    double density_g_mm3 = 0.001;  ///< of all nodes, in air too: it determines the time step
+};
+Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) noexcept;
 
 enum class SpringSolver {
     ForceTransmittal,  ///< the nodes within `depth` layers of the contact
@@ -90,6 +309,7 @@ Result<TransmittalOrder> transmittal_order(const SpringNetwork& network,
 double stable_time_step(const SpringNetwork& network, SeenPositions seen);
 
 /// If memory runs out, calls return LimitExceeded and the tissue is unchanged.
+/// Thread safety: concurrent reads.
 class SpringTissue {
   public:
     /// @returns InvalidArgument that names the setting; for a time step beyond the stability bound

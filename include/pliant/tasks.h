@@ -13,6 +13,7 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
+/// Thread safety: any call on any thread.
 class TaskArena {
   public:
     /// @param thread_count  0: all hardware threads

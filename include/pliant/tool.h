@@ -35,7 +35,7 @@ struct Push {
 };
 
 enum class PushStatus { Applied, Limited, Rejected };
-/// Object and Wall: only in an ObjectSpace (chainmail_objects.h); Fold: only for springs.
+/// Object and Wall: only in an ObjectSpace (research/objects.h); Fold: only for springs.
 enum class LimitedBy { None, Bone, Movement, Object, Wall, Fold };
 
 /// Name in reports and messages: `applied`, `limited`, `rejected`.

@@ -7,7 +7,7 @@
 //
 // The weights are computed once; an update only evaluates the sums.
 
-#include <pliant/carried_scan.h>
+#include <pliant/catheter.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/pbd_rod.h>
+#include <pliant/pbd.h>
 
 #include <cmath>
 #include <numbers>

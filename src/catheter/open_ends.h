@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/vessel_wall.h>
+#include <pliant/vessel.h>
 
 #include <cstdint>
 #include <span>

@@ -11,7 +11,7 @@
 #pragma once
 
 #include <pliant/catheter.h>
-#include <pliant/pbd_boxes.h>
+#include <pliant/pbd.h>
 
 #include <algorithm>
 #include <array>

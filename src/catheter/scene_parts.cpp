@@ -3,7 +3,7 @@
 
 #include "catheter/scene_parts.h"
 
-#include <pliant/mesh_distance.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,6 @@
 // Rows of the settings of a catheter in a vessel, and of scene files.
 
 #include <pliant/catheter.h>
-#include <pliant/vessel_scene.h>
 
 namespace pliant {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include <pliant/pbd_rod.h>
+#include <pliant/pbd.h>
 
 namespace pliant::catheter {
 namespace {

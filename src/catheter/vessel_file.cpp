@@ -3,8 +3,8 @@
 
 // Conversion of TOML to a VesselFile, and the rules between its settings.
 
-#include <pliant/text_input.h>
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
+#include <pliant/files.h>
 
 #include <algorithm>
 #include <cmath>

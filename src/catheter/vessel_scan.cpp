@@ -5,9 +5,8 @@
 // its side of the ghost surface, closed with lids. If a block of voxels is far from both surfaces,
 // its middle determines all of its values.
 
-#include <pliant/mesh_distance.h>
-#include <pliant/mesh_quality.h>
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 
 // Construction of the wall, the path through its lumen, and the guide's end from a scene file.
 
-#include <pliant/lumen_path.h>
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
+#include <pliant/render.h>
 
 #include <algorithm>
 #include <cmath>

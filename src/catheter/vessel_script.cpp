@@ -3,7 +3,7 @@
 
 // The acts of a scene file: commands, and the bounds at which they end.
 
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
 
 namespace pliant {
 

@@ -14,7 +14,7 @@
 #pragma once
 
 #include <pliant/mesh.h>
-#include <pliant/pbd_rod.h>
+#include <pliant/pbd.h>
 
 #include <cstdint>
 #include <memory>

@@ -12,13 +12,13 @@
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
-#include "chainmail/near_cells.h"
 #include "chainmail/operation.h"
-#include "chainmail/propagation.h"
-#include "chainmail/step.h"
-#include "chainmail/tool_touch.h"
 #include "core/errors.h"
 #include "field/field_state.h"
+#include "lattice/near_cells.h"
+#include "lattice/tool_touch.h"
+#include "propagate/propagation.h"
+#include "propagate/step.h"
 
 namespace pliant {
 

@@ -13,14 +13,14 @@
 #include <string>
 #include <utility>
 
-#include "chainmail/allowance.h"
-#include "chainmail/drag.h"
-#include "chainmail/energy.h"
 #include "chainmail/history.h"
-#include "chainmail/lattice.h"
-#include "chainmail/plastic.h"
-#include "chainmail/propagation.h"
-#include "chainmail/relax.h"
+#include "lattice/allowance.h"
+#include "lattice/lattice.h"
+#include "propagate/drag.h"
+#include "propagate/propagation.h"
+#include "relax/energy.h"
+#include "relax/plastic.h"
+#include "relax/relax.h"
 
 namespace pliant {
 

@@ -10,11 +10,11 @@
 #include <string>
 #include <utility>
 
-#include "chainmail/certificate.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/operation.h"
-#include "chainmail/settings.h"
 #include "core/errors.h"
+#include "material/certificate.h"
+#include "material/settings.h"
 
 namespace pliant {
 namespace {

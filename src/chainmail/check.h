@@ -10,8 +10,8 @@
 
 #include <functional>
 
-#include "chainmail/allowance.h"
-#include "chainmail/lattice.h"
+#include "lattice/allowance.h"
+#include "lattice/lattice.h"
 
 namespace pliant {
 

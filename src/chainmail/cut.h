@@ -13,17 +13,17 @@
 
 #pragma once
 
-#include <pliant/grid.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/tool.h>
+#include <pliant/volume.h>
 
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "chainmail/lattice.h"
+#include "lattice/lattice.h"
 
 namespace pliant {
 

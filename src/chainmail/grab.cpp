@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 
-#include "chainmail/near_cells.h"
 #include "field/cell_block.h"
 #include "field/tetrahedra.h"
+#include "lattice/near_cells.h"
 
 namespace pliant {
 namespace {

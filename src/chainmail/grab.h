@@ -5,13 +5,13 @@
 
 #pragma once
 
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
 #include <pliant/vec.h>
 
 #include <optional>
 #include <vector>
 
-#include "chainmail/lattice.h"
+#include "lattice/lattice.h"
 
 namespace pliant {
 

@@ -17,7 +17,7 @@
 #include <span>
 #include <vector>
 
-#include "chainmail/limit_units.h"
+#include "material/limit_units.h"
 
 namespace pliant {
 

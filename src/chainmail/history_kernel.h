@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "chainmail/limit_units.h"
+#include "material/limit_units.h"
 
 namespace pliant {
 

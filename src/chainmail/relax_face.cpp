@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "chainmail/chainmail_impl.h"
-#include "chainmail/energy.h"
 #include "chainmail/operation.h"
 #include "core/errors.h"
 #include "core/text.h"
+#include "relax/energy.h"
 
 namespace pliant {
 namespace {

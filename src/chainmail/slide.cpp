@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "chainmail/grab.h"
-#include "chainmail/limit_units.h"
 #include "chainmail/operation.h"
-#include "chainmail/tool_touch.h"
 #include "core/errors.h"
+#include "lattice/tool_touch.h"
+#include "material/limit_units.h"
 
 namespace pliant {
 namespace {

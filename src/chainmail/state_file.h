@@ -28,8 +28,8 @@
 #include <vector>
 
 #include "chainmail/history_codec.h"
-#include "chainmail/lattice.h"
-#include "chainmail/plastic.h"
+#include "lattice/lattice.h"
+#include "relax/plastic.h"
 
 namespace pliant {
 

@@ -4,17 +4,17 @@
 // The public interface of saving and loading. A loaded state is built and checked beside the
 // present one, which is replaced once nothing can fail any more.
 
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 
 #include <charconv>
 #include <fstream>
 
 #include "chainmail/chainmail_impl.h"
-#include "chainmail/settings.h"
 #include "chainmail/state_file.h"
 #include "core/errors.h"
 #include "core/hash.h"
 #include "core/text.h"
+#include "material/settings.h"
 
 namespace pliant {
 namespace {

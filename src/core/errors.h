@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <pliant/files.h>
 #include <pliant/result.h>
-#include <pliant/text_input.h>
 
 #include <filesystem>
 #include <new>

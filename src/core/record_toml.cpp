@@ -5,7 +5,7 @@
 
 #include "core/record_toml.h"
 
-#include <pliant/text_input.h>
+#include <pliant/files.h>
 #include <toml++/toml.h>
 
 #include <charconv>

@@ -5,7 +5,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>

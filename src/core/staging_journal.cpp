@@ -4,7 +4,7 @@
 #include "core/staging_journal.h"
 
 #include <dirent.h>
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/text_input.h>  // shown()
+#include <pliant/files.h>  // shown()
 #include <pliant/vec.h>
 
 #include <cstdint>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "volume/pixel_messages.h"
+#include "formats/pixel_messages.h"
 
 #include <cstdint>
 #include <span>

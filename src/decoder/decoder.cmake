@@ -34,5 +34,5 @@ if(PLIANT_INSTALL)
 else()
     set(decoder_folder ${PROJECT_BINARY_DIR})
 endif()
-set_source_files_properties(volume/find_pixel_decoder.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+set_source_files_properties(formats/find_pixel_decoder.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
     COMPILE_DEFINITIONS PLIANT_DECODER_FOLDER="${decoder_folder}")

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // pliant-decode-pixels MEMORY_BYTES SECONDS: started by Pliant for compressed DICOM pixels, with a
-// socket as descriptor 3 (volume/pixel_messages.h). It drops all unneeded privileges before it
+// socket as descriptor 3 (formats/pixel_messages.h). It drops all unneeded privileges before it
 // reads the first byte. It exits on errors without an answer; the other side treats that as a
 // failure.
 

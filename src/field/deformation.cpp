@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/assert.h>
 #include <pliant/deformation.h>
+#include <pliant/result.h>
 
 #include <algorithm>
 #include <cmath>

@@ -38,6 +38,9 @@ namespace pliant {
 
 using BrickEdits = std::vector<std::uint8_t>;  ///< elements_per_brick flags; empty: none
 
+/// Elements along a brick's edge, at most.
+inline constexpr int kMaxBrickSize = 32;
+
 struct FieldBrick {
     Vec3i coord;                    ///< of its first element, divided by the brick size
     std::array<int, 6> neighbours;  ///< brick indices, −1: none

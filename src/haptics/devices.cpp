@@ -3,9 +3,8 @@
 
 // Built-in devices, and the syntax of device names. Plug-ins are in plugin_device.cpp.
 
-#include <pliant/haptics_servo.h>
-#include <pliant/staged_files.h>
-#include <pliant/text_input.h>
+#include <pliant/files.h>
+#include <pliant/haptics.h>
 
 #include <algorithm>
 #include <array>

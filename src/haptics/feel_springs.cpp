@@ -3,7 +3,7 @@
 
 // Local models of tissues with forces.
 
-#include <pliant/haptics_models.h>
+#include <pliant/haptics.h>
 
 namespace pliant {
 namespace {

@@ -16,7 +16,7 @@
 
 #pragma once
 
-#include <pliant/haptics_models.h>
+#include <pliant/haptics.h>
 
 #include <memory>
 #include <span>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 namespace pliant {
 

@@ -7,7 +7,7 @@
 
 #pragma once
 
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 #include <memory>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 #include <algorithm>
 #include <atomic>

@@ -9,7 +9,7 @@
 
 #pragma once
 
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 namespace pliant {
 

@@ -7,7 +7,7 @@
 
 #pragma once
 
-#include <pliant/haptics_models.h>
+#include <pliant/haptics.h>
 #include <pliant/render.h>
 
 #include <span>

@@ -4,7 +4,7 @@
 // Embedding of points in tetrahedra. A bounding volume hierarchy finds the tetrahedra around a
 // point. If none contains it, the one with the nearest boundary face is used.
 
-#include <pliant/mesh_quality.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/mesh_files.h>
+#include <pliant/mesh.h>
 
 #include <bit>
 #include <charconv>

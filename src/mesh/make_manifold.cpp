@@ -6,7 +6,7 @@
 // that two hollows touch, and the whole group is removed. Each removal may create new such
 // positions, so it is repeated; it terminates because each round removes tetrahedra.
 
-#include <pliant/mesh_quality.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <map>

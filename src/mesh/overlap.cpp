@@ -6,9 +6,9 @@
 // cleared. Unlike in the paper, nodes store their grid cell: nodes of other cells with the same
 // hash are skipped without a test, and no pair is found twice.
 
-#include <pliant/mesh_overlap.h>
+#include <pliant/mesh.h>
 
-#include <pliant/assert.h>
+#include <pliant/result.h>
 
 #include <algorithm>
 #include <cmath>

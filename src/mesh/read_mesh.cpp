@@ -3,9 +3,8 @@
 
 // Choice of the reader, and checks common to all.
 
-#include <pliant/mesh_files.h>
-#include <pliant/mesh_quality.h>
-#include <pliant/text_input.h>
+#include <pliant/files.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 // from its neighbours. Here the order is that of four colours (corners and centres, even and odd).
 // Nodes of one colour share no edge, so the result is independent of threads.
 
-#include <pliant/mesh_stuffing.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <atomic>

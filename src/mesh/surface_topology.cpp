@@ -5,7 +5,7 @@
 // edge are adjacent. A node is pinched if its triangles, joined across shared edges, form more than
 // one fan: counted by union-find over (triangle, corner).
 
-#include <pliant/mesh_distance.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <numeric>

@@ -3,7 +3,7 @@
 
 #include "mesh/vtk_document.h"
 
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 
 #include <algorithm>
 #include <bit>

@@ -4,7 +4,7 @@
 // Writers of surfaces, curves and series. Each file declares LPS if the format allows: 3D Slicer
 // looks for SPACE=LPS.
 
-#include <pliant/mesh_files.h>
+#include <pliant/mesh.h>
 
 #include <bit>
 #include <charconv>

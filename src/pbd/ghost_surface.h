@@ -7,7 +7,7 @@
 
 #pragma once
 
-#include <pliant/mesh_quality.h>
+#include <pliant/mesh.h>
 #include <pliant/pbd.h>
 
 #include <array>

@@ -16,7 +16,7 @@
 
 #pragma once
 
-#include <pliant/pbd_rod.h>
+#include <pliant/pbd.h>
 
 #include <algorithm>
 #include <cmath>

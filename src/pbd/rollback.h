@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/pbd_boxes.h>
+#include <pliant/pbd.h>
 
 namespace pliant {
 

@@ -3,7 +3,7 @@
 
 // Midpoint rule along each ray, in steps of at most half a voxel; exact for a uniform scan.
 
-#include <pliant/fluoroscopy.h>
+#include <pliant/render.h>
 
 #include <algorithm>
 #include <cmath>

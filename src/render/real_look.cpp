@@ -3,7 +3,7 @@
 
 #include "render/real_look.h"
 
-#include <pliant/rest_field.h>
+#include <pliant/resample.h>
 
 #include <algorithm>
 #include <cmath>

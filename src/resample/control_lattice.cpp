@@ -4,8 +4,8 @@
 // Interpolates nodes' displacements at elements: row by row of the scan's bricks, first along y and
 // z, where a row has one weight each, then along x.
 
-#include <pliant/assert.h>
-#include <pliant/control_lattice.h>
+#include <pliant/resample.h>
+#include <pliant/result.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/rest_field.h>
+#include <pliant/resample.h>
 
 #include <algorithm>
 #include <array>

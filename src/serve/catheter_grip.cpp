@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "serve/limits.h"
-#include "serve/vessel_tissue.h"
+#include "protocol/limits.h"
+#include "session/vessel_tissue.h"
 
 namespace pliant::serve {
 namespace {

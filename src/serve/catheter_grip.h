@@ -7,13 +7,12 @@
 
 #pragma once
 
-#include <pliant/haptics_catheter.h>
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 #include <cstdint>
 #include <optional>
 
-#include "serve/scene.h"
+#include "session/scene.h"
 
 namespace pliant::serve {
 

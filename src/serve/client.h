@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "serve/commands.h"
-#include "serve/dirty_blocks.h"
-#include "serve/frames.h"
-#include "serve/messages.h"
+#include "protocol/commands.h"
+#include "protocol/dirty_blocks.h"
+#include "protocol/frames.h"
+#include "protocol/messages.h"
 
 namespace pliant::serve {
 

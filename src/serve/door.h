@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "serve/limits.h"
+#include "protocol/limits.h"
 
 namespace pliant::serve {
 

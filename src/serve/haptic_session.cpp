@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "haptics/pace.h"
-#include "serve/vessel_tissue.h"
+#include "session/vessel_tissue.h"
 
 namespace pliant::serve {
 namespace {

@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 #include <cstdint>
 #include <memory>
@@ -22,10 +22,10 @@
 
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
+#include "protocol/haptic_state.h"
 #include "serve/catheter_grip.h"
 #include "serve/client.h"
-#include "serve/haptic_state.h"
-#include "serve/scene.h"
+#include "session/scene.h"
 
 namespace pliant::serve {
 

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <thread>
 
-#include "serve/checkpoint.h"
-#include "serve/limits.h"
+#include "protocol/limits.h"
+#include "session/checkpoint.h"
 
 namespace pliant::serve {
 namespace {

@@ -26,17 +26,17 @@
 #include <variant>
 #include <vector>
 
-#include <pliant/rest_field.h>
+#include <pliant/resample.h>
 
 #include "serve/client.h"
 #include "serve/device_opening.h"
-#include "serve/guarded.h"
 #include "serve/haptic_session.h"
 #include "serve/path_search.h"
-#include "serve/save.h"
-#include "serve/scene.h"
-#include "serve/session_log.h"
 #include "serve/vessel_frames.h"
+#include "session/guarded.h"
+#include "session/save.h"
+#include "session/scene.h"
+#include "session/session_log.h"
 
 namespace pliant::serve {
 

@@ -7,8 +7,8 @@
 #include <random>
 #include <utility>
 
+#include "protocol/limits.h"
 #include "serve/hub.h"
-#include "serve/limits.h"
 
 namespace pliant::serve {
 namespace {

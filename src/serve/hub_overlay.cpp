@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "serve/half.h"
+#include "protocol/half.h"
+#include "protocol/limits.h"
 #include "serve/hub.h"
-#include "serve/limits.h"
 
 namespace pliant::serve {
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "protocol/limits.h"
 #include "serve/hub.h"
-#include "serve/limits.h"
 
 namespace pliant::serve {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "serve/half.h"
+#include "protocol/half.h"
+#include "protocol/limits.h"
 #include "serve/hub.h"
-#include "serve/limits.h"
 
 namespace pliant::serve {
 namespace {

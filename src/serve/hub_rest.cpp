@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocol/limits.h"
 #include "serve/hub.h"
-#include "serve/limits.h"
 
 namespace pliant::serve {
 namespace {

@@ -15,12 +15,12 @@
 #include <optional>
 
 #include "core/errors.h"
+#include "protocol/limits.h"
 #include "serve/door.h"
-#include "serve/guarded.h"
 #include "serve/http_answer.h"
-#include "serve/limits.h"
 #include "serve/page.h"
 #include "serve/transfers.h"
+#include "session/guarded.h"
 
 namespace pliant::serve {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "core/memory_budget.h"
 #include "core/text.h"
-#include "volume/image_file.h"
+#include "formats/image_file.h"
 
 namespace pliant::serve {
 namespace fs = std::filesystem;

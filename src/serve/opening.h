@@ -7,14 +7,13 @@
 
 #include <pliant/tasks.h>
 
-#include <span>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "formats/dicom_series.h"
 #include "serve/hub.h"
 #include "serve/upload.h"
-#include "volume/dicom_series.h"
 
 namespace pliant::serve {
 
@@ -29,8 +28,5 @@ using Opened = std::variant<NewScene, std::vector<DicomSeries>>;
 Result<Opened> open_upload(Upload& upload, const std::string& series,
                            const std::shared_ptr<const MakeTissue>& own_tissue,
                            const TaskArena& arena, const std::function<bool()>& give_up = {});
-
-/// List of series as JSON.
-std::string series_text(std::span<const DicomSeries> list);
 
 }  // namespace pliant::serve

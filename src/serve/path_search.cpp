@@ -7,7 +7,7 @@
 
 #include <utility>
 
-#include "serve/limits.h"
+#include "protocol/limits.h"
 
 namespace pliant::serve {
 

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/lumen_path.h>
+#include <pliant/render.h>
 
 #include <atomic>
 #include <cstdint>

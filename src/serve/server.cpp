@@ -13,9 +13,9 @@
 #include <thread>
 
 #include "core/errors.h"
-#include "serve/checkpoint.h"
 #include "serve/hub.h"
 #include "serve/network.h"
+#include "session/checkpoint.h"
 
 namespace pliant {
 

@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "serve/door.h"
-#include "serve/guarded.h"
 #include "serve/opening.h"
 #include "serve/transfers.h"
+#include "session/guarded.h"
 
 namespace pliant::serve {
 

@@ -22,7 +22,7 @@
 #include <string>
 #include <string_view>
 
-#include "serve/limits.h"
+#include "protocol/limits.h"
 
 namespace pliant::serve {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <span>
 
-#include "serve/half.h"
+#include "protocol/half.h"
 
 namespace pliant::serve {
 namespace {

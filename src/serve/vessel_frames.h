@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "serve/frames.h"
-#include "serve/vessel_tissue.h"
+#include "protocol/frames.h"
+#include "session/vessel_tissue.h"
 
 namespace pliant::serve {
 

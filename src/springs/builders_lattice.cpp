@@ -3,7 +3,7 @@
 
 // Networks of lattices and of the sheet with six neighbours.
 
-#include <pliant/springs_builders.h>
+#include <pliant/springs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // Networks from meshes, given as plain arrays of nodes and cells.
 
-#include <pliant/springs_builders.h>
+#include <pliant/springs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // The control lattice over a scan: built along the grid's axes, then transformed to the world.
 
-#include <pliant/springs_builders.h>
+#include <pliant/springs.h>
 
 #include <algorithm>
 #include <cmath>

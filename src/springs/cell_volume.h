@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/springs_network.h>
+#include <pliant/springs.h>
 
 namespace pliant {
 

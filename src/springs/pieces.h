@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/springs_network.h>
+#include <pliant/springs.h>
 
 namespace pliant {
 

@@ -3,7 +3,7 @@
 
 #include "tissue/number_file.h"
 
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 
 #include <bit>
 #include <fstream>

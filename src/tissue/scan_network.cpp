@@ -3,7 +3,7 @@
 
 #include "tissue/scan_network.h"
 
-#include <pliant/springs_builders.h>
+#include <pliant/springs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/spring_deformation.h>
+#include <pliant/tissue.h>
 
 #include <string>
 

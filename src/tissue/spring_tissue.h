@@ -5,7 +5,6 @@
 
 #pragma once
 
-#include <pliant/spring_deformation.h>
 #include <pliant/tissue.h>
 
 #include <memory>

@@ -6,7 +6,7 @@
 // position, and steps become slopes. The region is extended beyond the scan's border, which cuts it
 // off flat.
 
-#include <pliant/mesh_quality.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // A tube swept along a branch: rings at even steps, with rotation-minimising frames by the double
 // reflection of [Wang2008], accurate to fourth order.
 
-#include <pliant/vessel_wall.h>
+#include <pliant/vessel.h>
 
 #include <algorithm>
 #include <cmath>

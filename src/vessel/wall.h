@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/vessel_wall.h>
+#include <pliant/vessel.h>
 
 namespace pliant::vessel {
 

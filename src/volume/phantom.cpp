@@ -4,7 +4,7 @@
 // make_phantom: checks the settings, places the grid, samples the shapes, writes the landmarks into
 // the key/value pairs.
 
-#include <pliant/phantom.h>
+#include <pliant/volume.h>
 
 #include "core/errors.h"
 #include "core/text.h"

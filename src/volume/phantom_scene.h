@@ -21,7 +21,7 @@
 
 #include "volume/phantom_shapes.h"
 
-#include <pliant/phantom.h>
+#include <pliant/volume.h>
 
 #include <cstdint>
 #include <span>

@@ -5,7 +5,7 @@
 // of the file from private ones. So writes need no flag. If the kernel doesn't tell, all pages
 // count as modified, and copies are deep.
 
-#include <pliant/voxel_array.h>
+#include <pliant/volume.h>
 
 #include <fcntl.h>
 #include <sys/mman.h>

@@ -4,7 +4,7 @@
 // `pliant mesh`: from a scan, a centreline and a surface; its output and its errors.
 
 #include <gtest/gtest.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/vessel.h>
 
 #include "support/json.h"
 #include "support/program_in_folder.h"

@@ -4,7 +4,7 @@
 // Where outputs go: streams and links, all of a command or none, every format that --help promises.
 
 #include <gtest/gtest.h>
-#include <pliant/mesh_files.h>
+#include <pliant/mesh.h>
 #include <sys/stat.h>
 
 #include <algorithm>

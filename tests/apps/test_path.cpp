@@ -4,7 +4,7 @@
 // `pliant path`, and a flight along its output.
 
 #include <gtest/gtest.h>
-#include <pliant/lumen_path.h>
+#include <pliant/render.h>
 
 #include <algorithm>
 #include <fstream>

@@ -4,7 +4,7 @@
 // The program as a user starts it: exit status, standard error, files.
 
 #include <gtest/gtest.h>
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 #include <pliant/volume.h>
 

@@ -5,7 +5,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <pliant/phantom.h>
+#include <pliant/volume.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -4,8 +4,8 @@
 // `pliant vessel`: there and back in a phantom, a replay, and errors.
 
 #include <gtest/gtest.h>
-#include <pliant/mesh_files.h>
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 

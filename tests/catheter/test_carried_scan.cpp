@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/carried_scan.h>
+#include <pliant/catheter.h>
 #include <pliant/pbd.h>
 
 #include <gtest/gtest.h>

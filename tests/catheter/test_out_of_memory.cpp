@@ -4,9 +4,7 @@
 // Each allocation of a step, a restore and a create fails once: the call returns an error, the
 // scene is as before to the bit, and goes on as its twin does that nothing happened to.
 
-#include <pliant/carried_scan.h>
 #include <pliant/catheter.h>
-#include <pliant/vessel_scene.h>
 
 #include <gtest/gtest.h>
 

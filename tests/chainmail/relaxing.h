@@ -14,9 +14,9 @@
 #include <tuple>
 #include <utility>
 
-#include "chainmail/lattice.h"
 #include "chainmail/tissues.h"
-#include "chainmail/tool_contact.h"
+#include "lattice/lattice.h"
+#include "relax/tool_contact.h"
 
 namespace pliant::test {
 

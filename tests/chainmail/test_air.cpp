@@ -12,9 +12,9 @@
 #include <limits>
 #include <string>
 
-#include "chainmail/air.h"
-#include "chainmail/lattice.h"
 #include "chainmail/tissues.h"
+#include "lattice/lattice.h"
+#include "material/air.h"
 
 namespace pliant::test {
 namespace {

@@ -11,9 +11,9 @@
 #include <cmath>
 
 #include "chainmail/air_tissues.h"
-#include "chainmail/drag_kernel.h"
-#include "chainmail/lattice.h"
 #include "chainmail/tissues.h"
+#include "lattice/lattice.h"
+#include "propagate/drag_kernel.h"
 
 namespace pliant::test {
 namespace {

@@ -9,9 +9,9 @@
 #include <tuple>
 
 #include "chainmail/instances.h"
-#include "chainmail/lattice.h"
-#include "chainmail/limit_units.h"
 #include "chainmail/oracle.h"
+#include "lattice/lattice.h"
+#include "material/limit_units.h"
 
 namespace pliant::test {
 namespace {

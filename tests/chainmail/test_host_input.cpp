@@ -5,11 +5,11 @@
 // message, and valid extreme ones work.
 
 #include <gtest/gtest.h>
-#include <pliant/chainmail_graph.h>
-#include <pliant/chainmail_objects.h>
+#include <pliant/research/graph.h>
+#include <pliant/research/objects.h>
 
-#include "chainmail/limit_units.h"
 #include "chainmail/oracle.h"
+#include "material/limit_units.h"
 #include "support/broken_volumes.h"
 #include "support/made.h"
 #include "support/one_thread.h"

@@ -9,11 +9,11 @@
 #include <cmath>
 #include <set>
 
-#include "chainmail/certificate.h"
-#include "chainmail/labels.h"
-#include "chainmail/lattice.h"
 #include "chainmail/oracle.h"
 #include "chainmail/tissues.h"
+#include "lattice/lattice.h"
+#include "material/certificate.h"
+#include "material/labels.h"
 
 namespace pliant::test {
 namespace {

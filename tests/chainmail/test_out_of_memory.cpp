@@ -6,8 +6,8 @@
 // finally the tissue must equal a twin without failures.
 
 #include <gtest/gtest.h>
-#include <pliant/chainmail_objects.h>
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
+#include <pliant/research/objects.h>
 
 #include <cmath>
 #include <functional>

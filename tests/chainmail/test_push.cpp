@@ -9,8 +9,8 @@
 
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
-#include "chainmail/lattice.h"
 #include "chainmail/tissues.h"
+#include "lattice/lattice.h"
 
 namespace pliant::test {
 namespace {

@@ -7,7 +7,7 @@
 // must restore the whole state.
 
 #include <gtest/gtest.h>
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
 
 #include <cmath>
 #include <deque>

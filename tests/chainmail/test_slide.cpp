@@ -4,7 +4,7 @@
 // A sphere along which tissue slides: touched tissue leaves it by the minimal distance.
 
 #include <gtest/gtest.h>
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
 
 #include <algorithm>
 #include <cmath>

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "chainmail/instances.h"
-#include "chainmail/settings.h"
 #include "core/hash.h"
+#include "material/settings.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {

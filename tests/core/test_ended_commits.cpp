@@ -5,7 +5,7 @@
 // recovery. Afterwards all files are old, or all are new.
 
 #include <gtest/gtest.h>
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -3,7 +3,7 @@
 
 #include "support/temporary_folder.h"
 
-#include <pliant/staged_files.h>
+#include <pliant/files.h>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 // against the matrices themselves; and their references, by conjugate gradients against Cholesky.
 
 #include <gtest/gtest.h>
-#include <pliant/fit_box.h>
+#include <pliant/fit.h>
 
 #include <array>
 #include <cmath>

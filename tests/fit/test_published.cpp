@@ -5,7 +5,7 @@
 // cases 19 to 22 and 27 of the references.
 
 #include <gtest/gtest.h>
-#include <pliant/fit_box.h>
+#include <pliant/fit.h>
 
 #include <array>
 #include <stdexcept>

@@ -4,8 +4,8 @@
 // A saved state of a catheter in its vessel.
 
 #include "fuzz/number_state.h"
-#include "serve/source.h"
-#include "serve/vessel_tissue.h"
+#include "session/source.h"
+#include "session/vessel_tissue.h"
 
 using namespace pliant;
 

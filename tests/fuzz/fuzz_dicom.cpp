@@ -4,9 +4,9 @@
 // A folder with one good slice and one from the input; then the input's pixels alone, for every
 // size, so that codestreams reach the decoder.
 
+#include "formats/dicom_pixels.h"
 #include "fuzz/scan_input.h"
 #include "support/scan_files.h"
-#include "volume/dicom_pixels.h"
 
 using namespace pliant;
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "fuzz/fuzz.h"
-#include "serve/frames.h"
+#include "protocol/frames.h"
 
 using namespace pliant;
 

@@ -4,7 +4,7 @@
 // Meshes of all formats; the bytes select the format, except for OBJ and STL. A mesh that was read
 // has nodes for all cells, and round-trips through a file.
 
-#include <pliant/mesh_files.h>
+#include <pliant/mesh.h>
 
 #include "fuzz/fuzz.h"
 #include "mesh/file_numbers.h"

@@ -4,8 +4,8 @@
 // A client's text. Every accepted message round-trips.
 
 #include "fuzz/fuzz.h"
-#include "serve/commands.h"
-#include "serve/session_log.h"
+#include "protocol/commands.h"
+#include "session/session_log.h"
 
 using namespace pliant;
 

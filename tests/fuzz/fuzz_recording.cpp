@@ -3,7 +3,7 @@
 
 // Places of a haptic device, recorded, to be played back as a device.
 
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 #include "fuzz/fuzz.h"
 

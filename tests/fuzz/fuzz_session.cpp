@@ -5,7 +5,7 @@
 // also read one by one, as if each had the checksum that it should.
 
 #include "fuzz/fuzz.h"
-#include "serve/session_log.h"
+#include "session/session_log.h"
 
 using namespace pliant;
 

@@ -4,10 +4,10 @@
 // A settings file: TOML, or the lines of an older program. Accepted settings round-trip, and a
 // lattice can be made with them or reports an error.
 
-#include <pliant/phantom.h>
+#include <pliant/volume.h>
 
-#include "chainmail/settings.h"
 #include "fuzz/fuzz.h"
+#include "material/settings.h"
 
 using namespace pliant;
 

@@ -4,11 +4,11 @@
 // A saved state. Its length and checksum are corrected first, so that the fuzzer gets past them. A
 // loaded state is valid: it is saved identically, and every link is within its limits.
 
-#include <pliant/phantom.h>
+#include <pliant/volume.h>
 
-#include "chainmail/settings.h"
 #include "core/hash.h"
 #include "fuzz/fuzz.h"
+#include "material/settings.h"
 
 using namespace pliant;
 

@@ -3,7 +3,7 @@
 
 // Scene files of `pliant vessel`.
 
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
 
 #include "fuzz/fuzz.h"
 

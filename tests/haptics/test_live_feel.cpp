@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
-#include <pliant/phantom.h>
+#include <pliant/volume.h>
 
 #include <cmath>
 #include <memory>

@@ -5,10 +5,9 @@
 // against invariants of every wall.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics_models.h>
-#include <pliant/haptics_virtual.h>
+#include <pliant/haptics.h>
 #include <pliant/pbd.h>
-#include <pliant/springs_builders.h>
+#include <pliant/springs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // The servo's thread, its communication, and devices. No test depends on durations.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics_servo.h>
+#include <pliant/haptics.h>
 
 #include <atomic>
 #include <cmath>

@@ -5,7 +5,7 @@
 // [Colgate1997], and that the hand never gets energy that it didn't give.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics_virtual.h>
+#include <pliant/haptics.h>
 
 #include <cmath>
 #include <numbers>

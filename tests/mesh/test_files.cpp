@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gtest/gtest.h>
-#include <pliant/mesh_files.h>
-#include <pliant/mesh_quality.h>
+#include <pliant/mesh.h>
 #include <zlib.h>
 
 #include <cstring>

@@ -4,7 +4,7 @@
 // Small files that would take much memory, and messages about files that hold anything.
 
 #include <gtest/gtest.h>
-#include <pliant/mesh_files.h>
+#include <pliant/mesh.h>
 #include <zlib.h>
 
 #include <string>

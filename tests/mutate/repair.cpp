@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "core/hash.h"
-#include "serve/session_line.h"
+#include "session/session_line.h"
 
 namespace pliant::mutate {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "mutate/formats.h"
 #include "mutate/repair.h"
-#include "serve/checkpoint.h"
-#include "serve/replay.h"
-#include "serve/session_log.h"
+#include "session/checkpoint.h"
+#include "session/replay.h"
+#include "session/session_log.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::mutate {

@@ -4,7 +4,7 @@
 // Seeds: scenes of `pliant vessel`, logs of the hand, closed surfaces with a centreline, scans with
 // a way through them.
 
-#include <pliant/mesh_files.h>
+#include <pliant/mesh.h>
 
 #include <cmath>
 #include <numbers>

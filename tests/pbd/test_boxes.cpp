@@ -4,7 +4,7 @@
 // Boxes against brute force, collisions of the published hash, and transitions between active sets.
 
 #include <gtest/gtest.h>
-#include <pliant/pbd_boxes.h>
+#include <pliant/pbd.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -5,8 +5,8 @@
 // nothing gets through.
 
 #include <gtest/gtest.h>
-#include <pliant/pbd_contact.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/pbd.h>
+#include <pliant/vessel.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // The rod: its solver against elimination, and its interface. Closed forms and published shapes are
 // in test_published.cpp.
 
-#include <pliant/pbd_rod.h>
+#include <pliant/pbd.h>
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 // remaining error with and without recovery.
 
 #include <pliant/pbd.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/vessel.h>
 
 #include <gtest/gtest.h>
 

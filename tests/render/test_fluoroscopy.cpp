@@ -5,7 +5,7 @@
 // collimator.
 
 #include <gtest/gtest.h>
-#include <pliant/fluoroscopy.h>
+#include <pliant/render.h>
 
 #include <algorithm>
 #include <cmath>

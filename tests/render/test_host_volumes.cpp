@@ -5,8 +5,6 @@
 // values that are no numbers are no walls.
 
 #include <gtest/gtest.h>
-#include <pliant/fluoroscopy.h>
-#include <pliant/lumen_path.h>
 #include <pliant/render.h>
 
 #include <cmath>

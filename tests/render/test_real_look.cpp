@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
-#include <pliant/rest_field.h>
 
 #include <algorithm>
 #include <cmath>

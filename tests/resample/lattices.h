@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "chainmail/lattice.h"
+#include "lattice/lattice.h"
 
 namespace pliant::test {
 

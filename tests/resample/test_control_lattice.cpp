@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
-#include <pliant/control_lattice.h>
+#include <pliant/resample.h>
 
 #include <algorithm>
 #include <cmath>

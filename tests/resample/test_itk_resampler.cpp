@@ -12,8 +12,8 @@
 #include <itkNrrdImageIO.h>
 #include <itkResampleImageFilter.h>
 #include <pliant/chainmail.h>
-#include <pliant/phantom.h>
 #include <pliant/resample.h>
+#include <pliant/volume.h>
 
 #include <cmath>
 

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
-#include <pliant/control_lattice.h>
 #include <pliant/resample.h>
 
 #include <optional>

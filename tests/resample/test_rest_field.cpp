@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
-#include <pliant/rest_field.h>
+#include <pliant/resample.h>
 
 #include <algorithm>
 #include <cmath>

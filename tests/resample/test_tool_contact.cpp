@@ -5,7 +5,7 @@
 // sliding, pushing, releasing and relaxing. The oracle is the resampled scan itself.
 
 #include <gtest/gtest.h>
-#include <pliant/chainmail_slide.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <algorithm>

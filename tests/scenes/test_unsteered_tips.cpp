@@ -6,7 +6,7 @@
 // the distance to the ghost surface as it is now, closed with lids, by the search of the mesh room.
 
 #include <gtest/gtest.h>
-#include <pliant/vessel_scene.h>
+#include <pliant/catheter.h>
 
 #include <algorithm>
 #include <atomic>

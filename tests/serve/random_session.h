@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "serve/scene.h"
-#include "serve/session_log.h"
+#include "session/scene.h"
+#include "session/session_log.h"
 #include "support/random.h"
 
 namespace pliant::serve {

@@ -9,7 +9,7 @@
 #include <chrono>
 #include <cstring>
 
-#include "serve/frames.h"
+#include "protocol/frames.h"
 
 namespace pliant::test {
 RawConnection::RawConnection(int port) : Connection(port) {

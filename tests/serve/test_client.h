@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "serve/frames.h"
+#include "protocol/frames.h"
 #include "support/connection.h"
 #include "support/json.h"
 

@@ -7,9 +7,10 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
-#include <pliant/phantom.h>
 #include <pliant/resample.h>
 #include <pliant/serve.h>
+#include <pliant/session.h>
+#include <pliant/volume.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <unistd.h>

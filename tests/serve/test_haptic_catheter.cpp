@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
+#include <pliant/session.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,7 @@
 
 #include "serve/haptic_session.h"
 #include "serve/test_client.h"
-#include "serve/vessel_tissue.h"
+#include "session/vessel_tissue.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::serve {

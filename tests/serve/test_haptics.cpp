@@ -5,10 +5,11 @@
 // clients, stops, and an ordinary session.
 
 #include <gtest/gtest.h>
-#include <pliant/phantom.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/serve.h>
+#include <pliant/session.h>
+#include <pliant/volume.h>
 
 #include <chrono>
 #include <cmath>

@@ -12,10 +12,10 @@
 #include <mutex>
 #include <thread>
 
+#include "protocol/limits.h"
 #include "serve/hub.h"
-#include "serve/limits.h"
 #include "serve/random_session.h"
-#include "serve/replay.h"
+#include "session/replay.h"
 #include "support/count_allocations.h"
 #include "support/each_allocation.h"
 #include "support/json.h"

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "serve/half.h"
+#include "protocol/half.h"
 #include "serve/twin_scene.h"
 #include "support/random.h"
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
+#include <pliant/session.h>
 
 #include "own_tissue/jelly.h"
 #include "serve/test_client.h"

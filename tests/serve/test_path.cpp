@@ -4,9 +4,9 @@
 // Ways through the lumen, asked for over a real connection.
 
 #include <gtest/gtest.h>
-#include <pliant/lumen_path.h>
-#include <pliant/phantom.h>
+#include <pliant/render.h>
 #include <pliant/serve.h>
+#include <pliant/volume.h>
 
 #include <algorithm>
 #include <optional>

@@ -5,8 +5,9 @@
 // are kept and written later.
 
 #include <gtest/gtest.h>
-#include <pliant/phantom.h>
 #include <pliant/serve.h>
+#include <pliant/session.h>
+#include <pliant/volume.h>
 #include <sys/resource.h>
 
 #include <csignal>

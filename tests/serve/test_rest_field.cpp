@@ -4,7 +4,7 @@
 // The rest field as a client holds it, against that of the same scene played in this process and
 // resampled at once.
 
-#include <pliant/rest_field.h>
+#include <pliant/resample.h>
 
 #include "serve/twin_scene.h"
 #include "support/random.h"

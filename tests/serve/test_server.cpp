@@ -4,12 +4,13 @@
 // Real servers and real connections: several clients on one scene, which come and go.
 
 #include <gtest/gtest.h>
-#include <pliant/phantom.h>
 #include <pliant/serve.h>
+#include <pliant/session.h>
+#include <pliant/volume.h>
 
 #include <thread>
 
-#include "serve/frames.h"
+#include "protocol/frames.h"
 #include "serve/test_client.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"

@@ -5,8 +5,9 @@
 // sent to clients.
 
 #include <gtest/gtest.h>
-#include <pliant/rest_field.h>
+#include <pliant/resample.h>
 #include <pliant/serve.h>
+#include <pliant/session.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,14 +15,14 @@
 #include <filesystem>
 #include <functional>
 
-#include "serve/checkpoint.h"
-#include "serve/half.h"
-#include "serve/replay.h"
-#include "serve/scene.h"
-#include "serve/session_log.h"
+#include "protocol/half.h"
 #include "serve/test_client.h"
 #include "serve/vessel_frames.h"
-#include "serve/vessel_tissue.h"
+#include "session/checkpoint.h"
+#include "session/replay.h"
+#include "session/scene.h"
+#include "session/session_log.h"
+#include "session/vessel_tissue.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
 

@@ -6,12 +6,12 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <pliant/phantom.h>
 #include <pliant/serve.h>
+#include <pliant/volume.h>
 
-#include "serve/commands.h"
-#include "serve/scene.h"
+#include "protocol/commands.h"
 #include "serve/test_client.h"
+#include "session/scene.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <pliant/springs.h>
-#include <pliant/springs_builders.h>
 
 #include <algorithm>
 #include <utility>

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 #include <pliant/springs.h>
-#include <pliant/springs_builders.h>
 
 #include <array>
 #include <string>

@@ -7,7 +7,7 @@
 #pragma once
 
 #include <pliant/catheter.h>
-#include <pliant/mesh_distance.h>
+#include <pliant/mesh.h>
 
 #include <algorithm>
 #include <utility>

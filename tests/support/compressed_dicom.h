@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// DICOM slices around the codestreams of tests/volume/data, which GDCM encoded: 12 × 10 pixels of
+// DICOM slices around the codestreams of tests/formats/data, which GDCM encoded: 12 × 10 pixels of
 // one pattern, each named like its codec and its kind of pixels (u8, s8, u12, s12, u16, s16).
 
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace pliant::test {
 
-/// A codestream of tests/volume/data.
+/// A codestream of tests/formats/data.
 struct Codec {
     const char *syntax, *name, *kind;
 };

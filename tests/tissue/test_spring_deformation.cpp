@@ -5,8 +5,8 @@
 // is built here.
 
 #include <gtest/gtest.h>
-#include <pliant/spring_deformation.h>
-#include <pliant/springs_builders.h>
+#include <pliant/springs.h>
+#include <pliant/tissue.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // Lumens and walls while memory is short: an error for each allocation that fails.
 
-#include <pliant/vessel_wall.h>
+#include <pliant/vessel.h>
 
 #include <gtest/gtest.h>
 

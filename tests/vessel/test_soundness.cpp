@@ -5,10 +5,8 @@
 // or the wall is refused in a line with the reason.
 
 #include <gtest/gtest.h>
-#include <pliant/mesh_distance.h>
-#include <pliant/mesh_files.h>
-#include <pliant/mesh_quality.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/mesh.h>
+#include <pliant/vessel.h>
 
 #include <algorithm>
 #include <cmath>

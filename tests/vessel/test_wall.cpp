@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gtest/gtest.h>
-#include <pliant/vessel_wall.h>
+#include <pliant/vessel.h>
 
 #include <array>
 #include <cmath>

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <pliant/volume.h>
-#include <pliant/write_vti.h>
 
 #include "support/broken_volumes.h"
 #include "support/temporary_folder.h"

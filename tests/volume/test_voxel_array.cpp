@@ -3,7 +3,7 @@
 
 // Copies, writes and moves in any order against plain vectors, and their memory.
 
-#include <pliant/voxel_array.h>
+#include <pliant/volume.h>
 
 #include "support/random.h"
 #include "support/temporary_folder.h"

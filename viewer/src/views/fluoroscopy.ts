@@ -3,7 +3,7 @@
 
 // Parameters of the fluoroscopy shader: the range of its rays, and the exposure. As in clinical
 // systems, the exposure is automatic, from a few rays through the picture. Formulas:
-// include/pliant/fluoroscopy.h.
+// include/pliant/render.h.
 
 import { type Grid, voxelFromWorld, voxelVector, worldFromVoxel } from '../maths/grid.ts';
 import { type Camera, rayThrough } from '../maths/rays.ts';

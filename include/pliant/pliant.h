@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// All public headers except <pliant/research/…>, which may change with any version, and the C
+// interface <pliant/haptics_device.h>.
+//
+//   a scan            volume.h, mesh.h
+//   its deformation   deformation.h: displacements that any model writes; resample.h: back to a grid
+//   a tool            tool.h
+//   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, vessel.h, catheter.h
+//   materials         material.h; fit.h: springs identified against the finite elements of fem.h
+//   a view            render.h
+//   a hand            haptics.h
+//   a scene           session.h, serve.h
+//
+// Each class names its thread safety:
+//
+//   immutable          any call, on any thread, at any time
+//   concurrent reads   const calls may run at the same time; any other call runs alone
+//   one thread         one call at a time, const ones included
+//
+// A call may use the threads of the TaskArena that it was given. Free functions may run at the same
+// time, unless they change the same object.
+
+#pragma once
+
+#include <pliant/catheter.h>
+#include <pliant/chainmail.h>
+#include <pliant/deformation.h>
+#include <pliant/fem.h>
+#include <pliant/files.h>
+#include <pliant/fit.h>
+#include <pliant/haptics.h>
+#include <pliant/material.h>
+#include <pliant/mesh.h>
+#include <pliant/pbd.h>
+#include <pliant/record.h>
+#include <pliant/relax.h>
+#include <pliant/render.h>
+#include <pliant/resample.h>
+#include <pliant/result.h>
+#include <pliant/serve.h>
+#include <pliant/session.h>
+#include <pliant/springs.h>
+#include <pliant/tasks.h>
+#include <pliant/tissue.h>
+#include <pliant/tool.h>
+#include <pliant/vec.h>
+#include <pliant/version.h>
+#include <pliant/vessel.h>
+#include <pliant/volume.h>

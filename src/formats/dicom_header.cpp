@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "formats/dicom_slice.h"
+
+#include "core/errors.h"
+#include "core/text.h"
+#include "formats/dicom_walk.h"
+#include "formats/image_header.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+namespace pliant {
+namespace fs = std::filesystem;
+namespace {
+
+using namespace dicom_tags;
+
+/// SOP classes with pixels that are no image slices.
+struct OtherObject {
+    std::string_view sop_class, name;
+};
+constexpr OtherObject kOtherObjects[] = {
+    {"1.2.840.10008.5.1.4.1.1.481.2", "an RT Dose"},
+    {"1.2.840.10008.5.1.4.1.1.66.4", "a segmentation"},
+    {"1.2.840.10008.5.1.4.1.1.66.7", "a label map"},
+    {"1.2.840.10008.5.1.4.1.1.30", "a parametric map"},
+};
+
+/// Checks the SOP class, the number of frames, and the photometric interpretation.
+Status check_object(const DicomWalk& tags, const fs::path& path) {
+    const std::string sop_class = tags.text(kSopClass);
+    for (const OtherObject& other : kOtherObjects)
+        if (sop_class == other.sop_class)
+            return unsupported(path, "is " + std::string(other.name) +
+                                         " object, expected an image of CT, MR or the like");
+    if (!find_transfer_syntax(tags.syntax_uid()))
+        return unsupported(path, "is " + describe_transfer_syntax(tags.syntax_uid()) +
+                                     ", expected pixels without compression or in RLE, JPEG, "
+                                     "JPEG-LS or JPEG 2000");
+    const std::string text = tags.text(kFrames);
+    const std::string_view frames = trimmed(text);
+    if (const auto count = whole_number_from(frames); !frames.empty() && (!count || *count != 1))
+        return unsupported(path, "holds " + shown(frames) + " frames, expected one slice per file");
+    const int samples = tags.number(kSamples, 1);
+    if (samples != 1)
+        return unsupported(
+            path, "holds colour (" + std::to_string(samples) + " samples per pixel), expected 1");
+    const std::string photometric = tags.text(kPhotometric);
+    if (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2")
+        return unsupported(path, "has Photometric Interpretation " + shown(photometric) +
+                                     ", expected MONOCHROME1 or MONOCHROME2");
+    if (const int planar = tags.number(kPlanar, 0); planar > 1)
+        return unsupported(
+            path, "has Planar Configuration " + std::to_string(planar) + ", expected 0 or 1");
+    return Ok{};
+}
+
+/// Checks that the pixel layout is valid and the pixels are complete.
+Status check_pixels(const DicomSlice& slice, bool in_fragments) {
+    const DicomPixels& p = slice.pixels;
+    const bool whole_bytes =
+        p.bits_allocated == 8 || p.bits_allocated == 16 || p.bits_allocated == 32;
+    // Higher positions of the stored bits occur in old files only.
+    if (!whole_bytes || p.bits_stored < 1 || p.bits_stored > p.bits_allocated ||
+        p.high_bit + 1 != p.bits_stored)
+        return unsupported(slice.path, "stores " + std::to_string(p.bits_stored) + " bits of " +
+                                           std::to_string(p.bits_allocated) + " up to bit " +
+                                           std::to_string(p.high_bit) +
+                                           ", expected the lowest of 8, 16 or 32");
+    if (in_fragments != p.compressed())
+        return unreadable(
+            slice.path, in_fragments ? "has pixels in fragments, expected none without compression"
+                                     : "has compressed pixels that aren't in fragments");
+    std::uint64_t found = 0;
+    for (const FilePart& part : p.parts) found += part.bytes;
+    const std::uint64_t expected = std::uint64_t(slice.rows) * std::uint64_t(slice.columns) *
+                                   std::uint64_t(p.bits_allocated / 8);
+    if (p.compressed() && found == 0) return unreadable(slice.path, "has no pixels");
+    if (p.compressed() || found >= expected) return Ok{};
+    return unreadable(slice.path, "has " + std::to_string(found) + " bytes of pixels, expected " +
+                                      std::to_string(expected));
+}
+
+Status take_pixels(const DicomWalk& tags, DicomSlice& slice) {
+    DicomPixels& pixels = slice.pixels;
+    pixels.syntax = *find_transfer_syntax(tags.syntax_uid());
+    pixels.is_signed = tags.number(kPixelRepresentation, 0) != 0;
+    pixels.bits_allocated = tags.number(kBitsAllocated, 16);
+    pixels.bits_stored = tags.number(kBitsStored, pixels.bits_allocated);
+    pixels.high_bit = tags.number(kHighBit, pixels.bits_stored - 1);
+    pixels.swapped_words = tags.has_swapped_words();
+    pixels.parts = tags.pixel_parts();
+    return check_pixels(slice, tags.in_fragments());
+}
+
+/// Reads an optional number. @returns false if it isn't finite
+bool take_number(const DicomWalk& tags, std::uint32_t tag, double& number) {
+    if (!tags.has(tag)) return true;
+    const auto numbers = tags.decimals(tag, 1);
+    if (numbers.empty() || !std::isfinite(numbers[0])) return false;
+    number = numbers[0];
+    return true;
+}
+
+Status take_geometry(const DicomWalk& tags, DicomSlice& slice) {
+    const auto missing = [&](const char* name) {
+        return unreadable(slice.path, std::string("has no usable ") + name + ", expected one");
+    };
+    if (!take_number(tags, kSlope, slice.slope)) return missing("Rescale Slope");
+    if (!take_number(tags, kIntercept, slice.intercept)) return missing("Rescale Intercept");
+    if (slice.slope == 0) slice.slope = 1;  // some writers use 0 for no scaling
+    const auto p = tags.decimals(kPosition, 3);
+    if (p.empty()) return missing("Image Position (Patient)");
+    slice.position = {p[0], p[1], p[2]};
+    if (!is_finite(slice.position)) return missing("Image Position (Patient)");
+    // Checked before sorting, because products of larger values may overflow.
+    if (Status status = check_origin(slice.path, slice.position); !status) return status;
+    const auto o = tags.decimals(kOrientation, 6);
+    if (o.empty()) return missing("Image Orientation (Patient)");
+    slice.row = {o[0], o[1], o[2]};
+    slice.column = {o[3], o[4], o[5]};
+    if (!is_finite(slice.row) || !is_finite(slice.column))
+        return missing("Image Orientation (Patient)");
+    const auto s = tags.decimals(kPixelSpacing, 2);
+    if (s.empty()) return missing("Pixel Spacing");
+    slice.spacing_mm = {s[1], s[0], 0};  // the first number is the distance between rows
+    if (!is_finite(slice.spacing_mm)) return missing("Pixel Spacing");
+    return Ok{};
+}
+
+/// Whether a file should have pixels: CT, MR or PET images, or files with a size in pixels.
+bool ought_to_have_pixels(const DicomWalk& tags) {
+    const std::string kind = tags.text(kSopClass);
+    return tags.has(kRows) || kind == "1.2.840.10008.5.1.4.1.1.2" ||
+           kind == "1.2.840.10008.5.1.4.1.1.4" || kind == "1.2.840.10008.5.1.4.1.1.128";
+}
+
+enum class Start { Other, Preamble, Plain };
+
+Start start_of(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::array<char, 132> start{};
+    file.read(start.data(), std::streamsize(start.size()));
+    if (file.gcount() != 132) return Start::Other;
+    if (std::memcmp(&start[128], "DICM", 4) == 0) return Start::Preamble;
+    // Old files start with an element of group 8, little endian.
+    return start[0] == 8 && start[1] == 0 && start[3] == 0 ? Start::Plain : Start::Other;
+}
+
+std::optional<Error> fault_of(const DicomWalk& tags, DicomSlice& slice, bool whole) {
+    if (!whole || (!tags.has_pixels() && has_plain_elements(tags.syntax_uid())))
+        return unreadable(slice.path, "is damaged or ends early, expected a whole DICOM file");
+    if (Status status = check_object(tags, slice.path); !status) return status.error();
+    if (Status status = take_geometry(tags, slice); !status) return status.error();
+    if (Status status = take_pixels(tags, slice); !status) return status.error();
+    return std::nullopt;
+}
+
+}  // namespace
+
+bool looks_like_dicom(const fs::path& path) {
+    return start_of(path) != Start::Other;
+}
+
+std::optional<DicomSlice> read_dicom_slice(const fs::path& path) {
+    const Start start = start_of(path);
+    if (start == Start::Other) return std::nullopt;
+    DicomWalk tags(path);
+    const bool whole = tags.walk(start == Start::Preamble);
+    if (start == Start::Plain && !tags.has_pixels()) return std::nullopt;
+    const bool readable = has_plain_elements(tags.syntax_uid());
+    if (whole && readable && !tags.has_pixels() && !ought_to_have_pixels(tags)) return std::nullopt;
+    DicomSlice slice;
+    slice.path = path;
+    slice.series_uid = tags.text(kSeriesUid);
+    slice.description = shown(trimmed(tags.text(kSeriesDescription)));
+    slice.rows = tags.number(kRows, 0);
+    slice.columns = tags.number(kColumns, 0);
+    slice.has_modality_lut = tags.has(kModalityLut);
+    if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1))
+        return std::nullopt;
+    // The walk has passed the UID's position if it reached the pixels.
+    if (slice.series_uid.empty() && whole && readable) slice.series_uid = kNoSeriesUid;
+    slice.fault = fault_of(tags, slice, whole);
+    return slice;
+}
+
+}  // namespace pliant

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "formats/dicom_series.h"
+
+#include "core/errors.h"
+#include "core/memory_budget.h"
+#include "core/text.h"
+#include "formats/dicom_pixels.h"
+#include "formats/go_on.h"
+#include "formats/image_header.h"
+#include "formats/voxel_builder.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace pliant {
+namespace fs = std::filesystem;
+namespace {
+
+/// "1 file", "2 files"
+std::string counted(std::size_t count, const char* noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+struct SeriesFiles {
+    std::vector<DicomSlice> slices;
+    std::optional<Error> fault;  ///< the first fault of its slices
+};
+
+/// Contents of a folder.
+struct DicomFolder {
+    std::map<std::string, SeriesFiles> series;
+    std::vector<DicomSlice> strays;  ///< damaged before the series' UID
+    std::size_t others = 0, folders = 0;
+
+    bool is_empty() const { return series.empty() && strays.empty(); }
+};
+
+Result<DicomFolder> read_headers(const fs::path& folder) {
+    std::error_code error;
+    std::vector<fs::path> files;
+    DicomFolder found;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+        std::error_code ignored;
+        if (at->is_regular_file(ignored)) files.push_back(at->path());
+        if (at->is_directory(ignored)) ++found.folders;
+    }
+    if (error)
+        return Error{ErrorCode::Unreadable,
+                     folder.string() + ": can't be listed (" + error.message() + ")"};
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) {
+        auto slice = read_dicom_slice(file);
+        if (!slice) {
+            ++found.others;
+        } else if (slice->series_uid.empty()) {
+            found.strays.push_back(std::move(*slice));
+        } else {
+            SeriesFiles& series = found.series[slice->series_uid];
+            if (!series.fault) series.fault = slice->fault;
+            series.slices.push_back(std::move(*slice));
+        }
+    }
+    return found;
+}
+
+Error no_images(const fs::path& folder, const DicomFolder& found) {
+    std::string text = folder.string() + ": holds no DICOM images (" +
+                       counted(found.others, "file") + " looked at";
+    if (found.folders) text += ", " + counted(found.folders, "folder") + " in it not looked into";
+    return {ErrorCode::NotFound, text + ")"};
+}
+
+/// First description in the files of the series.
+std::string description_of(const SeriesFiles& series) {
+    for (const DicomSlice& slice : series.slices)
+        if (!slice.description.empty()) return slice.description;
+    return {};
+}
+
+/// UIDs of the usable series, or of all if none is usable.
+std::vector<std::string> usable_series(const DicomFolder& folder) {
+    std::vector<std::string> usable, all;
+    for (const auto& [uid, series] : folder.series) {
+        all.push_back(uid);
+        if (!series.fault) usable.push_back(uid);
+    }
+    return usable.empty() ? all : usable;
+}
+
+std::string list_of(const DicomFolder& folder) {
+    std::string list;
+    for (const auto& [uid, series] : folder.series) {
+        list +=
+            (list.empty() ? "" : "; ") + shown(uid) + " (" + counted(series.slices.size(), "slice");
+        if (const std::string text = description_of(series); !text.empty()) list += ", " + text;
+        list += ")";
+    }
+    return list;
+}
+
+void note_left_out(const DicomFolder& folder, const std::string& chosen,
+                   std::vector<std::string>& notes) {
+    if (folder.others)
+        notes.push_back(counted(folder.others, "file") + " of the folder left out: no DICOM image");
+    for (const auto& [uid, series] : folder.series)
+        if (uid != chosen && series.fault)
+            notes.push_back("the series " + shown(uid) + " left out: " + series.fault->message);
+    if (!folder.strays.empty())
+        notes.push_back(counted(folder.strays.size(), "file") +
+                        " of the folder left out: " + folder.strays.front().fault->message);
+}
+
+/// @returns an error that lists the series if the choice is ambiguous
+Result<std::vector<DicomSlice>> choose_series(const fs::path& path, DicomFolder folder,
+                                              const std::string& wanted,
+                                              std::vector<std::string>& notes) {
+    std::string uid = wanted;
+    if (wanted.empty()) {
+        const std::vector<std::string> usable = usable_series(folder);
+        if (usable.size() > 1)
+            return Error{ErrorCode::InvalidArgument,
+                         path.string() + ": holds " + std::to_string(folder.series.size()) +
+                             " series, choose one with --series: " + list_of(folder)};
+        // It may be a slice of that series.
+        if (!folder.strays.empty()) return *folder.strays.front().fault;
+        uid = usable.front();
+    }
+    const auto found = folder.series.find(uid);
+    if (found == folder.series.end()) {
+        if (folder.series.empty()) return *folder.strays.front().fault;
+        return Error{ErrorCode::NotFound, path.string() + ": has no series " + shown(uid) +
+                                              ", expected --series with " + list_of(folder)};
+    }
+    if (found->second.fault) return *found->second.fault;
+    note_left_out(folder, uid, notes);
+    return std::move(found->second.slices);
+}
+
+Status check_memory(const fs::path& folder, const Grid& grid) {
+    if (has_memory_for(2 * std::uint64_t(voxel_count(grid)))) return Ok{};
+    return Error{ErrorCode::LimitExceeded, folder.string() + ": not enough memory to read it"};
+}
+
+}  // namespace
+
+Result<std::vector<DicomSeries>> list_series(const fs::path& folder) {
+    auto found = read_headers(folder);
+    if (!found) return found.error();
+    std::vector<DicomSeries> list;
+    for (const std::string& uid : usable_series(*found)) {
+        const SeriesFiles& series = found->series[uid];
+        list.push_back({uid, description_of(series), int(series.slices.size())});
+    }
+    return list;
+}
+
+Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& options,
+                                 ReadNotes& notes, const DecoderChoice& decoder) {
+    auto found = read_headers(folder);
+    if (!found) return found.error();
+    if (found->is_empty()) return no_images(folder, *found);
+    auto slices = choose_series(folder, std::move(*found), options.series_uid, notes.notes);
+    if (!slices) return slices.error();
+    auto grid = stack_slices(folder, *slices, notes.notes);
+    if (!grid) return grid.error();
+    if (Status status = check_size(folder, {grid->size.x, grid->size.y, grid->size.z}); !status)
+        return status.error();
+    if (Status status = check_memory(folder, *grid); !status) return status.error();
+    notes.format = "DICOM";
+    const DicomPixels& pixels = slices->front().pixels;
+    notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
+    for (const DicomSlice& slice : *slices)
+        if (slice.has_modality_lut) {
+            notes.notes.push_back("the Modality LUT Sequence is not applied");
+            break;
+        }
+    VoxelBuilder voxels(voxel_count(*grid));
+    DicomPixelReader reader(*slices, decoder);
+    double done = 0;
+    for (const DicomSlice& slice : *slices) {
+        if (Status status = go_on(folder, options, done++ / double(slices->size())); !status)
+            return status.error();
+        if (Status status = reader.read(slice, voxels); !status) return status.error();
+    }
+    return Volume{*grid, voxels.finish(notes.notes), {}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The header of one DICOM image. An unusable file has a fault and its series, so that it blocks
+// only that series.
+
+#pragma once
+
+#include "formats/dicom_walk.h"
+
+#include <pliant/result.h>
+#include <pliant/vec.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pliant {
+
+/// Location and encoding of the pixels.
+struct DicomPixels {
+    TransferSyntax syntax;
+    bool is_signed = false;
+    int bits_allocated = 16, bits_stored = 16, high_bit = 15;
+    bool swapped_words = false;  ///< byte pairs are in big-endian order
+    /// One part if uncompressed, otherwise the fragments of a codestream.
+    std::vector<FilePart> parts;
+
+    bool compressed() const { return syntax.codec != PixelCodec::None; }
+};
+
+/// Header of a DICOM image.
+struct DicomSlice {
+    std::filesystem::path path;
+    std::string series_uid;  ///< kNoSeriesUid if the file has none; empty if unknown
+    std::string description;
+    int rows = 0, columns = 0;
+    double slope = 1, intercept = 0;  ///< HU = slope·stored + intercept
+    Vec3d position{};                 ///< centre of the first pixel [mm, LPS]
+    Vec3d row{};                      ///< unit vector along a row: the i axis
+    Vec3d column{};                   ///< unit vector down a column: the j axis
+    Vec3d spacing_mm{};               ///< x: between columns, y: between rows; z unused
+    DicomPixels pixels;
+    bool has_modality_lut = false;
+    std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then
+};
+
+/// Series name of files without an UID.
+inline constexpr const char* kNoSeriesUid = "none";
+
+/// @returns nullopt if the file is no DICOM image
+std::optional<DicomSlice> read_dicom_slice(const std::filesystem::path& path);
+
+/// Whether a file starts like a DICOM file.
+bool looks_like_dicom(const std::filesystem::path& path);
+
+}  // namespace pliant

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Parser of a DICOM file's elements up to the pixels:
+//
+//   explicit   group(2) element(2) VR(2) length(2)   or   … VR(2) 0(2) length(4)
+//   implicit   group(2) element(2) length(4)
+//
+// A length of 0xFFFFFFFF means items up to a delimiter. Compressed pixels have this form: an offset
+// table, then the fragments of a codestream. Only the elements of dicom_tags are stored.
+
+#pragma once
+
+#include "formats/dicom_syntax.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pliant {
+
+namespace dicom_tags {
+inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080016,
+                               kSeriesDescription = 0x0008103e, kSeriesUid = 0x0020000e,
+                               kPosition = 0x00200032, kOrientation = 0x00200037,
+                               kSamples = 0x00280002, kPhotometric = 0x00280004,
+                               kPlanar = 0x00280006, kFrames = 0x00280008, kRows = 0x00280010,
+                               kColumns = 0x00280011, kPixelSpacing = 0x00280030,
+                               kBitsAllocated = 0x00280100, kBitsStored = 0x00280101,
+                               kHighBit = 0x00280102, kPixelRepresentation = 0x00280103,
+                               kIntercept = 0x00281052, kSlope = 0x00281053,
+                               kModalityLut = 0x00283000;
+}
+
+/// A range of a file.
+struct FilePart {
+    std::uint64_t start = 0;  ///< [bytes] from the start of the file
+    std::uint64_t bytes = 0;
+};
+
+class DicomWalk {
+  public:
+    explicit DicomWalk(const std::filesystem::path& path);
+
+    /// @param preamble  the file starts with 128 bytes and DICM
+    /// @returns whether the file is complete up to the pixels. Elements are unknown for syntaxes
+    ///          without plain ones (has_plain_elements).
+    bool walk(bool preamble);
+
+    /// Value of an element without padding; empty if there is none.
+    std::string text(std::uint32_t tag) const;
+    int number(std::uint32_t tag, int otherwise) const;
+    /// @returns empty unless there are exactly `count` numbers
+    std::vector<double> decimals(std::uint32_t tag, std::size_t count) const;
+    bool has(std::uint32_t tag) const { return m_values.contains(tag); }
+
+    const std::string& syntax_uid() const { return m_syntax_uid; }
+    bool has_pixels() const { return m_has_pixels; }
+    /// Whether the pixels are in fragments, possibly zero of them.
+    bool in_fragments() const { return m_in_fragments; }
+    /// Range of the uncompressed pixels, or the fragments of a codestream.
+    const std::vector<FilePart>& pixel_parts() const { return m_pixel_parts; }
+    /// Whether the pixels' byte pairs are in big-endian order.
+    bool has_swapped_words() const { return m_big && m_pixel_type != "OB"; }
+
+  private:
+    struct Element {
+        std::uint32_t tag = 0;
+        std::uint32_t length = 0;
+        std::string_view type;  ///< empty for implicit types
+        bool nests = false;     ///< undefined length: items follow
+    };
+    void seek(std::uint64_t at);
+    bool read(char* out, std::size_t count);
+    bool skip(std::uint64_t count);
+    std::uint32_t u16(const char* bytes) const;
+    std::uint32_t u32(const char* bytes) const;
+    bool walk_meta();
+    void guess_explicit();
+    void take_syntax();
+    bool read_element(Element& element);
+    bool take_value(const Element& element);
+    bool skip_nested(const Element& element);
+    bool skip_items(const Element& outer, int depth);
+    bool take_pixels(const Element& element);
+    bool take_fragments();
+
+    std::ifstream m_file;
+    std::uint64_t m_size = 0, m_at = 0;
+    bool m_explicit = true, m_big = false, m_has_pixels = false, m_in_fragments = false;
+    std::string m_syntax_uid;
+    std::string_view m_pixel_type;
+    std::vector<FilePart> m_pixel_parts;
+    std::map<std::uint32_t, std::string> m_values;
+};
+
+}  // namespace pliant

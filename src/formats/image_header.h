@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The header of an image file: NRRD, MetaImage or NIfTI. Each format has its own reader, which
+// refuses nonsense in one line before memory for the data is allocated. Reading a header opens no
+// data file: the caller first decides whether it may be opened.
+
+#pragma once
+
+#include <pliant/result.h>
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "volume/grid_limits.h"
+
+namespace pliant {
+
+enum class ImageFormat { Nrrd, MetaImage, Nifti };
+
+/// Type of a stored number.
+enum class Component { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64 };
+
+std::string_view name_of(ImageFormat format);
+std::string_view name_of(Component component);
+std::size_t size_of(Component component);
+
+enum class DataEncoding {
+    Raw,
+    Deflated,  ///< gzip or zlib
+    Text
+};
+
+/// Location of the data: one file, or several consecutive files with equal parts.
+struct DataPlace {
+    std::vector<std::filesystem::path> files;
+    std::int64_t expected_files = 0;  ///< required number of files; 0: any number that divides the
+                                      ///< voxels
+    DataEncoding encoding = DataEncoding::Raw;
+    std::uint64_t start = 0;       ///< skipped bytes at the start of each file
+    std::int64_t line_skip = 0;    ///< then skipped lines
+    std::uint64_t byte_skip = 0;   ///< then skipped bytes (before decompression)
+    std::uint64_t inner_skip = 0;  ///< skipped decompressed bytes
+    bool at_end = false;           ///< raw data are the last bytes of each file
+    bool swapped = false;          ///< numbers are in the other byte order
+    /// Consecutive numbers of one component before the next component's; 1 if the numbers of a
+    /// voxel are adjacent.
+    std::uint64_t voxels_before_component = 1;
+    bool rescaled = false;  ///< a voxel is slope · number + intercept
+    double slope = 1, intercept = 0;
+};
+
+struct ImageHeader {
+    ImageFormat format = ImageFormat::Nrrd;
+    std::vector<std::int64_t> sizes;      ///< voxels along each axis of space (or time)
+    std::int64_t components = 1;          ///< numbers per voxel
+    Component stored = Component::Int16;  ///< type of the numbers in the file
+    Grid grid;                            ///< LPS; its size is set if sizes are three valid numbers
+    KeyValues key_values;
+    std::vector<std::string> notes;
+    DataPlace data;
+    /// Signs that convert the components of the file's vectors to LPS.
+    Vec3d vector_sign{1, 1, 1};
+    bool turned_vectors = false;  ///< vectors have a separate measurement frame
+};
+
+Result<ImageHeader> read_nrrd_header(const std::filesystem::path& path);
+Result<ImageHeader> read_meta_header(const std::filesystem::path& path);
+Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
+
+/// Checks that a grid is usable: two or more voxels along each axis, valid spacing, origin and
+/// directions.
+Status check_grid(const std::filesystem::path& path, const Grid& grid);
+/// Checks the range of a spacing. @param axis  0…2
+Status check_spacing(const std::filesystem::path& path, int axis, double spacing_mm);
+Status check_origin(const std::filesystem::path& path, Vec3d origin_mm);
+/// Checks that there are voxels along each axis, and not too many.
+Status check_counts(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
+/// Checks the counts, and that the image is 3-D.
+Status check_size(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
+/// Checks size, grid, and the number of components per voxel. Sets the grid's size.
+#pragma GCC visibility push(default)  // for other components
+Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
+#pragma GCC visibility pop
+
+/// Whether ITK uses a key for header fields; such keys are not passed on.
+bool is_itk_key(std::string_view key);
+
+/// Notes tolerated axes that lean by more than rounding.
+void note_lean(const Grid& grid, std::vector<std::string>& notes);
+
+}  // namespace pliant

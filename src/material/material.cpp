@@ -1,0 +1,169 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "material/material.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "core/hash.h"
+#include "core/text.h"
+
+namespace pliant {
+
+MaterialLaw draeger_law(const ChainMailSettings& settings) {
+    return [offset = settings.offset, max_movement_mm = settings.max_movement_mm,
+            bone_threshold_hu = settings.bone_threshold_hu, yield = settings.yield](int value_hu) {
+        // The thesis divides by 4096 in its text and keeps values up to 4095; with 4095 the hardest
+        // value gets exactly zero slack.
+        const double w = std::clamp((value_hu + 1000) / 4095.0, 0.0, 1.0);
+        const double softness = 1 - w * w;
+        const double region = offset * softness;
+        return ElementLimits{.compress = {region, region, region},
+                             .stretch = {region, region, region},
+                             .shear = {region, region, region},
+                             .max_movement_mm = softness * max_movement_mm,
+                             .fixed = value_hu > bone_threshold_hu,
+                             .yield = yield};
+    };
+}
+
+namespace {
+
+HalfLimits quantised(const ElementLimits& limits, Vec3d spacing_mm) {
+    HalfLimits half{};
+    for (int b = 0; b < 3; ++b) {
+        half.compress[b] = limit_units_from_mm(spacing_mm[b] * limits.compress[b] / 2);
+        half.stretch[b] = limit_units_from_mm(spacing_mm[b] * limits.stretch[b] / 2);
+        half.shear[b] = limit_units_from_mm(spacing_mm[b] * limits.shear[b] / 2);
+    }
+    half.max_movement =
+        Fixed(std::floor(std::min(limits.max_movement_mm, kMaxMovementMm) * kUnitsPerMm));
+    half.fixed = limits.fixed;
+    half.yield = Fixed(std::lround(std::clamp(limits.yield, 0.0, 1.0) * kWholeYield));
+    return half;
+}
+
+HalfLimits void_limits() {
+    constexpr Fixed far = kMaxHalfLimit;
+    return {{far, far, far}, {far, far, far}, {far, far, far}, 0, false, 0};
+}
+
+std::uint8_t traits_of(const HalfLimits& half) {
+    std::uint8_t traits = half.fixed ? kFixedTrait : 0;
+    for (int b = 0; b < 3; ++b) {
+        if (half.compress[b] != half.shear[b] || half.stretch[b] != half.shear[b])
+            traits |= kAsymmetric;
+        if (half.compress[b] != half.compress[0] || half.stretch[b] != half.stretch[0] ||
+            half.shear[b] != half.shear[0])
+            traits |= kAnisotropic;
+    }
+    return traits;
+}
+
+struct HashLimits {
+    std::size_t operator()(const HalfLimits& half) const {
+        Hash64 hash;
+        for (int b = 0; b < 3; ++b)
+            for (const Fixed word : {half.compress[b], half.stretch[b], half.shear[b]})
+                hash.add_word(std::uint32_t(word));
+        hash.add_word(std::uint32_t(half.max_movement) * 2 + half.fixed);
+        hash.add_word(std::uint32_t(half.yield));
+        return std::size_t(hash.value());
+    }
+};
+
+bool operator==(const ElementLimits& a, const ElementLimits& b) {
+    return a.compress == b.compress && a.stretch == b.stretch && a.shear == b.shear &&
+           a.max_movement_mm == b.max_movement_mm && a.fixed == b.fixed && a.yield == b.yield;
+}
+
+}  // namespace
+
+/// Empty if all numbers are within the ranges of ElementLimits.
+std::string fault_of(const ElementLimits& limits) {
+    const auto wrong = [](const std::string& field, const char* expected, double found) {
+        return field + ": expected " + expected + ", found " + text_of(found);
+    };
+    for (int b = 0; b < 3; ++b) {
+        const std::string axis = std::string(".") + "xyz"[b];
+        // Above 1 a link could invert.
+        if (!(limits.compress[b] >= 0 && limits.compress[b] <= 1))
+            return wrong("compress" + axis, "a fraction 0 to 1", limits.compress[b]);
+        if (!(limits.stretch[b] >= 0))
+            return wrong("stretch" + axis, "a fraction of 0 or more", limits.stretch[b]);
+        if (!(limits.shear[b] >= 0))
+            return wrong("shear" + axis, "a fraction of 0 or more", limits.shear[b]);
+    }
+    if (!(limits.max_movement_mm >= 0))
+        return wrong("max_movement_mm", "0 or more", limits.max_movement_mm);
+    if (!(limits.yield >= 0 && limits.yield <= 1))
+        return wrong("yield", "a fraction 0 to 1", limits.yield);
+    return {};
+}
+
+/// Finds entries by their limits.
+class MaterialTable::Builder {
+  public:
+    Builder(std::vector<HalfLimits>& entries, Vec3d spacing_mm)
+        : m_entries(entries), m_spacing_mm(spacing_mm) {}
+
+    /// @returns void, with a fault(), for limits outside of their ranges
+    MaterialId add(const ElementLimits& limits) {
+        // Neighbouring values often have the same limits: no look-up is needed then.
+        if (m_any && limits == m_last) return m_last_id;
+        m_fault = fault_of(limits);
+        if (!m_fault.empty()) return kVoidMaterial;
+        const HalfLimits half = quantised(limits, m_spacing_mm);
+        const auto [entry, is_new] = m_known.try_emplace(half, MaterialId(m_entries.size()));
+        if (is_new) m_entries.push_back(half);
+        m_any = true;
+        m_last = limits;
+        return m_last_id = entry->second;
+    }
+    const std::string& fault() const { return m_fault; }
+
+  private:
+    std::vector<HalfLimits>& m_entries;
+    Vec3d m_spacing_mm;
+    std::unordered_map<HalfLimits, MaterialId, HashLimits> m_known;
+    bool m_any = false;
+    ElementLimits m_last;
+    MaterialId m_last_id = 0;
+    std::string m_fault;
+};
+
+MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
+                             const std::vector<ElementLimits>& others, Vec3d spacing_mm)
+    : m_entries{void_limits()} {
+    constexpr std::size_t kMostEntries = 65536;
+    Builder builder(m_entries, spacing_mm);
+    for (const MaterialLaw& law : laws) {
+        std::vector<MaterialId>& ids = m_ids.emplace_back(32768 - kLowestValue);
+        for (std::size_t n = 0; n < ids.size() && m_entries.size() <= kMostEntries; ++n) {
+            const int value_hu = int(n) + kLowestValue;
+            ids[n] = builder.add(law(value_hu));
+            if (!builder.fault().empty()) {
+                m_fault = {int(m_ids.size()) - 1, value_hu, builder.fault()};
+                return;
+            }
+        }
+    }
+    m_law_size = int(m_entries.size());
+    for (const ElementLimits& limits : others) m_other_ids.push_back(builder.add(limits));
+    m_fits = m_entries.size() <= kMostEntries;
+    for (const HalfLimits& half : m_entries) {
+        m_traits.push_back(traits_of(half));
+        const bool moves = !half.fixed && &half != &m_entries[kVoidMaterial];
+        m_movements.push_back(moves ? half.max_movement : INT32_MAX);
+        for (std::size_t b = 0; b < 3; ++b) {
+            m_columns.compress[b].push_back(half.compress[b]);
+            m_columns.stretch[b].push_back(half.stretch[b]);
+            m_columns.shear[b].push_back(half.shear[b]);
+            m_symmetric &= half.compress[b] == half.shear[b] && half.stretch[b] == half.shear[b];
+        }
+    }
+}
+
+}  // namespace pliant

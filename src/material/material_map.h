@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Material of each element: by its label, if that has a material; else air, if it is enabled and
+// the value is below the threshold; else by the main law and the value. Nothing is stored per
+// element.
+
+#pragma once
+
+#include <pliant/material.h>
+
+#include <array>
+#include <vector>
+
+#include "material/air_bits.h"
+#include "material/labels.h"
+#include "material/material.h"
+
+namespace pliant {
+
+class MaterialMap {
+  public:
+    /// Keeps a reference to the volume. @param laws  the first one applies to all elements
+    MaterialMap(const Volume& volume, const std::vector<MaterialLaw>& laws);
+    MaterialMap(const Volume& volume, const ChainMailSettings& settings);
+
+    const MaterialTable& table() const { return m_table; }
+    MaterialId at(Vec3i ijk) const;
+    /// Writes the materials of a cube of elements, i fastest. @param part  of the cube inside of
+    /// the scan
+    /// @returns true only if the elements of the part have one material
+    bool fill(Vec3i first, int size, const Box3i& part, MaterialId* out) const;
+    /// Prefetches the values of the part.
+    void fetch_early(Vec3i first, const Box3i& part) const;
+    /// Limits of an element directly from its law, not from the quantised table.
+    ElementLimits limits_at(Vec3i ijk) const;
+    /// The scan's value, rounded; air beyond it [HU].
+    int value_at(Vec3i ijk) const;
+
+  private:
+    bool is_air(Vec3i ijk) const;
+    unsigned air_axes(Vec3i ijk) const;
+    template <int kCount, class Voxel>
+    unsigned air_of_row(const Voxel* voxels, Vec3i first) const;
+    template <class Voxel>
+    void look_around(const Voxel* voxels, Vec3i first, AirBits& air) const;
+    template <class Voxel>
+    bool lay_air(const Voxel* voxels, Vec3i first, MaterialId* out) const;
+    template <class Voxel>
+    bool fill_by_value(const Voxel* voxels, Vec3i first, int size, const Box3i& part,
+                       MaterialId* out) const;
+    void fill_one_by_one(Vec3i first, int size, MaterialId* out) const;
+
+    const Volume* m_volume;
+    std::vector<MaterialLaw> m_laws;  ///< the main law, then the labels' laws
+    std::array<ElementLimits, 8> m_air{};
+    bool m_has_air = false;
+    int m_air_below = 0;  ///< whole values below it are air
+    LabelMap m_labels;
+    MaterialTable m_table;
+};
+
+/// Calls visit(y, z) for the rows of a box.
+template <class Visit>
+void for_each_y_z(const Box3i& box, const Visit& visit) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
+}
+
+}  // namespace pliant

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Rules between settings; their ranges are in settings_rows.cpp.
+
+#include "material/settings.h"
+
+#include <set>
+#include <utility>
+
+#include "core/errors.h"
+#include "core/text.h"
+
+namespace pliant {
+namespace {
+
+/// The lattice continues beyond the scan as air. If that yields by almost nothing, a push reaches
+/// as far as memory lasts.
+Status check_air(const ChainMailSettings& s) {
+    constexpr double kMin = 0.01;
+    if (!s.air_enabled || s.bounded) return Ok{};
+    for (const auto& [name, found] : {std::pair("air_compress", s.air_compress),
+                                      {"air_stretch", s.air_stretch},
+                                      {"air_shear", s.air_shear}})
+        if (found < kMin)
+            return expected_error(title_of(*find_setting(name, chainmail_rows())),
+                                  "0.01 or more, or [lattice] bounded = true", text_of(found));
+    return Ok{};
+}
+
+Status check_label_materials(const ChainMailSettings& s) {
+    std::set<int> taken;
+    for (std::size_t n = 0; n < s.label_materials.size(); ++n) {
+        const LabelMaterial& material = s.label_materials[n];
+        const auto title = [&](std::string_view key) {
+            return "[[label]] " + std::to_string(n + 1) + " " + std::string(key);
+        };
+        if (material.values.empty())
+            return expected_error(title("values"), "one label or more", "none");
+        for (const auto& field : label_rows())
+            if (const Status status = check_range(field, field.get(material)); !status)
+                return expected_error(title(field.key_in_file()), status.error().expected,
+                                      status.error().found);
+        for (const int value : material.values)
+            if (!taken.insert(value).second)
+                return expected_error(title("values"), "each label once", std::to_string(value));
+    }
+    return Ok{};
+}
+
+}  // namespace
+
+Status check_settings(const ChainMailSettings& s) {
+    if (const Status table = check(s, chainmail_rows()); !table) return table;
+    if (const Status air = check_air(s); !air) return air;
+    return check_label_materials(s);
+}
+
+}  // namespace pliant

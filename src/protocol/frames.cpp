@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "protocol/frames.h"
+
+#include <lz4.h>
+
+#include <bit>
+#include <cstring>
+
+#include "protocol/half.h"
+
+namespace pliant::serve {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "frames are written as they lie");
+
+template <class T>
+void put(std::string& bytes, std::size_t at, T value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+}
+template <class T>
+T get(std::string_view bytes, std::size_t at) {
+    T value{};
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    return value;
+}
+void put_vector(std::string& bytes, std::size_t at, Vec3f v) {
+    for (int a = 0; a < 3; ++a) put(bytes, at + 4 * std::size_t(a), v[a]);
+}
+Vec3f get_vector(std::string_view bytes, std::size_t at) {
+    return {get<float>(bytes, at), get<float>(bytes, at + 4), get<float>(bytes, at + 8)};
+}
+
+void put_header(std::string& bytes, const FrameHeader& h) {
+    std::memcpy(bytes.data(), "PLNT", 4);
+    put(bytes, 4, std::uint8_t(h.type));
+    put(bytes, 5, h.flags);
+    put(bytes, 6, h.count);
+    put(bytes, 8, h.step);
+    put(bytes, 12, h.volume);
+    for (int a = 0; a < 3; ++a) {
+        put(bytes, 16 + 2 * std::size_t(a), std::uint16_t(h.box.begin[a]));
+        put(bytes, 22 + 2 * std::size_t(a), std::uint16_t(h.box.end[a] - h.box.begin[a]));
+    }
+    put(bytes, 28, h.payload_bytes);
+}
+
+}  // namespace
+
+void put_frame_header(std::string& frame, FrameHeader header) {
+    header.payload_bytes = std::uint32_t(frame.size() - kFrameHeaderBytes);
+    put_header(frame, header);
+}
+
+std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header, bool pack) {
+    const Vec3i n = box.end - box.begin;
+    std::vector<std::uint16_t> halves(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z));
+    halves_of_box(volume, box, halves);
+    header.count = kFormatVoxels;
+    return box_frame(halves, box, header, pack);
+}
+
+std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, FrameHeader header,
+                      bool pack) {
+    header.type = FrameType::Box;
+    header.box = box;
+    header.payload_bytes = std::uint32_t(halves.size() * sizeof halves[0]);
+    const auto size = int(header.payload_bytes);
+    std::string frame;
+    if (pack) {
+        frame.resize(kFrameHeaderBytes + std::size_t(size / 5 * 4));
+        const int packed =
+            LZ4_compress_default(reinterpret_cast<const char*>(halves.data()),
+                                 frame.data() + kFrameHeaderBytes, size, size / 5 * 4);
+        if (packed > 0) {
+            frame.resize(kFrameHeaderBytes + std::size_t(packed));
+            header.flags |= kFramePacked;
+        }
+    }
+    if (!(header.flags & kFramePacked)) {
+        frame.resize(kFrameHeaderBytes + std::size_t(size));
+        std::memcpy(frame.data() + kFrameHeaderBytes, halves.data(), std::size_t(size));
+    }
+    put_header(frame, header);
+    return frame;
+}
+
+std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header) {
+    std::string frame(kFrameHeaderBytes + tools.size() * kToolBytes, '\0');
+    header.type = FrameType::Tools;
+    header.flags = 0;
+    header.count = std::uint16_t(tools.size());
+    header.box = {};
+    header.payload_bytes = std::uint32_t(tools.size() * kToolBytes);
+    put_header(frame, header);
+    std::size_t at = kFrameHeaderBytes;
+    for (const ToolPose& tool : tools) {
+        put(frame, at, tool.client);
+        put(frame, at + 4, std::uint8_t(tool.kind));
+        put(frame, at + 5, std::uint8_t((tool.touches ? 1 : 0) | (tool.limited ? 2 : 0)));
+        put_vector(frame, at + 8, tool.position_mm);
+        put_vector(frame, at + 20, tool.direction);
+        put_vector(frame, at + 32, tool.up);
+        put(frame, at + 44, tool.radius_mm);
+        put_vector(frame, at + 48, tool.force);
+        put(frame, at + 60, tool.fraction);
+        at += kToolBytes;
+    }
+    return frame;
+}
+
+std::optional<FrameHeader> read_frame_header(std::string_view frame) {
+    if (frame.size() < kFrameHeaderBytes || !frame.starts_with("PLNT")) return {};
+    FrameHeader h;
+    const auto type = get<std::uint8_t>(frame, 4);
+    if (type < 1 || type > 4) return {};
+    h.type = FrameType(type);
+    h.flags = get<std::uint8_t>(frame, 5);
+    h.count = get<std::uint16_t>(frame, 6);
+    h.step = get<std::uint32_t>(frame, 8);
+    h.volume = get<std::uint32_t>(frame, 12);
+    for (int a = 0; a < 3; ++a) {
+        h.box.begin[a] = get<std::uint16_t>(frame, 16 + 2 * std::size_t(a));
+        h.box.end[a] = h.box.begin[a] + get<std::uint16_t>(frame, 22 + 2 * std::size_t(a));
+    }
+    h.payload_bytes = get<std::uint32_t>(frame, 28);
+    return h;
+}
+
+std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame) {
+    const auto h = read_frame_header(frame);
+    if (!h || h->type != FrameType::Box || h->count < kFormatVoxels || h->count > kFormatRest)
+        return {};
+    const Vec3i n = h->box.end - h->box.begin;
+    const std::uint64_t count =
+        std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z) * halves_each(h->count);
+    if (count == 0 || count * 2 != h->payload_bytes || count > std::uint64_t(1) << 24) return {};
+    std::vector<std::uint16_t> halves(count);
+    frame.remove_prefix(kFrameHeaderBytes);
+    if (h->flags & kFramePacked) {
+        const int size = LZ4_decompress_safe(frame.data(), reinterpret_cast<char*>(halves.data()),
+                                             int(frame.size()), int(h->payload_bytes));
+        if (size != int(h->payload_bytes)) return {};
+    } else {
+        if (frame.size() != h->payload_bytes) return {};
+        std::memcpy(halves.data(), frame.data(), frame.size());
+    }
+    return halves;
+}
+
+std::optional<std::vector<ToolPose>> read_tools(std::string_view frame) {
+    const auto h = read_frame_header(frame);
+    if (!h || h->type != FrameType::Tools || h->payload_bytes != h->count * kToolBytes ||
+        frame.size() != kFrameHeaderBytes + h->payload_bytes)
+        return {};
+    std::vector<ToolPose> tools;
+    for (std::size_t at = kFrameHeaderBytes; at < frame.size(); at += kToolBytes) {
+        const auto kind = get<std::uint8_t>(frame, at + 4);
+        if (kind > 2) return {};
+        const auto flags = get<std::uint8_t>(frame, at + 5);
+        tools.push_back({.client = get<std::uint32_t>(frame, at),
+                         .kind = ToolKind(kind),
+                         .touches = (flags & 1) != 0,
+                         .limited = (flags & 2) != 0,
+                         .position_mm = get_vector(frame, at + 8),
+                         .direction = get_vector(frame, at + 20),
+                         .up = get_vector(frame, at + 32),
+                         .radius_mm = get<float>(frame, at + 44),
+                         .force = get_vector(frame, at + 48),
+                         .fraction = get<float>(frame, at + 60)});
+    }
+    return tools;
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Text messages of the server (docs/protocol.md): plain values, and their JSON.
+
+#pragma once
+
+#include <pliant/catheter.h>
+#include <pliant/chainmail.h>
+#include <pliant/render.h>
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/tissue_choice.h"
+
+namespace pliant {
+struct DicomSeries;
+}
+
+namespace pliant::serve {
+
+/// Description of the scan for a new client.
+struct VolumeInfo {
+    std::uint32_t id = 1;
+    std::string name{};
+    Grid grid{};
+    double lowest_hu = 0, highest_hu = 0;
+    std::optional<Endoscope> start{};
+    std::vector<PhantomLandmark> landmarks{};
+};
+
+struct ClientInfo {
+    std::uint32_t number = 0;
+    std::string name{};
+    bool view = false;
+};
+
+/// State of a catheter in its vessel.
+struct VesselState {
+    CatheterCommand hand{};
+    CatheterMeasures measures{};  ///< quick_measures(), and inverted tetrahedra
+    double wall_moved_mm = 0;     ///< largest displacement of a wall node
+    double radius_mm = 0, length_mm = 0;
+    std::string failure{};  ///< reason why it has stopped until a reset; empty: none
+};
+
+/// Shared state except voxels.
+struct SharedState {
+    TissueChoice tissue{};
+    bool has_vessel = false;  ///< whether the scene has a vessel, so that it can be chosen as
+                              ///< tissue
+    std::optional<VesselState> vessel{};
+    double pace = 0;                ///< simulated time per real time at the last motion; 0: unknown
+    Vec3i spring_nodes{0, 0, 0};    ///< along i, j, k
+    std::int32_t active_nodes = 0;  ///< reached by forces last
+    double update_hz = 0;           ///< rate of node updates at the last motion
+    std::uint32_t step = 0;
+    double iso_hu = -500;
+    Polarity polarity = Polarity::Rising;
+    ChainMailSettings materials{};
+    bool relaxing = false, settled = true;
+    std::uint32_t holder = 0;  ///< client whose grab holds tissue; 0: none
+    int undo_steps = 0, redo_steps = 0;
+    std::string next_undo{}, next_redo{};
+    std::vector<ClientInfo> clients{};
+    bool recorded = true;  ///< the session's file has all commands
+    double solve_ms = 0, resample_ms = 0, tick_ms = 0;
+    double overlay_ms = 0;  ///< time of the last overlays; not part of tick_ms
+    std::int64_t moved_elements = 0;
+};
+
+/// Result of a command.
+struct Outcome {
+    std::string error_code{};  ///< empty: done; otherwise the reason of the refusal
+    std::string message{};     ///< for the user; may be empty
+    std::optional<PushStatus> status{};
+    LimitedBy limited_by = LimitedBy::None;
+    double step_fraction = 0;  ///< valid with a status
+    std::optional<std::int64_t> grabbed_elements{}, moved_elements{}, cut_links{},
+        carved_elements{};
+    double solve_ms = 0;
+    std::optional<Vec3d> force{};
+    std::optional<Vec3d> end_mm{};  ///< of a slide: final centre of the sphere, outside of tissue
+    bool ran_out = false;           ///< refused for lack of memory, or by a bug
+    bool ended_step = false;        ///< and its only effect was Scene::interrupt()
+
+    bool ok() const { return error_code.empty(); }
+};
+
+/// Force on a tool, from the change of the tissue's energy in its last motion.
+struct FeltForce {
+    std::uint32_t client = 0;
+    Vec3d force;
+};
+
+struct Welcome {
+    ClientInfo client{};
+    std::string resume{};
+    bool resumed = false;
+    int rate_hz = 60;
+    std::uint64_t open_bytes = 0;  ///< size limit of an uploaded scan
+    int spring_nodes = 32;         ///< limit along an axis
+    std::vector<std::string> haptic_devices{};
+};
+
+struct Checksums {
+    std::uint32_t step = 0;
+    std::uint32_t voxels = 0;              ///< MurmurHash3 of the half floats
+    std::uint64_t volume = 0, tissue = 0;  ///< hash_volume, ChainMail::hash
+};
+
+std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
+                         const SharedState& state);
+/// Announces another scan.
+std::string volume_text(const VolumeInfo& volume);
+std::string state_text(const SharedState& state);
+/// `done` or `error`. @param step  whose voxels include the effect
+std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t step,
+                         const Outcome& outcome);
+std::string checksum_text(std::uint32_t id, const Checksums& sums);
+std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume,
+                      const LumenPath& path);
+/// List of series as JSON.
+std::string series_text(std::span<const DicomSeries> list);
+std::string pong_text(std::uint32_t id);
+std::string bye_text(int code, const std::string& message);
+std::string hex_text(std::uint64_t number, int digits);
+
+}  // namespace pliant::serve

@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The server's text messages as JSON.
+
+#include <pliant/version.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "formats/dicom_series.h"
+#include "protocol/commands.h"
+#include "protocol/messages.h"
+#include "protocol/record_json.h"
+#include "protocol/wire_rows.h"
+
+namespace pliant::serve {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string text_of_json(const Json& json) {
+    // File names need not be UTF-8.
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Json json_of(Vec3d v) {
+    return {v.x, v.y, v.z};
+}
+Json json_of(Vec3i v) {
+    return {v.x, v.y, v.z};
+}
+
+Json json_of(const ClientInfo& client) {
+    return {{"client", client.number},
+            {"name", client.name},
+            {"role", client.view ? "view" : "control"}};
+}
+
+Json json_of(const VolumeInfo& v) {
+    const auto& axes = v.grid.direction.columns;
+    Json json = {{"id", v.id},
+                 {"name", v.name},
+                 {"size", json_of(v.grid.size)},
+                 {"spacing_mm", json_of(v.grid.spacing_mm)},
+                 {"origin_mm", json_of(v.grid.origin_mm)},
+                 {"direction", {json_of(axes[0]), json_of(axes[1]), json_of(axes[2])}},
+                 {"range_hu", {v.lowest_hu, v.highest_hu}},
+                 {"start", nullptr},
+                 {"landmarks", Json::array()}};
+    if (v.start)
+        json["start"] = {{"eye_mm", json_of(v.start->eye_mm)},
+                         {"look", json_of(v.start->look)},
+                         {"up", json_of(v.start->up)}};
+    for (const PhantomLandmark& mark : v.landmarks)
+        json["landmarks"].push_back({{"name", mark.name},
+                                     {"point_mm", json_of(mark.push_point_mm)},
+                                     {"push_mm", json_of(mark.push_mm)},
+                                     {"eye_mm", json_of(mark.eye_mm)},
+                                     {"look", json_of(mark.look)}});
+    return json;
+}
+
+/// Rounds to the displayed precision, so that vibrations below it cause no new state.
+double rounded(double value, double parts) {
+    return std::round(value * parts) / parts;
+}
+
+Json json_of(const VesselState& v, double pace) {
+    const CatheterMeasures& m = v.measures;
+    return {{"insert_mm_s", v.hand.insert_mm_s},
+            {"rotate_deg_s", v.hand.rotate_deg_s},
+            {"bend_first_deg", v.hand.bend_first_deg},
+            {"bend_second_deg", v.hand.bend_second_deg},
+            {"inserted_mm", rounded(m.inserted_mm, 1e3)},
+            {"rotated_deg", rounded(m.rotated_deg, 1e3)},
+            {"force_n", rounded(m.force_n, 1e5)},
+            {"torque_n_mm", rounded(m.torque_n_mm, 1e5)},
+            {"contact_n", rounded(m.contact_n, 1e5)},
+            {"depth_mm", rounded(m.depth_mm, 1e4)},
+            {"wall_moved_mm", rounded(v.wall_moved_mm, 1e4)},
+            {"time_s", rounded(m.time_s, 1e3)},
+            {"pace", rounded(pace, 1e3)},
+            {"radius_mm", v.radius_mm},
+            {"length_mm", v.length_mm},
+            {"warnings", warnings_of(m)},
+            {"failure", v.failure}};
+}
+
+Json json_of(const SharedState& s) {
+    Json json = {{"step", s.step},
+                 {"iso_hu", s.iso_hu},
+                 {"polarity", s.polarity == Polarity::Rising ? "rising" : "falling"},
+                 {"materials", Json::object()},
+                 {"relaxing", s.relaxing},
+                 {"settled", s.settled},
+                 {"holder", s.holder},
+                 {"undo", {{"steps", s.undo_steps}, {"next", s.next_undo}}},
+                 {"redo", {{"steps", s.redo_steps}, {"next", s.next_redo}}},
+                 {"clients", Json::array()},
+                 {"recorded", s.recorded},
+                 {"timing",
+                  {{"solve_ms", s.solve_ms},
+                   {"resample_ms", s.resample_ms},
+                   {"tick_ms", s.tick_ms},
+                   {"overlay_ms", s.overlay_ms},
+                   {"moved_elements", s.moved_elements}}}};
+    put(json["materials"], s.materials, chainmail_material_rows());
+    const TissueChoice& t = s.tissue;
+    Json& tissue = json["tissue"] = {{"model", name_of(t.model)}};
+    if (s.has_vessel) tissue["has_vessel"] = true;
+    if (s.vessel) json["vessel"] = json_of(*s.vessel, s.pace);
+    if (t.model == TissueModel::Springs) {
+        put(tissue, t.springs, spring_rows());
+        tissue["centre"] = json_of(t.centre_mm);
+        tissue["nodes"] = json_of(s.spring_nodes);
+        tissue["active_nodes"] = s.active_nodes;
+        tissue["update_hz"] = s.update_hz;
+    }
+    for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));
+    return json;
+}
+
+}  // namespace
+
+std::string hex_text(std::uint64_t number, int digits) {
+    std::string text(std::size_t(digits), '0');
+    for (int n = digits - 1; n >= 0; --n, number >>= 4)
+        text[std::size_t(n)] = "0123456789abcdef"[number & 15];
+    return text;
+}
+
+std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
+                         const SharedState& state) {
+    const Json features = {"save",   "open",    "overlay", "path",
+                           "tissue", "haptics", "vessel",  "rest"};
+    Json json = json_of(welcome.client);
+    json.update({{"t", "welcome"},
+                 {"protocol", kProtocolVersion},
+                 {"program", "pliant " PLIANT_VERSION},
+                 {"resume", welcome.resume},
+                 {"resumed", welcome.resumed},
+                 {"rate_hz", welcome.rate_hz},
+                 {"features", features},
+                 {"haptic_devices", welcome.haptic_devices},
+                 {"open_bytes", welcome.open_bytes},
+                 {"spring_nodes", welcome.spring_nodes},
+                 {"volume", json_of(volume)},
+                 {"state", json_of(state)}});
+    return text_of_json(json);
+}
+
+std::string volume_text(const VolumeInfo& volume) {
+    Json json = json_of(volume);
+    json["t"] = "volume";
+    return text_of_json(json);
+}
+
+std::string state_text(const SharedState& state) {
+    Json json = json_of(state);
+    json["t"] = "state";
+    return text_of_json(json);
+}
+
+std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t step,
+                         const Outcome& outcome) {
+    Json json = {{"t", outcome.ok() ? "done" : "error"}, {"id", id}, {"do", name}};
+    if (!outcome.message.empty()) json["message"] = outcome.message;
+    if (!outcome.ok()) {
+        json["code"] = outcome.error_code;
+        return text_of_json(json);
+    }
+    json["step"] = step;
+    if (outcome.status) {
+        json["status"] = name_of(*outcome.status);
+        json["limited_by"] = name_of(outcome.limited_by);
+        json["step_fraction"] = outcome.step_fraction;
+    }
+    const auto put = [&](const char* key, const std::optional<std::int64_t>& number) {
+        if (number) json[key] = *number;
+    };
+    put("grabbed_elements", outcome.grabbed_elements);
+    put("moved_elements", outcome.moved_elements);
+    put("cut_links", outcome.cut_links);
+    put("carved_elements", outcome.carved_elements);
+    json["solve_ms"] = outcome.solve_ms;
+    if (outcome.force) json["force"] = json_of(*outcome.force);
+    if (outcome.end_mm) json["end"] = json_of(*outcome.end_mm);
+    return text_of_json(json);
+}
+
+std::string checksum_text(std::uint32_t id, const Checksums& sums) {
+    return text_of_json({{"t", "checksum"},
+                         {"id", id},
+                         {"step", sums.step},
+                         {"voxels", hex_text(sums.voxels, 8)},
+                         {"volume", hex_text(sums.volume, 16)},
+                         {"tissue", hex_text(sums.tissue, 16)}});
+}
+
+std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume,
+                      const LumenPath& path) {
+    // Micrometres: few digits.
+    const auto short_number = [](double mm) { return std::round(mm * 1e3) / 1e3; };
+    Json points = Json::array(), radii = Json::array();
+    for (const Vec3d& p : path.points_mm)
+        points.push_back({short_number(p.x), short_number(p.y), short_number(p.z)});
+    for (const double r : path.radius_mm) radii.push_back(short_number(r));
+    return text_of_json({{"t", "path"},
+                         {"id", id},
+                         {"step", step},
+                         {"volume", volume},
+                         {"length_mm", short_number(path.length_mm)},
+                         {"points", points},
+                         {"radii", radii}});
+}
+
+std::string series_text(std::span<const DicomSeries> list) {
+    Json series = Json::array();
+    for (const DicomSeries& one : list)
+        series.push_back(
+            {{"uid", one.uid}, {"description", one.description}, {"slices", one.slices}});
+    return text_of_json({{"series", series}});
+}
+
+std::string pong_text(std::uint32_t id) {
+    return text_of_json({{"t", "pong"}, {"id", id}});
+}
+
+std::string bye_text(int code, const std::string& message) {
+    return text_of_json({{"t", "bye"}, {"code", code}, {"message", message}});
+}
+
+}  // namespace pliant::serve

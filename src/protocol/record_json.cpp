@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "protocol/record_json.h"
+
+#include <vector>
+
+namespace pliant::serve {
+
+using Json = nlohmann::json;
+
+SettingValue value_of_json(const Json& json) {
+    if (json.is_boolean()) return json.get<bool>();
+    if (json.is_number_unsigned() && json.get<std::uint64_t>() > std::uint64_t(INT64_MAX))
+        return json.get<double>();
+    if (json.is_number_integer()) return json.get<std::int64_t>();
+    if (json.is_number()) return json.get<double>();
+    if (json.is_string()) return json.get<std::string>();
+    if (!json.is_array()) return {};
+    std::vector<double> numbers;
+    for (const Json& number : json) {
+        if (!number.is_number()) return {};
+        numbers.push_back(number.get<double>());
+    }
+    return numbers;
+}
+
+Json json_of_value(const SettingValue& value) {
+    struct {
+        Json operator()(std::monostate) const { return nullptr; }
+        Json operator()(bool flag) const { return flag; }
+        Json operator()(std::int64_t number) const { return number; }
+        Json operator()(double number) const { return number; }
+        Json operator()(const std::string& text) const { return text; }
+        Json operator()(const std::vector<double>& numbers) const { return numbers; }
+        Json operator()(const std::vector<Vec3d>& points) const {
+            Json list = Json::array();
+            for (const Vec3d p : points) list.push_back({p.x, p.y, p.z});
+            return list;
+        }
+    } const json;
+    return std::visit(json, value);
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "protocol/wire_rows.h"
+
+#include "protocol/limits.h"
+
+namespace pliant::serve {
+namespace {
+
+constexpr Setting<TissueChoice> kTissue[] = {
+    setting<&TissueChoice::nodes>({.name = "nodes",
+                                   .low = 3,
+                                   .high = 64,
+                                   .text = "control nodes along each axis, or as many as the scan "
+                                           "has room for"}),
+};
+
+constexpr Setting<IsoCommand> kIso[] = {
+    setting<&IsoCommand::iso_hu>({.name = "iso_hu",
+                                  .unit = "HU",
+                                  .low = -32768,
+                                  .high = 32767,
+                                  .text = "threshold of the visible surface"}),
+    setting<&IsoCommand::polarity>(
+        {.name = "polarity",
+         .choices = "rising|falling",
+         .text = "rising: tissue is brighter than the lumen; falling: darker"}),
+};
+
+constexpr Setting<DriveCommand> kDrive[] = {
+    setting<&DriveCommand::insert_mm_s>({.name = "insert_mm_s",
+                                         .unit = "mm/s",
+                                         .low = -kMaxInsert_mm_s,
+                                         .high = kMaxInsert_mm_s,
+                                         .text = "speed of the insertion"}),
+    setting<&DriveCommand::rotate_deg_s>({.name = "rotate_deg_s",
+                                          .unit = "degrees/s",
+                                          .low = -kMaxRotate_deg_s,
+                                          .high = kMaxRotate_deg_s,
+                                          .text = "speed of the rotation"}),
+    setting<&DriveCommand::bend_first_deg>({.name = "bend_first_deg",
+                                            .unit = "degrees",
+                                            .low = -kMaxBend_deg,
+                                            .high = kMaxBend_deg,
+                                            .text = "bend of the tip about its first axis"}),
+    setting<&DriveCommand::bend_second_deg>({.name = "bend_second_deg",
+                                             .unit = "degrees",
+                                             .low = -kMaxBend_deg,
+                                             .high = kMaxBend_deg,
+                                             .text = "bend of the tip about its second axis"}),
+};
+
+}  // namespace
+
+SettingRows<TissueChoice> tissue_rows() noexcept {
+    return kTissue;
+}
+SettingRows<IsoCommand> iso_rows() noexcept {
+    return kIso;
+}
+SettingRows<DriveCommand> drive_rows() noexcept {
+    return kDrive;
+}
+
+}  // namespace pliant::serve

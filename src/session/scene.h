@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The scene of a server: a scan, its lattice, the deformed volume, and the history.
+//
+// The scene has no clock: its state depends only on the commands and the number of relaxation
+// sweeps. So a recorded session replays to the same bits on any machine and with any number of
+// threads. The scene is not thread-safe; its owner calls it from one thread.
+//
+// Undo covers steps of the lattice, which the lattice reverts, and changes of the threshold, which
+// are stored here. A step ends when another begins, so the pushes of one stroke form one step, and
+// so does relaxation from start to end.
+
+#pragma once
+
+#include <pliant/resample.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <pliant/tissue.h>
+#include "protocol/commands.h"
+#include "protocol/messages.h"
+#include "session/scene_memo.h"
+#include "session/source.h"
+
+namespace pliant::serve {
+
+class VesselTissue;
+
+class Scene {
+  public:
+    static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena) {
+        return open(source, arena, arena);
+    }
+    /// @param loading  arena for the construction, if the scene's arena may be in use
+    /// @param give_up  polled while the scan is read; may be empty
+    static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena,
+                                               const TaskArena& loading,
+                                               const std::function<bool()>& give_up = {}) noexcept;
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+
+    /// @param client  sender of the command; strokes, grabs and tools belong to clients
+    /// @pre is_command(action)
+    /// @returns an outcome with ran_out if memory runs out; then the only effect may be that the
+    ///          open step has ended
+    Outcome carry_out(std::uint32_t client, const Action& action) noexcept;
+    /// Ends the open step and releases held tissue.
+    /// @param client  whose command ran out of memory
+    void interrupt(std::uint32_t client) noexcept;
+    /// Whether sweep() has work to do.
+    bool wants_sweep() const { return m_relaxing && !m_settled; }
+    /// Simulated time per sweep [ms]; 0 if the model has no time.
+    double sweep_time_ms() const { return tissue().traits().sweep_ms; }
+
+    /// Makes one sweep of relaxation. @returns its duration [ms]; LimitExceeded if memory runs out,
+    /// then nothing has changed
+    Result<double> sweep() noexcept;
+    /// Whether the client holds tissue, or has a tool that obstructs relaxation.
+    bool has_contact(std::uint32_t client) const;
+    bool has_eye(std::uint32_t client) const { return tissue().has_eye(client); }
+    /// Whether tissue that returns to rest may close over a sphere: the scan at rest shows tissue
+    /// in it, or there are imprints.
+    bool may_close_over(Vec3d place_mm, double radius_mm) const;
+    /// Whether automatic relaxation is on, even if the tissue has settled.
+    bool is_relaxing() const { return m_relaxing; }
+    /// Highest client number so far.
+    std::uint32_t last_client() const { return m_last_client; }
+
+    /// Whether the scene can rest: no tissue is held, and none relaxes.
+    bool is_quiet() const { return m_holder == 0 && !tissue().is_touched() && !wants_sweep(); }
+    /// Ends open activities: the next stroke is a step of its own. @pre is_quiet()
+    /// @returns the scene's state except tissue()
+    Result<SceneMemo> rest() noexcept;
+    /// Restores the state at a call of rest(), in a new scene. The history is empty then.
+    /// @param state  saved at that time by tissue().save_state()
+    Status restore(const std::filesystem::path& state, const SceneMemo& memo);
+    /// Drops the oldest steps of undo and redo. @param count  see SceneMemo::steps
+    void forget_steps(std::int64_t count);
+    /// Drops all steps of undo. @param made  see SceneMemo::steps
+    void lose_steps(std::int64_t made) noexcept;
+    /// Whether steps were lost since the last call: a step was too large for the history, or memory
+    /// was lacking.
+    bool take_lost() noexcept { return std::exchange(m_lost, false); }
+    /// Number of steps made so far.
+    std::int64_t steps() const { return m_steps; }
+
+    /// Returns the force of a tool's last command if it is known and unreported. Takes a while for
+    /// large deformations: call it while no picture is due.
+    std::optional<FeltForce> measure_force();
+
+    /// Updates the deformed volume; see LiveDeformation.
+    Result<LiveUpdate> update() { return m_live->update(); }
+    const Volume& deformed() const { return m_live->volume(); }
+    /// Keeps sources for overlays; see LiveDeformation.
+    bool keep_sources(bool keep) { return m_live->keep_sources(keep); }
+    const LiveDeformation& live() const { return *m_live; }
+    const Tissue& tissue() const { return *m_tissue.made; }
+    Tissue& tissue() { return *m_tissue.made; }
+    /// The vessel and its catheter; null for other tissues.
+    const VesselTissue* catheter() const { return m_tissue.vessel; }
+    const TissueChoice& choice() const { return m_choice; }
+    const VolumeInfo& info() const { return m_loaded->info; }
+    void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
+    /// The scan, for uses that outlive the scene.
+    std::shared_ptr<const LoadedScan> loaded() const { return m_loaded; }
+    std::uint64_t scan_hash() const { return m_loaded->hash; }
+    /// Fills in all fields except step, clients and timing.
+    void describe(SharedState& state) const;
+
+  private:
+    /// A tissue, with its concrete type if that is a vessel.
+    struct MadeTissue {
+        std::unique_ptr<Tissue> made;
+        VesselTissue* vessel = nullptr;  ///< the same object, or null
+    };
+    /// The scan, moved by the present tissue.
+    struct Shown : MovingScan {
+        explicit Shown(const MadeTissue& t) : tissue(t) {}
+        const Volume& volume() const override { return tissue.made->volume(); }
+        const Deformation& deformation() const override { return tissue.made->deformation(); }
+        const TaskArena& arena() const override { return tissue.made->arena(); }
+        Status update_deformation() const override { return tissue.made->update_deformation(); }
+        const MadeTissue& tissue;
+    };
+    enum class StepKind { Tissue, Iso };
+    struct Step {
+        StepKind kind = StepKind::Tissue;
+        std::string name{};
+        double iso_hu = 0;  ///< the other value: old if done, new if undone
+        Polarity polarity = Polarity::Rising;
+        std::uint32_t client = 0, stroke = 0;
+        std::int64_t number = 0;  ///< 1 for the scene's first step
+    };
+    /// The current step, which collects all changes of the tissue.
+    struct OpenStep {
+        std::string name;
+        std::uint32_t client = 0;
+        std::uint32_t stroke = 0;
+        int undo_steps_before = 0;
+    };
+
+    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, MadeTissue tissue);
+
+    static Result<MadeTissue> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
+                                          const TaskArena& arena);
+
+    static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
+                                               const TaskArena& loading,
+                                               const std::function<bool()>& give_up);
+    /// Switches the scan's tissue model. Nothing changes on failure.
+    Status choose(const TissueChoice& choice);
+
+    Outcome act(std::uint32_t client, const PushCommand& command);
+    Outcome act(std::uint32_t client, const GrabCommand& command);
+    Outcome act(std::uint32_t client, const DragCommand& command);
+    Outcome act(std::uint32_t client, const LetGoCommand& command);
+    Outcome act(std::uint32_t client, const CutCommand& command);
+    Outcome act(std::uint32_t client, const CarveCommand& command);
+    Outcome act(std::uint32_t client, const RelaxCommand& command);
+    Outcome act(std::uint32_t client, const ReleaseCommand& command);
+    Outcome act(std::uint32_t client, const EyeCommand& command);
+    Outcome act(std::uint32_t client, const ResetCommand& command);
+    Outcome act(std::uint32_t client, const MaterialsCommand& command);
+    Outcome act(std::uint32_t client, const IsoCommand& command);
+    Outcome act(std::uint32_t client, const UndoCommand& command);
+    Outcome act(std::uint32_t client, const RedoCommand& command);
+    Outcome act(std::uint32_t client, const TissueCommand& command);
+    Outcome act(std::uint32_t client, const DepthCommand& command);
+    Outcome act(std::uint32_t client, const DriveCommand& command);
+    template <class T>
+    Outcome act(std::uint32_t, const T&) {
+        return {.error_code = "out_of_range", .message = "expected a command"};
+    }
+
+    void reserve_step();
+    void begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);
+    void end_step() noexcept;
+    void keep(std::list<Step>& step) noexcept;
+    void forget(int tissue_steps);
+    void swap_iso(Step& step);
+    Outcome slide(std::uint32_t client, const Push& push);
+
+    /// Returns the elastic energy if it is up to date or can be computed quickly.
+    std::optional<double> energy();
+    /// Reports a known force, or registers one for measurement.
+    void add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
+                   Outcome& outcome);
+    void measure_energy() noexcept;
+    void tissue_changed();
+
+    std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
+    MadeTissue m_tissue;
+    TissueChoice m_choice;
+    Shown m_shown;
+    std::optional<LiveDeformation> m_live;  ///< set after construction
+    double m_iso_hu;
+    Polarity m_polarity;
+    bool m_relaxing = false, m_settled = true;
+    std::uint32_t m_last_client = 0;
+    std::uint32_t m_holder = 0;
+    Vec3d m_drag_mm{0, 0, 0};  ///< offset of the holder's drag
+    std::optional<OpenStep> m_open;
+    std::list<Step> m_done, m_undone;  ///< the next one is last
+    std::list<Step> m_spare;           ///< preallocated, for the open step
+    std::int64_t m_changes = 0;        ///< of all steps, including the open one
+    bool m_lost = false;
+    std::int64_t m_steps = 0;  ///< made so far
+    int m_unreachable = 0;     ///< oldest steps of the lattice that forget_steps has dropped
+    /// A command with a pending energy measurement.
+    struct Unmeasured {
+        std::uint32_t client = 0;
+        std::optional<double> before;
+        Vec3d way_mm;
+    };
+    std::optional<Unmeasured> m_unmeasured;
+    std::optional<FeltForce> m_felt;
+    std::optional<double> m_energy;
+    std::int64_t m_energy_elements = 0;  ///< elements in the deformed box at the measurement
+    std::int64_t m_energy_rests = 0;     ///< commands without another measurement
+};
+
+}  // namespace pliant::serve

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// One scene's part of a session as a separate session: the same lines with new checksums.
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "session/session_line.h"
+#include "session/session_log.h"
+
+namespace pliant::serve {
+
+Status write_session(const std::filesystem::path& path, const SessionPart& part,
+                     const SessionMark& mark) {
+    std::ofstream out(path, std::ios::binary);
+    std::uint64_t chain = 0;
+    out << session_line(chain, text_of(part.scene));
+    std::string rest;  // of a line that continues in the next piece
+    std::array<char, 1 << 16> piece;
+    for (std::uint64_t at = part.begin; at < part.end;) {
+        const auto wanted = std::size_t(std::min<std::uint64_t>(piece.size(), part.end - at));
+        const ssize_t count = ::pread(*part.file, piece.data(), wanted, off_t(at));
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0)
+            return Error{ErrorCode::Unreadable,
+                         "session: expected to read what was recorded, found its end"};
+        at += std::uint64_t(count);
+        rest.append(piece.data(), std::size_t(count));
+        std::size_t begin = 0;
+        for (std::size_t end = 0; (end = rest.find('\n', begin)) != std::string::npos;
+             begin = end + 1) {
+            const std::string_view line(rest.data() + begin, end - begin);
+            out << session_line(chain, line.substr(std::min(kChecksumDigits + 1, line.size())));
+        }
+        rest.erase(0, begin);
+    }
+    out << session_line(chain, text_of(SessionRecord(mark)));
+    out.close();
+    if (out) return Ok{};
+    return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+}
+
+}  // namespace pliant::serve

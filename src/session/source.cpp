@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "session/source.h"
+
+#include <pliant/resample.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "core/hash.h"
+#include "protocol/limits.h"
+
+namespace pliant::serve {
+namespace {
+
+/// Practically unlimited: memory bounds the history.
+constexpr int kHistorySteps = 100'000;
+
+std::string value_of(const KeyValues& pairs, const std::string& key) {
+    for (const auto& [name, value] : pairs)
+        if (name == key) return value;
+    return {};
+}
+
+std::optional<double> number_of(const KeyValues& pairs, const std::string& key) {
+    const std::string text = value_of(pairs, key);
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (text.empty() || error != std::errc{} || !std::isfinite(number)) return {};
+    return number;
+}
+
+template <class Values>
+void find_range(const Values& values, VolumeInfo& info) {
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    info.lowest_hu = double(*low);
+    info.highest_hu = double(*high);
+}
+
+/// View from the end of the guide, half-way between the catheter and the wall.
+Endoscope beside_guide(const CatheterEntry& entry, const VesselWall& wall) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3d& p : wall.ghost.nodes_mm)
+        nearest = std::min(nearest, norm(p - entry.place_mm));
+    const Vec3d ahead = normalized(entry.direction);
+    const Vec3d other = std::abs(ahead.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    const Vec3d side = normalized(cross(ahead, other));
+    return {.eye_mm = entry.place_mm + 0.6 * nearest * side, .look = ahead};
+}
+
+/// @returns NotFound, or one line that names the file and the key
+Result<LoadedScan> load_vessel(const SceneSource& source, const TaskArena& arena) {
+    const auto file = read_vessel_file(source.file);
+    if (!file.ok()) return file.error();
+    auto made = make_vessel(*file, arena);
+    if (!made.ok()) return made.error();
+    if (made->wall.ghost.nodes_mm.size() > kMaxSurfaceNodes)
+        return Error{ErrorCode::LimitExceeded,
+                     source.file + ": expected a vessel whose inner surface has up to " +
+                         std::to_string(kMaxSurfaceNodes) + " nodes, found " +
+                         std::to_string(made->wall.ghost.nodes_mm.size())};
+    LoadedScan loaded;
+    if (made->scan) {
+        loaded.volume = *std::exchange(made->scan, {});
+        // The lumen is brighter than the wall.
+        loaded.iso_hu = file->low_hu;
+        loaded.polarity = Polarity::Falling;
+    } else {
+        auto scan = scan_of_vessel(made->wall, arena);
+        if (!scan.ok()) return Error{scan.error().code, source.file + ": " + scan.error().message};
+        loaded.volume = std::move(*scan);
+    }
+    loaded.info.start = beside_guide(made->settings.entry, made->wall);
+    loaded.info.name = std::filesystem::path(source.file).stem().string();
+    loaded.vessel = std::make_shared<const MadeVessel>(std::move(*made));
+    return loaded;
+}
+
+/// Hash of the geometry that affects a catheter, because another wall or catheter would replay a
+/// session differently.
+std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
+    Hash64 hash;
+    hash.add_word(scan);
+    hash.add(std::span<const Vec3d>(vessel.wall.mesh.nodes_mm));
+    hash.add(std::span<const std::array<std::int32_t, 4>>(vessel.wall.mesh.cells));
+    const CatheterSettings& s = vessel.settings;
+    const CatheterShape& c = s.catheter;
+    const WallTissue& w = s.wall;
+    for (const double number : {c.length_mm,        c.segment_mm,        c.radius_mm,
+                                c.bend_n_mm2,       c.twist_n_mm2,       c.tip_mm,
+                                c.tip_bend_n_mm2,   c.mass_g_mm,         c.damping_per_s,
+                                c.friction,         w.young_modulus_pa,  w.poisson_ratio,
+                                w.density_g_mm3,    w.support_pa_per_mm, w.damping_per_s,
+                                s.box_mm,           s.reach_mm,          s.time_step_s,
+                                double(s.local),    double(s.sub_steps), double(s.iterations),
+                                s.entry.inserted_mm})
+        hash.add_word(std::bit_cast<std::uint64_t>(number));
+    if (c.model == CatheterModel::Tetrahedra) hash.add_word(1);
+    for (const Vec3d v : {s.entry.place_mm, s.entry.direction})
+        for (int a = 0; a < 3; ++a) hash.add_word(std::bit_cast<std::uint64_t>(v[a]));
+    return hash.value();
+}
+
+}  // namespace
+
+bool is_vessel_scene(const std::filesystem::path& file) {
+    return file.extension() == ".toml";
+}
+
+Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
+                             const std::function<bool()>& give_up) {
+    LoadedScan loaded;
+    if (is_vessel_scene(source.file)) {
+        auto vessel = load_vessel(source, arena);
+        if (!vessel.ok()) return vessel.error();
+        loaded = std::move(*vessel);
+    } else if (source.file.empty()) {
+        auto phantom = make_phantom({.name = source.phantom, .size = source.phantom_size}, arena);
+        if (!phantom.ok()) return phantom.error();
+        loaded.volume = std::move(phantom->volume);
+        loaded.info.landmarks = std::move(phantom->landmarks);
+        loaded.info.name = source.phantom + " phantom";
+    } else {
+        auto volume = read_volume(
+            source.file,
+            {.series_uid = source.series, .may_map = false, .progress = {}, .give_up = give_up});
+        if (!volume.ok()) return volume.error();
+        loaded.volume = std::move(*volume);
+        loaded.info.name = std::filesystem::path(source.file).filename().string();
+    }
+    const Vec3i size = loaded.volume.grid.size;
+    if (std::max({size.x, size.y, size.z}) > 65535)
+        return Error{ErrorCode::LimitExceeded,
+                     loaded.info.name + ": expected up to 65535 voxels along an axis, found " +
+                         std::to_string(std::max({size.x, size.y, size.z}))};
+    loaded.info.grid = loaded.volume.grid;
+    std::visit([&](const auto& values) { find_range(values, loaded.info); }, loaded.volume.voxels);
+    // A scan's key values may recommend a view, as our phantoms' do.
+    const KeyValues& keys = loaded.volume.key_values;
+    loaded.iso_hu =
+        std::clamp(number_of(keys, "iso_hu").value_or(loaded.iso_hu), -32768.0, 32767.0);
+    if (value_of(keys, "polarity") == "falling") loaded.polarity = Polarity::Falling;
+    if (const auto bone = number_of(keys, "bone_threshold_hu"))
+        loaded.settings.bone_threshold_hu = std::clamp(*bone, -32768.0, 32768.0);
+    loaded.settings.history_max_steps = kHistorySteps;
+    if (!loaded.info.landmarks.empty())
+        loaded.info.start = Endoscope{.eye_mm = loaded.info.landmarks[0].eye_mm,
+                                      .look = loaded.info.landmarks[0].look};
+    else if (!loaded.info.start)
+        loaded.info.start = find_endoscope(loaded.volume, loaded.iso_hu, loaded.polarity, arena);
+    loaded.hash = hash_volume(loaded.volume);
+    if (loaded.vessel) loaded.hash = hash_of(*loaded.vessel, loaded.hash);
+    loaded.own_tissue = source.own_tissue;
+    return loaded;
+}
+
+}  // namespace pliant::serve

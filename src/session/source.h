@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Source of a scene's scan: a file or a generated phantom. A file may also be a vessel's scene
+// (docs/vessel.md), with or without a scan.
+
+#pragma once
+
+#include <pliant/catheter.h>
+#include <pliant/chainmail.h>
+#include <pliant/tasks.h>
+#include <pliant/tissue.h>
+#include <pliant/volume.h>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "protocol/messages.h"
+
+namespace pliant::serve {
+
+struct SceneSource {
+    std::string file{};  ///< or folder; absolute. Empty: a phantom
+    std::string series{};
+    std::string phantom = "airway";
+    Vec3i phantom_size{128, 128, 128};
+    std::shared_ptr<const MakeTissue> own_tissue{};  ///< null: ChainMail, or the vessel
+
+    /// Whether two sources name the same scan.
+    friend bool operator==(const SceneSource& a, const SceneSource& b) {
+        return a.file == b.file && a.series == b.series && a.phantom == b.phantom &&
+               a.phantom_size == b.phantom_size;
+    }
+};
+
+struct LoadedScan {
+    Volume volume;
+    ChainMailSettings settings;
+    VolumeInfo info;
+    double iso_hu = -500;  ///< initial threshold
+    Polarity polarity = Polarity::Rising;
+    std::uint64_t hash = 0;                      ///< hash_volume, combined with the vessel's hash
+    std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
+    std::shared_ptr<const MakeTissue> own_tissue{};
+};
+
+/// Whether a file is a vessel's scene, by its extension.
+bool is_vessel_scene(const std::filesystem::path& file);
+
+/// @param give_up  polled while a scan is read; may be empty
+Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
+                             const std::function<bool()>& give_up = {});
+
+}  // namespace pliant::serve

@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+#include <pliant/chainmail.h>
+
+#include "material/settings.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+TEST(Settings, DefaultsAreTheContract) {
+    const ChainMailSettings settings;
+    EXPECT_EQ(settings.law, "draeger");
+    EXPECT_EQ(settings.offset, 0.2);
+    EXPECT_EQ(settings.bone_threshold_hu, 300);
+    EXPECT_EQ(settings.max_movement_mm, 20);
+    EXPECT_EQ(settings.scale, 1);
+    EXPECT_EQ(settings.brick_size, 8);
+    EXPECT_TRUE(settings.air_enabled);
+    EXPECT_EQ(settings.air_threshold_hu, -500);
+}
+
+TEST(Settings, EveryKeyIsRead) {
+    const TemporaryFolder folder;
+    const auto file = folder.write("a.toml", R"(
+        [material]
+        law = "draeger"
+        offset = 0.15
+        bone_threshold_hu = 250
+        max_movement_mm = 12.5
+        limits = "rounded"
+        [push]
+        scale = 1.2
+        [lattice]
+        brick_size = 5
+        max_elements = 1000000
+        [air]
+        enabled = false
+        threshold_hu = -450
+        compress = 0.9
+        stretch = 20
+        shear = 30
+        [[label]]
+        values = [3, 5]
+        law = "constant"
+        compress = 0.1
+        stretch = [0.1, 0.2, 0.3]
+        shear = 0
+        max_movement_mm = 4
+        frame = "direction"
+        [[label]]
+        values = 9
+        offset = 0.05
+        bone_threshold_hu = 1000
+        factor = [1, 1, 0.5])");
+    const auto settings = read_chainmail_settings(file);
+    ASSERT_TRUE(settings.ok()) << settings.error().message;
+    EXPECT_EQ(settings->offset, 0.15);
+    EXPECT_EQ(settings->bone_threshold_hu, 250);
+    EXPECT_EQ(settings->max_movement_mm, 12.5);
+    EXPECT_EQ(settings->scale, 1.2);
+    EXPECT_EQ(settings->brick_size, 5);
+    EXPECT_EQ(settings->max_elements, 1'000'000);
+    EXPECT_EQ(settings->limits, LinkLimits::Rounded);
+    EXPECT_FALSE(settings->air_enabled);
+    EXPECT_EQ(settings->air_threshold_hu, -450);
+    EXPECT_EQ(settings->air_compress, 0.9);
+    EXPECT_EQ(settings->air_stretch, 20);
+    EXPECT_EQ(settings->air_shear, 30);
+    ASSERT_EQ(settings->label_materials.size(), 2u);
+    const LabelMaterial& fibres = settings->label_materials[0];
+    EXPECT_EQ(fibres.values, (std::vector<int>{3, 5}));
+    EXPECT_EQ(fibres.law, LabelLaw::Constant);
+    EXPECT_EQ(fibres.compress, (Vec3d{0.1, 0.1, 0.1}));
+    EXPECT_EQ(fibres.stretch, (Vec3d{0.1, 0.2, 0.3}));
+    EXPECT_EQ(fibres.shear, (Vec3d{0, 0, 0}));
+    EXPECT_EQ(fibres.max_movement_mm, 4);
+    EXPECT_TRUE(fibres.along_direction);
+    const LabelMaterial& other = settings->label_materials[1];
+    EXPECT_EQ(other.law, LabelLaw::ByValue);
+    EXPECT_EQ(other.offset, 0.05);
+    EXPECT_EQ(other.bone_threshold_hu, 1000);
+    EXPECT_EQ(other.factor, (Vec3d{1, 1, 0.5}));
+    EXPECT_FALSE(other.along_direction);
+}
+
+TEST(Settings, DivodsKeyValueLinesAreRead) {
+    const TemporaryFolder folder;
+    const auto file = folder.write("divod.txt",
+                                   "# a comment\n"
+                                   "cubicle size=5\n"
+                                   "scale factor = 1.2\n"
+                                   "offset=0.25\n"
+                                   "maximum allowed movement for element=7\n"
+                                   "bone threshold=1400\n"
+                                   "adapt regions to z-scale=true\n"
+                                   "max tries=5\n"
+                                   "step scale=0.5\n");
+    std::vector<std::string> notes;
+    const auto settings = read_chainmail_settings(file, &notes);
+    ASSERT_TRUE(settings.ok()) << settings.error().message;
+    EXPECT_EQ(settings->brick_size, 5);
+    EXPECT_EQ(settings->scale, 1.2);
+    EXPECT_EQ(settings->offset, 0.25);
+    EXPECT_EQ(settings->max_movement_mm, 7);
+    EXPECT_EQ(settings->bone_threshold_hu, 400);
+    EXPECT_EQ(notes.size(), 5u);
+}
+
+TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
+    std::string deep = "[material]\n";
+    for (int n = 0; n < 100'000; ++n) deep += "a.";
+    deep += "a = 1\n";
+    // As in a saved state.
+    EXPECT_FALSE(parse_settings("s.plst", deep).ok());
+    const struct {
+        const char* text;
+        const char* expected;
+    } cases[] = {
+        {"[material]\noffset = 1.5", "[material] offset: expected 0 to 1"},
+        {"[material]\noffset = -0.1", "[material] offset: expected 0 to 1, found -0.1"},
+        {"[material]\noffset = nan", "[material] offset"},
+        {"[material]\noffset = \"soft\"", "[material] offset: expected a number, found \"soft\""},
+        {"[material]\nofset = 0.1", "[material] ofset: expected one of"},
+        {"[material]\nlaw = \"hooke\"", "expected \"draeger\", found \"hooke\""},
+        {"[materials]\noffset = 0.1", "[materials] offset"},
+        {"[material]\nmax_movement_mm = -1", "max_movement_mm: expected 0 to 500 mm"},
+        {"[push]\nscale = 0", "[push] scale"},
+        {"[lattice]\nbrick_size = 1", "brick_size: expected 2 to 32 elements, found 1"},
+        {"[lattice]\nbrick_size = 8.5", "brick_size: expected a whole number"},
+        {"[air]\ncompress = 1.5", "[air] compress: expected 0 to 1, found 1.5"},
+        {"[air]\nstretch = 1e-320", "[air] stretch: expected 0.01 or more, or [lattice] bounded"},
+        {"[air]\ncompress = 0", "[air] compress: expected 0.01 or more, or [lattice] bounded"},
+        {"[air]\nshear = 0.001", "[air] shear: expected 0.01 or more, or [lattice] bounded"},
+        {"[air]\nstretch = -1", "[air] stretch: expected 0 to 500, found -1"},
+        {"[air]\nshear = 1e9", "[air] shear"},
+        {"[material]\nlimits = \"round\"", "expected \"box\" or \"rounded\", found \"round\""},
+        {"[label]\nvalues = 1", "[label]: expected [[label]]"},
+        {"[[label]]\nvalue = 1", "[[label]] 1 value: expected one of values, law"},
+        {"[[label]]\nlaw = \"fixed\"", "[[label]] 1 values: expected one label or more"},
+        {"[[label]]\nvalues = [1, \"a\"]", "[[label]] 1 values: expected a whole number"},
+        {"[[label]]\nvalues = 1\n[[label]]\nvalues = [2, 1]",
+         "[[label]] 2 values: expected each label once, found 1"},
+        {"[[label]]\nvalues = 1\nfactor = [1, 2]",
+         "factor: expected one number or three, found [1, 2]"},
+        {"[[label]]\nvalues = 1\nshear = -1",
+         "[[label]] 1 shear: expected 0 to 100, found [-1, -1, -1]"},
+        {"[[label]]\nvalues = 1\nlaw = \"soft\"", "expected \"draeger\", \"constant\" or"},
+        {"[[label]]\nvalues = 1\nframe = \"world\"", "expected \"lattice\" or \"direction\""},
+        {"[[label]]\nvalues = 1\noffset = 2", "[[label]] 1 offset: expected 0 to 1"},
+        {"[[label]]\nvalues = 99999", "[[label]] 1 values: expected -32768 to 65535, found 99999"},
+        {"[air]\nenabled = 3", "[air] enabled: expected true or false"},
+        {"[material\noffset = 1", "line 1: expected TOML"},
+        {deep.c_str(), "bad.toml: line 2: expected keys of up to 32 dots, found more"},
+        {"[air]\nenabled = fals\n", "line 2: expected TOML"},
+        {"[air]\n\"a\\nb\" = 1", "[air] a?b: expected one of"},
+        {"offset=abc", "offset: expected a number, found 'abc'"},
+        {"ofset=0.2", "ofset: expected cubicle size"},
+        {"offset 0.2", "expected key=value"},
+    };
+    const TemporaryFolder folder;
+    for (const auto& c : cases) {
+        const auto file = folder.write("bad.toml", c.text);
+        const auto settings = read_chainmail_settings(file);
+        ASSERT_FALSE(settings.ok()) << c.text;
+        EXPECT_NE(settings.error().message.find(c.expected), std::string::npos)
+            << c.text << "\n"
+            << settings.error().message;
+        EXPECT_NE(settings.error().message.find("bad.toml"), std::string::npos);
+        EXPECT_EQ(settings.error().message.find('\n'), std::string::npos);
+    }
+    const auto missing = read_chainmail_settings(folder / "none.toml");
+    ASSERT_FALSE(missing.ok());
+    EXPECT_NE(missing.error().message.find("none.toml"), std::string::npos);
+    EXPECT_FALSE(read_chainmail_settings(folder.path()).ok());
+}
+
+TEST(Settings, DraegersLawIsTheThesis) {
+    ChainMailSettings settings;
+    settings.offset = 0.2;
+    settings.max_movement_mm = 10;
+    const MaterialLaw law = draeger_law(settings);
+    EXPECT_DOUBLE_EQ(law(-1000).shear.x, 0.2);
+    EXPECT_DOUBLE_EQ(law(-2000).shear.x, 0.2);
+    EXPECT_DOUBLE_EQ(law(3095).stretch.y, 0);
+    EXPECT_DOUBLE_EQ(law(4000).compress.z, 0);
+    const double w = 2000 / 4095.0;
+    EXPECT_DOUBLE_EQ(law(1000).compress.z, 0.2 * (1 - w * w));
+    EXPECT_DOUBLE_EQ(law(1000).max_movement_mm, 10 * (1 - w * w));
+    EXPECT_TRUE(law(301).fixed);
+    EXPECT_FALSE(law(300).fixed);
+}
+
+}  // namespace
+}  // namespace pliant::test
