@@ -7,7 +7,6 @@
 #include "core/memory_budget.h"
 #include "core/text.h"
 #include "formats/dicom_pixels.h"
-#include "formats/go_on.h"
 #include "formats/image_header.h"
 #include "formats/voxel_builder.h"
 

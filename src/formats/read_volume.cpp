@@ -8,7 +8,6 @@
 #include "formats/data_check.h"
 #include "formats/data_stream.h"
 #include "formats/dicom_series.h"
-#include "formats/go_on.h"
 #include "formats/image_file.h"
 #include "formats/image_header.h"
 #include "formats/voxel_builder.h"

@@ -53,4 +53,14 @@ bool stay_floats(const VoxelArray<float>& values);
 /// Replaces values that aren't finite by air. @param[out] notes  their number, as from a builder
 void make_finite(VoxelArray<float>& values, std::vector<std::string>& notes);
 
+/// Polls for cancellation between two pieces of a scan, and reports progress.
+/// @param fraction  0…1
+inline Status go_on(const std::filesystem::path& path, const ReadOptions& options,
+                    double fraction) {
+    if (options.give_up && options.give_up())
+        return Error{ErrorCode::LimitExceeded, path.string() + ": the reading was given up"};
+    if (options.progress) options.progress(fraction);
+    return Ok{};
+}
+
 }  // namespace pliant
