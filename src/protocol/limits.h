@@ -62,8 +62,9 @@ inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
 inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< total of all clients
 inline constexpr std::int64_t kMaxRestNodes = std::int64_t(1) << 17;  ///< total of all clients, 8
                                                                       ///< bytes each
-/// Starting overlays rewrites all deformed voxels; this interval bounds how often.
-inline constexpr std::chrono::seconds kOverlayTime{5};
+/// Sources of deformed voxels are kept this long after their last use, because finding them again
+/// rewrites all deformed voxels.
+inline constexpr std::chrono::seconds kSourcesTime{5};
 
 // Vessels.
 inline constexpr std::size_t kMaxSurfaceNodes = std::size_t(1) << 18;

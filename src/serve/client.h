@@ -91,7 +91,7 @@ struct Waiting {
 };
 
 struct Client {
-    explicit Client(Vec3i volume_size) : delivery(volume_size), overlay_delivery(volume_size) {}
+    explicit Client(Vec3i volume_size) : delivery(volume_size) {}
 
     ClientInfo info;
     EyeCommand eye;  ///< last eye sent to the scene
@@ -104,17 +104,11 @@ struct Client {
     /// After another scan was opened: the client's commands are ignored until it has acknowledged
     /// this step, because they may still refer to the old scan; 0: none
     std::uint32_t scene_step = 0;
-    OverlayKind overlay = OverlayKind::None;
-    Delivery overlay_delivery;     ///< while there is an overlay
-    std::optional<Delivery> rest;  ///< delivery of the rest field's nodes; empty: not requested
-    std::deque<Outgoing> texts;    ///< waiting answers
+    std::deque<Outgoing> texts;  ///< waiting answers
     std::deque<Waiting> commands;
     double spent_ms = 0;                                 ///< recent time spent on its commands
     std::vector<std::uint32_t> checksums;                ///< ids of pending requests
     std::uint64_t state_version = 0, tools_version = 0;  ///< versions last sent
-    std::uint64_t haptics_version = 0;
-    bool wants_vessel = false, has_surface = false;
-    std::uint64_t vessel_version = 0;  ///< version last sent
     ToolPose tool;
     Clock::time_point iso_at{};    ///< its last change of the threshold
     std::uint32_t iso_stroke = 0;  ///< see IsoCommand

@@ -29,7 +29,8 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
       m_log(std::move(log)),
       m_period(std::chrono::nanoseconds(1'000'000'000 / rate_hz)),
       m_open_bytes(open_bytes),
-      m_last_client(m_scene->last_client()) {
+      m_last_client(m_scene->last_client()),
+      m_deformed(m_scene->info().grid.size) {
     m_unlogged.reserve(kMaxUnlogged);
     m_untold.reserve(kMaxUntold);
     // Clients that held tissue at the end of a recorded session are gone.
@@ -37,10 +38,10 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
         if (m_scene->has_eye(client)) act(client, EyeCommand{});
     }
-    forget_overlays();
     const auto update = m_scene->update();
     m_is_behind = !update;
-    if (update) mark_overlays(update->boxes);
+    if (update)
+        for (const Box3i& box : update->boxes) m_deformed.mark(box);
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
 }
 
@@ -79,7 +80,7 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
         wait_for_work(stop, last);
         m_now = Clock::now();
         m_worked = false;
-        step();
+        make_step();
         ++m_ticks;
         // Idle steps don't delay the next command.
         if (m_worked) last = m_now;
@@ -97,8 +98,8 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
 
 void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
     constexpr auto kIdle = std::chrono::milliseconds(500);
-    const bool busy = !m_clients.empty() || !m_newcomers.empty() || m_scene->wants_sweep() ||
-                      m_haptics || m_opening;
+    const bool busy =
+        !m_clients.empty() || !m_newcomers.empty() || m_scene->wants_sweep() || m_device.is_busy();
     const auto now = Clock::now();
     const auto due = last + m_period;
     {
@@ -109,30 +110,44 @@ void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
     if (!stop.stop_requested()) std::this_thread::sleep_until(due);
 }
 
-void Hub::step() {
+void Hub::make_step() {
     m_moved = false;
     m_solve_ms = 0;
     m_moved_elements = 0;
-    m_boxes.clear();
+    m_frames.clear();
     for (const auto part :
-         {&Hub::take_events, &Hub::carry_out_commands, &Hub::push_by_device, &Hub::tell_eyes,
-          &Hub::relax, &Hub::resample, &Hub::feel_device, &Hub::begin_overlays, &Hub::begin_rest,
-          &Hub::checkpoint, &Hub::write_log, &Hub::tell_outcomes, &Hub::tell_paths,
-          &Hub::refresh_state, &Hub::refresh_tools, &Hub::refresh_haptics, &Hub::refresh_vessel,
-          &Hub::drop_who_is_late})
+         {&Hub::take_events, &Hub::carry_out_commands, &Hub::act_by_feeds, &Hub::tell_eyes,
+          &Hub::relax, &Hub::resample, &Hub::refresh_feeds, &Hub::checkpoint, &Hub::write_log,
+          &Hub::tell_outcomes, &Hub::refresh_state, &Hub::refresh_tools, &Hub::drop_who_is_late})
         guarded("owner", [&] { (this->*part)(); });
-    m_overlay_left = kMaxOverlayVoxels;
-    m_rest_left = kMaxRestNodes;
-    m_overlay_ms = 0;
     for (Client& client : m_clients)
         if (!guarded("owner", [&] { publish(client); })) {
             // Boxes taken from it may not have been sent.
             client.delivery.come_back({});
-            client.overlay_delivery.come_back({});
-            if (client.rest) client.rest->come_back({});
+            for (Feed* feed : m_feeds) feed->lost(client);
         }
-    guarded("owner", [&] { rest_overlays(); });
+    guarded("owner", [&] { release_sources(); });
     guarded("owner", [&] { measure_force(); });
+}
+
+void Hub::act_by_feeds() {
+    for (Feed* feed : m_feeds) guarded("owner", [&] { feed->act(); });
+}
+
+void Hub::refresh_feeds() {
+    for (Feed* feed : m_feeds) guarded("owner", [&] { feed->refresh(); });
+}
+
+bool Hub::keep_sources() {
+    if (!m_scene->keep_sources(true)) return false;
+    m_sources_at = m_now;
+    return true;
+}
+
+/// Stops the computation of sources a while after their last use.
+void Hub::release_sources() {
+    if (m_scene->live().keeps_sources() && m_now - m_sources_at > kSourcesTime)
+        m_scene->keep_sources(false);
 }
 
 // Work.
@@ -206,7 +221,7 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
     // A new tissue has no eyes.
     if (std::holds_alternative<TissueCommand>(action)) {
         for (Client& other : m_clients) other.eye = {};
-        m_rest_is_stale = true;
+        for (Feed* feed : m_feeds) feed->change_tissue();
     }
     m_solve_ms += outcome.solve_ms;
     m_moved_elements += outcome.moved_elements.value_or(0);
@@ -311,14 +326,19 @@ void Hub::resample() {
     m_checksums.reset();  // a closed cut changes the tissue, but no voxel
     m_is_behind = true;
     const Result<LiveUpdate> update = m_scene->update();
-    m_is_behind = !update || !update_rest(update->boxes);
-    if (!update || update->boxes.empty()) return;
+    if (!update) return;
+    for (const Box3i& box : update->boxes) m_deformed.mark(box);
+    bool all_follow = true;
+    for (Feed* feed : m_feeds) {
+        bool follows = false;
+        guarded("owner", [&] { follows = feed->follow(update->boxes); });
+        all_follow = all_follow && follows;
+    }
+    m_is_behind = !all_follow;
+    if (update->boxes.empty()) return;
     ++m_step;
     for (Client& client : m_clients)
         for (const Box3i& box : update->boxes) client.delivery.mark(box);
-    mark_overlays(update->boxes);
-    if (m_haptics && !guarded("owner", [&] { m_haptics->changed(update->boxes); }))
-        end_haptics("out of memory");
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update->resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());

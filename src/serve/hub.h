@@ -13,6 +13,7 @@
 
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -26,13 +27,13 @@
 #include <variant>
 #include <vector>
 
-#include <pliant/resample.h>
-
 #include "serve/client.h"
-#include "serve/device_opening.h"
-#include "serve/haptic_session.h"
-#include "serve/path_search.h"
-#include "serve/vessel_frames.h"
+#include "serve/device_feed.h"
+#include "serve/feed.h"
+#include "serve/overlay_feed.h"
+#include "serve/path_feed.h"
+#include "serve/rest_feed.h"
+#include "serve/vessel_feed.h"
 #include "session/guarded.h"
 #include "session/save.h"
 #include "session/scene.h"
@@ -46,7 +47,7 @@ struct NewScene {
     SessionHeader recorded;  ///< the scan's record in the session
 };
 
-class Hub {
+class Hub final : private FeedHost {
   public:
     /// @param log  may be null
     /// @param open_bytes  size limit of scans, for clients
@@ -59,7 +60,7 @@ class Hub {
     /// Limits the spring nodes along an axis. Call it before run().
     void bound_springs(int nodes) { m_max_spring_nodes = nodes; }
     /// Offers devices beside the built-in ones. Call it before run().
-    void offer_devices(HapticDevices devices) { m_haptic_devices = std::move(devices); }
+    void offer_devices(HapticDevices devices) { m_device.offer(std::move(devices)); }
 
     // Called on the network's thread; none of them blocks.
     void opened(ConnectionId connection, bool may_control);
@@ -108,24 +109,6 @@ class Hub {
         std::string name;
         Outcome outcome;
     };
-    struct OverlayWish {
-        std::uint32_t client;
-        std::uint32_t id;
-        OverlayKind kind;
-    };
-    struct RestWish {
-        std::uint32_t client;
-        std::uint32_t id;
-        bool on;
-    };
-    struct SharedBox {
-        Box3i box;
-        std::uint8_t flags;
-        bool packed;
-        std::uint16_t format;
-        std::shared_ptr<const std::string> bytes;
-    };
-
     /// A message that was refused for lack of memory; its sender isn't informed yet.
     struct Untold {
         ConnectionId connection;
@@ -135,8 +118,7 @@ class Hub {
 
     void post(Event event);
     void wait_for_work(const std::stop_token& stop, Clock::time_point last);
-    void step();
-    void tell_later(const Untold& untold) noexcept;
+    void make_step();
     void release(Client& client);
 
     void take_events();
@@ -151,11 +133,9 @@ class Hub {
     void say_hello(ConnectionId connection, const HelloMessage& hello);
     void answer(Client& client, Message message);
     void queue(Client& client, Message message);
-    void say(Client& client, std::string text);
 
     void carry_out_commands();
     void carry_out(Client& client);
-    Outcome act(std::uint32_t client, const Action& action);
     void feel(Client& client, const Action& action, const Outcome& outcome);
     void measure_force();
     void tell_eyes();
@@ -172,44 +152,26 @@ class Hub {
     void refresh_tools();
     void publish(Client& client);
     void add_boxes(Client& client, std::vector<Outgoing>& batch);
-    std::shared_ptr<const std::string> shared_box(const Box3i& box, std::uint8_t flags, bool pack,
-                                                  OverlayKind kind = OverlayKind::None);
-    std::string make_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind);
     const Checksums* current_checksums();
 
-    void forget_overlays();
-    void begin_overlays();
-    void set_overlay(Client& client, std::uint32_t id, OverlayKind kind);
-    void mark_overlays(std::span<const Box3i> boxes);
-    void add_overlay_boxes(Client& client, std::vector<Outgoing>& batch);
-    std::string make_overlay_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind);
-    void rest_overlays();
-    void forget_rest() noexcept;
-    void begin_rest();
-    void set_rest(Client& client, std::uint32_t id, bool on);
-    bool make_rest(std::span<const Box3i> boxes);
-    bool update_rest(std::span<const Box3i> boxes) noexcept;
-    void add_rest_boxes(Client& client, std::vector<Outgoing>& batch);
-    std::shared_ptr<const std::string> shared_rest_box(const Box3i& nodes, std::uint8_t flags,
-                                                       bool pack);
-    void look_for(Client& client, std::uint32_t id, const PathMessage& path);
-    void tell_paths();
-    void give_up_paths(std::uint32_t client);
-    void forget_vessel();
-    void want_vessel(Client& client, std::uint32_t id, bool on);
-    void refresh_vessel();
-    void add_vessel(Client& client, std::vector<Outgoing>& batch);
+    // What feeds see.
+    Scene& scene() override { return *m_scene; }
+    std::list<Client>& clients() override { return m_clients; }
+    std::uint32_t step() const override { return m_step; }
+    Clock::time_point now() const override { return m_now; }
+    bool is_behind() const override { return m_is_behind; }
+    const DirtyBlocks& deformed() const override { return m_deformed; }
+    bool keep_sources() override;
+    void say(Client& client, std::string text) override;
+    void tell_later(ConnectionId connection, std::uint32_t id,
+                    std::string_view name) noexcept override;
+    Outcome act(std::uint32_t client, const Action& action) override;
+    std::uint32_t& last_client() override { return m_last_client; }
+    void worked() override { m_worked = true; }
 
-    void take_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics);
-    void take_pose(const Client& client, const HapticPoseMessage& pose);
-    void start_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics);
-    void end_haptics(const std::string& why);
-    void open_device();
-    void take_device();
-    void give_up_device(std::uint32_t client, const Outcome& why);
-    void push_by_device();
-    void feel_device();
-    void refresh_haptics();
+    void act_by_feeds();
+    void refresh_feeds();
+    void release_sources();
 
     void drop_who_is_late();
     void drop(Client& client, int code, const std::string& message);
@@ -261,25 +223,15 @@ class Hub {
     std::vector<ToolPose> m_tools;
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
-    std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< running searches
-    HapticDevices m_haptic_devices;
-    std::unique_ptr<HapticSession> m_haptics;  ///< null: no device
-    std::optional<DeviceQuestion> m_wish;      ///< waits until the previous device is closed
-    std::unique_ptr<DeviceOpening> m_opening;  ///< device being opened or closed
-    std::string m_haptics_why;                 ///< reason of the last end
-    std::string m_haptics_text;
-    std::uint64_t m_haptics_version = 0;
-    VesselFrames m_vessel;
-    std::vector<SharedBox> m_boxes;             ///< encoded in this step
-    std::vector<OverlayWish> m_overlay_wishes;  ///< of this step
-    DirtyBlocks m_deformed;                     ///< voxels that were ever deformed
-    std::int64_t m_overlay_left = 0;            ///< budget of overlay voxels in this step
-    double m_overlay_ms = 0;                    ///< of this step
-    Clock::time_point m_overlay_at{};           ///< time of the last request
-    std::vector<RestWish> m_rest_wishes;        ///< of this step
-    std::optional<RestField> m_rest;            ///< present while a client requests it
-    bool m_rest_is_stale = false;               ///< must be rebuilt
-    std::int64_t m_rest_left = 0;               ///< budget of nodes in this step
+    SharedFrames m_frames;             ///< boxes of voxels, encoded in this step
+    DirtyBlocks m_deformed;            ///< voxels that were ever deformed
+    Clock::time_point m_sources_at{};  ///< last use of the sources of deformed voxels
+    DeviceFeed m_device{*this};
+    OverlayFeed m_overlays{*this};
+    RestFeed m_rest{*this};
+    VesselFeed m_vessel{*this};
+    PathFeed m_paths{*this};
+    std::array<Feed*, 5> m_feeds{&m_device, &m_overlays, &m_rest, &m_vessel, &m_paths};
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

@@ -46,15 +46,16 @@ void Hub::take_events() {
             std::visit([&](auto& what) { take(event.connection, what); }, event.what);
             continue;
         }
-        const Untold untold{event.connection, message->id, name_of(message->action)};
+        const std::uint32_t id = message->id;
+        const std::string_view name = name_of(message->action);
         if (!guarded("owner", [&] { take(event.connection, std::get<Message>(event.what)); }))
-            tell_later(untold);
+            tell_later(event.connection, id, name);
     }
 }
 
 /// Notes that a message was refused for lack of memory.
-void Hub::tell_later(const Untold& untold) noexcept {
-    if (m_untold.size() < m_untold.capacity()) m_untold.push_back(untold);
+void Hub::tell_later(ConnectionId connection, std::uint32_t id, std::string_view name) noexcept {
+    if (m_untold.size() < m_untold.capacity()) m_untold.push_back({connection, id, name});
 }
 
 Client* Hub::client_of(ConnectionId connection) {
@@ -137,7 +138,7 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
     client.info.view = hello.view || !may_control;
     if (is_new || !hello.name.empty()) client.info.name = shortened(hello.name);
     client.packs = hello.lz4;
-    client.state_version = client.tools_version = client.haptics_version = client.scene_step = 0;
+    client.state_version = client.tools_version = client.scene_step = 0;
     const bool resumed = client.delivery.come_back(hello.step);
     say(client, welcome_text({.client = client.info,
                               .resume = client.resume,
@@ -145,7 +146,7 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
                               .rate_hz = int(std::chrono::seconds(1) / m_period),
                               .open_bytes = m_open_bytes,
                               .spring_nodes = m_max_spring_nodes,
-                              .haptic_devices = m_haptic_devices.names()},
+                              .haptic_devices = m_device.devices().names()},
                              m_scene->info(), shared_state()));
 }
 
@@ -157,16 +158,10 @@ void Hub::say(Client& client, std::string text) {
 }
 
 void Hub::answer(Client& client, Message message) {
-    if (const auto* seen = std::get_if<SeenMessage>(&message.action)) {
-        if (seen->format == kFormatVoxels) {
-            client.delivery.seen(seen->step);
-            if (seen->step >= client.scene_step) client.scene_step = 0;
-        } else if (client.overlay != OverlayKind::None &&
-                   seen->format == format_of(client.overlay)) {
-            client.overlay_delivery.seen(seen->step);
-        } else if (client.rest && seen->format == kFormatRest) {
-            client.rest->seen(seen->step);
-        }
+    const auto* seen = std::get_if<SeenMessage>(&message.action);
+    if (seen && seen->format == kFormatVoxels) {
+        client.delivery.seen(seen->step);
+        if (seen->step >= client.scene_step) client.scene_step = 0;
     } else if (const auto* tool = std::get_if<ToolMessage>(&message.action)) {
         ToolPose pose = client.tool;
         pose.client = client.info.number;
@@ -176,12 +171,6 @@ void Hub::answer(Client& client, Message message) {
         pose.up = tool->pose.up;
         pose.radius_mm = tool->pose.radius_mm;
         client.tool = pose;
-    } else if (const auto* overlay = std::get_if<OverlayMessage>(&message.action)) {
-        m_overlay_wishes.push_back({client.info.number, message.id, overlay->kind});
-    } else if (const auto* rest = std::get_if<RestMessage>(&message.action)) {
-        m_rest_wishes.push_back({client.info.number, message.id, rest->on});
-    } else if (const auto* vessel = std::get_if<VesselMessage>(&message.action)) {
-        want_vessel(client, message.id, vessel->on);
     } else if (std::holds_alternative<PingMessage>(message.action)) {
         say(client, pong_text(message.id));
     } else if (std::holds_alternative<ChecksumMessage>(message.action)) {
@@ -189,14 +178,11 @@ void Hub::answer(Client& client, Message message) {
             client.checksums.push_back(message.id);
         else
             say(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
-    } else if (const auto* path = std::get_if<PathMessage>(&message.action)) {
-        look_for(client, message.id, *path);
-    } else if (const auto* haptics = std::get_if<HapticsMessage>(&message.action)) {
-        take_haptics(client, message.id, *haptics);
-    } else if (const auto* place = std::get_if<HapticPoseMessage>(&message.action)) {
-        take_pose(client, *place);
-    } else {
+    } else if (is_command(message.action)) {
         queue(client, std::move(message));
+    } else {
+        for (Feed* feed : m_feeds)
+            if (feed->take(client, message)) return;
     }
 }
 
@@ -243,13 +229,7 @@ void Hub::park(Client& client) {
     client.commands.clear();
     client.checksums.clear();
     client.tool = {};
-    client.overlay = OverlayKind::None;
-    client.rest.reset();
-    client.wants_vessel = false;
-    give_up_paths(client.info.number);
-    if (m_haptics && m_haptics->client() == client.info.number)
-        end_haptics("the browser that held the device is gone");
-    give_up_device(client.info.number, {});
+    for (Feed* feed : m_feeds) feed->leave(client);
     release(client);
 }
 
@@ -272,9 +252,8 @@ void Hub::drop_who_is_late() {
             continue;
         }
         auto unseen = client.delivery.unseen_since();
-        if (!unseen && client.overlay != OverlayKind::None)
-            unseen = client.overlay_delivery.unseen_since();
-        if (!unseen && client.rest) unseen = client.rest->unseen_since();
+        for (const Feed* feed : m_feeds)
+            if (!unseen) unseen = feed->unseen_since(client);
         if (client.writing && m_now - client.since > kStallTime)
             drop(client, kCloseStalled, "expected a client that reads, found none for 15 s");
         else if (unseen && m_now - *unseen > kStallTime)

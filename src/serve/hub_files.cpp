@@ -6,6 +6,7 @@
 
 #include <new>
 
+#include "protocol/limits.h"
 #include "serve/hub.h"
 
 namespace pliant::serve {
@@ -38,11 +39,11 @@ void Hub::take(ConnectionId, Saving& saving) {
 /// Begins once memory is available and all earlier commands are recorded.
 void Hub::take(ConnectionId, Opening& opening) {
     if (!log_is_ready()) throw std::bad_alloc();
+    DirtyBlocks deformed(opening.scene.scene->info().grid.size);
     opening.scene.scene->set_volume_id(m_scene->info().id + 1);
-    end_haptics("another scan was opened");
-    give_up_device(
-        0, {.error_code = "other_scan", .message = "haptics: another scan was opened meanwhile"});
+    for (Feed* feed : m_feeds) feed->leave_scene();
     std::swap(m_scene, opening.scene.scene);
+    m_deformed = std::move(deformed);
     note(SessionOpen{std::move(opening.scene.recorded)});
     ++m_step;
     m_timing = {};
@@ -50,22 +51,18 @@ void Hub::take(ConnectionId, Opening& opening) {
     m_is_unsaved = false;
     m_checksums.reset();
     m_worked = true;
-    m_overlay_wishes.clear();
-    forget_rest();
+    for (Feed* feed : m_feeds) feed->enter_scene();
     m_tools.clear();
     m_tools_version = 0;  // forces a new frame for the new scan
     for (Client& client : m_clients) {
-        give_up_paths(client.info.number);
         // A client that can't be informed must reconnect.
         if (!guarded("owner", [&] { begin_anew(client); }) && client.connection)
             guarded("owner", [&] { drop(client, kCloseStalled, "out of memory"); });
     }
     m_is_behind = !guarded("owner", [&] {
-        forget_overlays();
-        forget_vessel();
         const auto update = m_scene->update();
         if (!update) throw std::bad_alloc();
-        mark_overlays(update->boxes);
+        for (const Box3i& box : update->boxes) m_deformed.mark(box);
     });
     guarded("owner", [&] { opening.done(std::move(opening.scene.scene)); });
 }

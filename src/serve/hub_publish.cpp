@@ -42,6 +42,7 @@ void Hub::tell_outcomes() {
 SharedState Hub::shared_state() const {
     SharedState state = m_timing;
     m_scene->describe(state);
+    state.overlay_ms = m_overlays.last_ms();
     state.step = m_step;
     state.recorded = m_log && m_is_recorded;
     for (const Client& client : m_clients)
@@ -62,8 +63,7 @@ void Hub::refresh_tools() {
     std::vector<ToolPose> tools;
     for (const Client& client : m_clients)
         if (client.connection && client.tool.kind != ToolKind::None) tools.push_back(client.tool);
-    if (m_haptics && m_haptics->pose_of_tool().kind != ToolKind::None)
-        tools.push_back(m_haptics->pose_of_tool());
+    if (const auto tool = m_device.tool()) tools.push_back(*tool);
     std::sort(tools.begin(), tools.end(),
               [](const ToolPose& a, const ToolPose& b) { return a.client < b.client; });
     if (tools == m_tools && m_tools_version > 0) return;
@@ -78,15 +78,13 @@ void Hub::publish(Client& client) {
     if (client.state_version != m_state_version) batch.push_back(text_message(m_state_text));
     if (client.tools_version != m_tools_version)
         batch.push_back({false, std::make_shared<const std::string>(m_tools_frame)});
-    if (client.haptics_version != m_haptics_version) batch.push_back(text_message(m_haptics_text));
     add_boxes(client, batch);
-    add_vessel(client, batch);
-    add_overlay_boxes(client, batch);
-    add_rest_boxes(client, batch);
+    bool more_is_due = false;
+    for (Feed* feed : m_feeds) {
+        feed->add(client, batch);
+        more_is_due = more_is_due || feed->is_due(client);
+    }
     bool sends_checksums = false;
-    const bool more_is_due =
-        (client.overlay != OverlayKind::None && client.overlay_delivery.is_due()) ||
-        (client.rest && client.rest->is_due());
     if (!client.checksums.empty() && !client.delivery.is_due() && !more_is_due) {
         if (const Checksums* sums = current_checksums()) {
             for (const std::uint32_t id : client.checksums)
@@ -102,12 +100,8 @@ void Hub::publish(Client& client) {
     client.texts.clear();
     client.state_version = m_state_version;
     client.tools_version = m_tools_version;
-    client.haptics_version = m_haptics_version;
     if (sends_checksums) client.checksums.clear();
-    if (client.wants_vessel && m_scene->catheter()) {
-        client.has_surface = true;
-        client.vessel_version = m_vessel.version();
-    }
+    for (Feed* feed : m_feeds) feed->sent(client);
 }
 
 void Hub::add_boxes(Client& client, std::vector<Outgoing>& batch) {
@@ -116,27 +110,14 @@ void Hub::add_boxes(Client& client, std::vector<Outgoing>& batch) {
     const bool ends = !client.delivery.is_due();
     for (std::size_t n = 0; n < boxes.size(); ++n) {
         const std::uint8_t flags = ends && n + 1 == boxes.size() ? kFrameLastOfStep : 0;
-        batch.push_back({false, shared_box(boxes[n], flags, client.packs)});
+        batch.push_back({false, m_frames.get(boxes[n], flags, client.packs, kFormatVoxels, [&] {
+                             return box_frame(
+                                 m_scene->deformed(), boxes[n],
+                                 {.flags = flags, .step = m_step, .volume = m_scene->info().id},
+                                 client.packs);
+                         })});
     }
     m_worked = true;
-}
-
-std::shared_ptr<const std::string> Hub::shared_box(const Box3i& box, std::uint8_t flags, bool pack,
-                                                   OverlayKind kind) {
-    const std::uint16_t format = kind == OverlayKind::None ? kFormatVoxels : format_of(kind);
-    for (const SharedBox& shared : m_boxes)
-        if (shared.box == box && shared.flags == flags && shared.packed == pack &&
-            shared.format == format)
-            return shared.bytes;
-    m_boxes.push_back({box, flags, pack, format,
-                       std::make_shared<const std::string>(make_box(box, flags, pack, kind))});
-    return m_boxes.back().bytes;
-}
-
-std::string Hub::make_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind) {
-    if (kind != OverlayKind::None) return make_overlay_box(box, flags, pack, kind);
-    const FrameHeader header{.flags = flags, .step = m_step, .volume = m_scene->info().id};
-    return box_frame(m_scene->deformed(), box, header, pack);
 }
 
 const Checksums* Hub::current_checksums() {
