@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "field/cell_block.h"
+#include "volume/boxes.h"
 
 namespace pliant {
 
@@ -41,8 +42,7 @@ BrickSearch::Range BrickSearch::bricks_near(const PlaceBox& box) const {
 
 std::int64_t BrickSearch::brick_count(const PlaceBox& box) const {
     const Range range = bricks_near(box);
-    const Vec3i size = range.end - range.begin;
-    return std::int64_t(size.x) * size.y * size.z;
+    return std::int64_t(dense_count(range.end - range.begin));
 }
 
 void BrickSearch::for_each_brick(const PlaceBox& box,

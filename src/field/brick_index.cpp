@@ -7,11 +7,12 @@
 #include <new>
 #include <utility>
 
+#include "volume/boxes.h"
+
 namespace pliant {
 
 BrickIndex::BrickIndex(Vec3i size) : m_size(size) {
-    const std::size_t count =
-        std::max<std::size_t>(1, std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
+    const std::size_t count = std::max<std::size_t>(1, dense_count(size));
     m_inside.reset(static_cast<int*>(std::calloc(count, sizeof(int))));
     if (!m_inside) throw std::bad_alloc();
 }

@@ -14,14 +14,13 @@
 #include "core/text.h"
 #include "field/field_state.h"
 #include "field/writable_field.h"
+#include "volume/boxes.h"
 
 namespace pliant {
 namespace {
 
 std::size_t element_count(const Box3i& box) {
-    if (is_empty(box)) return 0;
-    const Vec3i n = box.end - box.begin;
-    return std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z);
+    return is_empty(box) ? 0 : dense_count(box.end - box.begin);
 }
 
 Error wrong_count(const Box3i& box, std::size_t found, const char* of) {
@@ -40,12 +39,8 @@ void for_each_brick_of(const Field& field, const Box3i& box, const Visit& visit)
         for (int y = first.y; y <= last.y; ++y)
             for (int x = first.x; x <= last.x; ++x) {
                 const Vec3i coord{x, y, z};
-                Box3i part;
-                for (int a = 0; a < 3; ++a) {
-                    part.begin[a] = std::max(box.begin[a], size * coord[a]);
-                    part.end[a] = std::min(box.end[a], size * (coord[a] + 1));
-                }
-                visit(coord, part);
+                const Vec3i corner = size * coord;
+                visit(coord, overlap(box, {corner, corner + Vec3i{size, size, size}}));
             }
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "field/cell_block.h"
+#include "volume/boxes.h"
 
 namespace pliant {
 namespace {
@@ -117,18 +118,6 @@ Box3i blocks_around(const Lattice& lattice, const Region& region, Vec3i reach) {
     return {lattice.brick_of(low), lattice.brick_of(high) + Vec3i{1, 1, 1}};
 }
 
-std::int64_t volume_of(const Box3i& box) {
-    const Vec3i n = box.end - box.begin;
-    return std::int64_t(n.x) * n.y * n.z;
-}
-
-template <class Visit>
-void for_each_in(const Box3i& box, const Visit& visit) {
-    for (int z = box.begin.z; z < box.end.z; ++z)
-        for (int y = box.begin.y; y < box.end.y; ++y)
-            for (int x = box.begin.x; x < box.end.x; ++x) visit(Vec3i{x, y, z});
-}
-
 }  // namespace
 
 Vec3i largest_movement(const Lattice& lattice) {
@@ -147,7 +136,7 @@ void visit_near_cells(const Lattice& lattice, Vec3d low, Vec3d high,
     const Region region{low, high};
     Visitor visitor(lattice, region, visit);
     const Box3i all = blocks_around(lattice, region, largest_movement(lattice));
-    if (volume_of(all) <= 8 * std::int64_t(lattice.resident_brick_count()) + 64) {
+    if (box_count(all) <= 8 * std::int64_t(lattice.resident_brick_count()) + 64) {
         for_each_in(all, [&](Vec3i coord) { visitor.visit_block(coord); });
         return;
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "render/field.h"
+#include "volume/boxes.h"
 
 namespace pliant::render {
 namespace {
@@ -21,14 +22,6 @@ double smallest(Vec3d v) {
     return std::min({v.x, v.y, v.z});
 }
 
-/// Calls body(voxel) for each voxel of a box.
-template <class Body>
-void for_each_voxel(const Box3i& box, const Body& body) {
-    for (int z = box.begin.z; z < box.end.z; ++z)
-        for (int y = box.begin.y; y < box.end.y; ++y)
-            for (int x = box.begin.x; x < box.end.x; ++x) body(Vec3i{x, y, z});
-}
-
 }  // namespace
 
 LumenTiles::LumenTiles(const Volume& volume, const LumenSide& lumen, int far_voxels,
@@ -41,7 +34,7 @@ LumenTiles::LumenTiles(const Volume& volume, const LumenSide& lumen, int far_vox
       m_voxels_left(max_voxels),
       m_size{tiles_along(volume.grid.size.x), tiles_along(volume.grid.size.y),
              tiles_along(volume.grid.size.z)},
-      m_tiles(std::size_t(m_size.x) * std::size_t(m_size.y) * std::size_t(m_size.z)) {}
+      m_tiles(dense_count(m_size)) {}
 
 void LumenTiles::close() {
     m_new = kClosed;
@@ -81,7 +74,7 @@ LumenTile* LumenTiles::make(Vec3i voxel) {
 bool LumenTiles::fill(const Box3i& box, LumenTile& tile, double margin_mm, bool last) const {
     bool any = false;
     with_field(m_volume, [&](const auto& field) {
-        for_each_voxel(box, [&](Vec3i p) { any |= m_lumen.contains(double(*field.at(p))); });
+        for_each_in(box, [&](Vec3i p) { any |= m_lumen.contains(double(*field.at(p))); });
     });
     if (!any) return true;
     Box3i around = box;
@@ -95,7 +88,7 @@ bool LumenTiles::fill(const Box3i& box, LumenTile& tile, double margin_mm, bool 
     const Vec3i n = around.end - around.begin;
     bool enough = true;
     with_field(m_volume, [&](const auto& field) {
-        for_each_voxel(box, [&](Vec3i p) {
+        for_each_in(box, [&](Vec3i p) {
             if (!m_lumen.contains(double(*field.at(p)))) return;
             const Vec3i q = p - around.begin;
             const float d = wall_mm[std::size_t(q.x) +

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "path/wall_distance.h"
+#include "volume/boxes.h"
 
 namespace pliant::render {
 
@@ -78,9 +79,7 @@ class LumenTiles {
 
   private:
     std::size_t tile_index(Vec3i voxel) const {
-        return std::size_t(voxel.x / kSide) +
-               std::size_t(m_size.x) * (std::size_t(voxel.y / kSide) +
-                                        std::size_t(m_size.y) * std::size_t(voxel.z / kSide));
+        return dense_index({voxel.x / kSide, voxel.y / kSide, voxel.z / kSide}, m_size);
     }
     LumenTile* make(Vec3i voxel);
     bool fill(const Box3i& box, LumenTile& tile, double margin_mm, bool last) const;

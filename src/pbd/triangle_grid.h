@@ -13,6 +13,8 @@
 #include <span>
 #include <vector>
 
+#include "volume/boxes.h"
+
 namespace pliant::pbd {
 
 class TriangleGrid {
@@ -30,10 +32,7 @@ class TriangleGrid {
         Vec3i low, high;
     };
     Range cubes_of(Vec3d low, Vec3d high) const;
-    std::size_t index_of(int i, int j, int k) const {
-        return std::size_t(i) +
-               std::size_t(m_size.x) * (std::size_t(j) + std::size_t(m_size.y) * std::size_t(k));
-    }
+    std::size_t index_of(int i, int j, int k) const { return dense_index({i, j, k}, m_size); }
 
     Vec3d m_origin{0, 0, 0};
     double m_cube = 1;

@@ -5,25 +5,14 @@
 
 #include <algorithm>
 
+#include "volume/boxes.h"
+
 namespace pliant::serve {
 namespace {
 
 /// Factor by which a joined box may exceed the blocks of the boxes that it replaces: fewer messages
 /// for a few more bytes.
 constexpr double kSlack = 1.3;
-
-std::int64_t volume_of(const Box3i& b) {
-    return std::int64_t(b.end.x - b.begin.x) * (b.end.y - b.begin.y) * (b.end.z - b.begin.z);
-}
-
-Box3i around(const Box3i& a, const Box3i& b) {
-    Box3i both;
-    for (int axis = 0; axis < 3; ++axis) {
-        both.begin[axis] = std::min(a.begin[axis], b.begin[axis]);
-        both.end[axis] = std::max(a.end[axis], b.end[axis]);
-    }
-    return both;
-}
 
 /// Joins a box with one of the last boxes if the excess is small.
 /// @param axis  along which the two boxes must touch
@@ -34,8 +23,8 @@ void join(std::vector<Box3i>& boxes, std::vector<std::int64_t>& filled, const Bo
     const std::size_t first = boxes.size() - std::min(boxes.size(), kLookBack);
     for (std::size_t n = boxes.size(); n-- > first;) {
         if (boxes[n].end[axis] < box.begin[axis]) continue;
-        const Box3i both = around(boxes[n], box);
-        const std::int64_t size = volume_of(both);
+        const Box3i both = hull(boxes[n], box);
+        const std::int64_t size = box_count(both);
         if (size > max_blocks || double(size) > kSlack * double(filled[n] + blocks)) continue;
         boxes[n] = both;
         filled[n] += blocks;
@@ -136,8 +125,8 @@ std::vector<Box3i> DirtyBlocks::take(std::int64_t max_voxels) {
         if (m_layer_count[std::size_t(k)] == 0) continue;
         for (const Box3i& box : boxes_of_layer(k)) {
             if (taken * kBlock >= max_voxels) break;
-            taken += volume_of(box);
-            join(boxes, filled, box, volume_of(box), 2, kMaxBlocks);
+            taken += box_count(box);
+            join(boxes, filled, box, box_count(box), 2, kMaxBlocks);
         }
     }
     for (Box3i& box : boxes) {

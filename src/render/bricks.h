@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "render/field.h"
+#include "volume/boxes.h"
 
 namespace pliant::render {
 
@@ -35,10 +36,7 @@ struct BrickLevel {
     Vec3i size{0, 0, 0};           ///< bricks along i, j, k
     std::vector<Range<T>> ranges;  ///< i fastest
 
-    const Range<T>& at(Vec3i b) const {
-        return ranges[std::size_t(b.x) +
-                      std::size_t(size.x) * (std::size_t(b.y) + std::size_t(size.y) * b.z)];
-    }
+    const Range<T>& at(Vec3i b) const { return ranges[dense_index(b, size)]; }
 };
 
 template <class T>

@@ -9,6 +9,8 @@
 
 #include <vector>
 
+#include "volume/boxes.h"
+
 namespace pliant::render {
 
 struct CoarseVolume {
@@ -17,10 +19,7 @@ struct CoarseVolume {
     Vec3d spacing_mm{1, 1, 1};   ///< between cell centres
     std::vector<float> mean_hu;  ///< i fastest
 
-    std::size_t index(Vec3i p) const {
-        return std::size_t(p.x) +
-               std::size_t(size.x) * (std::size_t(p.y) + std::size_t(size.y) * std::size_t(p.z));
-    }
+    std::size_t index(Vec3i p) const { return dense_index(p, size); }
     Vec3i cell(std::size_t i) const {
         const auto x = std::size_t(size.x), y = std::size_t(size.y);
         return {int(i % x), int(i / x % y), int(i / (x * y))};

@@ -11,6 +11,7 @@
 
 #include "core/text.h"
 #include "research/graph_limits.h"
+#include "volume/boxes.h"
 
 namespace pliant {
 namespace {
@@ -53,7 +54,7 @@ Status check_chain_lattice(const ChainLattice& lattice) {
     if (size.x < 1 || size.y < 1 || size.z < 1 ||
         std::int64_t(size.x) * size.y > INT32_MAX / size.z)
         return complain("size: expected 1 to 2147483647 elements, found " + text_of_size(size));
-    const auto count = std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
+    const auto count = dense_count(size);
     for (int a = 0; a < 3; ++a)
         if (!(lattice.spacing_mm[a] > 0 && lattice.spacing_mm[a] <= 1e3))
             return complain("spacing_mm: expected lengths above 0, up to 1000");

@@ -14,6 +14,7 @@
 #include "session/vessel_tissue.h"
 #include "tissue/chainmail_tissue.h"
 #include "tissue/spring_tissue.h"
+#include "volume/boxes.h"
 
 namespace pliant::serve {
 namespace {
@@ -226,8 +227,7 @@ void Scene::measure_energy() noexcept {
     m_energy = tissue().energy_mm2();
     if (!m_energy) return;  // forces are disabled
     const Box3i moved = tissue().deformation().moved_box();
-    const Vec3i size = moved.end - moved.begin;
-    m_energy_elements = std::int64_t(size.x) * size.y * size.z;
+    m_energy_elements = box_count(moved);
     if (!before) return;
     m_energy_rests = m_energy_elements / kElementsPerRest;
     const double way = norm(way_mm);
