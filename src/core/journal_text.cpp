@@ -13,6 +13,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/descriptor.h"
+
 namespace pliant::staging {
 namespace fs = std::filesystem;
 namespace {
@@ -84,18 +86,13 @@ std::optional<Journal> parse(std::string_view text) {
 }  // namespace
 
 std::optional<Journal> read_journal(const fs::path& file) {
-    const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
+    const Descriptor opened = open_file(file, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
     struct stat status {};
     if (!opened.is_open() || ::fstat(opened.number(), &status) != 0 || !S_ISREG(status.st_mode) ||
         std::size_t(status.st_size) > kMaxBytes)
         return std::nullopt;
     std::string text(std::size_t(status.st_size), '\0');
-    for (std::size_t at = 0; at < text.size();) {
-        const ssize_t n = ::read(opened.number(), text.data() + at, text.size() - at);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return std::nullopt;
-        at += std::size_t(n);
-    }
+    if (read_at(opened.number(), text.data(), text.size(), 0) < text.size()) return std::nullopt;
     return parse(text);
 }
 
@@ -103,16 +100,11 @@ std::error_code write_journal(const fs::path& folder, const char* name, const Jo
     const std::string text = text_of(journal);
     const fs::path unfinished = folder / kUnfinished;
     before_step();
-    const Descriptor file(
-        ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
+    const Descriptor file = open_file(unfinished, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (!file.is_open()) return {errno, std::generic_category()};
-    for (std::size_t at = 0; at < text.size();) {
-        before_step();
-        const ssize_t n = ::write(file.number(), text.data() + at, text.size() - at);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return {n < 0 ? errno : EIO, std::generic_category()};
-        at += std::size_t(n);
-    }
+    before_step();
+    if (const int error = write_all(file.number(), text.data(), text.size()))
+        return {error, std::generic_category()};
     if (const auto error = sync_to_disk(unfinished)) return error;
     before_step();
     if (std::rename(unfinished.c_str(), (folder / name).c_str()) != 0)

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/staging_folder.h"
+#include "core/descriptor.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -27,29 +27,11 @@ Error not_written(const fs::path& path, int number) {
     return not_written(path, std::generic_category().message(number));
 }
 
-/// Also supports non-blocking descriptors: another process may have set that mode.
-int write_all(int descriptor, const char* bytes, std::size_t count) {
-    while (count > 0) {
-        const ssize_t written = ::write(descriptor, bytes, count);
-        if (written >= 0) {
-            bytes += written;
-            count -= std::size_t(written);
-        } else if (errno == EAGAIN) {
-            pollfd ready{descriptor, POLLOUT, 0};
-            ::poll(&ready, 1, -1);
-        } else if (errno != EINTR) {
-            return errno;
-        }
-    }
-    return 0;
-}
-
 /// Opens a stream. A pipe without a reader can't be opened for writing, so this is retried.
-staging::Descriptor open_stream(const fs::path& path) {
+Descriptor open_stream(const fs::path& path) {
     constexpr int kTries = 40, kPause_ms = 50;
     for (int n = 0;; ++n) {
-        staging::Descriptor opened(
-            ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+        Descriptor opened = open_file(path, O_WRONLY | O_NONBLOCK | O_NOCTTY);
         if (opened.is_open() || errno != ENXIO || n == kTries) return opened;
         ::poll(nullptr, 0, kPause_ms);
     }
@@ -91,9 +73,9 @@ Status OutputStream::check() const {
 }
 
 Status OutputStream::write(const fs::path& file) const {
-    const staging::Descriptor from(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+    const Descriptor from = open_file(file, O_RDONLY);
     if (!from.is_open()) return not_written(m_path, errno);
-    staging::Descriptor own;
+    Descriptor own;
     if (m_descriptor < 0) own = open_stream(m_path);
     if (m_descriptor < 0 && !own.is_open())
         return errno == ENXIO ? not_written(m_path, "no process reads it")

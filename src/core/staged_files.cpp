@@ -63,7 +63,7 @@ std::error_code for_each_file(const fs::path& folder, const Visit& visit) {
 /// Syncs many files at once, which is faster than one by one.
 std::error_code sync_file_system(const fs::path& folder) {
     staging::before_step();
-    const staging::Descriptor opened(::open(folder.c_str(), O_RDONLY | O_CLOEXEC));
+    const Descriptor opened = open_file(folder, O_RDONLY);
     if (!opened.is_open() || (::syncfs(opened.number()) != 0 && errno != ENOSYS))
         return {errno, std::generic_category()};
     return {};

@@ -98,15 +98,6 @@ void empty_folder(int folder, int depth) noexcept {
 
 }  // namespace
 
-Descriptor::~Descriptor() {
-    if (m_number >= 0) ::close(m_number);
-}
-
-Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
-    std::swap(m_number, other.m_number);
-    return *this;
-}
-
 void remove_tree(const char* folder) noexcept {
     constexpr int kDeepest = 40;
     const int opened = ::open(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
@@ -123,7 +114,7 @@ void remove_tree(const char* folder) noexcept {
 
 std::error_code sync_to_disk(const fs::path& path) noexcept {
     before_step();
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    const Descriptor file = open_file(path, O_RDONLY | O_NONBLOCK);
     if (!file.is_open()) return {errno, std::generic_category()};
     int result = -1;
     do result = ::fsync(file.number());
@@ -133,8 +124,7 @@ std::error_code sync_to_disk(const fs::path& path) noexcept {
 }
 
 std::optional<Descriptor> open_and_lock(const fs::path& folder, bool waits, Lock& lock) {
-    Descriptor opened(
-        ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
+    Descriptor opened = open_file(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_NONBLOCK);
     struct stat status {};
     if (!opened.is_open() || ::fstat(opened.number(), &status) != 0) return std::nullopt;
     // A journal in another user's folder would rename files with this user's rights.

@@ -23,6 +23,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "core/descriptor.h"
+
 namespace pliant::staging {
 
 inline constexpr std::string_view kPrefix = ".pliant-out-";
@@ -32,26 +34,6 @@ inline void (*g_before_step)() = nullptr;
 inline void before_step() {
     if (g_before_step) g_before_step();
 }
-
-/// An open file descriptor.
-class Descriptor {
-  public:
-    explicit Descriptor(int number = -1) : m_number(number) {}
-    ~Descriptor();
-    Descriptor(Descriptor&& other) noexcept : m_number(other.release()) {}
-    Descriptor& operator=(Descriptor&& other) noexcept;
-
-    int number() const { return m_number; }
-    bool is_open() const { return m_number >= 0; }
-    int release() {
-        const int number = m_number;
-        m_number = -1;
-        return number;
-    }
-
-  private:
-    int m_number;
-};
 
 enum class Lock { Taken, Busy, Impossible };
 

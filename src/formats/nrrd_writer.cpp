@@ -3,6 +3,7 @@
 
 #include "formats/nrrd_writer.h"
 
+#include "core/descriptor.h"
 #include "core/text.h"
 
 #include <fcntl.h>
@@ -105,23 +106,14 @@ class NrrdWriter::Sink {
     Sink& operator=(const Sink&) = delete;
 
     void write(const void* bytes, std::size_t count) {
-        for (auto at = static_cast<const char*>(bytes); count > 0 && m_error == 0;) {
-            const ssize_t n = ::write(m_file, at, std::min(count, kMostAtOnce));
-            if (n < 0 && errno == EINTR) continue;
-            if (n <= 0) {
-                m_error = n < 0 ? errno : EIO;
-                return;
-            }
-            at += n;
-            count -= std::size_t(n);
-        }
+        if (m_error == 0) m_error = write_all(m_file.number(), bytes, count);
     }
     /// Continues in another file.
     void open(const fs::path& path) {
         close();
         if (m_error) return;
-        m_file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-        if (m_file < 0) m_error = errno;
+        m_file = open_file(path, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+        if (!m_file.is_open()) m_error = errno;
     }
     void start_gzip() {
         constexpr int kGzip = 15 + 16, kDefaultMemory = 8;
@@ -165,12 +157,12 @@ class NrrdWriter::Sink {
         } while (m_zlib.avail_out == 0 && m_error == 0);
     }
     void close() {
-        if (m_file >= 0 && ::close(m_file) != 0 && m_error == 0) m_error = errno;
-        m_file = -1;
+        const int error = m_file.close();
+        if (m_error == 0) m_error = error;
     }
 
     fs::path m_path;
-    int m_file = -1;
+    Descriptor m_file;
     int m_error = 0;  ///< errno of the first failure
     bool m_gzip = false;
     std::vector<Bytef> m_output;

@@ -19,6 +19,7 @@
 #include <string>
 #include <utility>
 
+#include "core/descriptor.h"
 #include "core/errors.h"
 
 namespace pliant {
@@ -30,27 +31,13 @@ using Clock = std::chrono::steady_clock;
 /// Lower descriptors may be standard streams that the program closed.
 constexpr int kFirstDescriptor = 10;
 
-class Descriptor {
-  public:
-    explicit Descriptor(int value = -1) : m_value(value) {}
-    ~Descriptor() {
-        if (m_value >= 0) ::close(m_value);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    int value() const { return m_value; }
-    int release() { return std::exchange(m_value, -1); }
-    /// Moves the descriptor to a higher number. @returns false if none is free
-    bool move_up() {
-        const int copy = ::fcntl(m_value, F_DUPFD_CLOEXEC, kFirstDescriptor);
-        if (copy < 0) return false;
-        ::close(std::exchange(m_value, copy));
-        return true;
-    }
-
-  private:
-    int m_value;
-};
+/// Moves a descriptor to a higher number. @returns false if none is free
+bool move_up(Descriptor& descriptor) {
+    const int copy = ::fcntl(descriptor.number(), F_DUPFD_CLOEXEC, kFirstDescriptor);
+    if (copy < 0) return false;
+    descriptor = Descriptor(copy);
+    return true;
+}
 
 /// Parameters of posix_spawn: streams, socket, no other descriptors, default signal handling.
 class SpawnPlan {
@@ -165,13 +152,13 @@ Result<PixelDecoder> PixelDecoder::start(const fs::path& program, const DecoderL
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return not_started(errno);
     Descriptor own(ends[0]), other(ends[1]);
-    if (!other.move_up()) return not_started(errno);
+    if (!move_up(other)) return not_started(errno);
     const auto seconds = std::uint64_t(std::ceil(limits.seconds_per_slice)) * (limits.slices + 1);
     std::string words[] = {kDecoderName, std::to_string(limits.memory_bytes),
                            std::to_string(seconds)};
     char* const arguments[] = {words[0].data(), words[1].data(), words[2].data(), nullptr};
     pid_t process = -1;
-    if (const int error = SpawnPlan(other.value()).spawn(process, program.string(), arguments))
+    if (const int error = SpawnPlan(other.number()).spawn(process, program.string(), arguments))
         return not_started(error);
     return PixelDecoder(process, own.release(), limits.seconds_per_slice);
 }

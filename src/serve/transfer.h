@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include "core/descriptor.h"
 #include "serve/hidden_boost.h"
 
 #include <array>
@@ -97,7 +98,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     std::string m_target;
     std::array<char, 1 << 18> m_piece;
     std::string m_text;  ///< text being sent
-    int m_file = -1;
+    Descriptor m_file;
     std::uint64_t m_size = 0, m_moved = 0;  ///< size of the file, and transferred part
     std::size_t m_discarded = 0;
     bool m_is_single = false;             ///< the only file of its scan

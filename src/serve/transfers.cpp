@@ -30,7 +30,7 @@ constexpr std::size_t kMaxDiscarded = std::size_t(64) << 20;
 
 /// Writes the file under a temporary name, and unlinks it once it is open.
 /// @returns the error; empty: none
-std::string make_nameless(SaveKind kind, const FileWriter& write, int& file) {
+std::string make_nameless(SaveKind kind, const FileWriter& write, Descriptor& file) {
     std::error_code error;
     std::string folder = (fs::temp_directory_path(error) / "pliant-save-XXXXXX").string();
     if (error || !::mkdtemp(folder.data())) return "expected a folder for temporary files";
@@ -41,8 +41,9 @@ std::string make_nameless(SaveKind kind, const FileWriter& write, int& file) {
     } catch (const std::bad_alloc&) {
         failure = std::string(name_of(kind)) + ": not enough memory to make it";
     }
-    if (failure.empty()) file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (failure.empty() && file < 0) failure = std::string(name_of(kind)) + ": can't be read";
+    if (failure.empty()) file = open_file(path, O_RDONLY);
+    if (failure.empty() && !file.is_open())
+        failure = std::string(name_of(kind)) + ": can't be read";
     fs::remove_all(folder, error);
     if (const auto at = failure.find(folder + "/"); at != std::string::npos)
         failure.erase(at, folder.size() + 1);
@@ -94,7 +95,6 @@ Transfer::Transfer(Transfers::Desk& desk, Guest guest)
 
 Transfer::~Transfer() {
     --*m_count;
-    if (m_file >= 0) ::close(m_file);
 }
 
 void Transfer::begin() {
@@ -156,7 +156,7 @@ void Transfer::make_file(SaveKind kind, Result<FileWriter> writer) {
 
 void Transfer::send_header(SaveKind kind, const std::string& failure) {
     struct stat status {};
-    if (!failure.empty() || ::fstat(m_file, &status) != 0) {
+    if (!failure.empty() || ::fstat(m_file.number(), &status) != 0) {
         m_desk.saving.reset();
         return answer(507, failure.empty() ? "save: can't be read" : failure);
     }
@@ -180,11 +180,11 @@ void Transfer::send_header(SaveKind kind, const std::string& failure) {
 
 void Transfer::send_piece() {
     if (m_moved == m_size || is_too_slow()) return close();
-    on_disk([this] { return ::pread(m_file, m_piece.data(), m_piece.size(), off_t(m_moved)); },
-            [this](ssize_t count) {
-                if (count <= 0) return close();  // the client notices the missing bytes
+    on_disk([this] { return read_at(m_file.number(), m_piece.data(), m_piece.size(), m_moved); },
+            [this](std::size_t count) {
+                if (count == 0) return close();  // the client notices the missing bytes
                 m_stream.expires_after(kStallTime);
-                asio::async_write(m_stream, asio::buffer(m_piece.data(), std::size_t(count)),
+                asio::async_write(m_stream, asio::buffer(m_piece.data(), count),
                                   [self = shared_from_this()](Error error, std::size_t written) {
                                       self->m_moved += written;
                                       error ? self->close() : self->send_piece();

@@ -37,12 +37,10 @@ std::uint64_t bytes_below(const fs::path& folder) {
     return sum;
 }
 
-/// Locks a folder for the life of the process. @returns −1: not available
-int lock_folder(const fs::path& folder) {
-    const int lock = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-    if (lock < 0 || ::flock(lock, LOCK_EX | LOCK_NB) == 0) return lock;
-    ::close(lock);
-    return -1;
+/// Locks a folder. @returns a closed descriptor if that isn't possible
+Descriptor lock_folder(const fs::path& folder) {
+    Descriptor lock = open_file(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
+    return try_lock(lock.number()) ? std::move(lock) : Descriptor();
 }
 
 }  // namespace
@@ -61,10 +59,8 @@ void sweep_uploads(const fs::path& folder) noexcept try {
             left.push_back(at->path());
     }
     for (const fs::path& upload : left) {
-        const int lock = lock_folder(upload);
-        if (lock < 0) continue;
-        fs::remove_all(upload, error);
-        ::close(lock);
+        const Descriptor lock = lock_folder(upload);
+        if (lock.is_open()) fs::remove_all(upload, error);
     }
 } catch (const std::exception&) {  // out of memory: retry next time
 }
@@ -85,10 +81,9 @@ Upload::Upload(UploadSettings settings, std::string id)
     : m_settings(std::move(settings)), m_id(std::move(id)) {}
 
 Upload::~Upload() {
-    if (m_file >= 0) ::close(m_file);
+    (void)m_file.close();
     std::error_code ignored;
     if (!m_root.empty() && !m_is_kept) fs::remove_all(m_root, ignored);
-    if (m_lock >= 0) ::close(m_lock);
 }
 
 MayRefuse Upload::make_root() {
@@ -136,9 +131,8 @@ MayRefuse Upload::begin_file(const std::string& name, std::optional<std::uint64_
     if (auto refusal = check_room(size.value_or(0))) return refusal;
     if (!m_names.insert(own).second)
         return Refusal{400, own + ": expected files of different names, found two"};
-    m_file = ::open((scan_folder() / own).c_str(),
-                    O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
-    if (m_file < 0) return cant_write(own);
+    m_file = open_file(scan_folder() / own, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0600);
+    if (!m_file.is_open()) return cant_write(own);
     return {};
 }
 
@@ -149,20 +143,14 @@ MayRefuse Upload::add(std::span<const char> bytes) {
         m_unchecked = 0;
     }
     m_bytes += bytes.size();
-    while (!bytes.empty()) {
-        const ssize_t count = ::write(m_file, bytes.data(), bytes.size());
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return cant_write("upload");
-        bytes = bytes.subspan(std::size_t(count));
-    }
+    if (write_all(m_file.number(), bytes.data(), bytes.size())) return cant_write("upload");
     return {};
 }
 
 MayRefuse Upload::end_file() {
-    const int file = std::exchange(m_file, -1);
     // A session's scan must survive a power failure.
-    const bool synced = !m_settings.keeps || ::fdatasync(file) == 0;
-    if (::close(file) != 0 || !synced) return cant_write("upload");
+    const bool synced = !m_settings.keeps || sync_data(m_file.number()) == 0;
+    if (m_file.close() != 0 || !synced) return cant_write("upload");
     return {};
 }
 

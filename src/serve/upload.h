@@ -22,6 +22,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/descriptor.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
@@ -78,8 +79,8 @@ class Upload {
     std::filesystem::path m_root;  ///< empty: not created
     std::string m_name = "scan";
     std::set<std::string> m_names;
-    int m_file = -1;
-    int m_lock = -1;  ///< lock of the folder
+    Descriptor m_file;
+    Descriptor m_lock;  ///< lock of the folder
     std::uint64_t m_bytes = 0, m_unchecked = 0;
     bool m_is_kept = false;
 };

@@ -129,12 +129,12 @@ Result<SessionFile> read_session(const std::filesystem::path& path) noexcept {
 
 Result<std::unique_ptr<SessionLog>> SessionLog::create(const std::filesystem::path& path,
                                                        const SessionHeader& header) {
-    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (descriptor < 0)
+    Descriptor file = open_file(path, O_RDWR | O_CREAT | O_EXCL, 0600);
+    if (!file.is_open())
         return unwritable(path.string(), std::string("expected to make a new file, found: ") +
                                              std::strerror(errno));
-    ::flock(descriptor, LOCK_EX | LOCK_NB);
-    auto log = std::unique_ptr<SessionLog>(new SessionLog(path, descriptor, {}));
+    (void)try_lock(file.number());
+    auto log = std::unique_ptr<SessionLog>(new SessionLog(path, std::move(file), {}));
     if (const Status s = log->begin(header); !s.ok()) return s.error();
     return log;
 }
@@ -143,49 +143,45 @@ Result<std::unique_ptr<SessionLog>> SessionLog::create_nameless(const SessionHea
     std::error_code error;
     const auto folder = std::filesystem::temp_directory_path(error);
     std::string name = (folder / "pliant-session-XXXXXX").string();
-    const int descriptor = error ? -1 : ::mkostemp(name.data(), O_CLOEXEC);
-    if (descriptor < 0)
+    Descriptor file(error ? -1 : ::mkostemp(name.data(), O_CLOEXEC));
+    if (!file.is_open())
         return unwritable(folder.string(), std::string("expected to make a new file, found: ") +
                                                std::strerror(errno));
     ::unlink(name.c_str());
-    auto log = std::unique_ptr<SessionLog>(new SessionLog("session", descriptor, {}));
+    auto log = std::unique_ptr<SessionLog>(new SessionLog("session", std::move(file), {}));
     log->m_most_bytes = kMostNamelessBytes;
     if (const Status s = log->begin(header); !s.ok()) return s.error();
     return log;
 }
 
 Result<std::unique_ptr<SessionLog>> SessionLog::go_on(const std::filesystem::path& path,
-                                                      const SessionFile& file) {
-    const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+                                                      const SessionFile& read) {
+    Descriptor file = open_file(path, O_RDWR);
     const auto fail = [&](const std::string& what) {
-        const int error = errno;
-        if (descriptor >= 0) ::close(descriptor);
-        return unwritable(path.string(), what + std::strerror(error));
+        return unwritable(path.string(), what + std::strerror(errno));
     };
-    if (descriptor < 0) return fail("expected a file to write to, found: ");
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
-        return fail("expected that nobody else has this session open: ");
-    if (::ftruncate(descriptor, off_t(file.good_bytes)) != 0 ||
-        ::lseek(descriptor, 0, SEEK_END) != off_t(file.good_bytes))
+    if (!file.is_open()) return fail("expected a file to write to, found: ");
+    if (!try_lock(file.number())) return fail("expected that nobody else has this session open: ");
+    if (::ftruncate(file.number(), off_t(read.good_bytes)) != 0 ||
+        ::lseek(file.number(), 0, SEEK_END) != off_t(read.good_bytes))
         return fail("expected to write at its end, found: ");
-    return std::unique_ptr<SessionLog>(new SessionLog(path, descriptor, file));
+    return std::unique_ptr<SessionLog>(new SessionLog(path, std::move(file), read));
 }
 
-SessionLog::SessionLog(const std::filesystem::path& path, int descriptor, const SessionFile& file)
+SessionLog::SessionLog(const std::filesystem::path& path, Descriptor file, const SessionFile& read)
     : m_path(path.string()),
-      m_descriptor(descriptor),
-      m_chain(file.chain),
-      m_written(file.good_bytes),
-      m_scene(portable(file)),
-      m_scene_begin(file.scene_begin),
+      m_file(std::move(file)),
+      m_chain(read.chain),
+      m_written(read.good_bytes),
+      m_scene(portable(read)),
+      m_scene_begin(read.scene_begin),
       m_syncer([this](const std::stop_token& stop) { keep_syncing(stop); }) {}
 
 SessionLog::~SessionLog() {
     (void)flush();
     m_syncer.request_stop();
     m_syncer.join();
-    ::fdatasync(m_descriptor);
-    ::close(m_descriptor);
+    (void)sync_data(m_file.number());
 }
 
 void SessionLog::keep_syncing(const std::stop_token& stop) {
@@ -226,15 +222,12 @@ void SessionLog::add_line(const std::string& text) {
 
 Result<SessionPart> SessionLog::part() {
     if (const Status s = flush(); !s.ok()) return s.error();
-    const int copy = ::fcntl(m_descriptor, F_DUPFD_CLOEXEC, 0);
-    if (copy < 0)
+    Descriptor copy(::fcntl(m_file.number(), F_DUPFD_CLOEXEC, 0));
+    if (!copy.is_open())
         return unwritable(m_path,
                           std::string("expected to read it, found: ") + std::strerror(errno));
-    const auto close = [](const int* descriptor) {
-        ::close(*descriptor);
-        delete descriptor;
-    };
-    return SessionPart{m_scene, {new int(copy), close}, m_scene_begin, m_written};
+    return SessionPart{m_scene, std::make_shared<const Descriptor>(std::move(copy)), m_scene_begin,
+                       m_written};
 }
 
 bool SessionLog::is_full() const {
@@ -242,7 +235,7 @@ bool SessionLog::is_full() const {
 }
 
 void SessionLog::sync() {
-    m_sync_error = ::fdatasync(m_descriptor) == 0 ? 0 : errno;
+    m_sync_error = sync_data(m_file.number());
 }
 
 Status SessionLog::flush() {
@@ -269,14 +262,7 @@ Status SessionLog::flush() {
 /// completed later. @returns errno; 0: all is in the file
 int SessionLog::write_buffer() {
     std::size_t done = 0;
-    int error = 0;
-    while (done < m_buffer.size() && !error) {
-        const ssize_t count = ::write(m_descriptor, &m_buffer[done], m_buffer.size() - done);
-        if (count > 0)
-            done += std::size_t(count);
-        else if (errno != EINTR)
-            error = errno;
-    }
+    const int error = write_all(m_file.number(), m_buffer.data(), m_buffer.size(), &done);
     m_buffer.erase(0, done);
     m_written += done;
     return error;
@@ -286,7 +272,7 @@ Status SessionLog::check_place() const {
     if (is_nameless()) return Ok{};
     struct stat open_one {};
     struct stat named {};
-    if (::fstat(m_descriptor, &open_one) != 0 ||
+    if (::fstat(m_file.number(), &open_one) != 0 ||
         (::stat(m_path.c_str(), &named) == 0 && named.st_ino == open_one.st_ino &&
          named.st_dev == open_one.st_dev))
         return Ok{};

@@ -36,6 +36,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/descriptor.h"
 #include "protocol/commands.h"
 #include "session/scene_memo.h"
 #include "session/source.h"
@@ -109,7 +110,7 @@ struct SessionFile {
 /// The records of one scene, in a file that is still growing.
 struct SessionPart {
     SessionHeader scene;
-    std::shared_ptr<const int> file;  ///< private descriptor
+    std::shared_ptr<const Descriptor> file;
     std::uint64_t begin = 0, end = 0;
 };
 /// Writes the part as a separate session, with a mark at its end.
@@ -130,7 +131,7 @@ class SessionLog {
                                                       const SessionHeader& header);
     /// Continues a file, and truncates it after its complete lines.
     static Result<std::unique_ptr<SessionLog>> go_on(const std::filesystem::path& path,
-                                                     const SessionFile& file);
+                                                     const SessionFile& read);
     /// Creates an anonymous, size-limited file that ends with the program.
     static Result<std::unique_ptr<SessionLog>> create_nameless(const SessionHeader& header);
     ~SessionLog();
@@ -152,7 +153,7 @@ class SessionLog {
     bool is_nameless() const { return m_most_bytes > 0; }
 
   private:
-    SessionLog(const std::filesystem::path& path, int descriptor, const SessionFile& file);
+    SessionLog(const std::filesystem::path& path, Descriptor file, const SessionFile& read);
     Status begin(const SessionHeader& header);
     void add_line(const std::string& text);
     void keep_syncing(const std::stop_token& stop);
@@ -160,7 +161,7 @@ class SessionLog {
     int write_buffer();
 
     std::string m_path;
-    int m_descriptor;
+    Descriptor m_file;
     std::uint64_t m_chain;
     std::uint64_t m_written;         ///< length of the file
     std::uint64_t m_most_bytes = 0;  ///< limit of the length; 0: none

@@ -25,13 +25,12 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
     std::array<char, 1 << 16> piece;
     for (std::uint64_t at = part.begin; at < part.end;) {
         const auto wanted = std::size_t(std::min<std::uint64_t>(piece.size(), part.end - at));
-        const ssize_t count = ::pread(*part.file, piece.data(), wanted, off_t(at));
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0)
+        const std::size_t count = read_at(part.file->number(), piece.data(), wanted, at);
+        if (count == 0)
             return Error{ErrorCode::Unreadable,
                          "session: expected to read what was recorded, found its end"};
-        at += std::uint64_t(count);
-        rest.append(piece.data(), std::size_t(count));
+        at += count;
+        rest.append(piece.data(), count);
         std::size_t begin = 0;
         for (std::size_t end = 0; (end = rest.find('\n', begin)) != std::string::npos;
              begin = end + 1) {

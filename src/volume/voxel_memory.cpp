@@ -19,6 +19,8 @@
 #include <cstring>
 #include <new>
 
+#include "core/descriptor.h"
+
 namespace pliant {
 namespace {
 
@@ -30,39 +32,12 @@ std::size_t page_size() {
     return size;
 }
 
-class Descriptor {
-  public:
-    explicit Descriptor(int number) : m_number(number) {}
-    ~Descriptor() {
-        if (m_number >= 0) ::close(m_number);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    int number() const { return m_number; }
-
-  private:
-    int m_number;
-};
-
-/// @returns bytes read, fewer than count at the end of the file
-std::size_t read_at(int file, void* out, std::size_t count, std::uint64_t offset) {
-    std::size_t done = 0;
-    while (done < count) {
-        const ssize_t n =
-            ::pread(file, static_cast<std::byte*>(out) + done, count - done, off_t(offset + done));
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) break;
-        done += std::size_t(n);
-    }
-    return done;
-}
-
 /// For each page of a private mapping, whether it was modified.
 std::vector<bool> look_up_pages(const std::byte* mapping, std::size_t pages) {
     constexpr std::uint64_t kPresent = std::uint64_t(1) << 63, kSwapped = std::uint64_t(1) << 62,
                             kOfFile = std::uint64_t(1) << 61;
     std::vector<bool> changed(pages, true);
-    const Descriptor map(::open("/proc/self/pagemap", O_RDONLY | O_CLOEXEC));
+    const Descriptor map = open_file("/proc/self/pagemap", O_RDONLY);
     if (map.number() < 0) return changed;
     std::array<std::uint64_t, 1024> entries;
     const std::uint64_t first = reinterpret_cast<std::uintptr_t>(mapping) / page_size();
