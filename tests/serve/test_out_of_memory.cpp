@@ -5,6 +5,7 @@
 // records every command that was done.
 
 #include <gtest/gtest.h>
+#include <pliant/session.h>
 
 #include <condition_variable>
 #include <cstring>
@@ -25,6 +26,7 @@ namespace pliant::serve {
 namespace {
 
 using test::FailingAllocation;
+using test::Json;
 
 std::string description_of(const Scene& scene) {
     SharedState state;
