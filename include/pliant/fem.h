@@ -15,6 +15,7 @@
 #pragma once
 
 #include <pliant/mesh.h>
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 
@@ -88,6 +89,7 @@ struct ElasticSettings {
     double tolerance = 1e-9;  ///< residual relative to the load, both in the 2-norm; above 0
     int max_iterations = 20000;
 };
+SettingRows<ElasticSettings> elastic_rows() noexcept;
 
 struct ElasticSolution {
     std::vector<Vec3d> displacement_mm;  ///< [node]

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <pliant/fem.h>
+#include <pliant/record.h>
 #include <pliant/springs.h>
 
 #include <cstdint>
@@ -64,6 +65,7 @@ struct FitSettings {
     SpringSettings run{};      ///< of Run: depth, seen positions, time step
     double duration = 1;       ///< of Run
 };
+SettingRows<FitSettings> fit_rows() noexcept;
 
 struct FitCaseErrors {
     std::string name;
@@ -126,6 +128,7 @@ struct GaussNewton {
     int max_steps = 60;
     double tolerance = 1e-5;  ///< stops when all logarithms change by less
 };
+SettingRows<GaussNewton> gauss_newton_rows() noexcept;
 
 /// Simulated annealing as in the paper: a random start, random neighbours, Metropolis' criterion, T
 /// ← T/(1 + βT) [Lundy1986], one iteration at each temperature. A setting of 0 stands for a value
@@ -141,6 +144,7 @@ struct Annealing {
     /// false: the answer is the last point, as in the paper; true: the best point of the search.
     bool best_seen = false;
 };
+SettingRows<Annealing> annealing_rows() noexcept;
 
 /// Derivative-free methods of NLopt [Johnson2007]: quadratic models [Powell2009], and the simplex
 /// in the full space [Nelder1965] or in subspaces [Rowan1990].
@@ -150,6 +154,7 @@ struct DirectSearch {
     int evaluations = 400;    ///< maximum
     double tolerance = 1e-5;  ///< stops when all logarithms change by less
 };
+SettingRows<DirectSearch> direct_search_rows() noexcept;
 
 using FitMethod = std::variant<GivenValues, GaussNewton, Annealing, DirectSearch>;
 

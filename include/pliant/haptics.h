@@ -439,6 +439,7 @@ struct HapticServoSettings {
     double rate_hz = 1000;  ///< 500…5000
     int priority = 40;      ///< real-time priority, if the system allows it; 0: none
 };
+SettingRows<HapticServoSettings> haptic_servo_rows() noexcept;
 
 /// Thread safety: const calls on any thread; all others on the thread that posts the models.
 class HapticServo {

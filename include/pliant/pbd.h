@@ -15,6 +15,7 @@
 #pragma once
 
 #include <pliant/mesh.h>
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/vec.h>
@@ -120,6 +121,9 @@ struct PbdSettings {
     /// which affects bodies that the sub-steps don't solve completely.
     bool packs_anew = false;
 };
+
+/// Rows of the settings; their numbers are in any consistent set of units.
+SettingRows<PbdSettings> pbd_rows() noexcept;
 
 enum class PbdKind { Distance, Bend, Volume, Solid };
 
@@ -259,6 +263,7 @@ struct RodSettings {
     Vec3d gravity{0, 0, 0};
     double damping = 0;  ///< of velocities, in 1/time
 };
+SettingRows<RodSettings> rod_rows() noexcept;
 
 /// Thread safety: concurrent reads.
 class Rod {
@@ -341,6 +346,7 @@ struct PbdBoxSettings {
     double settled = 1e-3;          ///< a box rests if all its particles are within this distance
                                     ///< of their rest positions
 };
+SettingRows<PbdBoxSettings> pbd_box_rows() noexcept;
 
 /// Thread safety: concurrent reads.
 class PbdBoxes {

@@ -20,6 +20,7 @@
 
 #pragma once
 
+#include <pliant/record.h>
 #include <pliant/vec.h>
 
 #include <cstdint>
@@ -56,6 +57,7 @@ struct RelaxOptions {
     /// the budget.
     bool measure_energy = false;
 };
+SettingRows<RelaxOptions> relax_rows() noexcept;
 
 struct RelaxReport {
     int sweeps = 0;                ///< finished sweeps

@@ -12,6 +12,7 @@
 
 #pragma once
 
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/tissue.h>
@@ -50,6 +51,7 @@ struct ServerSettings {
     /// any thread. Clients may switch to the other models and back ("own").
     MakeTissue own_tissue{};
 };
+SettingRows<ServerSettings> server_rows() noexcept;
 
 /// Thread safety: one thread, but stop() may be called on any.
 class Server {

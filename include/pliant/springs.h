@@ -19,6 +19,7 @@
 
 #pragma once
 
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/vec.h>
@@ -273,6 +274,7 @@ struct SpringSettings {
     std::int32_t solve_iterations = 1000;
     std::int32_t local_global_iterations = 20;
 };
+SettingRows<SpringSettings> spring_solver_rows() noexcept;
 
 struct SpringStep {
     std::int64_t steps = 0;

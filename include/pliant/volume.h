@@ -8,6 +8,7 @@
 
 #pragma once
 
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/vec.h>
@@ -357,6 +358,7 @@ struct PhantomSettings {
     Vec3d spacing_mm{0, 0, 0};
     Mat3d direction = kIdentity3;  ///< axes of the grid in LPS; the shapes don't rotate
 };
+SettingRows<PhantomSettings> phantom_rows() noexcept;
 
 struct Phantom {
     Volume volume;                           ///< centred on the world's origin

@@ -15,7 +15,6 @@
 namespace pliant {
 namespace {
 
-constexpr double kMaxOverRelaxation = 1.95;
 constexpr double kMaxToolMm = 1e5;  ///< largest coordinate and radius of tools
 
 Error wrong(const std::string& option, const std::string& expected, double found) {
@@ -25,9 +24,8 @@ Error wrong(const std::string& option, const std::string& expected, double found
 
 Status check_options(const RelaxOptions& o) {
     if (!(o.budget_ms >= 0)) return wrong("budget_ms", "0 or more", o.budget_ms);
-    if (o.max_sweeps < 0) return wrong("max_sweeps", "0 or more", o.max_sweeps);
-    if (!(o.over_relaxation >= 1 && o.over_relaxation <= kMaxOverRelaxation))
-        return wrong("over_relaxation", "1 to 1.95", o.over_relaxation);
+    if (const Status status = check(o, relax_rows()); !status.ok())
+        return about("relax", ErrorCode::InvalidArgument, status.error().message);
     for (const RelaxTool& tool : o.tools) {
         if (!(tool.radius_mm > 0 && tool.radius_mm <= kMaxToolMm))
             return wrong("tools: radius_mm", "more than 0, up to 100000", tool.radius_mm);

@@ -58,6 +58,26 @@ Status check_gauss_points(const HexMesh& mesh) {
 
 }  // namespace
 
+SettingRows<ElasticSettings> elastic_rows() noexcept {
+    static constexpr Setting<ElasticSettings> kRows[] = {
+        setting<&ElasticSettings::element>({.name = "element",
+                                            .choices = "trilinear|incompatible_modes",
+                                            .text = "hexahedron, plain or with nine inner modes"}),
+        setting<&ElasticSettings::method>({.name = "method",
+                                           .choices = "cholesky|conjugate_gradients",
+                                           .text = "direct or iterative solution"}),
+        setting<&ElasticSettings::tolerance>({.name = "tolerance",
+                                              .low = 0,
+                                              .high = 1,
+                                              .above_low = true,
+                                              .text = "residual relative to the load, of conjugate "
+                                                      "gradients"}),
+        setting<&ElasticSettings::max_iterations>(
+            {.name = "max_iterations", .low = 1, .text = "of conjugate gradients"}),
+    };
+    return kRows;
+}
+
 Status check_solid(const ElasticSolid& solid) {
     const HexMesh& mesh = solid.mesh;
     if (const Status s = check_cells(mesh); !s) return s;
@@ -78,13 +98,7 @@ Status check_solid(const ElasticLattice& solid) {
 }
 
 Status check_settings(const ElasticSettings& settings) {
-    if (!(settings.tolerance > 0 && settings.tolerance < 1))
-        return invalid("tolerance: is " + text_of(settings.tolerance) +
-                       ", expected a number above 0 and below 1");
-    if (settings.max_iterations < 1)
-        return invalid("max_iterations: is " + std::to_string(settings.max_iterations) +
-                       ", expected 1 or more");
-    return Ok{};
+    return check(settings, elastic_rows());
 }
 
 }  // namespace pliant

@@ -58,22 +58,12 @@ Status check(const Annealing& s) {
     const auto bad = [](const std::string& text) {
         return Error{ErrorCode::InvalidArgument, "Annealing: " + text};
     };
-    for (const auto& [value, name] :
-         {std::pair(s.start_temperature, "start_temperature"),
-          std::pair(s.end_temperature, "end_temperature"), std::pair(s.cooling, "cooling")})
-        if (!(std::isfinite(value) && value >= 0))
-            return bad(std::string(name) + ": expected 0 or more, found " + std::to_string(value));
+    if (const Status status = pliant::check(s, annealing_rows()); !status.ok())
+        return bad(status.error().message);
     if (s.start_temperature > 0 && s.end_temperature >= s.start_temperature)
         return bad("end_temperature: expected less than the start's " +
                    std::to_string(s.start_temperature) + ", found " +
                    std::to_string(s.end_temperature));
-    if (!(s.neighbourhood > 0 && s.neighbourhood <= 1))
-        return bad("neighbourhood: expected more than 0 and at most 1, found " +
-                   std::to_string(s.neighbourhood));
-    if (s.evaluations < 1)
-        return bad("evaluations: expected 1 or more, found " + std::to_string(s.evaluations));
-    if (s.preparation < 1)
-        return bad("preparation: expected 1 or more, found " + std::to_string(s.preparation));
     return Ok{};
 }
 

@@ -47,12 +47,8 @@ Result<FitResult> search_direct(Search& search, const DirectSearch& settings) {
     const auto bad = [](const std::string& text) {
         return Error{ErrorCode::InvalidArgument, "DirectSearch: " + text};
     };
-    if (settings.evaluations < 1)
-        return bad("evaluations: expected 1 or more, found " +
-                   std::to_string(settings.evaluations));
-    if (!(settings.tolerance > 0))
-        return bad("tolerance: expected a number above 0, found " +
-                   std::to_string(settings.tolerance));
+    if (const Status s = check(settings, direct_search_rows()); !s.ok())
+        return bad(s.error().message);
     const auto size = unsigned(search.size());
     std::vector<double> low, high, first;
     for (std::size_t g = 0; g < search.size(); ++g) {

@@ -105,11 +105,8 @@ Result<FitResult> search_gauss_newton(Search& search, const GaussNewton& setting
     const auto bad = [](const std::string& text) {
         return Error{ErrorCode::InvalidArgument, "GaussNewton: " + text};
     };
-    if (settings.max_steps < 1)
-        return bad("max_steps: expected 1 or more, found " + std::to_string(settings.max_steps));
-    if (!(settings.tolerance > 0))
-        return bad("tolerance: expected a number above 0, found " +
-                   std::to_string(settings.tolerance));
+    if (const Status s = check(settings, gauss_newton_rows()); !s.ok())
+        return bad(s.error().message);
     const FitProblem::Impl& problem = search.problem();
     const bool distances = problem.settings.cost == FitCost::Distances;
     Search::Point point = search.start();

@@ -90,13 +90,27 @@ void HapticServo::Impl::run() noexcept {
     device->write({0, 0, 0});
 }
 
+SettingRows<HapticServoSettings> haptic_servo_rows() noexcept {
+    using S = HapticServoSettings;
+    static constexpr Setting<S> kRows[] = {
+        setting<&S::rate_hz>({.name = "rate_hz",
+                              .unit = "Hz",
+                              .low = 500,
+                              .high = 5000,
+                              .text = "periods of the servo per second"}),
+        setting<&S::priority>({.name = "priority",
+                               .low = 0,
+                               .high = 99,
+                               .text = "real-time priority, if the system allows it; 0: none"}),
+    };
+    return kRows;
+}
+
 Result<std::unique_ptr<HapticServo>> HapticServo::start(std::unique_ptr<HapticDevice> device,
                                                         const HapticServoSettings& settings) {
     if (!device) return wrong("expected a device");
-    if (!(settings.rate_hz >= 500 && settings.rate_hz <= 5000))
-        return wrong("rate_hz: expected 500 to 5000, found " + std::to_string(settings.rate_hz));
-    if (settings.priority < 0 || settings.priority > 99)
-        return wrong("priority: expected 0 to 99, found " + std::to_string(settings.priority));
+    if (const Status status = check(settings, haptic_servo_rows()); !status.ok())
+        return wrong(status.error().message);
     if (const Status status = check_haptic_settings(settings.step); !status.ok())
         return status.error();
     auto impl = std::make_unique<Impl>();

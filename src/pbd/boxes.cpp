@@ -52,13 +52,7 @@ bool PbdBoxes::is_active(std::int32_t box) const {
 Result<PbdBoxes> PbdBoxes::create(const TetMesh& mesh, const PbdBoxSettings& settings) {
     if (mesh.nodes_mm.empty()) return invalid("mesh: expected nodes, found none");
     if (const Status s = check_cells(mesh); !s.ok()) return invalid("mesh: " + s.error().message);
-    if (!(std::isfinite(settings.side) && settings.side > 0))
-        return invalid("side: expected a number above 0, found " + std::to_string(settings.side));
-    if (!std::isfinite(settings.span)) return invalid("span: expected a number");
-    if (settings.blend_steps < 1)
-        return invalid("blend_steps: expected 1 or more, found " +
-                       std::to_string(settings.blend_steps));
-    if (!(settings.settled >= 0)) return invalid("settled: expected 0 or more");
+    if (const Status s = check(settings, pbd_box_rows()); !s.ok()) return s.error();
     PbdBoxes made;
     made.m_settings = settings;
     if (settings.span < 0) made.m_settings.span = settings.side / 3;

@@ -167,25 +167,16 @@ Status check_parts(const PbdParts& parts, PbdMethod method) {
 }
 
 Status check_settings(const PbdSettings& s) {
-    if (!(std::isfinite(s.time_step) && s.time_step > 0))
-        return invalid("time_step: expected a time above 0, found " + short_text(s.time_step));
-    if (s.sub_steps < 1)
-        return invalid("sub_steps: expected 1 or more, found " + std::to_string(s.sub_steps));
-    if (s.iterations < 1)
-        return invalid("iterations: expected 1 or more, found " + std::to_string(s.iterations));
-    if (!is_finite(s.gravity)) return invalid("gravity: expected three numbers");
-    if (!is_amount(s.damping) || s.damping * s.time_step > s.sub_steps)
+    if (Status status = check(s, pbd_rows()); !status.ok()) return status;
+    if (s.damping * s.time_step > s.sub_steps)
         return invalid("damping: expected 0 to " + short_text(s.sub_steps / s.time_step) +
                        ", one over the sub-step, found " + short_text(s.damping));
-    if (!(s.volume_recovery >= 0 && s.volume_recovery <= s.damping))
+    if (s.volume_recovery > s.damping)
         return invalid("volume_recovery: expected 0 to " + short_text(s.damping) +
                        ", the damping, found " + short_text(s.volume_recovery));
     if (s.to_and_fro && s.iterations % 2 != 0)
         return invalid("iterations: expected an even number where they go to and fro, found " +
                        std::to_string(s.iterations));
-    if (s.domain_particles < 1)
-        return invalid("domain_particles: expected 1 or more, found " +
-                       std::to_string(s.domain_particles));
     return Ok{};
 }
 

@@ -16,32 +16,12 @@
 namespace pliant {
 namespace {
 
-Status check(const RodSettings& s) {
-    const struct {
-        const char* name;
-        double value;
-    } positive[] = {{"length", s.length},
-                    {"mass", s.mass},
-                    {"bend_stiffness", s.bend_stiffness},
-                    {"twist_stiffness", s.twist_stiffness},
-                    {"stretch_stiffness", s.stretch_stiffness},
-                    {"shear_stiffness", s.shear_stiffness},
-                    {"time_step", s.time_step}};
-    for (const auto& [name, value] : positive)
-        if (!(std::isfinite(value) && value > 0))
-            return invalid(std::string(name) + ": expected a number above 0, found " +
-                           short_text(value));
-    if (s.segments < 1 || s.segments > 1000000)
-        return invalid("segments: expected 1 to 1000000, found " + std::to_string(s.segments));
-    if (s.tip_segments < 0 || s.tip_segments > s.segments)
+Status check_settings(const RodSettings& s) {
+    if (Status status = check(s, rod_rows()); !status.ok()) return status;
+    if (s.tip_segments > s.segments)
         return invalid("tip_segments: expected 0 to " + std::to_string(s.segments) + ", found " +
                        std::to_string(s.tip_segments));
-    if (s.sub_steps < 1)
-        return invalid("sub_steps: expected 1 or more, found " + std::to_string(s.sub_steps));
-    if (s.iterations < 1)
-        return invalid("iterations: expected 1 or more, found " + std::to_string(s.iterations));
-    if (!is_finite(s.gravity)) return invalid("gravity: expected three numbers");
-    if (!(std::isfinite(s.damping) && s.damping >= 0 && s.damping * s.time_step <= s.sub_steps))
+    if (s.damping * s.time_step > s.sub_steps)
         return invalid("damping: expected 0 to " + short_text(s.sub_steps / s.time_step) +
                        ", one over the sub-step, found " + short_text(s.damping));
     return Ok{};
@@ -68,9 +48,8 @@ Rod::Rod(Rod&&) noexcept = default;
 Rod& Rod::operator=(Rod&&) noexcept = default;
 
 Result<Rod> Rod::create(const RodSettings& settings) {
-    if (const Status s = check(settings); !s.ok()) return s.error();
+    if (const Status s = check_settings(settings); !s.ok()) return s.error();
     RodSettings good = settings;
-    if (!is_finite(settings.base)) return invalid("base: expected three numbers");
     const auto frame = checked("frame", settings.frame);
     if (!frame.ok()) return frame.error();
     good.frame = *frame;

@@ -35,6 +35,22 @@ bool same_tools(const std::vector<RelaxTool>& p, const std::vector<RelaxTool>& q
 
 }  // namespace
 
+SettingRows<RelaxOptions> relax_rows() noexcept {
+    using R = RelaxOptions;
+    static constexpr Setting<R> kRows[] = {
+        setting<&R::max_sweeps>(
+            {.name = "max_sweeps", .low = 0, .text = "sweeps over all elements that still move"}),
+        setting<&R::over_relaxation>(
+            {.name = "over_relaxation",
+             .low = 1,
+             .high = 1.95,
+             .text = "factor of the step to the position of minimal energy"}),
+        setting<&R::measure_energy>(
+            {.name = "measure_energy", .text = "fills in the energies of the report"}),
+    };
+    return kRows;
+}
+
 Relaxation::Relaxation(Lattice& lattice, const PlasticRest& rest, const TaskArena& arena)
     : m_lattice(lattice), m_rest(rest), m_arena(arena) {}
 

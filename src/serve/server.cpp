@@ -153,19 +153,32 @@ Result<Server> Server::start(const ServerSettings& settings, const TaskArena& ar
     });
 }
 
+SettingRows<ServerSettings> server_rows() noexcept {
+    using S = ServerSettings;
+    static constexpr Setting<S> kRows[] = {
+        setting<&S::file>({.name = "file", .text = "scan; empty: the airway phantom"}),
+        setting<&S::series>({.name = "series", .text = "DICOM series of a folder with several"}),
+        setting<&S::port>({.name = "port", .low = 0, .high = 65535, .text = "0: a free port"}),
+        setting<&S::rate_hz>({.name = "rate_hz",
+                              .unit = "Hz",
+                              .low = 1,
+                              .high = 1000,
+                              .text = "maximum steps of the scene per second"}),
+        setting<&S::checkpoint_s>({.name = "checkpoint_s",
+                                   .unit = "s",
+                                   .low = 0,
+                                   .text = "work between two checkpoints"}),
+        setting<&S::max_spring_nodes>({.name = "max_spring_nodes",
+                                       .low = 3,
+                                       .high = 64,
+                                       .text = "limit of control nodes along an axis in the "
+                                               "springs model"}),
+    };
+    return kRows;
+}
+
 Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& arena) {
-    if (settings.port < 0 || settings.port > 65535)
-        return about("port", ErrorCode::InvalidArgument,
-                     "expected 0…65535, found " + std::to_string(settings.port));
-    if (settings.rate_hz < 1 || settings.rate_hz > 1000)
-        return Error{ErrorCode::InvalidArgument,
-                     "rate_hz: expected 1…1000, found " + std::to_string(settings.rate_hz)};
-    if (!(settings.checkpoint_s >= 0))
-        return Error{ErrorCode::InvalidArgument, "checkpoint_s: expected 0 or more, found " +
-                                                     std::to_string(settings.checkpoint_s)};
-    if (settings.max_spring_nodes < 3 || settings.max_spring_nodes > 64)
-        return Error{ErrorCode::InvalidArgument, "max_spring_nodes: expected 3…64, found " +
-                                                     std::to_string(settings.max_spring_nodes)};
+    if (const Status status = check(settings, server_rows()); !status.ok()) return status.error();
     auto opened = open_scene(settings, arena);
     if (!opened.ok()) return opened.error();
     auto impl = std::make_unique<Impl>();

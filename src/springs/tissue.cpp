@@ -18,19 +18,8 @@
 namespace pliant {
 namespace {
 
-Status check(const SpringNetwork& network, const SpringSettings& s) {
-    if (const Status status = check_depth(s.depth); !status.ok()) return status.error();
-    if (!(std::isfinite(s.time_step) && s.time_step >= 0))
-        return invalid("time_step: expected a time of 0 or more, found " + short_text(s.time_step));
-    if (!(s.solve_tolerance > 0 && s.solve_tolerance < 1))
-        return invalid("solve_tolerance: expected a number between 0 and 1, found " +
-                       short_text(s.solve_tolerance));
-    if (s.solve_iterations < 1)
-        return invalid("solve_iterations: expected 1 or more, found " +
-                       std::to_string(s.solve_iterations));
-    if (s.local_global_iterations < 1)
-        return invalid("local_global_iterations: expected 1 or more, found " +
-                       std::to_string(s.local_global_iterations));
+Status check_settings(const SpringNetwork& network, const SpringSettings& s) {
+    if (Status status = check(s, spring_solver_rows()); !status.ok()) return status;
     if (s.solver != SpringSolver::LocalGlobal) return Ok{};
     if (network.has_volume_energy())
         return invalid("solver: LocalGlobal expects a network without volume energy");
@@ -77,6 +66,37 @@ Status check_nodes(const SpringNetwork& network, std::span<const std::int32_t> n
 
 }  // namespace
 
+SettingRows<SpringSettings> spring_solver_rows() noexcept {
+    using S = SpringSettings;
+    static constexpr Setting<S> kRows[] = {
+        setting<&S::solver>({.name = "solver",
+                             .choices = "force_transmittal|explicit|implicit_euler|local_global",
+                             .text = "method of a step"}),
+        setting<&S::seen>({.name = "seen",
+                           .choices = "old|new_layers|new_nodes",
+                           .text = "positions of the neighbours in a node's update"}),
+        setting<&S::depth>({.name = "depth",
+                            .unit = "layers",
+                            .low = 0,
+                            .text = "layers beyond the contact that move"}),
+        setting<&S::time_step>({.name = "time_step",
+                                .low = 0,
+                                .text = "duration of a step; 0: 90 % of the stability bound"}),
+        setting<&S::vectors>({.name = "vectors",
+                              .text = "vector instructions; the scalar code gives the same bits"}),
+        setting<&S::solve_tolerance>({.name = "solve_tolerance",
+                                      .low = 0,
+                                      .high = 1,
+                                      .above_low = true,
+                                      .text = "relative residual of implicit Euler"}),
+        setting<&S::solve_iterations>(
+            {.name = "solve_iterations", .low = 1, .text = "of implicit Euler, at most"}),
+        setting<&S::local_global_iterations>(
+            {.name = "local_global_iterations", .low = 1, .text = "of a local/global step"}),
+    };
+    return kRows;
+}
+
 SpringTissue::SpringTissue(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
 SpringTissue::~SpringTissue() = default;
 SpringTissue::SpringTissue(SpringTissue&&) noexcept = default;
@@ -85,7 +105,8 @@ SpringTissue& SpringTissue::operator=(SpringTissue&&) noexcept = default;
 Result<SpringTissue> SpringTissue::create(SpringNetwork network,
                                           const SpringSettings& settings) noexcept {
     return attempt([&]() -> Result<SpringTissue> {
-        if (const Status status = check(network, settings); !status.ok()) return status.error();
+        if (const Status status = check_settings(network, settings); !status.ok())
+            return status.error();
         const auto time_step = choose_time_step(network, settings);
         if (!time_step.ok()) return time_step.error();
         auto impl = std::make_unique<Impl>(std::move(network), settings, *time_step);

@@ -25,6 +25,18 @@ constexpr std::array<MakeModel, 6> kModels = {
     phantom::make_cube_model,  phantom::make_layers_model, phantom::make_airway_model,
     phantom::make_sinus_model, phantom::make_vessel_model, phantom::make_knee_model};
 
+constexpr Setting<PhantomSettings> kRows[] = {
+    setting<&PhantomSettings::name>({.name = "name",
+                                     .choices = "cube|layers|airway|sinus|vessel|knee",
+                                     .text = "shapes of the phantom"}),
+    setting<&PhantomSettings::spacing_mm>({.name = "spacing_mm",
+                                           .unit = "mm",
+                                           .low = 0,
+                                           .high = 1000,
+                                           .text = "between voxels, at least 0.001; 0: the "
+                                                   "phantom's extent divided by the size"}),
+};
+
 constexpr std::int32_t kLeastSize = 2, kGreatestSize = 4096;
 constexpr double kLeastSpacing_mm = 1e-3, kGreatestSpacing_mm = 1e3;
 constexpr std::size_t kGreatestCount = std::size_t(1) << 30;  // 2 GiB of voxels
@@ -112,6 +124,10 @@ void note_landmarks(const std::vector<PhantomLandmark>& landmarks, KeyValues& ke
 
 }  // namespace
 
+SettingRows<PhantomSettings> phantom_rows() noexcept {
+    return kRows;
+}
+
 std::span<const std::string_view> phantom_names() {
     return kNames;
 }
@@ -120,12 +136,8 @@ Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& a
                              const Progress& progress) {
     std::size_t which = 0;
     while (which < kNames.size() && kNames[which] != settings.name) ++which;
-    if (which == kNames.size()) {
-        std::string names;
-        for (std::string_view name : kNames)
-            names += (names.empty() ? "" : ", ") + std::string(name);
-        return invalid("phantom name: found '" + settings.name + "', expected one of " + names);
-    }
+    if (const Status s = check(settings, phantom_rows()); !s.ok())
+        return invalid("phantom " + s.error().message);
     for (const auto check : {check_size, check_spacing, check_direction})
         if (const Status status = check(settings); !status.ok()) return status.error();
 

@@ -136,9 +136,9 @@ TEST(BadInput, Loads) {
 
 TEST(BadInput, SettingsAndIterationsThatDoNotSuffice) {
     EXPECT_EQ(complaint(block(), kFoot, {.tolerance = 0}),
-              "tolerance: is 0, expected a number above 0 and below 1");
+              "tolerance: expected above 0, up to 1, found 0");
     EXPECT_EQ(complaint(block(), kFoot, {.max_iterations = 0}),
-              "max_iterations: is 0, expected 1 or more");
+              "max_iterations: expected 1 or more, found 0");
     const TaskArena arena(1);
     const ElasticLattice lattice{kBlock, {{1e5, 0.3}}};
     EXPECT_EQ(ElasticSolver::create(lattice, kFoot, {}, arena).error().message,

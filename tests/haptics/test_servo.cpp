@@ -244,7 +244,7 @@ TEST(HapticServo, RefusesSettingsOutOfRange) {
     };
     HapticServoSettings settings;
     settings.rate_hz = 100;
-    EXPECT_EQ(message_of(settings), "haptics: rate_hz: expected 500 to 5000, found 100.000000");
+    EXPECT_EQ(message_of(settings), "haptics: rate_hz: expected 500 to 5000 Hz, found 100");
     settings = {};
     settings.step.max_force_n = -1;
     EXPECT_EQ(message_of(settings), "haptics: max_force_n: expected 0 to 1000, found -1.000000");

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "scenes.h"
+#include "render/scenes.h"
 #include "support/random.h"
 
 namespace pliant {

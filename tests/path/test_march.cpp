@@ -7,7 +7,7 @@
 
 #include <queue>
 
-#include "scenes.h"
+#include "render/scenes.h"
 #include "support/random.h"
 
 namespace pliant {

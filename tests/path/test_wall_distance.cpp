@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "path/lumen_tiles.h"
-#include "scenes.h"
+#include "render/scenes.h"
 #include "support/random.h"
 
 namespace pliant {

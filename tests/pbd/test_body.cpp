@@ -273,13 +273,14 @@ TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
          [](PbdParts& p, PbdSettings&) {
              p.planes = {{.normal = {0, 0, 0}}};
          }},
-        {"time_step: expected a time above 0, found 0",
+        {"time_step: expected above 0, found 0",
          [](PbdParts&, PbdSettings& s) { s.time_step = 0; }},
         {"sub_steps: expected 1 or more, found 0",
          [](PbdParts&, PbdSettings& s) { s.sub_steps = 0; }},
         {"iterations: expected 1 or more, found -1",
          [](PbdParts&, PbdSettings& s) { s.iterations = -1; }},
-        {"gravity: expected three numbers", [&](PbdParts&, PbdSettings& s) { s.gravity.x = nan; }},
+        {"gravity: expected one number or three",
+         [&](PbdParts&, PbdSettings& s) { s.gravity.x = nan; }},
         {"damping: expected 0 to 600, one over the sub-step, found 601",
          [](PbdParts&, PbdSettings& s) { s.damping = 601; }},
         {"volume_recovery: expected 0 to 20, the damping, found 21",

@@ -197,8 +197,8 @@ TEST(Rod, BadInputIsRefusedWithOneLineThatNamesIt) {
         std::function<void(RodSettings&)> spoil;
     } cases[] = {
         {"segments: expected 1 to 1000000, found 0", [](RodSettings& s) { s.segments = 0; }},
-        {"mass: expected a number above 0, found 0", [](RodSettings& s) { s.mass = 0; }},
-        {"bend_stiffness: expected a number above 0, found nan",
+        {"mass: expected above 0, found 0", [](RodSettings& s) { s.mass = 0; }},
+        {"bend_stiffness: expected above 0, found nan",
          [](RodSettings& s) { s.bend_stiffness = std::nan(""); }},
         {"tip_segments: expected 0 to 50, found 51", [](RodSettings& s) { s.tip_segments = 51; }},
         {"frame: expected a rotation of length 1, found 2",

@@ -5,6 +5,7 @@
 // that was moved before and borders, and in cases where they must give up.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
 
 #include <algorithm>
 #include <array>

@@ -5,6 +5,9 @@
 
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
+#include <pliant/fem.h>
+#include <pliant/fit.h>
+#include <pliant/pbd.h>
 #include <pliant/tissue.h>
 
 #include <cmath>
@@ -135,7 +138,15 @@ std::map<std::string, std::string> settings_tables() {
             {"materials", table_of(chainmail_material_rows())},
             {"tissue", table_of(serve::tissue_rows(), spring_rows())},
             {"iso", table_of(serve::iso_rows())},
-            {"catheter", table_of(serve::drive_rows())}};
+            {"catheter", table_of(serve::drive_rows())},
+            {"pbd", table_of(pbd_rows())},
+            {"rod", table_of(rod_rows())},
+            {"boxes", table_of(pbd_box_rows())},
+            {"spring solver", table_of(spring_solver_rows())},
+            {"fem", table_of(elastic_rows())},
+            {"fit", table_of(fit_rows())},
+            {"annealing", table_of(annealing_rows())},
+            {"relax", table_of(relax_rows())}};
 }
 
 std::string settings_types() {

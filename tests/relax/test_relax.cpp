@@ -10,11 +10,11 @@
 #include <stop_token>
 #include <thread>
 
-#include "instances.h"
+#include "chainmail/instances.h"
+#include "chainmail/relaxing.h"
 #include "lattice/lattice.h"
 #include "relax/energy.h"
 #include "relax/relax_links.h"
-#include "relaxing.h"
 #include "support/random.h"
 
 namespace pliant::test {

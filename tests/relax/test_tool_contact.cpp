@@ -10,7 +10,7 @@
 #include <cmath>
 #include <set>
 
-#include "relaxing.h"
+#include "chainmail/relaxing.h"
 #include "support/random.h"
 
 namespace pliant::test {
