@@ -3,6 +3,8 @@
 
 #include "serve/scene.h"
 
+#include <pliant/tissues.h>
+
 #include <algorithm>
 #include <exception>
 #include <new>
@@ -12,8 +14,6 @@
 #include "serve/guarded.h"
 #include "serve/outcomes.h"
 #include "serve/vessel_tissue.h"
-#include "tissue/chainmail_tissue.h"
-#include "tissue/spring_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -57,15 +57,15 @@ Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const L
         return MadeTissue{std::move(*model)};
     }
     if (choice.model == TissueModel::ChainMail) {
-        auto model = ChainMail::create(loaded.volume, loaded.settings, arena);
+        auto model = make_chainmail(loaded.volume, loaded.settings, arena);
         if (!model.ok()) return model.error();
-        return MadeTissue{std::make_unique<ChainMailTissue>(std::move(*model))};
+        return MadeTissue{std::move(*model)};
     }
     SpringDeformationSettings settings = choice.springs;
     settings.region = region_of(choice, loaded.volume.grid);
-    auto model = SpringDeformation::create(loaded.volume, settings, arena);
+    auto model = make_springs(loaded.volume, settings, arena);
     if (!model.ok()) return model.error();
-    return MadeTissue{std::make_unique<SpringScanTissue>(std::move(*model))};
+    return MadeTissue{std::move(*model)};
 }
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,

@@ -13,8 +13,6 @@
 #include "serve/scene.h"
 #include "serve/vessel_tissue.h"
 #include "serve/wire_rows.h"
-#include "tissue/chainmail_tissue.h"
-#include "tissue/spring_tissue.h"
 
 namespace pliant::serve {
 namespace {
