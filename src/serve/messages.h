@@ -81,7 +81,7 @@ struct Outcome {
     std::optional<std::int64_t> grabbed_elements{}, moved_elements{}, cut_links{},
         carved_elements{};
     double solve_ms = 0;
-    std::optional<Vec3d> force{};
+    std::optional<Vec3d> force_n{};  ///< on the tool
     std::optional<Vec3d> end_mm{};  ///< of a slide: final centre of the sphere, outside of tissue
     bool ran_out = false;           ///< refused for lack of memory, or by a bug
     bool ended_step = false;        ///< and its only effect was Scene::interrupt()
@@ -89,10 +89,10 @@ struct Outcome {
     bool ok() const { return error_code.empty(); }
 };
 
-/// Force on a tool, from the change of the tissue's energy in its last motion.
-struct FeltForce {
+/// Change of the tissue's energy by a tool's last motion, for a tissue without forces.
+struct FeltEnergy {
     std::uint32_t client = 0;
-    Vec3d force;
+    Vec3d energy_per_mm;  ///< per path, against the motion [mm² · weight/mm]
 };
 
 struct Welcome {

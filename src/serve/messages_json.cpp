@@ -184,7 +184,7 @@ std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t 
     put("cut_links", outcome.cut_links);
     put("carved_elements", outcome.carved_elements);
     json["solve_ms"] = outcome.solve_ms;
-    if (outcome.force) json["force"] = json_of(*outcome.force);
+    if (outcome.force_n) json["force_n"] = json_of(*outcome.force_n);
     if (outcome.end_mm) json["end"] = json_of(*outcome.end_mm);
     return text_of_json(json);
 }

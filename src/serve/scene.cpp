@@ -210,7 +210,7 @@ std::optional<double> Scene::energy() {
 
 void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                       Outcome& outcome) {
-    outcome.force = tissue().force_n(client);
+    outcome.force_n = tissue().force_n(client);
     if (!tissue().traits().has_energy || !(norm(way_mm) > 0)) return;
     if (m_energy_rests > 0)
         --m_energy_rests;
@@ -234,7 +234,7 @@ void Scene::measure_energy() noexcept {
     m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
 }
 
-std::optional<FeltForce> Scene::measure_force() {
+std::optional<FeltEnergy> Scene::measure_force() {
     measure_energy();
     return std::exchange(m_felt, {});
 }

@@ -92,9 +92,9 @@ class Scene {
     /// Number of steps made so far.
     std::int64_t steps() const { return m_steps; }
 
-    /// Returns the force of a tool's last command if it is known and unreported. Takes a while for
+    /// Returns the energy of a tool's last command if it is known and unreported. Takes a while for
     /// large deformations: call it while no picture is due.
-    std::optional<FeltForce> measure_force();
+    std::optional<FeltEnergy> measure_force();
 
     /// Updates the deformed volume; see LiveDeformation.
     Result<LiveUpdate> update() { return m_live->update(); }
@@ -221,7 +221,7 @@ class Scene {
         Vec3d way_mm;
     };
     std::optional<Unmeasured> m_unmeasured;
-    std::optional<FeltForce> m_felt;
+    std::optional<FeltEnergy> m_felt;
     std::optional<double> m_energy;
     std::int64_t m_energy_elements = 0;  ///< elements in the deformed box at the measurement
     std::int64_t m_energy_rests = 0;     ///< commands without another measurement

@@ -119,11 +119,11 @@ TEST(Scene, LetsOneClientHoldAtATime) {
     EXPECT_EQ(scene->carry_out(2, DragCommand{{1, 0, 0}}).error_code, "not_holding");
     const Outcome dragged = scene->carry_out(1, DragCommand{{0, 2, 0}});
     EXPECT_EQ(dragged.status, PushStatus::Applied);
-    EXPECT_FALSE(dragged.force) << "pictures first";
+    EXPECT_FALSE(dragged.force_n) << "pictures first";
     const auto felt = scene->measure_force();
     ASSERT_TRUE(felt);
     EXPECT_EQ(felt->client, 1u);
-    EXPECT_LT(felt->force.y, 0) << "tissue pulls back";
+    EXPECT_LT(felt->energy_per_mm.y, 0) << "tissue pulls back";
     EXPECT_FALSE(scene->measure_force()) << "told once";
     // A released grab has no force.
     scene->carry_out(1, DragCommand{{0, 2.5, 0}});
@@ -252,8 +252,8 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
         EXPECT_EQ(scene->carry_out(1, action).error_code, "other_tissue");
     const Outcome outcome = scene->carry_out(1, PushCommand{.push = {{0, 0, 0}, {0, 3, 0}, 4}});
     ASSERT_TRUE(outcome.ok());
-    ASSERT_TRUE(outcome.force.has_value());
-    EXPECT_LT(outcome.force->y, 0);
+    ASSERT_TRUE(outcome.force_n.has_value());
+    EXPECT_LT(outcome.force_n->y, 0);
     EXPECT_TRUE(scene->has_contact(1));
     for (int n = 0; n < 500 && scene->wants_sweep(); ++n) (void)scene->sweep();
     EXPECT_FALSE(scene->wants_sweep());
