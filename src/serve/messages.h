@@ -52,10 +52,9 @@ struct SharedState {
     bool has_vessel = false;  ///< whether the scene has a vessel, so that it can be chosen as
                               ///< tissue
     std::optional<VesselState> vessel{};
-    double pace = 0;                ///< simulated time per real time at the last motion; 0: unknown
-    Vec3i spring_nodes{0, 0, 0};    ///< along i, j, k
-    std::int32_t active_nodes = 0;  ///< reached by forces last
-    double update_hz = 0;           ///< rate of node updates at the last motion
+    double pace = 0;       ///< simulated time per real time at the last motion; 0: unknown
+    Record figures{};      ///< of the tissue, by name
+    double update_hz = 0;  ///< rate of node updates at the last motion
     std::uint32_t step = 0;
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;
@@ -82,9 +81,9 @@ struct Outcome {
         carved_elements{};
     double solve_ms = 0;
     std::optional<Vec3d> force_n{};  ///< on the tool
-    std::optional<Vec3d> end_mm{};  ///< of a slide: final centre of the sphere, outside of tissue
-    bool ran_out = false;           ///< refused for lack of memory, or by a bug
-    bool ended_step = false;        ///< and its only effect was Scene::interrupt()
+    std::optional<Vec3d> end_mm{};   ///< of a slide: final centre of the sphere, outside of tissue
+    bool ran_out = false;            ///< refused for lack of memory, or by a bug
+    bool ended_step = false;         ///< and its only effect was Scene::interrupt()
 
     bool ok() const { return error_code.empty(); }
 };

@@ -66,6 +66,13 @@ double rounded(double value, double parts) {
     return std::round(value * parts) / parts;
 }
 
+/// Lists are counts along three axes.
+Json json_of_figure(const SettingValue& value) {
+    if (const auto* counts = std::get_if<std::vector<double>>(&value))
+        return std::vector<std::int64_t>(counts->begin(), counts->end());
+    return json_of_value(value);
+}
+
 Json json_of(const VesselState& v, double pace) {
     const CatheterMeasures& m = v.measures;
     return {{"insert_mm_s", v.hand.insert_mm_s},
@@ -113,10 +120,9 @@ Json json_of(const SharedState& s) {
     if (t.model == TissueModel::Springs) {
         put(tissue, t.springs, spring_rows());
         tissue["centre"] = json_of(t.centre_mm);
-        tissue["nodes"] = json_of(s.spring_nodes);
-        tissue["active_nodes"] = s.active_nodes;
-        tissue["update_hz"] = s.update_hz;
     }
+    for (const NamedValue& figure : s.figures) tissue[figure.name] = json_of_figure(figure.value);
+    if (!s.figures.empty()) tissue["update_hz"] = s.update_hz;
     for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));
     return json;
 }

@@ -166,19 +166,20 @@ Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
     return status.ok() ? Outcome{} : refused(status.error());
 }
 
+bool Scene::has_setting(std::string_view name) const {
+    const Record settings = tissue().settings();
+    return std::any_of(settings.begin(), settings.end(),
+                       [&](const NamedValue& setting) { return setting.name == name; });
+}
+
 void Scene::describe(SharedState& state) const {
     state.iso_hu = m_iso_hu;
     state.polarity = m_polarity;
     state.materials = m_loaded->settings;
     state.tissue = m_choice;
-    if (m_choice.model == TissueModel::ChainMail)
+    if (has_setting(kMaterial))
         (void)apply(tissue().settings(), chainmail_material_rows(), state.materials);
-    if (m_choice.model == TissueModel::Springs) {
-        const Record figures = tissue().figures();
-        const auto& nodes = std::get<std::vector<double>>(figures[0].value);
-        state.spring_nodes = {int(nodes[0]), int(nodes[1]), int(nodes[2])};
-        state.active_nodes = std::int32_t(std::get<std::int64_t>(figures[1].value));
-    }
+    state.figures = tissue().figures();
     if (const VesselTissue* v = catheter())
         state.vessel = VesselState{.hand = v->hand(),
                                    .measures = v->measures(),

@@ -21,6 +21,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -179,6 +180,11 @@ class Scene {
     Outcome act(std::uint32_t, const T&) {
         return {.error_code = "out_of_range", .message = "expected a command"};
     }
+
+    /// Setting that every tissue with ChainMail's materials has.
+    static constexpr std::string_view kMaterial = "offset";
+    /// Whether a setting of the tissue can be changed during use.
+    bool has_setting(std::string_view name) const;
 
     void reserve_step();
     void begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);

@@ -7,6 +7,10 @@
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
 
+#include <algorithm>
+#include <string_view>
+#include <variant>
+
 #include "serve/checkpoint.h"
 #include "serve/client.h"
 #include "serve/random_session.h"
@@ -263,7 +267,17 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
     scene->describe(state);
     EXPECT_EQ(state.tissue.model, TissueModel::Springs);
     EXPECT_EQ(state.undo_steps, 2) << "a push, and what followed from it";
-    EXPECT_GT(state.active_nodes, 8);
+    const auto figure = [&](std::string_view name) {
+        const auto found = std::find_if(state.figures.begin(), state.figures.end(),
+                                        [&](const NamedValue& f) { return f.name == name; });
+        return found == state.figures.end() ? SettingValue() : found->value;
+    };
+    EXPECT_GT(std::get<std::int64_t>(figure("active_nodes")), 8);
+    EXPECT_EQ(std::get<std::vector<double>>(figure("nodes")).size(), 3u);
+    // They are in the message by name, as whole numbers.
+    EXPECT_NE(state_text(state).find(R"("active_nodes":)"), std::string::npos);
+    EXPECT_EQ(state_text(state).find(R"("nodes":[2.0)"), std::string::npos);
+    EXPECT_EQ(scene->carry_out(1, MaterialsCommand{{{"offset", 0.1}}}).error_code, "other_tissue");
     ASSERT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     ASSERT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(volume(), at_rest);
