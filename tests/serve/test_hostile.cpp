@@ -135,7 +135,7 @@ TEST_F(HostileTest, RubbishClosesTheConnectionWithAReason) {
     early.send_frame(1, R"({"do":"ping"})");
     EXPECT_EQ(early.wait_for_close(), 4000);
     TestClient newer(port(), m_server->link());
-    newer.say({{"do", "hello"}, {"protocol", 2}});
+    newer.say({{"do", "hello"}, {"protocol", 3}});
     EXPECT_EQ(newer.wait_for_close(), 4000);
     EXPECT_NE(newer.close_reason.find("protocol"), std::string::npos);
 }
