@@ -121,8 +121,11 @@ consumer() {
     "$prefix/static/build/consumer/consumer" "$prefix" --check
     build_example colliding_objects "$prefix/static"
     "$prefix/static/build/colliding_objects/colliding_objects" "$prefix/collision.png" --check
-    build_example own_tissue "$prefix/static"
-    "$prefix/static/build/own_tissue/own_tissue" --check
+    local example
+    for example in own_tissue own_law own_tool own_mapper soft_body host_loop; do
+        build_example "$example" "$prefix/static"
+        "$prefix/static/build/$example/$example" --check
+    done
     "$prefix/static/bin/pliant" --version
     use_models_alone "$prefix/static"
     cmake -S "$root/tests/package" -B "$prefix/package" -G Ninja -DCMAKE_CXX_COMPILER=g++ \

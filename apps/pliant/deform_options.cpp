@@ -3,7 +3,7 @@
 
 // Options of `pliant deform`.
 
-#include <pliant/tissue.h>
+#include <pliant/tissues.h>
 
 #include <map>
 #include <utility>
@@ -109,29 +109,41 @@ std::pair<Vec3d, Vec3d> parse_region(const std::string& text) {
     return {parse_vector(one, "--region"), parse_vector(other, "--region")};
 }
 
-void add_springs(CLI::App* c, DeformOptions& o) {
-    const auto group = "With --model springs";
-    c->add_option("--model", o.model, "chainmail, or springs: a mass-spring control lattice")
-        ->check(CLI::IsMember({"chainmail", "springs"}));
-    const auto add = [&](const char* name, const char* type, const char* other_names = "") {
-        add_setting(c, spring_rows(), name, o.springs.settings, other_names)
-            ->type_name(type)
-            ->group(group);
+void add_models(CLI::App* c, DeformOptions& o) {
+    std::vector<std::string> models;
+    for (const TissueTraits& traits : tissue_models()) models.emplace_back(traits.model);
+    c->add_option("--model", o.model,
+                  "chainmail; springs: a mass-spring control lattice; body: the tetrahedra of "
+                  "--mesh, position-based; rigid: nothing moves")
+        ->check(CLI::IsMember(models));
+    const auto add = [&](auto rows, const char* name, const char* type, const char* group,
+                         const char* other_names = "") {
+        add_setting(c, rows, name, o.settings, other_names)->type_name(type)->group(group);
     };
-    add("cell_mm", "MM");
-    c->add_option_function<std::string>(
-         "--region", [&o](const std::string& text) { o.springs.region_mm = parse_region(text); },
-         "opposite corners of the movable region, in LPS mm (default: the scan)")
-        ->type_name("X,Y,Z:X,Y,Z")
-        ->group(group);
-    add("young_modulus_pa", "PA", ",--young-pa");
-    add("fixed_hu", "HU");
-    add("depth", "N");
-    c->add_option("--steps", o.springs.steps,
-                  "time steps after the pushes (default: until it is at rest)")
+    const char* const both = "With --model springs or body";
+    add(spring_rows(), "cell_mm", "MM", both);
+    add(spring_rows(), "young_modulus_pa", "PA", both, ",--young-pa");
+    add(spring_rows(), "fixed_hu", "HU", both);
+    c->add_option("--steps", o.steps, "time steps after the pushes (default: until it is at rest)")
         ->check(CLI::NonNegativeNumber)
         ->type_name("N")
-        ->group(group);
+        ->group(both);
+    const char* const springs = "With --model springs";
+    c->add_option_function<std::string>(
+         "--region", [&o](const std::string& text) { o.region_mm = parse_region(text); },
+         "opposite corners of the movable region, in LPS mm (default: the scan)")
+        ->type_name("X,Y,Z:X,Y,Z")
+        ->group(springs);
+    add(spring_rows(), "depth", "N", springs);
+    const char* const body = "With --model body";
+    c->add_option("--mesh", o.mesh, "tetrahedra in the scan's LPS mm (.vtu, .vtk, .msh)")
+        ->group(body);
+    add(body_rows(), "poisson_ratio", "RATIO", body);
+    add(body_rows(), "density_kg_m3", "KG_M3", body);
+    add(body_rows(), "damping_per_s", "PER_S", body);
+    add(body_rows(), "time_step_s", "S", body);
+    add(body_rows(), "sub_steps", "N", body);
+    add(body_rows(), "reach_mm", "MM", body);
 }
 
 }  // namespace
@@ -158,7 +170,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
          },
          "point (the eight elements around it) or sphere:R_MM (default point)")
         ->type_name("point|sphere:R_MM");
-    add_springs(c, o);
+    add_models(c, o);
     c->add_option("--config", o.config, "settings, TOML, or key=value lines as of Divod");
     c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
     c->add_option("--directions", o.directions,

@@ -74,8 +74,7 @@ int run(int argc, char** argv) {
     }
     if (app.got_subcommand("info")) return run_info(info);
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
-    if (app.got_subcommand("deform"))
-        return deform.model == "springs" ? run_deform_springs(deform) : run_deform(deform);
+    if (app.got_subcommand("deform")) return run_deform(deform);
     if (app.got_subcommand("mesh")) return run_mesh(mesh);
     if (app.got_subcommand("path")) return run_path(path);
     if (app.got_subcommand("serve")) return run_serve(serve);

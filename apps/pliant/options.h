@@ -55,21 +55,18 @@ struct SlideOption {
 /// Actions on the tissue, in order.
 using DeformAction = std::variant<PushOption, SlideOption, CutSurface, CarveTool>;
 
-/// Options of --model springs.
-struct SpringOptions {
-    Record settings;                                   ///< by the names of spring_rows()
-    std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
-    std::optional<int> steps;                          ///< nullopt: until it is at rest
-};
-
 /// Lighting and colours of the endoscope's picture.
 struct LookOptions {
     std::string style = "plain", lining = "auto", field_stop = "round";
 };
 
 struct DeformOptions {
-    std::string model = "chainmail";  ///< or "springs"
-    SpringOptions springs;
+    std::string model = "chainmail";  ///< or another of tissue_models()
+    // Of models other than chainmail.
+    Record settings;  ///< by the names of spring_rows() and body_rows()
+    std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
+    std::optional<int> steps;                          ///< nullopt: until it is at rest
+    std::string mesh;                                  ///< the body's tetrahedra
     std::string file;
     std::string series;
     std::vector<DeformAction> actions;  ///< in the order of the command line
@@ -236,7 +233,6 @@ struct HapticsOptions {
 int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
-int run_deform_springs(const DeformOptions& options);
 int run_render(const RenderOptions& options);
 int run_mesh(const MeshOptions& options);
 int run_path(const PathOptions& options);

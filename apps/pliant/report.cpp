@@ -6,8 +6,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <type_traits>
+#include <utility>
+#include <variant>
 
 namespace pliant::app {
 namespace {
@@ -60,20 +64,101 @@ Json slide_json(const SlideOption& option, const SlideReport& report) {
     return json;
 }
 
-Json springs_json(const SpringResult& springs) {
-    Json json;
-    json["cell_voxels"] = json_of(springs.cell_voxels);
-    json["nodes"] = json_of(springs.nodes);
-    json["fixed_nodes"] = springs.fixed_nodes;
-    json["active_nodes"] = springs.active_nodes;
-    json["depth"] = springs.depth;
-    json["young_modulus_pa"] = springs.young_modulus_pa;
-    json["time_step_ms"] = springs.time_step_ms;
-    json["steps"] = springs.steps;
-    json["settled"] = springs.settled;
-    json["steps_ms"] = springs.solve_ms;
-    json["force_n"] = json_of(springs.force_n);
-    return json;
+/// Lists of whole numbers, such as counts along three axes, are written as such.
+Json json_of(const SettingValue& value) {
+    const auto write = [](const auto& v) -> Json {
+        using Value = std::decay_t<decltype(v)>;
+        if constexpr (std::is_same_v<Value, std::monostate>)
+            return nullptr;
+        else if constexpr (std::is_same_v<Value, std::vector<Vec3d>>) {
+            Json list = Json::array();
+            for (const Vec3d& one : v) list.push_back(json_of(one));
+            return list;
+        } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+            const bool are_whole = std::all_of(
+                v.begin(), v.end(), [](double number) { return number == std::floor(number); });
+            return are_whole ? Json(std::vector<std::int64_t>(v.begin(), v.end())) : Json(v);
+        } else
+            return v;
+    };
+    return std::visit(write, value);
+}
+
+/// Writes a figure; a name with a dot is a member of an object.
+void put(const NamedValue& figure, Json& json) {
+    const auto dot = figure.name.find('.');
+    if (dot == std::string::npos)
+        json[figure.name] = json_of(figure.value);
+    else
+        json[figure.name.substr(0, dot)][figure.name.substr(dot + 1)] = json_of(figure.value);
+}
+
+/// A number by its name, or 0.
+double number_of(const Record& record, std::string_view name) {
+    const SettingValue* value = find_figure(record, name);
+    if (!value) return 0;
+    const auto* whole = std::get_if<std::int64_t>(value);
+    const auto* number = std::get_if<double>(value);
+    return whole ? double(*whole) : number ? *number : 0;
+}
+
+/// Keys in the order in which a report has them; figures of a single model come after them.
+constexpr const char* kOrder[] = {"status",
+                                  "limited_by",
+                                  "step_fraction",
+                                  "moved_elements",
+                                  "max_movement_mm",
+                                  "max_violation_mm",
+                                  "folded_cells",
+                                  "no_fold_certified",
+                                  "certificate",
+                                  "cut_links",
+                                  "carved_elements",
+                                  "solve_ms",
+                                  "edit_ms",
+                                  "relax_ms",
+                                  "relax_sweeps",
+                                  "relax_settled",
+                                  "energy_before",
+                                  "energy_after",
+                                  "energy_unit",
+                                  "resample_ms",
+                                  "dirty_box_ijk",
+                                  "written_voxels",
+                                  "gap_voxels",
+                                  "resident_bricks",
+                                  "bytes_per_resident_element",
+                                  "peak_memory_mb",
+                                  "hash",
+                                  "file",
+                                  "tool",
+                                  "sphere_radius_mm",
+                                  "model",
+                                  "solver"};
+
+/// Time after the actions, as a part of the model's figures, or as a relaxation.
+void put(const DeformOptions& options, const Advanced& advanced, Json& json) {
+    const AdvanceReport& report = advanced.report;
+    if (advanced.energy_before_mm2 && advanced.energy_after_mm2) {
+        json["relax_ms"] = report.ms;
+        json["relax_sweeps"] = report.steps;
+        json["relax_settled"] = report.settled;
+        json["energy_before"] = *advanced.energy_before_mm2;
+        json["energy_after"] = *advanced.energy_after_mm2;
+        json["energy_unit"] = "mm^2 * weight";
+        return;
+    }
+    Json& own = json[options.model];
+    own["steps"] = report.steps;
+    own["settled"] = report.settled;
+    own["steps_ms"] = report.ms;
+    if (advanced.force_n) own["force_n"] = json_of(*advanced.force_n);
+}
+
+/// Time of the pushes, and of the steps of a tissue that moves by itself.
+double solve_ms_of(const PushReport& all, const DeformResult& result) {
+    const bool moves = result.advanced && !result.advanced->energy_before_mm2;
+    return all.solve_ms + (moves ? result.advanced->report.ms : 0);
 }
 
 /// Converts a slide to a push along its path.
@@ -122,53 +207,53 @@ const char* name_of_ways(std::size_t pushes, std::size_t slides) {
 
 }  // namespace
 
+const SettingValue* find_figure(const Record& record, std::string_view name) {
+    for (const NamedValue& figure : record)
+        if (figure.name == name) return &figure.value;
+    return nullptr;
+}
+
+void add_figures(const DeformationState& state, Record& record) {
+    const auto add = [&](const char* name, SettingValue value) {
+        if (!find_figure(record, name)) record.emplace_back(name, std::move(value));
+    };
+    add("moved_elements", state.moved_elements);
+    add("max_movement_mm", state.max_movement_mm);
+    add("max_violation_mm", 0.0);
+    add("folded_cells", state.folded_cells);
+    add("cut_links", state.cut_links);
+    add("carved_elements", state.carved_elements);
+    add("resident_bricks", state.resident_bricks);
+    add("bytes_per_resident_element", state.bytes_per_resident_element);
+}
+
 std::string report_json(const DeformOptions& options, const DeformResult& result) {
     const PushReport all = summary_of(result);
     const Deformed& deformed = result.deformed;
     Json json;
+    for (const char* key : kOrder) json[key] = Json();
+    for (const NamedValue& figure : result.figures)
+        if (figure.name != "summary") put(figure, json);
     json["status"] = name_of(all.status);
     json["limited_by"] = name_of(all.limited_by);
     json["step_fraction"] = all.step_fraction;
-    json["moved_elements"] = result.state.moved_elements;
-    json["max_movement_mm"] = result.state.max_movement_mm;
-    json["max_violation_mm"] = result.state.max_violation_mm;
-    json["folded_cells"] = result.state.folded_cells;
-    if (!result.springs) {
-        json["no_fold_certified"] = result.certificate.certified;
-        json["certificate"] = {{"all", result.certificate.all},
-                               {"tissue", result.certificate.tissue}};
-    }
-    json["cut_links"] = result.state.cut_links;
-    json["carved_elements"] = result.state.carved_elements;
-    json["solve_ms"] = all.solve_ms + (result.springs ? result.springs->solve_ms : 0);
+    json["solve_ms"] = solve_ms_of(all, result);
     json["edit_ms"] = result.edit_ms;
-    if (result.relax) {
-        json["relax_ms"] = result.relax->relax_ms;
-        json["relax_sweeps"] = result.relax->sweeps;
-        json["relax_settled"] = result.relax->settled;
-        json["energy_before"] = result.relax->energy_before_mm2;
-        json["energy_after"] = result.relax->energy_after_mm2;
-        json["energy_unit"] = "mm^2 * weight";
-    }
+    if (result.advanced) put(options, *result.advanced, json);
     json["resample_ms"] = deformed.resample_ms;
-    json["dirty_box_ijk"] =
-        is_empty(deformed.dirty_box)
-            ? Json(nullptr)
-            : Json::array({json_of(deformed.dirty_box.begin), json_of(deformed.dirty_box.end)});
     json["written_voxels"] = deformed.written_voxels;
     json["gap_voxels"] = deformed.gap_voxels;
-    json["resident_bricks"] = result.state.resident_bricks;
-    json["bytes_per_resident_element"] = result.state.bytes_per_resident_element;
     json["peak_memory_mb"] = peak_memory_mb();
     json["hash"] = hex(result.hash);
     json["file"] = options.file;
     json["tool"] = options.sphere_radius_mm > 0 ? "sphere" : "point";
     if (options.sphere_radius_mm > 0) json["sphere_radius_mm"] = options.sphere_radius_mm;
     json["model"] = options.model;
-    json["solver"] = result.springs           ? "force-transmittal"
-                     : options.solver.empty() ? "sweep"
-                                              : options.solver;
-    if (result.springs) json["springs"] = springs_json(*result.springs);
+    for (const char* key : kOrder)
+        if (json[key].is_null() && std::string_view(key) != "dirty_box_ijk") json.erase(key);
+    if (!is_empty(deformed.dirty_box))
+        json["dirty_box_ijk"] =
+            Json::array({json_of(deformed.dirty_box.begin), json_of(deformed.dirty_box.end)});
     json["mapping"] = options.mapping;
     json["pushes"] = json["slides"] = Json::array();
     auto report = result.pushes.begin();
@@ -182,39 +267,42 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string report_text(const DeformResult& result) {
+std::string report_text(const DeformOptions& options, const DeformResult& result) {
     const PushReport all = summary_of(result);
+    const Record& figures = result.figures;
     char line[256];
     std::snprintf(line, sizeof line,
-                  "%s: %.1f %% of %s done, %lld elements moved by up to %.2f mm\n"
+                  "%s: %.1f %% of %s done, %.0f elements moved by up to %.2f mm\n"
                   "solve %.2f ms, resample %.2f ms, %lld voxels written\n",
                   std::string(name_of(all.status)).c_str(), 100 * all.step_fraction,
                   name_of_ways(result.pushes.size(), result.slides.size()),
-                  static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
-                  all.solve_ms + (result.springs ? result.springs->solve_ms : 0),
-                  result.deformed.resample_ms,
+                  number_of(figures, "moved_elements"), number_of(figures, "max_movement_mm"),
+                  solve_ms_of(all, result), result.deformed.resample_ms,
                   static_cast<long long>(result.deformed.written_voxels));
     std::string text = line;
-    if (result.state.cut_links + result.state.carved_elements > 0) {
-        std::snprintf(line, sizeof line, "%lld links cut, %lld elements carved away\n",
-                      static_cast<long long>(result.state.cut_links),
-                      static_cast<long long>(result.state.carved_elements));
+    const double cut = number_of(figures, "cut_links"),
+                 carved = number_of(figures, "carved_elements");
+    if (cut + carved > 0) {
+        std::snprintf(line, sizeof line, "%.0f links cut, %.0f elements carved away\n", cut,
+                      carved);
         text += line;
     }
-    if (result.springs) {
-        const SpringResult& springs = *result.springs;
-        std::snprintf(line, sizeof line,
-                      "%d x %d x %d control nodes, %d moved to depth %d, %lld steps of %.3g ms%s\n",
-                      springs.nodes.x, springs.nodes.y, springs.nodes.z, springs.active_nodes,
-                      springs.depth, static_cast<long long>(springs.steps), springs.time_step_ms,
-                      springs.settled ? " (at rest)" : "");
-        text += line;
-    }
-    if (result.relax) {
-        std::snprintf(line, sizeof line, "relaxed %.2f ms, %d sweeps%s, energy %.4g to %.4g mm2\n",
-                      result.relax->relax_ms, result.relax->sweeps,
-                      result.relax->settled ? " (settled)" : "", result.relax->energy_before_mm2,
-                      result.relax->energy_after_mm2);
+    if (const SettingValue* summary = find_figure(figures, "summary"))
+        text += std::get<std::string>(*summary);
+    if (result.advanced) {
+        const AdvanceReport& time = result.advanced->report;
+        const auto& before = result.advanced->energy_before_mm2;
+        const auto& after = result.advanced->energy_after_mm2;
+        if (before && after)
+            std::snprintf(line, sizeof line,
+                          "relaxed %.2f ms, %lld sweeps%s, energy %.4g to %.4g mm2\n", time.ms,
+                          static_cast<long long>(time.steps), time.settled ? " (settled)" : "",
+                          *before, *after);
+        else
+            std::snprintf(line, sizeof line, ", %lld steps of %.3g ms%s\n",
+                          static_cast<long long>(time.steps),
+                          number_of(figures, options.model + ".time_step_ms"),
+                          time.settled ? " (at rest)" : "");
         text += line;
     }
     for (const SlideReport& slide : result.slides)

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The whole pipeline: read, push, resample, draw. Outputs appear together at the end.
+// The whole pipeline, for every model: read, push, let time pass, resample, draw. Outputs appear
+// together at the end.
 
-#include <pliant/chainmail.h>
 #include <pliant/resample.h>
+#include <pliant/tissue.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -12,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "deform_models.h"
 #include "deform_outputs.h"
 #include "setting_options.h"
 #include "standard_output.h"
@@ -19,101 +21,91 @@
 namespace pliant::app {
 namespace {
 
-Result<ChainMailSettings> settings_of(const DeformOptions& o, std::vector<std::string>& notes) {
-    ChainMailSettings settings;
-    if (!o.config.empty()) {
-        auto read = read_chainmail_settings(o.config, &notes);
-        if (!read.ok()) return read.error();
-        settings = *read;
-    }
-    settings.solver = o.solver == "heap" ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
-    return settings;
+constexpr std::int64_t kMaxSteps = 100'000;  ///< limit to come to rest
+
+/// Number of an action's tool. Tissue that moves by itself would leave a tool that lets go, so each
+/// push has a tool of its own; else the last one stays.
+std::uint32_t tool_of(std::size_t action, const Tissue& tissue) {
+    return tissue.traits().moves_by_itself ? std::uint32_t(action + 1) : 1;
 }
 
-/// Reads the label map and the direction field, if requested.
-Status read_maps(const DeformOptions& o, ChainMailSettings& settings) {
-    if (!o.labels.empty()) {
-        auto labels = read_volume(o.labels);
-        if (!labels.ok()) return Error{labels.error().code, "--labels: " + labels.error().message};
-        settings.labels = std::make_shared<const Volume>(std::move(*labels));
-    }
-    if (!o.directions.empty()) {
-        auto directions = read_vector_field(o.directions);
-        if (!directions.ok())
-            return Error{directions.error().code, "--directions: " + directions.error().message};
-        settings.directions = std::make_shared<const VectorField>(std::move(*directions));
-    }
-    if (settings.labels && settings.label_materials.empty())
-        return Error{ErrorCode::InvalidArgument,
-                     "--labels: expected [[label]] tables in --config, found none"};
-    return Ok{};
+/// Values that are tissue for a sphere that slides: those of the tissue's own settings.
+TissueValues tissue_values_of(const Tissue& tissue) {
+    TissueValues values;
+    if (const auto* threshold = find_figure(tissue.settings(), "air_threshold_hu"))
+        values.threshold_hu = std::get<double>(*threshold);
+    return values;
 }
 
-/// The last tool during relaxation: the elements that it holds, or its position.
-struct LeftTool {
-    std::vector<Vec3i> held;
-    std::vector<RelaxTool> lying;
-};
-
-Status apply(const SlideOption& option, const DeformOptions& o, ChainMail& tissue,
-             DeformResult& result, LeftTool& left) {
-    const auto report = slide_sphere(tissue, {.point_mm = option.point_mm,
-                                              .push_mm = option.way_mm,
-                                              .sphere_radius_mm = o.sphere_radius_mm});
-    if (!report.ok()) return named_by_option(report.error());
-    left = {{}, {{report->end_mm, report->end_mm, o.sphere_radius_mm}}};
-    result.slides.push_back(*report);
-    return Ok{};
-}
-
-Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tissue,
-             DeformResult& result, LeftTool& left) {
+Status apply(const DeformAction& action, std::uint32_t tool, const DeformOptions& o, Tissue& tissue,
+             DeformResult& result) {
     if (const auto* option = std::get_if<PushOption>(&action)) {
-        auto grabbed = tissue.elements_at({.point_mm = option->point_mm,
-                                           .push_mm = option->push_mm,
-                                           .sphere_radius_mm = o.sphere_radius_mm});
-        if (!grabbed.ok()) return named_by_option(grabbed.error());
-        left = {std::move(*grabbed), {}};
-        const auto report = tissue.push_elements(left.held, option->push_mm);
+        const auto report = tissue.push(tool, {.point_mm = option->point_mm,
+                                               .push_mm = option->push_mm,
+                                               .sphere_radius_mm = o.sphere_radius_mm});
         if (!report.ok()) return named_by_option(report.error());
         result.pushes.push_back(*report);
     } else if (const auto* slide = std::get_if<SlideOption>(&action)) {
-        return apply(*slide, o, tissue, result, left);
+        const auto report = tissue.slide(tool,
+                                         {.point_mm = slide->point_mm,
+                                          .push_mm = slide->way_mm,
+                                          .sphere_radius_mm = o.sphere_radius_mm},
+                                         tissue_values_of(tissue));
+        if (!report.ok()) return named_by_option(report.error());
+        result.slides.push_back(*report);
     } else if (const auto* surface = std::get_if<CutSurface>(&action)) {
         const auto report = tissue.cut(*surface);
         if (!report.ok()) return named_by_option(report.error());
         result.edit_ms += report->cut_ms;
-    } else if (const auto* tool = std::get_if<CarveTool>(&action)) {
-        const auto report = tissue.carve(*tool);
+    } else if (const auto* carved = std::get_if<CarveTool>(&action)) {
+        const auto report = tissue.carve(*carved);
         if (!report.ok()) return named_by_option(report.error());
         result.edit_ms += report->carve_ms;
     }
     return Ok{};
 }
 
-Status apply_actions(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
-                     ProgressBar& bar, LeftTool& left) {
+Status apply_actions(const DeformOptions& o, Tissue& tissue, DeformResult& result,
+                     ProgressBar& bar) {
     for (std::size_t n = 0; n < o.actions.size(); ++n) {
-        if (const Status s = apply(o.actions[n], o, tissue, result, left); !s.ok()) return s;
+        if (const Status s = apply(o.actions[n], tool_of(n, tissue), o, tissue, result); !s.ok())
+            return s;
         bar.show(0.2 + 0.2 * double(n + 1) / double(o.actions.size()));
     }
     return Ok{};
 }
 
-Status apply_relaxation(const DeformOptions& o, ChainMail& tissue, LeftTool left,
-                        DeformResult& result) {
-    if (!o.relax_ms && !o.relax_sweeps) return Ok{};
-    RelaxOptions options{.measure_energy = true};
-    if (o.relax_ms) options.budget_ms = *o.relax_ms;
-    if (o.relax_sweeps) options.max_sweeps = *o.relax_sweeps;
-    if (!o.release) {
-        options.held = std::move(left.held);
-        options.tools = std::move(left.lying);
-    }
-    const auto report = tissue.relax(options);
+/// Tissue that moves by itself comes to rest, other tissue is relaxed on request.
+Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& result) {
+    const bool moves = tissue.traits().moves_by_itself;
+    if (!moves && !o.relax_ms && !o.relax_sweeps) return Ok{};
+    if (o.release)
+        for (std::size_t n = 0; n < o.actions.size(); ++n) tissue.release(tool_of(n, tissue));
+    Budget budget;
+    if (moves) budget.max_steps = o.steps.value_or(kMaxSteps);
+    if (o.relax_sweeps) budget.max_steps = *o.relax_sweeps;
+    if (o.relax_ms) budget.max_ms = *o.relax_ms;
+    Advanced advanced;
+    advanced.energy_before_mm2 = tissue.energy_mm2();
+    auto report = tissue.advance(budget);
     if (!report.ok()) return named_by_option(report.error());
-    result.relax = *report;
+    advanced.energy_after_mm2 = tissue.energy_mm2();
+    if (!report->message.empty()) result.notes.push_back("motion stopped: " + report->message);
+    if (moves && !o.actions.empty())
+        advanced.force_n = tissue.force_n(tool_of(o.actions.size() - 1, tissue));
+    advanced.report = std::move(*report);
+    result.advanced = std::move(advanced);
     return Ok{};
+}
+
+/// The tissue's figures. Those of every tissue are added where it doesn't give its own.
+Result<Record> figures_of(const Tissue& tissue) {
+    Record record = tissue.report();
+    if (find_figure(record, "moved_elements")) return record;
+    const Result<DeformationState> state = state_of(tissue);
+    if (!state) return state.error();
+    add_figures(*state, record);
+    return record;
 }
 
 /// Returns a push, or a slide as a push at its end; nullopt for other actions.
@@ -125,11 +117,11 @@ std::optional<PushOption> pushed_by(const DeformAction& action) {
 }
 
 /// Point and direction of the picture: the last push or slide, otherwise the last cut or carving.
-PushOption place_of_picture(const DeformOptions& o, const ChainMail& tissue) {
+PushOption place_of_picture(const DeformOptions& o, const Tissue& tissue) {
     for (auto at = o.actions.rbegin(); at != o.actions.rend(); ++at)
         if (const auto push = pushed_by(*at)) return *push;
     if (o.actions.empty()) {
-        const Box3i box = tissue.moved_box();
+        const Box3i box = tissue.deformation().moved_box();
         const Vec3i sum = box.begin + box.end;
         return {world_from_voxel(tissue.volume().grid, {0.5 * sum.x, 0.5 * sum.y, 0.5 * sum.z}),
                 {0, 0, 1}};
@@ -142,13 +134,8 @@ PushOption place_of_picture(const DeformOptions& o, const ChainMail& tissue) {
 }
 
 Status check_options(const DeformOptions& o) {
-    const SpringOptions& springs = o.springs;
-    std::string given = springs.region_mm ? "--region" : springs.steps ? "--steps" : "";
-    if (!springs.settings.empty()) given = option_of(springs.settings.front().name);
-    if (!given.empty())
-        return Error{ErrorCode::InvalidArgument,
-                     given + ": expected --model springs too, found chainmail"};
-    if (o.release && !o.relax_ms && !o.relax_sweeps)
+    if (const Status s = check_model(o); !s.ok()) return s;
+    if (o.release && !traits_of(o).moves_by_itself && !o.relax_ms && !o.relax_sweeps)
         return Error{ErrorCode::InvalidArgument,
                      "--release: expected --relax or --relax-sweeps too, found neither"};
     if (o.look && !(norm(*o.look) > 0))
@@ -181,10 +168,8 @@ int run_deform(const DeformOptions& options) {
     if (const Status s = stage_outputs(options, outputs); !s.ok())
         return bad_input(s.error().message);
     DeformResult result;
-    auto settings = settings_of(options, result.notes);
-    if (!settings.ok()) return bad_input(settings.error().message);
-    if (const Status s = read_maps(options, *settings); !s.ok())
-        return bad_input(s.error().message);
+    const auto make = prepare_tissue(options, result.notes);
+    if (!make.ok()) return bad_input(make.error().message);
     std::optional<ProgressBar> bar(std::in_place, "deform");
     const auto fail = [&](const Error& error) {
         bar.reset();
@@ -196,39 +181,39 @@ int run_deform(const DeformOptions& options) {
     result.notes.insert(result.notes.end(), read_notes.notes.begin(), read_notes.notes.end());
     bar->show(0.2);
     const TaskArena arena(options.threads);
-    auto tissue = ChainMail::create(*volume, *settings, arena);
-    if (!tissue.ok()) return fail(named_by_option(tissue.error()));
+    const auto made = (*make)(*volume, arena);
+    if (!made.ok()) return fail(named_by_option(made.error()));
+    Tissue& tissue = **made;
     if (!options.load_state.empty())
-        if (const Status s = tissue->load_state(options.load_state); !s.ok())
-            return fail(s.error());
-    LeftTool left;
-    if (const Status s = apply_actions(options, *tissue, result, *bar, left); !s.ok())
+        if (const Status s = tissue.load_state(options.load_state); !s.ok()) return fail(s.error());
+    if (const Status s = apply_actions(options, tissue, result, *bar); !s.ok())
         return fail(s.error());
-    if (const Status s = apply_relaxation(options, *tissue, std::move(left), result); !s.ok())
-        return fail(s.error());
-    result.state = tissue->state();
-    result.certificate = tissue->fold_certificate();
+    if (const Status s = let_time_pass(options, tissue, result); !s.ok()) return fail(s.error());
+    auto figures = figures_of(tissue);
+    if (!figures.ok()) return fail(figures.error());
+    result.figures = std::move(*figures);
     auto deformed = deform_volume(
-        *tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
+        tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
         !options.transform.empty() || shows_rest(options));
     if (!deformed) return fail(deformed.error());
     if (shows_rest(options)) {
-        auto rest = RestField::create(*tissue, *deformed);
+        auto rest = RestField::create(tissue, *deformed);
         if (!rest) return fail(rest.error());
         result.rest = std::move(*rest);
     }
     result.deformed = std::move(*deformed);
-    result.hash = hash_volume(result.deformed.volume) ^ tissue->hash();
+    result.hash = hash_volume(result.deformed.volume) ^ tissue.hash();
     bar->show(0.5);
     const auto save_state = [&](const std::filesystem::path& path) {
-        return tissue->save_state(path);
+        return tissue.save_state(path);
     };
-    if (const Status s = write_outputs(options, *tissue, result, place_of_picture(options, *tissue),
+    if (const Status s = write_outputs(options, tissue, result, place_of_picture(options, tissue),
                                        save_state, outputs, *bar);
         !s.ok())
         return fail(s.error());
     bar.reset();
-    if (!is_standard_output(options.report)) std::fputs(report_text(result).c_str(), stdout);
+    if (!is_standard_output(options.report))
+        std::fputs(report_text(options, result).c_str(), stdout);
     return kExitOk;
 }
 

@@ -30,6 +30,7 @@ int serve(const pliant::TaskArena& arena) {
     auto server = pliant::Server::start({.own_tissue = example::Jelly::create}, arena);
     if (!server) return fail(server.error().message);
     std::puts(server->link().c_str());
+    std::fflush(stdout);  // also where the output is a pipe
     server->wait();
     return 0;
 }

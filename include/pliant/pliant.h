@@ -44,6 +44,7 @@
 #include <pliant/springs.h>
 #include <pliant/tasks.h>
 #include <pliant/tissue.h>
+#include <pliant/tissues.h>
 #include <pliant/tool.h>
 #include <pliant/vec.h>
 #include <pliant/version.h>

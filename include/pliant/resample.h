@@ -77,6 +77,10 @@ class LiveDeformation {
   public:
     /// Copies the scan, and keeps a reference: the tissue must outlive it, at the same address.
     static Result<LiveDeformation> create(const MovingScan& scan) noexcept;
+    /// The same, with the deformed scan in a volume of the caller, such as one of
+    /// VoxelArray::viewed. Its voxels are overwritten by the scan's.
+    /// @returns InvalidArgument if it doesn't have the scan's size and type of voxels
+    static Result<LiveDeformation> create(const MovingScan& scan, Volume target) noexcept;
     ~LiveDeformation();
     LiveDeformation(LiveDeformation&&) noexcept;
     LiveDeformation& operator=(LiveDeformation&&) noexcept;

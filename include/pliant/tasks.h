@@ -13,11 +13,21 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
+/// The job system of a host program, to be used instead of threads of the library.
+struct HostJobs {
+    int thread_count = 1;  ///< jobs that can run at the same time, 1 or more
+    /// Calls job(n) for every n of 0…count − 1, on any threads and in any order, and returns when
+    /// all calls have ended. Jobs don't throw.
+    std::function<void(std::int64_t count, const std::function<void(std::int64_t n)>& job)> run{};
+};
+
 /// Thread safety: any call on any thread.
 class TaskArena {
   public:
     /// @param thread_count  0: all hardware threads
     explicit TaskArena(int thread_count = 0);
+    /// Runs all loops as jobs of the host. A loop inside of a job runs on the job's thread.
+    explicit TaskArena(HostJobs jobs);
     ~TaskArena();
     TaskArena(TaskArena&&) noexcept;
     TaskArena& operator=(TaskArena&&) noexcept;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The interface of all tissue models: tools push and hold the tissue, it moves by itself, and its
-// former states can be restored. ChainMail, springs and the vessel with its catheter implement it.
+// former states can be restored. The library's own are made by the functions of tissues.h.
 // A tissue of your own implements it too, and is then resampled, rendered, felt, undone, recorded,
 // replayed and served like them.
 //
@@ -30,6 +30,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <list>
 #include <memory>
 #include <optional>
@@ -62,6 +63,19 @@ struct TissueTraits {
 struct Sweep {
     bool settled = true;  ///< more sweeps have no effect
     double ms = 0;        ///< wall-clock time of the sweep
+};
+
+/// Limits of a call of advance(); the first one that is reached ends it.
+struct Budget {
+    std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
+    double max_ms = std::numeric_limits<double>::infinity();  ///< wall-clock time
+};
+
+struct AdvanceReport {
+    std::int64_t steps = 0;
+    bool settled = false;   ///< more steps have no effect
+    double ms = 0;          ///< wall-clock time
+    std::string message{};  ///< reason why a motion was stopped before it settled
 };
 
 /// Thread safety: one thread.
@@ -107,6 +121,10 @@ class Tissue : public MovingScan {
     /// Advances the tissue's own motion by its smallest recorded part.
     /// @returns LimitExceeded if memory runs out
     virtual Result<Sweep> sweep() noexcept = 0;
+    /// Advances it by many of its smallest steps: sweeps of ChainMail, time steps of the others. By
+    /// default a step is a sweep().
+    /// @returns LimitExceeded if memory runs out; earlier steps are complete
+    virtual Result<AdvanceReport> advance(const Budget& budget) noexcept;
     /// Returns all tissue to rest.
     virtual Status reset() noexcept = 0;
 
@@ -116,6 +134,9 @@ class Tissue : public MovingScan {
     virtual Status configure(const Record& changes) noexcept;
     /// Figures for display, by name, such as counts of nodes.
     virtual Record figures() const { return {}; }
+    /// Figures for a report, which may take a while to compute. A name with a dot is a part of an
+    /// object: "certificate.all". "summary" is a line for a reader.
+    virtual Record report() const { return {}; }
 
     // History, in steps: all calls from begin_group() to end_group() are one step.
 

@@ -25,6 +25,14 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
+/// A tool of a shape of its own, such as a spatula, in its present orientation.
+class ToolShape {
+  public:
+    virtual ~ToolShape() = default;
+    /// @param offset_mm  from the tool's contact point, LPS
+    virtual bool contains(Vec3d offset_mm) const noexcept = 0;
+};
+
 struct Push {
     Vec3d point_mm{0, 0, 0};  ///< contact point of the tool, LPS
     Vec3d push_mm{0, 0, 0};   ///< motion of the tool, LPS
@@ -32,6 +40,9 @@ struct Push {
     /// the sphere; if it is smaller than a voxel along some axis, also the elements of every
     /// cell whose trilinear value is tissue somewhere in it.
     double sphere_radius_mm = 0;
+    /// If set, only elements or nodes in this shape are taken; the sphere then bounds the search.
+    /// It must outlive the push, and a drag that began with it. Slides take spheres alone.
+    const ToolShape* shape = nullptr;
 };
 
 enum class PushStatus { Applied, Limited, Rejected };
@@ -51,7 +62,7 @@ struct PushReport {
     std::int64_t moved_elements = 0;  ///< elements whose displacement changed
     double solve_ms = 0;
     int forgotten_steps = 0;  ///< oldest steps that were dropped from the history; see Undo
-    std::string message;      ///< reason, if it isn't simply applied
+    std::string message{};    ///< reason, if it isn't simply applied
 };
 
 /// Elements that a tool grabbed, and elements that can follow it.
@@ -60,7 +71,7 @@ struct GrabReport {
     std::int64_t reach_elements = 0;    ///< elements in the drag's reach; 0: not computed
     std::int64_t field_bytes = 0;       ///< memory for the fields, beside the bricks of the reach
     double pick_ms = 0;
-    std::string message;  ///< reason if nothing is held
+    std::string message{};  ///< reason if nothing is held
 };
 
 /// Values that are tissue for a tool: values from a threshold upwards, or values below it.

@@ -118,6 +118,8 @@ class VoxelMemory {
     /// @returns nullopt if the file can't be mapped or is too short
     static std::optional<VoxelMemory> mapped(const std::filesystem::path& file,
                                              std::uint64_t offset, std::size_t size);
+    /// Views memory of the host program, which must outlive it. Copies are copies of that memory.
+    static VoxelMemory viewed(std::span<std::byte> bytes);
     VoxelMemory(const VoxelMemory& other);
     VoxelMemory(VoxelMemory&& other) noexcept { swap(other); }
     VoxelMemory& operator=(const VoxelMemory& other) {
@@ -198,6 +200,18 @@ class VoxelArray {
         VoxelArray array;
         array.m_memory = std::move(*memory);
         return array;
+    }
+
+    /// Views values of the host program without a copy; they must outlive the array. Writes to the
+    /// array are writes to them. Copies of the array are copies of the values.
+    static VoxelArray viewed(std::span<T> values) {
+        VoxelArray array;
+        array.m_memory = VoxelMemory::viewed(std::as_writable_bytes(values));
+        return array;
+    }
+    /// Likewise. @pre the array, though not its copies, is only read
+    static VoxelArray viewed(std::span<const T> values) {
+        return viewed(std::span<T>(const_cast<T*>(values.data()), values.size()));
     }
 
     T* data() { return reinterpret_cast<T*>(m_memory.data()); }

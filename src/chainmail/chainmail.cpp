@@ -214,11 +214,18 @@ Result<std::vector<Vec3i>> ChainMail::Impl::elements_at(const Push& push) const 
     std::vector<Vec3i> grabbed = grab_sphere(lattice, ijk, radius_mm, tissue);
     // A sphere that fits between the elements grabs the cells that it touches.
     const Vec3d h = volume.grid.spacing_mm;
-    if (radius_mm >= std::max({h.x, h.y, h.z})) return grabbed;
-    const Touch touch = touch_sphere(lattice, volume, ijk, radius_mm, tissue);
-    grabbed.insert(grabbed.end(), touch.elements.begin(), touch.elements.end());
-    std::sort(grabbed.begin(), grabbed.end(), comes_before);
-    grabbed.erase(std::unique(grabbed.begin(), grabbed.end()), grabbed.end());
+    if (radius_mm < std::max({h.x, h.y, h.z})) {
+        const Touch touch = touch_sphere(lattice, volume, ijk, radius_mm, tissue);
+        grabbed.insert(grabbed.end(), touch.elements.begin(), touch.elements.end());
+        std::sort(grabbed.begin(), grabbed.end(), comes_before);
+        grabbed.erase(std::unique(grabbed.begin(), grabbed.end()), grabbed.end());
+    }
+    if (push.shape)
+        std::erase_if(grabbed, [&](Vec3i e) {
+            const Vec3d rest = world_from_voxel(volume.grid, {e.x * 1.0, e.y * 1.0, e.z * 1.0});
+            const Vec3d place = rest + deformation.displacement_mm(e);
+            return !push.shape->contains(place - push.point_mm);
+        });
     return grabbed;
 }
 

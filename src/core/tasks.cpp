@@ -11,7 +11,11 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <atomic>
+#include <exception>
+#include <mutex>
 #include <optional>
+#include <utility>
 
 // ThreadSanitizer doesn't see the synchronisation in the system's uninstrumented oneTBB, so its
 // fork and join are annotated here. oneTBB's templates must not be instrumented either, so this
@@ -35,9 +39,34 @@ void join_happens_here([[maybe_unused]] void* token) {
 #endif
 }
 
+/// Whether this thread runs a job of a host.
+thread_local bool is_in_job = false;
+
+/// Runs ranges as jobs of the host, and rethrows the first exception of the body.
+void run_on(const HostJobs& host, std::int64_t count, std::int64_t grain,
+            const std::function<void(std::int64_t, std::int64_t)>& body) {
+    std::atomic<bool> has_failed{false};
+    std::mutex mutex;
+    std::exception_ptr failure;
+    const auto job = [&](std::int64_t n) {
+        if (has_failed) return;
+        is_in_job = true;
+        try {
+            body(n * grain, n < (count - 1) / grain ? (n + 1) * grain : count);
+        } catch (...) {
+            const std::lock_guard lock(mutex);
+            if (!has_failed.exchange(true)) failure = std::current_exception();
+        }
+        is_in_job = false;
+    };
+    host.run((count - 1) / grain + 1, std::cref(job));
+    if (failure) std::rethrow_exception(failure);
+}
+
 }  // namespace
 
 struct TaskArena::Impl {
+    std::optional<HostJobs> host;  ///< instead of oneTBB
     /// Allows more threads than cores, to which oneTBB otherwise limits itself.
     std::optional<tbb::global_control> more_threads_than_cores;
     tbb::task_arena arena;
@@ -49,22 +78,27 @@ TaskArena::TaskArena(int thread_count) : m_impl(std::make_unique<Impl>()) {
                                                 std::size_t(thread_count));
     m_impl->arena.initialize(thread_count > 0 ? thread_count : tbb::task_arena::automatic);
 }
+TaskArena::TaskArena(HostJobs jobs) : m_impl(std::make_unique<Impl>()) {
+    if (jobs.thread_count < 1) jobs.thread_count = 1;
+    m_impl->host = std::move(jobs);
+}
 TaskArena::~TaskArena() = default;
 TaskArena::TaskArena(TaskArena&&) noexcept = default;
 TaskArena& TaskArena::operator=(TaskArena&&) noexcept = default;
 
 int TaskArena::thread_count() const {
-    return m_impl->arena.max_concurrency();
+    return m_impl->host ? m_impl->host->thread_count : m_impl->arena.max_concurrency();
 }
 
 void TaskArena::for_each(std::int64_t count, std::int64_t grain,
                          const std::function<void(std::int64_t, std::int64_t)>& body) const {
     if (count <= 0) return;
-    if (count <= grain || thread_count() == 1) {
+    if (count <= grain || thread_count() == 1 || is_in_job) {
         for (std::int64_t begin = 0; begin < count; begin += grain)
             body(begin, begin + grain < count ? begin + grain : count);
         return;
     }
+    if (m_impl->host) return run_on(*m_impl->host, count, grain, body);
     char fork = 0, join = 0;
     fork_happens_here(&fork);
     m_impl->arena.execute([&] {

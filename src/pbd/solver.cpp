@@ -138,6 +138,7 @@ class SolverOf final : public Solver {
     }
     void take_back() noexcept override {
         m_keeps = false;
+        m_set_held.clear();  // those before keep() are in m_kept_set
         if (!m_kept_all) {
             for (const Range& range : m_awake_ranges) {
                 copy(m_kept_x, m_x, range.begin, range.end);

@@ -22,7 +22,7 @@
 
 namespace pliant::serve {
 
-inline constexpr int kProtocolVersion = 1;
+inline constexpr int kProtocolVersion = 2;
 
 struct HelloMessage {
     int protocol = 0;

@@ -103,8 +103,9 @@ std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header) {
         put_vector(frame, at + 20, tool.direction);
         put_vector(frame, at + 32, tool.up);
         put(frame, at + 44, tool.radius_mm);
-        put_vector(frame, at + 48, tool.force);
-        put(frame, at + 60, tool.fraction);
+        put_vector(frame, at + 48, tool.force_n);
+        put_vector(frame, at + 60, tool.energy_per_mm);
+        put(frame, at + 72, tool.fraction);
         at += kToolBytes;
     }
     return frame;
@@ -167,8 +168,9 @@ std::optional<std::vector<ToolPose>> read_tools(std::string_view frame) {
                          .direction = get_vector(frame, at + 20),
                          .up = get_vector(frame, at + 32),
                          .radius_mm = get<float>(frame, at + 44),
-                         .force = get_vector(frame, at + 48),
-                         .fraction = get<float>(frame, at + 60)});
+                         .force_n = get_vector(frame, at + 48),
+                         .energy_per_mm = get_vector(frame, at + 60),
+                         .fraction = get<float>(frame, at + 72)});
     }
     return tools;
 }

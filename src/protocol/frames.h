@@ -20,7 +20,7 @@ enum class FrameType : std::uint8_t { Box = 1, Tools = 2, Surface = 3, Vessel = 
 inline constexpr std::uint8_t kFramePacked = 1;      ///< with LZ4
 inline constexpr std::uint8_t kFrameLastOfStep = 2;  ///< the client is then up to date
 inline constexpr std::size_t kFrameHeaderBytes = 32;
-inline constexpr std::size_t kToolBytes = 64;
+inline constexpr std::size_t kToolBytes = 80;
 
 /// Contents of a box; all are half floats.
 inline constexpr std::uint16_t kFormatVoxels = 1;  ///< [HU]
@@ -48,7 +48,7 @@ struct FrameHeader {
 
 enum class ToolKind : std::uint8_t { None = 0, Endoscope = 1, Sphere = 2 };
 
-/// Pose of a client's tool, and its force.
+/// Pose of a client's tool, and the reaction of the tissue.
 struct ToolPose {
     std::uint32_t client = 0;
     ToolKind kind = ToolKind::None;
@@ -58,8 +58,9 @@ struct ToolPose {
     Vec3f direction{0, 0, 1};
     Vec3f up{0, 1, 0};
     float radius_mm = 0;
-    Vec3f force{0, 0, 0};  ///< energy per millimetre; docs/protocol.md
-    float fraction = 1;    ///< done fraction of the last motion
+    Vec3f force_n{0, 0, 0};        ///< on the tool; 0 if the tissue has no forces
+    Vec3f energy_per_mm{0, 0, 0};  ///< instead: energy per path [mm² · weight/mm]
+    float fraction = 1;            ///< done fraction of the last motion
 
     friend bool operator==(const ToolPose&, const ToolPose&) = default;
 };

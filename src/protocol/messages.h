@@ -56,10 +56,9 @@ struct SharedState {
     bool has_vessel = false;  ///< whether the scene has a vessel, so that it can be chosen as
                               ///< tissue
     std::optional<VesselState> vessel{};
-    double pace = 0;                ///< simulated time per real time at the last motion; 0: unknown
-    Vec3i spring_nodes{0, 0, 0};    ///< along i, j, k
-    std::int32_t active_nodes = 0;  ///< reached by forces last
-    double update_hz = 0;           ///< rate of node updates at the last motion
+    double pace = 0;       ///< simulated time per real time at the last motion; 0: unknown
+    Record figures{};      ///< of the tissue, by name
+    double update_hz = 0;  ///< rate of node updates at the last motion
     std::uint32_t step = 0;
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;
@@ -85,18 +84,18 @@ struct Outcome {
     std::optional<std::int64_t> grabbed_elements{}, moved_elements{}, cut_links{},
         carved_elements{};
     double solve_ms = 0;
-    std::optional<Vec3d> force{};
-    std::optional<Vec3d> end_mm{};  ///< of a slide: final centre of the sphere, outside of tissue
-    bool ran_out = false;           ///< refused for lack of memory, or by a bug
-    bool ended_step = false;        ///< and its only effect was Scene::interrupt()
+    std::optional<Vec3d> force_n{};  ///< on the tool
+    std::optional<Vec3d> end_mm{};   ///< of a slide: final centre of the sphere, outside of tissue
+    bool ran_out = false;            ///< refused for lack of memory, or by a bug
+    bool ended_step = false;         ///< and its only effect was Scene::interrupt()
 
     bool ok() const { return error_code.empty(); }
 };
 
-/// Force on a tool, from the change of the tissue's energy in its last motion.
-struct FeltForce {
+/// Change of the tissue's energy by a tool's last motion, for a tissue without forces.
+struct FeltEnergy {
     std::uint32_t client = 0;
-    Vec3d force;
+    Vec3d energy_per_mm;  ///< per path, against the motion [mm² · weight/mm]
 };
 
 struct Welcome {

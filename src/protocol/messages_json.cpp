@@ -66,6 +66,13 @@ double rounded(double value, double parts) {
     return std::round(value * parts) / parts;
 }
 
+/// Lists are counts along three axes.
+Json json_of_figure(const SettingValue& value) {
+    if (const auto* counts = std::get_if<std::vector<double>>(&value))
+        return std::vector<std::int64_t>(counts->begin(), counts->end());
+    return json_of_value(value);
+}
+
 Json json_of(const VesselState& v, double pace) {
     const CatheterMeasures& m = v.measures;
     return {{"insert_mm_s", v.hand.insert_mm_s},
@@ -113,10 +120,9 @@ Json json_of(const SharedState& s) {
     if (t.model == TissueModel::Springs) {
         put(tissue, t.springs, spring_rows());
         tissue["centre"] = json_of(t.centre_mm);
-        tissue["nodes"] = json_of(s.spring_nodes);
-        tissue["active_nodes"] = s.active_nodes;
-        tissue["update_hz"] = s.update_hz;
     }
+    for (const NamedValue& figure : s.figures) tissue[figure.name] = json_of_figure(figure.value);
+    if (!s.figures.empty()) tissue["update_hz"] = s.update_hz;
     for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));
     return json;
 }
@@ -184,7 +190,7 @@ std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t 
     put("cut_links", outcome.cut_links);
     put("carved_elements", outcome.carved_elements);
     json["solve_ms"] = outcome.solve_ms;
-    if (outcome.force) json["force"] = json_of(*outcome.force);
+    if (outcome.force_n) json["force_n"] = json_of(*outcome.force_n);
     if (outcome.end_mm) json["end"] = json_of(*outcome.end_mm);
     return text_of_json(json);
 }

@@ -3,10 +3,14 @@
 
 #include <pliant/resample.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "core/errors.h"
 #include "resample/scatter.h"
@@ -24,8 +28,8 @@ struct FreeMemory {
 }  // namespace
 
 struct LiveDeformation::Impl {
-    explicit Impl(const MovingScan& t)
-        : tissue(t), volume(t.volume()), scatter(t.volume(), t.arena()) {}
+    Impl(const MovingScan& t, Volume deformed)
+        : tissue(t), volume(std::move(deformed)), scatter(t.volume(), t.arena()) {}
 
     LiveUpdate write() {
         if (is_behind) scatter.start_over(volume, inverse_mm.get());
@@ -69,9 +73,28 @@ struct LiveDeformation::Impl {
 };
 
 Result<LiveDeformation> LiveDeformation::create(const MovingScan& scan) noexcept {
-    return attempt(
-        [&]() -> Result<LiveDeformation> { return LiveDeformation(std::make_unique<Impl>(scan)); });
+    return attempt([&]() -> Result<LiveDeformation> {
+        return LiveDeformation(std::make_unique<Impl>(scan, scan.volume()));
+    });
 }
+
+Result<LiveDeformation> LiveDeformation::create(const MovingScan& scan, Volume target) noexcept {
+    return attempt([&]() -> Result<LiveDeformation> {
+        const Volume& rest = scan.volume();
+        if (const Status s = check_volume(target, "target"); !s.ok()) return s.error();
+        if (target.grid.size != rest.grid.size || target.is_16_bit() != rest.is_16_bit())
+            return invalid("target: expected the scan's size and type of voxels");
+        target.grid = rest.grid;
+        std::visit(
+            [&](auto& voxels) {
+                const auto& values = std::get<std::decay_t<decltype(voxels)>>(rest.voxels);
+                std::copy(values.begin(), values.end(), voxels.begin());
+            },
+            target.voxels);
+        return LiveDeformation(std::make_unique<Impl>(scan, std::move(target)));
+    });
+}
+
 LiveDeformation::LiveDeformation(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
 LiveDeformation::~LiveDeformation() = default;
 LiveDeformation::LiveDeformation(LiveDeformation&&) noexcept = default;

@@ -309,7 +309,7 @@ ToolPose HapticSession::pose_of_tool() const {
             .direction = floats(m_wish.look),
             .up = floats(m_wish.up),
             .radius_mm = float(m_wish.radius_mm),
-            .force = floats(m_now.force_n)};
+            .force_n = floats(m_now.force_n)};
 }
 
 }  // namespace pliant::serve

@@ -235,7 +235,7 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
                       std::holds_alternative<ResetCommand>(action);
     if (ends) {
         tool.touches = tool.limited = false;
-        tool.force = {0, 0, 0};
+        tool.force_n = tool.energy_per_mm = {0, 0, 0};
         tool.fraction = 1;
         return;
     }
@@ -243,8 +243,7 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
     if (!outcome.status) return;
     tool.limited = *outcome.status != PushStatus::Applied;
     tool.fraction = float(outcome.step_fraction);
-    if (outcome.force)
-        tool.force = {float(outcome.force->x), float(outcome.force->y), float(outcome.force->z)};
+    if (const auto& f = outcome.force_n) tool.force_n = {float(f->x), float(f->y), float(f->z)};
 }
 
 /// Measures while no picture is due, but at a minimum rate; tools show the force a tick later.
@@ -254,10 +253,10 @@ void Hub::measure_force() {
     m_busy_ticks = 0;
     const auto felt = m_scene->measure_force();
     if (!felt) return;
-    const Vec3d f = felt->force;
+    const Vec3d e = felt->energy_per_mm;
     for (Client& client : m_clients)
         if (client.info.number == felt->client)
-            client.tool.force = {float(f.x), float(f.y), float(f.z)};
+            client.tool.energy_per_mm = {float(e.x), float(e.y), float(e.z)};
 }
 
 /// Makes endoscopes of clients in role control obstacles of the relaxation. The scene gets their

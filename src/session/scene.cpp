@@ -3,6 +3,8 @@
 
 #include "session/scene.h"
 
+#include <pliant/tissues.h>
+
 #include <algorithm>
 #include <exception>
 #include <new>
@@ -12,8 +14,6 @@
 #include "session/guarded.h"
 #include "session/outcomes.h"
 #include "session/vessel_tissue.h"
-#include "tissue/chainmail_tissue.h"
-#include "tissue/spring_tissue.h"
 #include "volume/boxes.h"
 
 namespace pliant::serve {
@@ -58,15 +58,15 @@ Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const L
         return MadeTissue{std::move(*model)};
     }
     if (choice.model == TissueModel::ChainMail) {
-        auto model = ChainMail::create(loaded.volume, loaded.settings, arena);
+        auto model = make_chainmail(loaded.volume, loaded.settings, arena);
         if (!model.ok()) return model.error();
-        return MadeTissue{std::make_unique<ChainMailTissue>(std::move(*model))};
+        return MadeTissue{std::move(*model)};
     }
     SpringDeformationSettings settings = choice.springs;
     settings.region = region_of(choice, loaded.volume.grid);
-    auto model = SpringDeformation::create(loaded.volume, settings, arena);
+    auto model = make_springs(loaded.volume, settings, arena);
     if (!model.ok()) return model.error();
-    return MadeTissue{std::make_unique<SpringScanTissue>(std::move(*model))};
+    return MadeTissue{std::move(*model)};
 }
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
@@ -167,19 +167,20 @@ Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
     return status.ok() ? Outcome{} : refused(status.error());
 }
 
+bool Scene::has_setting(std::string_view name) const {
+    const Record settings = tissue().settings();
+    return std::any_of(settings.begin(), settings.end(),
+                       [&](const NamedValue& setting) { return setting.name == name; });
+}
+
 void Scene::describe(SharedState& state) const {
     state.iso_hu = m_iso_hu;
     state.polarity = m_polarity;
     state.materials = m_loaded->settings;
     state.tissue = m_choice;
-    if (m_choice.model == TissueModel::ChainMail)
+    if (has_setting(kMaterial))
         (void)apply(tissue().settings(), chainmail_material_rows(), state.materials);
-    if (m_choice.model == TissueModel::Springs) {
-        const Record figures = tissue().figures();
-        const auto& nodes = std::get<std::vector<double>>(figures[0].value);
-        state.spring_nodes = {int(nodes[0]), int(nodes[1]), int(nodes[2])};
-        state.active_nodes = std::int32_t(std::get<std::int64_t>(figures[1].value));
-    }
+    state.figures = tissue().figures();
     if (const VesselTissue* v = catheter())
         state.vessel = VesselState{.hand = v->hand(),
                                    .measures = v->measures(),
@@ -211,7 +212,7 @@ std::optional<double> Scene::energy() {
 
 void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                       Outcome& outcome) {
-    outcome.force = tissue().force_n(client);
+    outcome.force_n = tissue().force_n(client);
     if (!tissue().traits().has_energy || !(norm(way_mm) > 0)) return;
     if (m_energy_rests > 0)
         --m_energy_rests;
@@ -234,7 +235,7 @@ void Scene::measure_energy() noexcept {
     m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
 }
 
-std::optional<FeltForce> Scene::measure_force() {
+std::optional<FeltEnergy> Scene::measure_force() {
     measure_energy();
     return std::exchange(m_felt, {});
 }

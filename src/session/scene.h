@@ -21,6 +21,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -92,9 +93,9 @@ class Scene {
     /// Number of steps made so far.
     std::int64_t steps() const { return m_steps; }
 
-    /// Returns the force of a tool's last command if it is known and unreported. Takes a while for
+    /// Returns the energy of a tool's last command if it is known and unreported. Takes a while for
     /// large deformations: call it while no picture is due.
-    std::optional<FeltForce> measure_force();
+    std::optional<FeltEnergy> measure_force();
 
     /// Updates the deformed volume; see LiveDeformation.
     Result<LiveUpdate> update() { return m_live->update(); }
@@ -180,6 +181,11 @@ class Scene {
         return {.error_code = "out_of_range", .message = "expected a command"};
     }
 
+    /// Setting that every tissue with ChainMail's materials has.
+    static constexpr std::string_view kMaterial = "offset";
+    /// Whether a setting of the tissue can be changed during use.
+    bool has_setting(std::string_view name) const;
+
     void reserve_step();
     void begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);
     void end_step() noexcept;
@@ -221,7 +227,7 @@ class Scene {
         Vec3d way_mm;
     };
     std::optional<Unmeasured> m_unmeasured;
-    std::optional<FeltForce> m_felt;
+    std::optional<FeltEnergy> m_felt;
     std::optional<double> m_energy;
     std::int64_t m_energy_elements = 0;  ///< elements in the deformed box at the measurement
     std::int64_t m_energy_rests = 0;     ///< commands without another measurement

@@ -13,8 +13,6 @@
 #include "session/outcomes.h"
 #include "session/scene.h"
 #include "session/vessel_tissue.h"
-#include "tissue/chainmail_tissue.h"
-#include "tissue/spring_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -25,7 +23,7 @@ constexpr std::uint32_t kDrives = 1;
 }  // namespace
 
 Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
-    if (m_choice.model != TissueModel::Springs) return not_with(m_choice, "depth", "springs");
+    if (!has_setting("depth")) return not_with(m_choice, "depth", "springs");
     if (const Status s = tissue().configure({{"depth", command.layers}}); !s.ok())
         return refused(s.error());
     m_choice.springs.depth = command.layers;
@@ -232,8 +230,7 @@ Outcome Scene::act(std::uint32_t, const ResetCommand&) {
 }
 
 Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
-    if (m_choice.model != TissueModel::ChainMail)
-        return not_with(m_choice, "materials", "chainmail");
+    if (!has_setting(kMaterial)) return not_with(m_choice, "materials", "chainmail");
     end_step();
     ChainMailSettings changed;
     if (const Status s = apply(command.values, chainmail_material_rows(), changed); !s)

@@ -3,6 +3,9 @@
 
 #include "tissue/chainmail_tissue.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "core/errors.h"
 
 namespace pliant {
@@ -53,7 +56,7 @@ Result<SlideReport> ChainMailTissue::slide(std::uint32_t tool, const Push& way,
         made[tool];
         auto slid = slide_sphere(m_model, way, tissue_values);
         if (!slid.ok()) return slid;
-        made[tool] = {{slid->end_mm, slid->end_mm, way.sphere_radius_mm}, {}};
+        made[tool] = {{slid->end_mm, slid->end_mm, way.sphere_radius_mm}, {}, true};
         m_contacts.erase(tool);
         m_contacts.merge(made);
         return slid;
@@ -85,19 +88,39 @@ std::optional<double> ChainMailTissue::energy_mm2() noexcept try {
     return {};
 }
 
+/// Tools and held elements.
+RelaxOptions ChainMailTissue::relax_options() const {
+    RelaxOptions options;
+    for (const auto& [tool, contact] : m_contacts) {
+        const bool keeps_out = m_resting == RestingTool::KeepsTissueOut || contact.slid;
+        if (contact.tool.radius_mm > 0 && keeps_out) options.tools.push_back(contact.tool);
+        options.held.insert(options.held.end(), contact.held.begin(), contact.held.end());
+    }
+    for (const auto& [tool, eye] : m_eyes) options.tools.push_back(eye);
+    return options;
+}
+
 Result<Sweep> ChainMailTissue::sweep() noexcept {
     return attempt([&]() -> Result<Sweep> {
-        RelaxOptions options{.max_sweeps = 1};
-        for (const auto& [tool, contact] : m_contacts) {
-            if (contact.tool.radius_mm > 0) options.tools.push_back(contact.tool);
-            options.held.insert(options.held.end(), contact.held.begin(), contact.held.end());
-        }
-        for (const auto& [tool, eye] : m_eyes) options.tools.push_back(eye);
+        RelaxOptions options = relax_options();
+        options.max_sweeps = 1;
         const auto report = m_model.relax(options);
         if (!report.ok() && is_out_of_memory(report.error())) return report.error();
         // Any other error would recur in each sweep.
         if (!report.ok()) return Sweep{};
         return Sweep{report->settled, report->relax_ms};
+    });
+}
+
+Result<AdvanceReport> ChainMailTissue::advance(const Budget& budget) noexcept {
+    return attempt([&]() -> Result<AdvanceReport> {
+        RelaxOptions options = relax_options();
+        options.max_sweeps =
+            int(std::clamp<std::int64_t>(budget.max_steps, 0, std::numeric_limits<int>::max()));
+        options.budget_ms = budget.max_ms;
+        const auto relaxed = m_model.relax(options);
+        if (!relaxed) return relaxed.error();
+        return AdvanceReport{relaxed->sweeps, relaxed->settled, relaxed->relax_ms};
     });
 }
 
@@ -119,6 +142,23 @@ Status ChainMailTissue::configure(const Record& changes) noexcept {
         if (Status s = apply(changes, chainmail_material_rows(), changed); !s) return s;
         return m_model.set_materials(changed);
     });
+}
+
+Record ChainMailTissue::report() const {
+    const LatticeState state = m_model.state();
+    const FoldCertificate certificate = m_model.fold_certificate();
+    return {{"solver", m_model.settings().solver == ChainMailSolver::Heap ? "heap" : "sweep"},
+            {"moved_elements", SettingValue(state.moved_elements)},
+            {"max_movement_mm", state.max_movement_mm},
+            {"max_violation_mm", state.max_violation_mm},
+            {"folded_cells", SettingValue(state.folded_cells)},
+            {"cut_links", SettingValue(state.cut_links)},
+            {"carved_elements", SettingValue(state.carved_elements)},
+            {"resident_bricks", SettingValue(state.resident_bricks)},
+            {"bytes_per_resident_element", state.bytes_per_resident_element},
+            {"no_fold_certified", certificate.certified},
+            {"certificate.all", certificate.all},
+            {"certificate.tissue", certificate.tissue}};
 }
 
 Status ChainMailTissue::undo() noexcept {

@@ -7,17 +7,17 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/tissue.h>
+#include <pliant/tissues.h>
 
 #include <map>
 #include <vector>
 
-#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 class ChainMailTissue final : public Tissue {
   public:
-    explicit ChainMailTissue(ChainMail model) : m_model(std::move(model)) {}
+    explicit ChainMailTissue(ChainMail model, RestingTool resting = RestingTool::KeepsTissueOut)
+        : m_model(std::move(model)), m_resting(resting) {}
 
     TissueTraits traits() const noexcept override;
     Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept override;
@@ -38,9 +38,12 @@ class ChainMailTissue final : public Tissue {
     bool has_eye(std::uint32_t tool) const noexcept override { return m_eyes.contains(tool); }
     std::optional<double> energy_mm2() noexcept override;
     Result<Sweep> sweep() noexcept override;
+    Result<AdvanceReport> advance(const Budget& budget) noexcept override;
     Status reset() noexcept override;
     Record settings() const override;
     Status configure(const Record& changes) noexcept override;
+    /// The solver, the largest violation of a limit, and the certificate against folds.
+    Record report() const override;
 
     void begin_group(const std::string& name) override { m_model.begin_group(name); }
     int end_group() noexcept override { return m_model.end_group(); }
@@ -61,12 +64,15 @@ class ChainMailTissue final : public Tissue {
     struct Contact {
         RelaxTool tool;
         std::vector<Vec3i> held;
+        bool slid = false;  ///< without holding elements
     };
 
+    RelaxOptions relax_options() const;
+
     ChainMail m_model;
+    RestingTool m_resting;
     std::map<std::uint32_t, Contact> m_contacts;
     std::map<std::uint32_t, RelaxTool> m_eyes;
 };
 
 }  // namespace pliant
-#pragma GCC visibility pop

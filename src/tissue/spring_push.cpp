@@ -43,9 +43,11 @@ std::vector<std::int32_t> SpringDeformation::Impl::nodes_at(const Push& push,
     const double radius = push.sphere_radius_mm;
     if (radius > 0)
         for (std::int32_t n = 0; n < control->node_count(); ++n)
-            if (norm(tissue.position(n) - push.point_mm) <= radius) nodes.push_back(n);
+            if (const Vec3d away = tissue.position(n) - push.point_mm;
+                norm(away) <= radius && (!push.shape || push.shape->contains(away)))
+                nodes.push_back(n);
     // A small sphere lies between the nodes.
-    if (nodes.empty()) nodes.assign(place.nodes.begin(), place.nodes.end());
+    if (nodes.empty() && !push.shape) nodes.assign(place.nodes.begin(), place.nodes.end());
     std::erase_if(nodes, [&](std::int32_t n) { return is_fixed(n); });
     return nodes;
 }

@@ -3,12 +3,21 @@
 
 #include "tissue/spring_tissue.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "core/errors.h"
 
 namespace pliant {
 namespace {
+
+/// Node updates of advance() between two tests whether the tissue rests.
+constexpr int kStepsAtATime = 20;
+
+std::vector<double> numbers_of(Vec3i v) {
+    return {double(v.x), double(v.y), double(v.z)};
+}
 
 /// Rows of the settings that can be changed during use: the depth.
 SettingRows<SpringDeformationSettings> live_rows() {
@@ -39,6 +48,27 @@ Result<Sweep> SpringScanTissue::sweep() noexcept {
     return Sweep{motion->settled, motion->solve_ms};
 }
 
+Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {
+    return attempt([&]() -> Result<AdvanceReport> {
+        AdvanceReport report;
+        std::int32_t active_nodes = 0;
+        while (report.steps < budget.max_steps && report.ms < budget.max_ms &&
+               !m_model->is_settled()) {
+            const int count =
+                int(std::min<std::int64_t>(kStepsAtATime, budget.max_steps - report.steps));
+            Result<SpringMotion> motion = m_model->step(count);
+            if (!motion) return motion.error();
+            report.steps += motion->steps;
+            report.ms += motion->solve_ms;
+            active_nodes = std::max(active_nodes, motion->active_nodes);
+            if (!motion->message.empty()) report.message = std::move(motion->message);
+        }
+        if (active_nodes > 0) m_active_nodes = active_nodes;
+        report.settled = m_model->is_settled();
+        return report;
+    });
+}
+
 Status SpringScanTissue::reset() noexcept {
     m_model->reset();
     return Ok{};
@@ -57,9 +87,26 @@ Status SpringScanTissue::configure(const Record& changes) noexcept {
 }
 
 Record SpringScanTissue::figures() const {
-    const Vec3i n = m_model->control().grid().size;
-    return {{"nodes", std::vector<double>{double(n.x), double(n.y), double(n.z)}},
+    return {{"nodes", numbers_of(m_model->control().grid().size)},
             {"active_nodes", int(m_active_nodes)}};
+}
+
+Record SpringScanTissue::report() const {
+    const ControlGrid& grid = m_model->control().grid();
+    const SpringDeformationSettings& settings = m_model->settings();
+    const Vec3i n = grid.size;
+    return {
+        {"summary", std::to_string(n.x) + " x " + std::to_string(n.y) + " x " +
+                        std::to_string(n.z) + " control nodes, " + std::to_string(m_active_nodes) +
+                        " moved to depth " + std::to_string(settings.depth)},
+        {"solver", "force-transmittal"},
+        {"springs.cell_voxels", numbers_of(grid.cell)},
+        {"springs.nodes", numbers_of(grid.size)},
+        {"springs.fixed_nodes", int(m_model->fixed_nodes())},
+        {"springs.active_nodes", int(m_active_nodes)},
+        {"springs.depth", int(settings.depth)},
+        {"springs.young_modulus_pa", settings.young_modulus_pa},
+        {"springs.time_step_ms", 1000 * m_model->time_step_s()}};
 }
 
 void SpringScanTissue::state(std::vector<double>& numbers) const {

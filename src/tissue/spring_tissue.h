@@ -10,7 +10,6 @@
 #include <memory>
 #include <vector>
 
-#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 class SpringScanTissue final : public NodeTissue {
@@ -28,12 +27,16 @@ class SpringScanTissue final : public NodeTissue {
     bool is_touched() const noexcept override { return m_model->is_held(); }
     std::optional<Vec3d> force_n(std::uint32_t tool) noexcept override;
     Result<Sweep> sweep() noexcept override;
+    /// Its steps are node updates.
+    Result<AdvanceReport> advance(const Budget& budget) noexcept override;
     Status reset() noexcept override;
     /// The depth of the forces.
     Record settings() const override;
     Status configure(const Record& changes) noexcept override;
-    /// "nodes" along i, j, k and "active_nodes", the nodes that forces reached last.
+    /// "nodes" along i, j, k and "active_nodes", the nodes that forces reached in the last sweep,
+    /// or at most in the last call of advance().
     Record figures() const override;
+    Record report() const override;
 
     void state(std::vector<double>& numbers) const override;
     Status set_state(std::span<const double> numbers) noexcept override;
@@ -52,4 +55,3 @@ class SpringScanTissue final : public NodeTissue {
 };
 
 }  // namespace pliant
-#pragma GCC visibility pop

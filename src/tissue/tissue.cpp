@@ -72,6 +72,18 @@ std::optional<Vec3d> Tissue::force_n(std::uint32_t) noexcept {
     return {};
 }
 
+Result<AdvanceReport> Tissue::advance(const Budget& budget) noexcept {
+    AdvanceReport report;
+    while (!report.settled && report.steps < budget.max_steps && report.ms < budget.max_ms) {
+        const Result<Sweep> swept = sweep();
+        if (!swept) return swept.error();
+        ++report.steps;
+        report.settled = swept->settled;
+        report.ms += swept->ms;
+    }
+    return report;
+}
+
 Status Tissue::configure(const Record&) noexcept {
     return attempt([&]() -> Status { return not_supported("settings", *this); });
 }

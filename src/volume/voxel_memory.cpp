@@ -130,6 +130,13 @@ std::optional<VoxelMemory> VoxelMemory::mapped(const std::filesystem::path& path
     return memory;
 }
 
+VoxelMemory VoxelMemory::viewed(std::span<std::byte> bytes) {
+    VoxelMemory memory;
+    memory.m_data = bytes.data();
+    memory.m_size = bytes.size();
+    return memory;
+}
+
 VoxelMemory::VoxelMemory(const VoxelMemory& other) {
     if (!other.m_file || other.m_shared) {
         VoxelMemory copy(other.m_size);

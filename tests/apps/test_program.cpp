@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
+#include <pliant/mesh.h>
+#include <pliant/pbd.h>
 #include <pliant/resample.h>
 #include <pliant/volume.h>
 
@@ -229,6 +231,45 @@ TEST_F(ProgramTest, SpringsDeformWithTheSameOutputs) {
     EXPECT_EQ(small["springs"]["young_modulus_pa"], 500);
 }
 
+TEST_F(ProgramTest, BodiesAndRigidTissueDeformWithTheSameOutputs) {
+    TetMesh block = five_tet_block({6, 6, 6}, 3);
+    for (Vec3d& node : block.nodes_mm) node = node - Vec3d{9, 9, 9};
+    ASSERT_TRUE(write_vtu(file("block.vtu"), block, {}).ok());
+    const std::string push =
+        "cube.nrrd --model body --mesh block.vtu --fixed-hu 3000 --cell-mm 3 --reach-mm 6 "
+        "--tool sphere:4 --push 0,0,6:1,2,0 --steps 20 ";
+    const Json report = deform_report(push + "--displacement bu.nrrd --png b.png --threads 1");
+    EXPECT_EQ(report["model"], "body");
+    EXPECT_EQ(report["solver"], "position-based");
+    EXPECT_EQ(report["status"], "applied");
+    EXPECT_EQ(report["max_violation_mm"], 0);
+    const Json& body = report["body"];
+    EXPECT_EQ(body["particles"], 7 * 7 * 7);
+    EXPECT_EQ(body["tetrahedra"], 6 * 6 * 6 * 5);
+    EXPECT_EQ(body["fixed_particles"], 0);
+    EXPECT_EQ(body["cell_voxels"].size(), 3);
+    EXPECT_TRUE(body["cell_voxels"][0].is_number_integer());
+    EXPECT_EQ(body["steps"], 20);
+    EXPECT_EQ(body["force_n"].size(), 3);
+    EXPECT_FALSE(report.contains("no_fold_certified"));
+    EXPECT_GT(report["moved_elements"], 1000);
+    const auto forward = read_vector_field(file("bu.nrrd"));
+    ASSERT_TRUE(forward.ok());
+    const Vec3d p = voxel_from_world(forward->grid, {0, 0, 6});
+    const Vec3f moved = forward->vectors_mm[voxel_index(
+        forward->grid, {int(std::lround(p.x)), int(std::lround(p.y)), int(std::lround(p.z))})];
+    EXPECT_NEAR(moved.y, 2, 0.1);
+    EXPECT_EQ(deform_report(push + "--threads 4")["hash"], report["hash"]);
+    EXPECT_NE(deform_report(push + "--release")["hash"], report["hash"]);
+
+    const Json rigid = deform_report("cube.nrrd --model rigid --push 0,0,0:1,3,0 ");
+    EXPECT_EQ(rigid["status"], "rejected");
+    EXPECT_EQ(rigid["limited_by"], "bone");
+    EXPECT_EQ(rigid["moved_elements"], 0);
+    EXPECT_EQ(rigid["dirty_box_ijk"], nullptr);
+    EXPECT_FALSE(rigid.contains("rigid"));
+}
+
 TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
     std::ofstream(file("cut.nrrd")) << bytes_of(file("cube.nrrd")).substr(0, 900);
     std::ofstream(file("bad.toml")) << "[material]\noffset = 2\n";
@@ -263,6 +304,15 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --threads -2", "--threads"},
         {"deform cube.nrrd --model jelly --push 0,0,0:1,0,0 --out x.nrrd", "--model"},
         {"deform cube.nrrd --depth 3 --push 0,0,0:1,0,0 --out x.nrrd", "--depth: expected --model"},
+        {"deform cube.nrrd --cell-mm 3 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--cell-mm: expected --model springs or body too, found chainmail"},
+        {"deform cube.nrrd --model body --push 0,0,0:1,0,0 --out x.nrrd", "--mesh: expected"},
+        {"deform cube.nrrd --model body --mesh none.vtu --push 0,0,0:1,0,0 --out x.nrrd",
+         "--mesh: none.vtu"},
+        {"deform cube.nrrd --model rigid --steps 3 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--steps: expected --model springs or body, found rigid"},
+        {"deform cube.nrrd --model rigid --cut \"0,0,0;1,0,0:0,0,1\" --out x.nrrd",
+         "--cut: expected --model chainmail, found rigid"},
         {"deform cube.nrrd --model springs --relax 3 --push 0,0,0:1,0,0 --out x.nrrd", "--relax"},
         {"deform cube.nrrd --model springs --solver heap --push 0,0,0:1,0,0 --out x.nrrd",
          "--solver"},

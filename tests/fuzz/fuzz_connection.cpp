@@ -33,7 +33,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         const std::string status = connection.upgrade(test::token_of(server->link()));
         // There may be too many that have not gone yet.
         if (!status.starts_with("HTTP/1.1 101")) return 0;
-        connection.send(frame_of(R"({"do":"hello","protocol":1})"));
+        connection.send(frame_of(R"({"do":"hello","protocol":2})"));
     }
     connection.send(bytes);
     connection.end_sending();

@@ -272,12 +272,13 @@ TEST(Frames, OfToolsComeBackAsTheyWere) {
          .direction = {0, 1, 0},
          .up = {0, 0, 1},
          .radius_mm = 2.5F,
-         .force = {0, -1, 2},
+         .force_n = {0, -1, 2},
+         .energy_per_mm = {0, 0, -7},
          .fraction = 0.25F},
         {.client = 9, .kind = ToolKind::Sphere, .limited = true},
     };
     const std::string frame = tools_frame(tools, {.step = 4, .volume = 1});
-    EXPECT_EQ(frame.size(), 32U + 2 * 64);
+    EXPECT_EQ(frame.size(), 32U + 2 * 80);
     const auto read = read_tools(frame);
     ASSERT_TRUE(read);
     EXPECT_EQ(*read, tools);

@@ -8,6 +8,9 @@
 #include <pliant/resample.h>
 
 #include <algorithm>
+#include <utility>
+#include <variant>
+#include <vector>
 
 #include "resample/lattices.h"
 #include "resample/scatter.h"
@@ -67,6 +70,42 @@ TEST(LiveDeformation, RandomPushesGiveTheBitsOfTheOneShotForm) {
             EXPECT_LE(update.written_voxels, once.written_voxels);
             before = live.volume();
         }
+    }
+}
+
+TEST(LiveDeformation, WritesToABufferOfTheHost) {
+    Random random(3);
+    const TaskArena arena(2);
+    const Volume volume = noise(random, {40, 36, 30}, {1, 1, 1.2});
+    const auto& voxels = std::get<VoxelArray<std::int16_t>>(volume.voxels);
+    ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
+    std::vector<std::int16_t> buffer(voxels.size(), 7);
+    Volume target;
+    target.grid = volume.grid;
+    target.voxels = VoxelArray<std::int16_t>::viewed(std::span(buffer));
+    const auto wrong = [&](auto change) {
+        Volume other;
+        other.grid = volume.grid;
+        other.voxels = VoxelArray<std::int16_t>(voxels.size());
+        change(other);
+        const auto refused = LiveDeformation::create(tissue, std::move(other));
+        return !refused.ok() && refused.error().code == ErrorCode::InvalidArgument;
+    };
+    EXPECT_TRUE(wrong([](Volume& v) { v.voxels = VoxelArray<float>(voxel_count(v.grid)); }));
+    EXPECT_TRUE(wrong([](Volume& v) { std::swap(v.grid.size.x, v.grid.size.y); }));
+    EXPECT_TRUE(wrong([](Volume& v) { v.voxels = VoxelArray<std::int16_t>(5); }));
+    LiveDeformation live = LiveDeformation::create(tissue, std::move(target)).value();
+    EXPECT_TRUE(std::equal(buffer.begin(), buffer.end(), voxels.begin()));
+    for (int push = 0; push < 3; ++push) {
+        const Vec3d place = world_from_voxel(volume.grid, {12.0 + 4 * push, 18, 15});
+        ASSERT_TRUE(
+            tissue.push({.point_mm = place, .push_mm = random.vector(4), .sphere_radius_mm = 3})
+                .ok());
+        ASSERT_TRUE(live.update().ok());
+        const Deformed once = deform_volume(tissue).value();
+        const auto& expected = std::get<VoxelArray<std::int16_t>>(once.volume.voxels);
+        ASSERT_TRUE(std::equal(buffer.begin(), buffer.end(), expected.begin()));
+        ASSERT_FALSE(std::equal(buffer.begin(), buffer.end(), voxels.begin()));
     }
 }
 

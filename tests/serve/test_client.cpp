@@ -174,7 +174,7 @@ Json TestClient::command(Json message) {
 }
 
 Json TestClient::enter(const Json& hello) {
-    Json message = {{"do", "hello"}, {"protocol", 1}};
+    Json message = {{"do", "hello"}, {"protocol", 2}};
     message.update(hello);
     say(message);
     welcome = until("welcome");

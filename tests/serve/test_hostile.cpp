@@ -117,7 +117,7 @@ TEST_F(HostileTest, RubbishClosesTheConnectionWithAReason) {
         "{\"do\":\"ping\",\"x\":" + std::string(1000, '[') + std::string(1000, ']') + "}";
     for (const std::string& text : std::vector<std::string>{
              "", "hello", "[1,2,3]", R"({"do":"fly"})", R"({"do":"push","point":7})", deep,
-             R"({"do":"hello","protocol":1})"}) {
+             R"({"do":"hello","protocol":2})"}) {
         const auto client = enter();
         client->send_frame(1, text);
         EXPECT_EQ(client->wait_for_close(), 4000) << text.substr(0, 50);
@@ -135,7 +135,7 @@ TEST_F(HostileTest, RubbishClosesTheConnectionWithAReason) {
     early.send_frame(1, R"({"do":"ping"})");
     EXPECT_EQ(early.wait_for_close(), 4000);
     TestClient newer(port(), m_server->link());
-    newer.say({{"do", "hello"}, {"protocol", 2}});
+    newer.say({{"do", "hello"}, {"protocol", 3}});
     EXPECT_EQ(newer.wait_for_close(), 4000);
     EXPECT_NE(newer.close_reason.find("protocol"), std::string::npos);
 }
@@ -269,7 +269,7 @@ TEST_F(HostileTest, WrongTypesAreRefusedOrEndTheirConnectionOnly) {
         {{"do", "iso"}, {"iso_hu", -400}, {"polarity", "rising"}},
         {{"do", "tool"}, {"kind", "sphere"}, {"position", {0, 0, 0}}, {"radius", 3}},
         {{"do", "seen"}, {"step", 1}},
-        {{"do", "hello"}, {"protocol", 1}, {"name", "x"}}};
+        {{"do", "hello"}, {"protocol", 2}, {"name", "x"}}};
     const std::vector<std::string> wrong = {"null",
                                             "true",
                                             "\"x\"",
@@ -310,7 +310,7 @@ TEST_F(HostileTest, WhoBreaksOffAnywhereEndsTheirConnectionOnly) {
     const std::string token = token_of(m_server->link());
     std::string good;
     for (const std::string text :
-         {R"({"do":"hello","protocol":1})", R"({"do":"grab","point":[0,0,0],"radius":5})",
+         {R"({"do":"hello","protocol":2})", R"({"do":"grab","point":[0,0,0],"radius":5})",
           R"({"do":"drag","offset":[0,1,0]})", R"({"do":"checksum","id":1})"})
         good += std::string{char(0x81), char(0x80 | text.size())} + std::string(4, '\0') + text;
     for (int n = 0; n < 60; ++n) {

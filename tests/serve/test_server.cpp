@@ -57,7 +57,7 @@ TEST_F(ServerTest, TwoClientsAgreeAfterBothPushed) {
     TestClient a(server->port(), server->link()), b(server->port(), server->link());
     const Json welcome = a.enter({{"name", "Anna"}});
     EXPECT_EQ(welcome["role"], "control");
-    EXPECT_EQ(welcome["protocol"], 1);
+    EXPECT_EQ(welcome["protocol"], 2);
     EXPECT_EQ(welcome["volume"]["size"], Json({48, 40, 44}));
     b.enter({{"name", "Ben"}, {"lz4", true}});
     const Json before = a.checked_checksum();
@@ -206,7 +206,7 @@ TEST_F(ServerTest, ShowsWhatAToolFeelsUntilItLetsGo) {
             b.say({{"do", "ping"}, {"id", 6}});
             if (b.until("pong").is_null()) return false;
             const auto tools = serve::read_tools(b.tools);
-            if (tools && tools->size() == 1 && holds(tools->front().force.y)) return true;
+            if (tools && tools->size() == 1 && holds(tools->front().energy_per_mm.y)) return true;
         }
         return false;
     };

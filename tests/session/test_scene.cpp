@@ -8,6 +8,10 @@
 #include <pliant/serve.h>
 #include <pliant/session.h>
 
+#include <algorithm>
+#include <string_view>
+#include <variant>
+
 #include "serve/client.h"
 #include "serve/random_session.h"
 #include "session/checkpoint.h"
@@ -120,11 +124,11 @@ TEST(Scene, LetsOneClientHoldAtATime) {
     EXPECT_EQ(scene->carry_out(2, DragCommand{{1, 0, 0}}).error_code, "not_holding");
     const Outcome dragged = scene->carry_out(1, DragCommand{{0, 2, 0}});
     EXPECT_EQ(dragged.status, PushStatus::Applied);
-    EXPECT_FALSE(dragged.force) << "pictures first";
+    EXPECT_FALSE(dragged.force_n) << "pictures first";
     const auto felt = scene->measure_force();
     ASSERT_TRUE(felt);
     EXPECT_EQ(felt->client, 1u);
-    EXPECT_LT(felt->force.y, 0) << "tissue pulls back";
+    EXPECT_LT(felt->energy_per_mm.y, 0) << "tissue pulls back";
     EXPECT_FALSE(scene->measure_force()) << "told once";
     // A released grab has no force.
     scene->carry_out(1, DragCommand{{0, 2.5, 0}});
@@ -253,8 +257,8 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
         EXPECT_EQ(scene->carry_out(1, action).error_code, "other_tissue");
     const Outcome outcome = scene->carry_out(1, PushCommand{.push = {{0, 0, 0}, {0, 3, 0}, 4}});
     ASSERT_TRUE(outcome.ok());
-    ASSERT_TRUE(outcome.force.has_value());
-    EXPECT_LT(outcome.force->y, 0);
+    ASSERT_TRUE(outcome.force_n.has_value());
+    EXPECT_LT(outcome.force_n->y, 0);
     EXPECT_TRUE(scene->has_contact(1));
     for (int n = 0; n < 500 && scene->wants_sweep(); ++n) (void)scene->sweep();
     EXPECT_FALSE(scene->wants_sweep());
@@ -264,7 +268,17 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
     scene->describe(state);
     EXPECT_EQ(state.tissue.model, TissueModel::Springs);
     EXPECT_EQ(state.undo_steps, 2) << "a push, and what followed from it";
-    EXPECT_GT(state.active_nodes, 8);
+    const auto figure = [&](std::string_view name) {
+        const auto found = std::find_if(state.figures.begin(), state.figures.end(),
+                                        [&](const NamedValue& f) { return f.name == name; });
+        return found == state.figures.end() ? SettingValue() : found->value;
+    };
+    EXPECT_GT(std::get<std::int64_t>(figure("active_nodes")), 8);
+    EXPECT_EQ(std::get<std::vector<double>>(figure("nodes")).size(), 3u);
+    // They are in the message by name, as whole numbers.
+    EXPECT_NE(state_text(state).find(R"("active_nodes":)"), std::string::npos);
+    EXPECT_EQ(state_text(state).find(R"("nodes":[2.0)"), std::string::npos);
+    EXPECT_EQ(scene->carry_out(1, MaterialsCommand{{{"offset", 0.1}}}).error_code, "other_tissue");
     ASSERT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     ASSERT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(volume(), at_rest);

@@ -278,6 +278,34 @@ TEST(MappedVoxelArray, LivesOnWhenTheFileIsReplacedOrRemoved) {
     EXPECT_TRUE(holds(copy, values));
 }
 
+TEST(ViewedVoxelArray, IsTheHostsMemoryAndItsCopiesAreNot) {
+    for (const std::size_t count : {std::size_t(0), std::size_t(5000), kLarge}) {
+        std::vector<std::int16_t> values = ramp(count);
+        const auto expected = values;
+        const Shorts view = Shorts::viewed(std::span<const std::int16_t>(values));
+        if (count > 0) {
+            EXPECT_EQ(view.data(), values.data());
+        }
+        EXPECT_TRUE(pieces_hold(view, expected));
+        Shorts copy = view, moved = Shorts::viewed(std::span(values));
+        EXPECT_TRUE(holds(copy, expected));
+        const Shorts target = std::move(moved);
+        view.let_go();
+        for (std::int16_t& value : values) ++value;
+        EXPECT_TRUE(holds(view, values));
+        EXPECT_TRUE(holds(target, values));
+        EXPECT_TRUE(holds(copy, expected));
+        for (std::int16_t& value : copy) value = 7;
+        EXPECT_TRUE(holds(view, values));
+    }
+    // Writes go to the host.
+    std::vector<std::int16_t> values(100, 1);
+    Shorts view = Shorts::viewed(std::span(values));
+    view[42] = 5;
+    view.freeze();
+    EXPECT_EQ(values[42], 5);
+}
+
 TEST(MappedVoxelArray, IsRefusedWhereTheFileDoesNotHoldIt) {
     const test::TemporaryFolder folder;
     const auto path = folder.write("a.raw", std::string(1000, 'x'));

@@ -205,7 +205,7 @@ export class MockServer {
         this.clients.add(client);
         socket.text({
             t: 'welcome',
-            protocol: 1,
+            protocol: 2,
             program: 'mock 1',
             client: client.number,
             role: client.role,
@@ -358,13 +358,13 @@ export class MockServer {
     }
 
     private takeTool(client: Client, m: Message): void {
-        const tool = Buffer.alloc(64);
+        const tool = Buffer.alloc(80);
         tool.writeUInt32LE(client.number, 0);
         tool[4] = m.kind === 'sphere' ? 2 : 1;
         const vectors = [m.position, m.direction, m.up ?? [0, 0, 1]] as Vec3[];
         vectors.forEach((v, i) => v.forEach((x, a) => tool.writeFloatLE(x, 8 + 12 * i + 4 * a)));
         tool.writeFloatLE(m.radius ?? 0, 44);
-        tool.writeFloatLE(1, 60);
+        tool.writeFloatLE(1, 72);
         client.tool = m.kind === 'none' ? undefined : tool;
         this.sendTools();
     }
@@ -389,7 +389,7 @@ export class MockServer {
             case 'slide':
                 scene.remember('push', stroke);
                 scene.push(m.point, m.push, m.radius);
-                done({ grabbed_elements: 100, moved_elements: 1000, force: [1, 2, 2] });
+                done({ grabbed_elements: 100, moved_elements: 1000, force_n: [1, 2, 2] });
                 break;
             case 'grab':
                 scene.grab(m.point, m.radius);

@@ -61,14 +61,14 @@ test('a box of the rest field has four half floats for each node', () => {
 });
 
 test('tools are read field by field', () => {
-    const view = new DataView(new ArrayBuffer(32 + 64));
+    const view = new DataView(new ArrayBuffer(32 + 80));
     [0x50, 0x4c, 0x4e, 0x54, 2].forEach((b, i) => view.setUint8(i, b));
     view.setUint16(6, 1, true);
-    view.setUint32(28, 64, true);
+    view.setUint32(28, 80, true);
     view.setUint32(32, 9, true);
     view.setUint8(36, 2);
     view.setUint8(37, 3);
-    for (let i = 0; i < 14; ++i) view.setFloat32(40 + 4 * i, i + 0.5, true);
+    for (let i = 0; i < 17; ++i) view.setFloat32(40 + 4 * i, i + 0.5, true);
     const frame = decodeFrame(view.buffer);
     assert.ok(frame.kind === 'tools');
     assert.deepEqual(frame.tools, [
@@ -81,8 +81,9 @@ test('tools are read field by field', () => {
             direction: [3.5, 4.5, 5.5],
             up: [6.5, 7.5, 8.5],
             radius: 9.5,
-            force: [10.5, 11.5, 12.5],
-            fraction: 13.5,
+            force_n: [10.5, 11.5, 12.5],
+            energy_per_mm: [13.5, 14.5, 15.5],
+            fraction: 16.5,
         },
     ]);
 });

@@ -37,7 +37,7 @@ test('springs are chosen, pushed at the displayed rate, and left', async (t) => 
         point: cursor,
         push: [3, 2, 0],
         radius: 6,
-    })) as { t: string; status: string; force: number[] };
+    })) as { t: string; status: string; force_n: number[] };
     assert.equal(answer.t, 'done');
     assert.equal(answer.status, 'applied');
     await page.waitForFunction(

@@ -9,7 +9,7 @@ import type { Mat3, Vec3 } from '../maths/vec.ts';
 import type { Drive, Materials, SpringSettings } from './settings.ts';
 import { decodeSurface, decodeVessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 
-export const kProtocol = 1;
+export const kProtocol = 2;
 
 /// Overlays that a client can ask for.
 export const kOverlays = ['none', 'displacement', 'jacobian'] as const;
@@ -119,7 +119,7 @@ export interface Done {
     cut_links?: number;
     carved_elements?: number;
     solve_ms?: number;
-    force?: Vec3;
+    force_n?: Vec3; ///< on the tool
     end?: Vec3; ///< of a slide: final centre of the sphere, outside of tissue [mm, LPS]
     message?: string;
 }
@@ -278,7 +278,8 @@ export interface Tool {
     direction: Vec3;
     up: Vec3;
     radius: number;
-    force: Vec3;
+    force_n: Vec3; ///< on the tool; 0 if the tissue has no forces
+    energy_per_mm: Vec3; ///< instead: energy per path [mm² · weight/mm]
     fraction: number;
 }
 
@@ -291,7 +292,7 @@ export interface ToolsFrame {
 export const kRestFormat = 4;
 
 const kHeader = 32;
-const kToolBytes = 64;
+const kToolBytes = 80;
 const kHalvesOfNode = 4; // in a box of the rest field
 
 const littleEndian = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
@@ -364,8 +365,9 @@ function decodeTools(view: DataView, payload: number): ToolsFrame {
             direction: vector(20),
             up: vector(32),
             radius: view.getFloat32(at + 44, true),
-            force: vector(48),
-            fraction: view.getFloat32(at + 60, true),
+            force_n: vector(48),
+            energy_per_mm: vector(60),
+            fraction: view.getFloat32(at + 72, true),
         });
     }
     return { kind: 'tools', tools };

@@ -10,6 +10,7 @@ import { dot, sub, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
 import { kKinds, type ShownKind } from '../state/overlay_kinds.ts';
 import {
+    type Hands,
     kViews,
     type SectionName,
     type State,
@@ -92,11 +93,21 @@ export class Overlay {
             if (view === 'endoscope') this.drawEndoscope(state, box);
             else this.drawSection(view, state, box);
         }
-        const { force } = state.hands;
-        const bar = Math.min(Math.log10(1 + force) * 20, 100);
+        this.drawForce(state.hands);
+    }
+
+    /// Shows newtons, or the energy per millimetre of a tissue without forces; both logarithmic,
+    /// from a millinewton on.
+    private drawForce({ force_n, energy_per_mm }: Hands): void {
+        const [amount, text] =
+            force_n > 0
+                ? [1000 * force_n, `force ${force_n.toFixed(3)} N`]
+                : [energy_per_mm, `energy ${energy_per_mm.toFixed(1)} per mm`];
+        const bar = Math.min(Math.log10(1 + amount) * 20, 100);
         (this.force.firstElementChild as HTMLElement).style.width = `${bar}%`;
-        this.force.setAttribute('aria-valuenow', force.toFixed(1));
-        this.force.title = `force ${force.toFixed(1)}`;
+        this.force.setAttribute('aria-valuenow', bar.toFixed(0));
+        this.force.setAttribute('aria-valuetext', text);
+        this.force.title = text;
     }
 
     private makeView(view: ViewName): HTMLElement {

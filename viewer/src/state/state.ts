@@ -86,7 +86,9 @@ export interface Device {
 /// Tools at work.
 export interface Hands {
     readonly others: readonly Tool[]; ///< tools of other clients
-    readonly force: number; ///< on the own tool
+    // On the own tool; energy per path where the tissue has no forces [mm² · weight/mm].
+    readonly force_n: number;
+    readonly energy_per_mm: number;
 }
 
 /// Camera of the outside view.
@@ -228,7 +230,7 @@ export const initialState = (): State => ({
     versions: { rest: 0, vessel: 0 },
     shared: null,
     device: { offered: [], news: null },
-    hands: { others: [], force: 0 },
+    hands: { others: [], force_n: 0, energy_per_mm: 0 },
     view: {
         camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
         fieldOfView: 80,

@@ -150,7 +150,9 @@ export class Session extends Scene implements Listener {
         const { client } = this.connection;
         const own = tools.find((tool) => tool.client === client);
         const others = tools.filter((tool) => tool.client !== client);
-        this.store.set({ hands: { others, force: own ? norm(own.force) : 0 } });
+        const force_n = own ? norm(own.force_n) : 0;
+        const energy_per_mm = own ? norm(own.energy_per_mm) : 0;
+        this.store.set({ hands: { others, force_n, energy_per_mm } });
         this.hand.placeBalls();
     }
 
@@ -186,7 +188,7 @@ export class Session extends Scene implements Listener {
         this.store.set({
             way: { path: null, flying: false, position: 0 },
             tool: { outcome: '' },
-            hands: { force: 0 },
+            hands: { force_n: 0, energy_per_mm: 0 },
             sections: { frames },
         });
         this.hand.placeBalls();

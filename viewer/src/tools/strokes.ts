@@ -67,7 +67,7 @@ abstract class Follower implements Stroke {
     async end(): Promise<void> {
         await this.busy;
         await this.finish();
-        this.store.set({ hands: { force: 0 } });
+        this.store.set({ hands: { force_n: 0, energy_per_mm: 0 } });
     }
 
     /// Makes one step towards the target. @returns whether to go on

@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "deform_models.h"
+
+#include <pliant/mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <variant>
+
+#include "setting_options.h"
+
+namespace pliant::app {
+namespace {
+
+using Models = std::vector<std::string_view>;
+
+Error other_model(const std::string& option, const Models& models, const DeformOptions& o) {
+    std::string expected;
+    for (const std::string_view model : models)
+        expected.append(expected.empty() ? "" : " or ").append(model);
+    // Without --model another option is missing.
+    if (o.model == DeformOptions{}.model) expected += " too";
+    return {ErrorCode::InvalidArgument,
+            option + ": expected --model " + expected + ", found " + o.model};
+}
+
+struct GivenOption {
+    std::string name;
+    bool is_given;
+    Models models;  ///< that take it
+};
+
+std::vector<GivenOption> options_of_models(const DeformOptions& o) {
+    std::vector<GivenOption> options;
+    for (const NamedValue& setting : o.settings) {
+        Models models;
+        if (find_setting(setting.name, spring_rows())) models.push_back("springs");
+        if (find_setting(setting.name, body_rows())) models.push_back("body");
+        options.push_back({option_of(setting.name), true, std::move(models)});
+    }
+    const Models chainmail = {"chainmail"};
+    for (GivenOption& option : std::vector<GivenOption>{
+             {"--region", o.region_mm.has_value(), {"springs"}},
+             {"--steps", o.steps.has_value(), {"springs", "body"}},
+             {"--mesh", !o.mesh.empty(), {"body"}},
+             {"--config", !o.config.empty(), chainmail},
+             {"--labels", !o.labels.empty(), chainmail},
+             {"--directions", !o.directions.empty(), chainmail},
+             {"--relax", o.relax_ms.has_value(), chainmail},
+             {"--relax-sweeps", o.relax_sweeps.has_value(), chainmail},
+             {"--solver", !o.solver.empty(), chainmail},
+             {"--load-state", !o.load_state.empty(), chainmail},
+             {"--save-state", !o.save_state.empty(), chainmail},
+         })
+        options.push_back(std::move(option));
+    return options;
+}
+
+/// Models that take a kind of action.
+Models models_with(bool TissueTraits::*contact) {
+    Models models;
+    for (const TissueTraits& traits : tissue_models())
+        if (traits.*contact) models.push_back(traits.model);
+    return models;
+}
+
+// ChainMail.
+
+Result<ChainMailSettings> chainmail_settings(const DeformOptions& o,
+                                             std::vector<std::string>& notes) {
+    ChainMailSettings settings;
+    if (!o.config.empty()) {
+        auto read = read_chainmail_settings(o.config, &notes);
+        if (!read.ok()) return read.error();
+        settings = *read;
+    }
+    settings.solver = o.solver == "heap" ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
+    if (!o.labels.empty()) {
+        auto labels = read_volume(o.labels);
+        if (!labels.ok()) return Error{labels.error().code, "--labels: " + labels.error().message};
+        settings.labels = std::make_shared<const Volume>(std::move(*labels));
+    }
+    if (!o.directions.empty()) {
+        auto directions = read_vector_field(o.directions);
+        if (!directions.ok())
+            return Error{directions.error().code, "--directions: " + directions.error().message};
+        settings.directions = std::make_shared<const VectorField>(std::move(*directions));
+    }
+    if (settings.labels && settings.label_materials.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--labels: expected [[label]] tables in --config, found none"};
+    return settings;
+}
+
+Result<MakeTissue> prepare_chainmail(const DeformOptions& o, std::vector<std::string>& notes) {
+    auto settings = chainmail_settings(o, notes);
+    if (!settings.ok()) return settings.error();
+    return MakeTissue(
+        [settings = std::move(*settings)](const Volume& scan, const TaskArena& arena) {
+            return make_chainmail(scan, settings, arena, RestingTool::HoldsElements);
+        });
+}
+
+// Springs.
+
+/// Box of voxels between two corners.
+Result<Box3i> region_of(const std::pair<Vec3d, Vec3d>& corners_mm, const Grid& grid) {
+    const Vec3d one = voxel_from_world(grid, corners_mm.first);
+    const Vec3d other = voxel_from_world(grid, corners_mm.second);
+    Box3i box;
+    for (int a = 0; a < 3; ++a) {
+        const double low = std::max(0.0, std::ceil(std::min(one[a], other[a]) - 1e-6));
+        const double high =
+            std::min(grid.size[a] - 1.0, std::floor(std::max(one[a], other[a]) + 1e-6));
+        if (!(low <= high))
+            return Error{ErrorCode::InvalidArgument,
+                         "--region: expected a box with voxels of the scan in it, found none "
+                         "along axis " +
+                             std::to_string(a)};
+        box.begin[a] = int(low);
+        box.end[a] = int(high) + 1;
+    }
+    return box;
+}
+
+Result<MakeTissue> prepare_springs(const DeformOptions& o, std::vector<std::string>&) {
+    return MakeTissue(
+        [&o](const Volume& scan, const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+            SpringDeformationSettings settings;
+            if (const Status s = apply(o.settings, spring_rows(), settings); !s) return s.error();
+            if (o.region_mm) {
+                const auto region = region_of(*o.region_mm, scan.grid);
+                if (!region.ok()) return region.error();
+                settings.region = *region;
+            }
+            return make_springs(scan, settings, arena);
+        });
+}
+
+// Bodies, and rigid tissue.
+
+Result<MakeTissue> prepare_body(const DeformOptions& o, std::vector<std::string>&) {
+    if (o.mesh.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--mesh: expected a file of tetrahedra for --model body, found none"};
+    auto mesh = read_tetrahedra(o.mesh);
+    if (!mesh.ok()) return Error{mesh.error().code, "--mesh: " + mesh.error().message};
+    return MakeTissue(
+        [&o, mesh = std::move(*mesh)](const Volume& scan,
+                                      const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+            BodySettings settings;
+            if (const Status s = apply(o.settings, body_rows(), settings); !s) return s.error();
+            return make_body(scan, mesh, settings, arena);
+        });
+}
+
+Result<MakeTissue> prepare_rigid(const DeformOptions&, std::vector<std::string>&) {
+    return MakeTissue(make_rigid);
+}
+
+}  // namespace
+
+const TissueTraits& traits_of(const DeformOptions& options) {
+    const auto models = tissue_models();
+    return *std::find_if(models.begin(), models.end(),
+                         [&](const TissueTraits& t) { return t.model == options.model; });
+}
+
+Status check_model(const DeformOptions& o) {
+    for (const GivenOption& option : options_of_models(o))
+        if (option.is_given && std::count(option.models.begin(), option.models.end(), o.model) == 0)
+            return other_model(option.name, option.models, o);
+    const TissueTraits& traits = traits_of(o);
+    for (const DeformAction& action : o.actions) {
+        const auto refused = [&](const char* option, bool TissueTraits::*contact) {
+            return other_model(option, models_with(contact), o);
+        };
+        if (std::holds_alternative<SlideOption>(action) && !traits.slides)
+            return refused("--slide", &TissueTraits::slides);
+        if (std::holds_alternative<CutSurface>(action) && !traits.cuts)
+            return refused("--cut", &TissueTraits::cuts);
+        if (std::holds_alternative<CarveTool>(action) && !traits.carves)
+            return refused("--carve", &TissueTraits::carves);
+    }
+    return Ok{};
+}
+
+Result<MakeTissue> prepare_tissue(const DeformOptions& o, std::vector<std::string>& notes) {
+    if (o.model == "springs") return prepare_springs(o, notes);
+    if (o.model == "body") return prepare_body(o, notes);
+    if (o.model == "rigid") return prepare_rigid(o, notes);
+    return prepare_chainmail(o, notes);
+}
+
+}  // namespace pliant::app

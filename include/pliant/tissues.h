@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The library's tissues behind the interface of tissue.h.
+//
+//   auto tissue = make_springs(scan, {.cell_mm = 8}, arena);
+//   auto report = (*tissue)->push(1, {.point_mm = place, .push_mm = {5, 0, 0}});
+//
+//   "chainmail"  a lattice of limits: pushed at once, relaxed on request (chainmail.h)
+//   "springs"    a mass-spring lattice (tissue.h)
+//   "body"       tetrahedra, by position-based dynamics (pbd.h)
+//   "rigid"      tissue that no tool can move
+
+#pragma once
+
+#include <pliant/chainmail.h>
+#include <pliant/mesh.h>
+#include <pliant/pbd.h>
+#include <pliant/record.h>
+#include <pliant/tissue.h>
+
+#include <memory>
+#include <span>
+
+#pragma GCC visibility push(default)
+namespace pliant {
+
+/// Space of a tool that rests in the tissue of ChainMail after a push.
+enum class RestingTool {
+    KeepsTissueOut,  ///< held elements don't move, and no other tissue enters the sphere
+    HoldsElements,   ///< held elements don't move
+};
+
+// The functions keep references: scan and arena must outlive the tissue. They return
+// InvalidArgument that names the setting, and LimitExceeded if memory runs out.
+
+Result<std::unique_ptr<Tissue>> make_chainmail(
+    const Volume& scan, const ChainMailSettings& settings, const TaskArena& arena,
+    RestingTool resting = RestingTool::KeepsTissueOut) noexcept;
+
+Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
+                                             const SpringDeformationSettings& settings,
+                                             const TaskArena& arena) noexcept;
+
+/// A body of tetrahedra, in mm, g and s.
+struct BodySettings {
+    double young_modulus_pa = 15e3;
+    double poisson_ratio = 0.45;
+    double density_kg_m3 = 1000;
+    double damping_per_s = 5;  ///< of velocities
+    double fixed_hu = 300;     ///< nodes at a larger value of the scan don't move
+    double time_step_s = 1.0 / 60;
+    std::int32_t sub_steps = 10;
+    // The lattice that carries the scan with the body.
+    double cell_mm = 4;    ///< edge of a control cell, rounded to whole voxels
+    double reach_mm = 10;  ///< distance from the body at which the scan rests
+
+    friend bool operator==(const BodySettings&, const BodySettings&) = default;
+};
+SettingRows<BodySettings> body_rows() noexcept;
+
+/// Neo-Hookean tetrahedra in a scan. A tool holds the nodes in its sphere, or else those of the
+/// tetrahedron around its point, and moves them in strides, with a time step each; nodes that the
+/// sphere meets on its way are held as well. A push ends before a tetrahedron folds. Without a node
+/// the tool moves freely. force_n() is the force of the last sub-step.
+/// @param mesh  nodes [mm, LPS]
+Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mesh,
+                                          const BodySettings& settings,
+                                          const TaskArena& arena) noexcept;
+/// Likewise, with a body of any constraints, in mm, g and s. Only cell_mm and reach_mm of the
+/// settings have an effect.
+/// @returns InvalidArgument for a body without volumes or solids, or with volume_recovery, whose
+///          state can't be restored
+Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
+                                          const BodySettings& settings,
+                                          const TaskArena& arena) noexcept;
+
+/// Pushes are rejected, as by bone.
+Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept;
+
+/// The models above, with the traits that don't depend on settings.
+std::span<const TissueTraits> tissue_models() noexcept;
+
+}  // namespace pliant
+#pragma GCC visibility pop

@@ -1,0 +1,465 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tissue/body_tissue.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "core/errors.h"
+#include "core/hash.h"
+#include "core/text.h"
+#include "pbd/rollback.h"
+
+namespace pliant {
+namespace {
+
+/// A stride is at most this fraction of the mean edge, and of a sphere's radius.
+constexpr double kStrideShare = 0.25;
+/// A push stops if a tetrahedron has less than this fraction of its volume left.
+constexpr double kFoldShare = 0.1;
+constexpr double kMaxMotion_mm = 500;
+constexpr double kSettled_mm_s = 0.05;
+constexpr double kBack_mm = 0.02;  ///< a settled body nearer to rest is moved to it
+constexpr double kNewtonPerMicronewton = 1e-6;
+constexpr std::int64_t kMaxControlNodes = 1'000'000;
+
+double volume_of(const std::array<std::int32_t, 4>& cell, std::span<const Vec3d> x) {
+    const Vec3d a = x[std::size_t(cell[0])];
+    const auto edge = [&](std::size_t n) { return x[std::size_t(cell[n])] - a; };
+    return dot(edge(1), cross(edge(2), edge(3))) / 6;
+}
+
+std::vector<std::array<std::int32_t, 4>> cells_of(const PbdParts& parts) {
+    std::vector<std::array<std::int32_t, 4>> cells;
+    for (const PbdSolid& solid : parts.solids) cells.push_back(solid.nodes);
+    if (cells.empty())
+        for (const PbdVolume& volume : parts.volumes) cells.push_back(volume.nodes);
+    return cells;
+}
+
+double mean_edge(const TetMesh& mesh) {
+    double sum = 0;
+    for (const auto& cell : mesh.cells)
+        for (std::size_t a = 0; a < 4; ++a)
+            for (std::size_t b = a + 1; b < 4; ++b)
+                sum +=
+                    norm(mesh.nodes_mm[std::size_t(cell[a])] - mesh.nodes_mm[std::size_t(cell[b])]);
+    return sum / (6.0 * double(mesh.cells.size()));
+}
+
+Status check(const Push& push) {
+    if (!(norm(push.push_mm) <= kMaxMotion_mm) || !is_finite(push.point_mm))
+        return about(
+            "push", ErrorCode::InvalidArgument,
+            "expected three numbers and a length up to 500 mm, found " + text_of(push.push_mm));
+    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMotion_mm))
+        return about("push", ErrorCode::InvalidArgument, "expected a sphere radius of 0 to 500 mm");
+    return Ok{};
+}
+
+/// The control nodes around the body, clipped to the scan.
+Result<ControlGrid> grid_around(const Volume& scan, const TetMesh& mesh,
+                                const BodySettings& settings) {
+    const Grid& g = scan.grid;
+    Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+    for (const Vec3d& p : mesh.nodes_mm) {
+        const Vec3d ijk = voxel_from_world(g, p);
+        for (int a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], ijk[a]);
+            high[a] = std::max(high[a], ijk[a]);
+        }
+    }
+    ControlGrid grid;
+    std::int64_t count = 1;
+    for (int a = 0; a < 3; ++a) {
+        const double reach = settings.reach_mm / g.spacing_mm[a];
+        const int last = g.size[a] - 1;
+        grid.cell[a] =
+            std::clamp(int(std::lround(settings.cell_mm / g.spacing_mm[a])), 1, std::max(1, last));
+        if (last < 1 || !(high[a] > 0) || !(low[a] < last))
+            return about("mesh", ErrorCode::InvalidArgument,
+                         "expected a body inside of the scan, found one beside it");
+        grid.first[a] =
+            std::clamp(int(std::floor(low[a] - reach)), 0, std::max(0, last - grid.cell[a]));
+        const int end = std::clamp(int(std::ceil(high[a] + reach)), grid.first[a] + 1, last);
+        const int cells = (end - grid.first[a] + grid.cell[a] - 1) / grid.cell[a];
+        const int most = (last - grid.first[a]) / grid.cell[a];
+        grid.size[a] = std::max(1, std::min(cells, most)) + 1;
+        count *= grid.size[a];
+    }
+    if (count > kMaxControlNodes)
+        return about("cell_mm", ErrorCode::LimitExceeded,
+                     "expected cells so large that there are at most " +
+                         std::to_string(kMaxControlNodes) + " control nodes, found " +
+                         std::to_string(count));
+    return grid;
+}
+
+}  // namespace
+
+BodyTissue::BodyTissue(PbdBody body, std::unique_ptr<ControlLattice> lattice,
+                       std::vector<Carried> carried)
+    : m_body(std::move(body)),
+      m_lattice(std::move(lattice)),
+      m_carried(std::move(carried)),
+      m_cells(cells_of(m_body.parts())) {
+    const auto& rest = m_body.parts().places;
+    for (const auto& cell : m_cells) m_rest_volumes.push_back(volume_of(cell, rest));
+    m_edge_mm = mean_edge({rest, m_cells});
+    m_positions.resize(rest.size());
+    m_velocities.resize(rest.size());
+    m_moved.resize(m_carried.size());
+    m_settled = is_weightless();
+    PbdRollback::reserve(m_body);
+}
+
+Result<std::unique_ptr<Tissue>> BodyTissue::create(const Volume& scan, PbdBody body,
+                                                   const BodySettings& settings,
+                                                   const TaskArena& arena) {
+    if (const Status s = check_volume(scan); !s.ok()) return s.error();
+    if (const Status s = pliant::check(settings, body_rows()); !s.ok()) return s.error();
+    if (body.settings().volume_recovery > 0)
+        return expected_error("volume_recovery", "0", text_of(body.settings().volume_recovery));
+    const TetMesh mesh{body.parts().places, cells_of(body.parts())};
+    if (mesh.cells.empty())
+        return expected_error("body", "volumes or solids", "a body without tetrahedra");
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+        if (!(volume_of(mesh.cells[c], mesh.nodes_mm) > 0))
+            return expected_error("body", "tetrahedra with a volume above 0",
+                                  "tetrahedron " + std::to_string(c));
+    const auto grid = grid_around(scan, mesh, settings);
+    if (!grid) return grid.error();
+    auto lattice = ControlLattice::create(scan, *grid, arena);
+    if (!lattice) return lattice.error();
+    std::vector<Vec3d> points;
+    for (std::int32_t n = 0; n < (*lattice)->node_count(); ++n)
+        points.push_back((*lattice)->node_mm(n));
+    const std::vector<Embedded> embedded = embed(points, mesh, arena);
+    std::vector<Carried> carried;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        Embedded at = embedded[n];
+        double sum = 0;
+        for (double& w : at.weights) sum += w = std::max(0.0, w);
+        for (double& w : at.weights) w /= sum;
+        const double share =
+            std::min(1.0, norm(points[n] - place_of(at, mesh)) / settings.reach_mm);
+        const double fade = (1 - share * share) * (1 - share * share);
+        for (double& w : at.weights) w *= fade;
+        carried.push_back({mesh.cells[std::size_t(at.tetrahedron)], at.weights});
+    }
+    return std::unique_ptr<Tissue>(
+        new BodyTissue(std::move(body), std::move(*lattice), std::move(carried)));
+}
+
+TissueTraits BodyTissue::traits() const noexcept {
+    return {.model = "body",
+            .moves_by_itself = true,
+            .sweep_ms = 1000 * m_body.settings().time_step,
+            .update_hz = 1 / m_body.settings().time_step};
+}
+
+// Tools.
+
+/// Nodes in a tool at a point of its way.
+/// @param or_around  if there are none, those of the tetrahedron around the point
+std::vector<std::int32_t> BodyTissue::nodes_at(const Push& push, Vec3d point_mm,
+                                               bool or_around) const {
+    std::vector<std::int32_t> nodes;
+    const std::int32_t count = m_body.particle_count();
+    if (push.sphere_radius_mm > 0)
+        for (std::int32_t n = 0; n < count; ++n)
+            if (const Vec3d away = m_body.position(n) - point_mm;
+                norm(away) <= push.sphere_radius_mm && (!push.shape || push.shape->contains(away)))
+                nodes.push_back(n);
+    if (nodes.empty() && or_around && !push.shape)
+        for (const auto& cell : m_cells) {
+            std::array<Vec3d, 4> x;
+            for (std::size_t n = 0; n < 4; ++n) x[n] = m_body.position(cell[n]) - point_mm;
+            const auto part = [&](std::size_t a, std::size_t b, std::size_t c) {
+                return dot(x[a], cross(x[b], x[c]));
+            };
+            if (!(part(1, 2, 3) >= 0 && part(0, 3, 2) >= 0 && part(0, 1, 3) >= 0 &&
+                  part(0, 2, 1) >= 0))
+                continue;
+            nodes.assign(cell.begin(), cell.end());
+            break;
+        }
+    std::erase_if(nodes, [&](std::int32_t n) {
+        return !(m_body.parts().inverse_masses[std::size_t(n)] > 0);
+    });
+    std::sort(nodes.begin(), nodes.end());
+    return nodes;
+}
+
+/// Lets a tool hold these nodes, which other tools then lose.
+void BodyTissue::take(std::uint32_t tool, std::vector<std::int32_t> nodes) {
+    Tools changed = m_tools;
+    changed.erase(tool);
+    for (auto& [other, theirs] : changed)
+        std::erase_if(theirs, [&](std::int32_t n) {
+            return std::binary_search(nodes.begin(), nodes.end(), n);
+        });
+    std::erase_if(changed, [](const auto& entry) { return entry.second.empty(); });
+    if (!nodes.empty()) changed[tool] = std::move(nodes);
+    m_tools.swap(changed);
+    set_masses();
+}
+
+/// Held nodes have an infinite mass.
+void BodyTissue::set_masses() noexcept {
+    const auto& inverse_masses = m_body.parts().inverse_masses;
+    for (std::size_t n = 0; n < inverse_masses.size(); ++n)
+        (void)m_body.set_inverse_mass(std::int32_t(n), inverse_masses[n]);
+    for (const auto& [tool, nodes] : m_tools)
+        for (const std::int32_t n : nodes) (void)m_body.set_inverse_mass(n, 0);
+}
+
+void BodyTissue::release(std::uint32_t tool) noexcept {
+    if (m_tools.erase(tool) == 0) return;
+    set_masses();
+    m_settled = false;
+}
+
+Status BodyTissue::stride(std::uint32_t tool, Vec3d shift) {
+    if (const auto held = m_tools.find(tool); held != m_tools.end())
+        for (const std::int32_t n : held->second)
+            if (const Status s = m_body.set_state(n, m_body.position(n) + shift, {0, 0, 0}); !s)
+                return s;
+    return m_body.step(1, arena());
+}
+
+bool BodyTissue::folds() const {
+    const auto at = [&](std::int32_t n) { return m_body.position(n); };
+    for (std::size_t c = 0; c < m_cells.size(); ++c) {
+        const std::array<Vec3d, 4> x{at(m_cells[c][0]), at(m_cells[c][1]), at(m_cells[c][2]),
+                                     at(m_cells[c][3])};
+        if (volume_of({0, 1, 2, 3}, x) < kFoldShare * m_rest_volumes[c]) return true;
+    }
+    return false;
+}
+
+Result<PushReport> BodyTissue::push(std::uint32_t tool, const Push& push) noexcept {
+    return attempt([&]() -> Result<PushReport> {
+        if (const Status s = check(push); !s.ok()) return s.error();
+        Tools before = m_tools;
+        const bool was_settled = m_settled;
+        PbdRollback::keep(m_body);
+        auto report = attempt([&] { return push_nodes(tool, push); });
+        m_is_shown = false;
+        if (report.ok()) return report;
+        m_tools.swap(before);
+        set_masses();
+        PbdRollback::take_back(m_body);
+        m_settled = was_settled;
+        return report;
+    });
+}
+
+Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) {
+    const auto start = std::chrono::steady_clock::now();
+    PushReport report;
+    report.message = "a tetrahedron would fold; larger ones go farther";
+    std::vector<Vec3d> first(m_positions.size());
+    m_body.get_positions(first);
+    take(tool, nodes_at(push, push.point_mm, true));
+    double longest = kStrideShare * m_edge_mm;
+    if (push.sphere_radius_mm > 0) longest = std::min(longest, push.sphere_radius_mm / 2);
+    const int strides = std::max(1, int(std::ceil(norm(push.push_mm) / longest)));
+    const Vec3d shift = (1.0 / strides) * push.push_mm;
+    int done = 0;
+    for (; done < strides; ++done) {
+        if (push.sphere_radius_mm > 0 && done > 0) {
+            // Nodes on the sphere's way join those that it holds.
+            auto nodes = nodes_at(push, push.point_mm + double(done) * shift, false);
+            if (const auto held = m_tools.find(tool); held != m_tools.end())
+                nodes.insert(nodes.end(), held->second.begin(), held->second.end());
+            std::sort(nodes.begin(), nodes.end());
+            nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+            const auto held = m_tools.find(tool);
+            if (held == m_tools.end() ? !nodes.empty() : nodes.size() > held->second.size())
+                take(tool, std::move(nodes));
+        }
+        m_body.get_positions(m_positions);
+        for (std::size_t n = 0; n < m_velocities.size(); ++n)
+            m_velocities[n] = m_body.velocity(std::int32_t(n));
+        const bool was_folded = folds();
+        const Status went = stride(tool, shift);
+        if (!went.ok() && is_out_of_memory(went.error())) return went.error();
+        if (went.ok() && (was_folded || !folds())) continue;
+        put(m_positions, m_velocities);
+        break;
+    }
+    m_settled = false;
+    const auto held = m_tools.find(tool);
+    report.grabbed_elements = held == m_tools.end() ? 0 : std::int64_t(held->second.size());
+    for (std::size_t n = 0; n < first.size(); ++n)
+        report.moved_elements += m_body.position(std::int32_t(n)) != first[n];
+    report.step_fraction = double(done) / strides;
+    report.status = done == strides ? PushStatus::Applied
+                    : done > 0      ? PushStatus::Limited
+                                    : PushStatus::Rejected;
+    if (done < strides)
+        report.limited_by = LimitedBy::Fold;
+    else
+        report.message.clear();
+    report.solve_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return report;
+}
+
+std::optional<Vec3d> BodyTissue::force_n(std::uint32_t tool) noexcept try {
+    Vec3d force{0, 0, 0};
+    const auto held = m_tools.find(tool);
+    if (held == m_tools.end()) return force;
+    const std::vector<Vec3d> forces = m_body.constraint_forces();
+    for (const std::int32_t n : held->second) force = force + forces[std::size_t(n)];
+    return kNewtonPerMicronewton * force;
+} catch (const std::bad_alloc&) {
+    return {};
+}
+
+// Time.
+
+void BodyTissue::put(std::span<const Vec3d> positions, std::span<const Vec3d> velocities) noexcept {
+    PbdRollback::put_all(m_body, positions, velocities);
+    m_is_shown = false;
+}
+
+/// Stops all nodes. A free body near its rest positions is moved to them.
+void BodyTissue::come_to_rest() noexcept {
+    const auto& rest = m_body.parts().places;
+    double farthest = 0;
+    m_body.get_positions(m_positions);
+    for (std::size_t n = 0; n < rest.size(); ++n)
+        farthest = std::max(farthest, norm(m_positions[n] - rest[n]));
+    std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
+    const bool is_home = farthest < kBack_mm && m_tools.empty() && is_weightless();
+    put(is_home ? rest : m_positions, m_velocities);
+}
+
+Result<Sweep> BodyTissue::sweep() noexcept {
+    return attempt([&]() -> Result<Sweep> {
+        const auto start = std::chrono::steady_clock::now();
+        if (!m_settled) {
+            const Status stepped = m_body.step(1, arena());
+            if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
+            double fastest = 0;
+            for (std::int32_t n = 0; n < m_body.particle_count(); ++n)
+                fastest = std::max(fastest, norm(m_body.velocity(n)));
+            // A body that can't move any more stops: the failed step would recur.
+            m_settled = !stepped.ok() || fastest < kSettled_mm_s;
+            if (m_settled) come_to_rest();
+            m_is_shown = false;
+        }
+        return Sweep{m_settled, std::chrono::duration<double, std::milli>(
+                                    std::chrono::steady_clock::now() - start)
+                                    .count()};
+    });
+}
+
+// The whole body.
+
+Status BodyTissue::reset() noexcept {
+    m_tools.clear();
+    set_masses();
+    std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
+    put(m_body.parts().places, m_velocities);
+    m_settled = is_weightless();
+    return Ok{};
+}
+
+Record BodyTissue::figures() const {
+    int fixed = 0;
+    for (const double w : m_body.parts().inverse_masses) fixed += !(w > 0);
+    return {{"particles", int(m_body.particle_count())},
+            {"tetrahedra", int(m_cells.size())},
+            {"fixed_particles", fixed}};
+}
+
+Record BodyTissue::report() const {
+    const Vec3i cell = m_lattice->grid().cell;
+    Record record{
+        {"summary", std::to_string(m_body.particle_count()) + " particles, " +
+                        std::to_string(m_cells.size()) + " tetrahedra"},
+        {"solver", "position-based"},
+        {"body.cell_voxels", std::vector<double>{double(cell.x), double(cell.y), double(cell.z)}}};
+    for (NamedValue& figure : figures())
+        record.emplace_back("body." + figure.name, std::move(figure.value));
+    record.emplace_back("body.time_step_ms", 1000 * m_body.settings().time_step);
+    return record;
+}
+
+void BodyTissue::state(std::vector<double>& numbers) const {
+    numbers.resize(6 * m_positions.size());
+    for (std::size_t n = 0; n < m_positions.size(); ++n) {
+        const Vec3d x = m_body.position(std::int32_t(n)), v = m_body.velocity(std::int32_t(n));
+        for (int a = 0; a < 3; ++a) {
+            numbers[6 * n + std::size_t(a)] = x[a];
+            numbers[6 * n + 3 + std::size_t(a)] = v[a];
+        }
+    }
+}
+
+Status BodyTissue::set_state(std::span<const double> numbers) noexcept {
+    return attempt([&]() -> Status {
+        if (numbers.size() != 6 * m_positions.size())
+            return invalid("expected position and velocity of as many particles");
+        const auto& rest = m_body.parts().places;
+        std::vector<Vec3d> positions, velocities;
+        bool is_home = true;
+        for (std::size_t n = 0; n < numbers.size(); n += 6) {
+            positions.push_back({numbers[n], numbers[n + 1], numbers[n + 2]});
+            velocities.push_back({numbers[n + 3], numbers[n + 4], numbers[n + 5]});
+            if (!(norm(positions.back() - rest[n / 6]) <= kMaxMotion_mm) ||
+                !(norm(velocities.back()) <= 1e9))
+                return invalid("expected particles within 500 mm of their rest positions");
+            is_home &= positions.back() == rest[n / 6] && velocities.back() == Vec3d{0, 0, 0};
+        }
+        m_tools.clear();
+        set_masses();
+        put(positions, velocities);
+        m_settled = is_home && is_weightless();
+        return Ok{};
+    });
+}
+
+std::uint64_t BodyTissue::hash() const {
+    Hash64 hash;
+    for (std::int32_t n = 0; n < m_body.particle_count(); ++n) {
+        const Vec3d numbers[2] = {m_body.position(n), m_body.velocity(n)};
+        hash.add(std::span<const Vec3d>(numbers));
+    }
+    return hash.value();
+}
+
+Status BodyTissue::show() const {
+    if (m_is_shown) return Ok{};
+    const auto& rest = m_body.parts().places;
+    for (std::size_t c = 0; c < m_carried.size(); ++c) {
+        Vec3d sum{0, 0, 0};
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::int32_t n = m_carried[c].nodes[k];
+            if (m_carried[c].weights[k] > 0)
+                sum = sum + m_carried[c].weights[k] * (m_body.position(n) - rest[std::size_t(n)]);
+        }
+        m_moved[c] = sum;
+    }
+    const Status placed = m_lattice->place(m_moved);
+    if (!placed.ok() && is_out_of_memory(placed.error())) return placed;
+    m_is_shown = true;
+    return Ok{};
+}
+
+Status BodyTissue::update_deformation() const {
+    return attempt([&] { return show(); });
+}
+
+const Deformation& BodyTissue::deformation() const {
+    (void)update_deformation();
+    return m_lattice->deformation();
+}
+
+}  // namespace pliant
