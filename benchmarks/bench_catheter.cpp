@@ -26,7 +26,7 @@ VesselWall long_bend() {
         const double angle = turn * n / 40;
         way.push_back({{40 * (1 - std::cos(angle)), 0, 60 + 40 * std::sin(angle)}, inner});
     }
-    const Vec3d last = way.back().place_mm, ahead{std::sin(turn), 0, std::cos(turn)};
+    const Vec3d last = way.back().position_mm, ahead{std::sin(turn), 0, std::cos(turn)};
     for (double s = 2; s < 66; s += 2) way.push_back({last + s * ahead, inner});
     auto wall = swept_tube(way, {.thickness_mm = 1.2, .layers = 2, .sectors = 16});
     if (!wall) std::abort();

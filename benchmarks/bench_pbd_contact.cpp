@@ -103,7 +103,7 @@ class RodInTube {
         return std::move(*body);
     }
     static RodContact make_contact(const VesselWall& wall) {
-        auto contact = RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+        auto contact = RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions,
                                           {.radius = kRadius, .friction = 0.1});
         if (!contact) std::abort();
         return std::move(*contact);

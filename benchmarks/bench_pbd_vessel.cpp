@@ -150,7 +150,7 @@ void pbd_active_part(benchmark::State& state) {
     const Vessel vessel;
     PbdSettings settings{.time_step = kStep, .sub_steps = 10, .damping = 2};
     auto all = PbdBody::create(vessel.parts, settings);
-    settings.packs_anew = true;  // as in pliant vessel
+    settings.repacks = true;  // as in pliant vessel
     auto local = PbdBody::create(vessel.parts, settings);
     auto boxes = PbdBoxes::create(vessel.mesh, {.side = 6, .blend_steps = 1});
     const Vec3d tip{kVessel.inner, 0, 0.5 * kVessel.length};

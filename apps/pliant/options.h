@@ -144,7 +144,7 @@ struct MeshOptions {
     std::optional<Vec3d> seed_mm;  ///< of region growing
     double low = 0, high = 0;      ///< range of its values
     std::optional<Vec3d> to_mm;    ///< limits the region to the path from the seed to this point
-    double within_mm = 15, most_ml = 500;
+    double within_mm = 15, max_ml = 500;
     std::vector<int> labels;  ///< alternative to the seed: voxels with these labels
     double smoothing_voxels = 0.8;
     bool json = false;

@@ -110,7 +110,7 @@ class ScanOfLabels {
         };
         for (int k = 0; k < lattice.size.z; ++k)
             for (int j = 0; j < lattice.size.y; ++j)
-                for (int i = 0; i < lattice.size.x; ++i) m_places.push_back({i, j, k});
+                for (int i = 0; i < lattice.size.x; ++i) m_positions.push_back({i, j, k});
     }
 
     Contestant contestant(const char* name, ChainMailSolver solver, const TaskArena& arena,
@@ -119,7 +119,7 @@ class ScanOfLabels {
         settings.solver = solver;
         auto tissue = std::make_shared<std::optional<ChainMail>>();
         std::vector<Vec3i> elements;
-        for (const std::int32_t e : grabbed) elements.push_back(m_places[std::size_t(e)]);
+        for (const std::int32_t e : grabbed) elements.push_back(m_positions[std::size_t(e)]);
         return {
             name,
             [this, tissue, settings, &arena] {
@@ -130,14 +130,14 @@ class ScanOfLabels {
                 return report.ok() && report->status == PushStatus::Applied;
             },
             [this, tissue](std::int32_t e) {
-                return (*tissue)->displacement_mm(m_places[std::size_t(e)]);
+                return (*tissue)->displacement_mm(m_positions[std::size_t(e)]);
             }};
     }
 
   private:
     Volume m_volume;
     ChainMailSettings m_settings;
-    std::vector<Vec3i> m_places;  ///< [element] ijk
+    std::vector<Vec3i> m_positions;  ///< [element] ijk
 };
 
 Contestant graph_contestant(const Case& c, const ChainGraph& graph, const TaskArena& arena) {

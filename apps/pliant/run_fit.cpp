@@ -170,7 +170,7 @@ Json method_json(const std::string& method, const FitBoxProblem& box, const FitR
         Json direction;
         for (std::size_t g = 0; g < groups.size(); ++g) direction[groups[g].name] = d.direction[g];
         directions.push_back({{"influence", d.influence},
-                              {"identifiable", d.influence >= kLeastInfluence},
+                              {"identifiable", d.influence >= kMinInfluence},
                               {"direction", direction}});
     }
     for (const FitTrace& t : r.trace)
@@ -213,7 +213,7 @@ void print(const std::string& method, const FitBoxProblem& box, const FitResult&
                     c.largest_percent, c.still_average_percent, c.still_largest_percent,
                     c.held_out ? "  held out" : "");
     for (const FitDirection& d : r.directions) {
-        if (d.influence >= kLeastInfluence) continue;
+        if (d.influence >= kMinInfluence) continue;
         std::printf("  not identifiable:");
         for (std::size_t g = 0; g < groups.size(); ++g)
             if (d.direction[g] * d.direction[g] > 1e-4)

@@ -33,23 +33,23 @@ nlohmann::ordered_json quality_json(const TetQuality& q) {
             {"pieces", q.pieces},
             {"inverted", q.inverted},
             {"volume_mm3", q.volume_mm3},
-            {"dihedral_min_deg", q.least_dihedral_deg},
+            {"dihedral_min_deg", q.min_dihedral_deg},
             {"dihedral_max_deg", q.largest_dihedral_deg},
-            {"radius_ratio_min", q.least_radius_ratio},
+            {"radius_ratio_min", q.min_radius_ratio},
             {"radius_ratio_mean", q.mean_radius_ratio},
             {"edge_min_mm", q.shortest_edge_mm},
             {"edge_max_mm", q.longest_edge_mm},
             {"boundary_pieces", q.boundary.pieces},
             {"boundary_euler", q.boundary.euler},
             {"boundary_open_edges", q.boundary.open_edges},
-            {"boundary_crowded_edges", q.boundary.crowded_edges},
+            {"boundary_crowded_edges", q.boundary.non_manifold_edges},
             {"boundary_pinched_nodes", q.boundary.pinched_nodes}};
 }
 
 void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& quality) {
     if (o.json) {
         auto report = quality_json(quality);
-        report["layers"] = wall.least_layers;
+        report["layers"] = wall.min_layers;
         report["ends"] = wall.ends.size();
         report["ghost_triangles"] = wall.ghost.cells.size();
         report["ghost_nodes"] = wall.ghost.nodes_mm.size();
@@ -61,7 +61,7 @@ void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& qualit
         return;
     }
     std::printf("%s\n", describe(quality).c_str());
-    std::printf("layers              %d at least\n", wall.least_layers);
+    std::printf("layers              %d at least\n", wall.min_layers);
     std::printf("ghost surface       %zu triangles, %zu nodes, around %.1f mm3\n",
                 wall.ghost.cells.size(), wall.ghost.nodes_mm.size(), wall.lumen_mm3);
     if (!wall.refined_because.empty())
@@ -97,7 +97,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
                                                    {"pieces", t.pieces},
                                                    {"euler", t.euler},
                                                    {"open_edges", t.open_edges},
-                                                   {"crowded_edges", t.crowded_edges},
+                                                   {"non_manifold_edges", t.non_manifold_edges},
                                                    {"disagreeing_edges", t.disagreeing_edges},
                                                    {"pinched_nodes", t.pinched_nodes},
                                                    {"volume_mm3", volume}};
@@ -109,7 +109,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
             std::printf(
                 "edges               %lld open, %lld of three triangles or more, %lld where "
                 "sides differ\n",
-                static_cast<long long>(t.open_edges), static_cast<long long>(t.crowded_edges),
+                static_cast<long long>(t.open_edges), static_cast<long long>(t.non_manifold_edges),
                 static_cast<long long>(t.disagreeing_edges));
             if (!t.open_edges) std::printf("encloses            %.1f mm3\n", volume);
         }
@@ -172,7 +172,7 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
                           .high = o.high,
                           .smoothing_voxels = o.smoothing_voxels,
                           .within_mm = o.within_mm,
-                          .most_ml = o.most_ml};
+                          .max_ml = o.max_ml};
     if (o.seed_mm) region.seed_mm = *o.seed_mm;
     if (o.to_mm) {
         const auto way =

@@ -127,7 +127,7 @@ Status write_volume_of(const std::string& file, const Volume& scan, const Cathet
                        const TaskArena& arena) {
     auto carried = CarriedScan::create(scan, scene.wall().mesh, {}, arena);
     if (!carried) return named("--volume", carried.error());
-    if (const Status s = carried->update(scene.wall_places()); !s) return s;
+    if (const Status s = carried->update(scene.wall_positions()); !s) return s;
     const auto deformed = deform_volume(carried->scan());
     if (!deformed) return named("--volume", deformed.error());
     return write_volume(file, deformed->volume);
@@ -147,10 +147,10 @@ int run_vessel(const VesselOptions& o) {
     if (!o.replay.empty()) {
         auto log = read_log(o.replay);
         if (!log) return bad_input(log.error().message);
-        if (double(log->steps) > file->most_steps)
+        if (double(log->steps) > file->max_steps)
             return bad_input(o.replay + ": has " + std::to_string(log->steps) +
-                             " steps, expected up to [simulation] most_steps of " + o.scene + ", " +
-                             std::to_string(std::llround(file->most_steps)));
+                             " steps, expected up to [simulation] max_steps of " + o.scene + ", " +
+                             std::to_string(std::llround(file->max_steps)));
         replayed = std::move(*log);
     }
     VesselOutputs outputs;
@@ -179,7 +179,7 @@ int run_vessel(const VesselOptions& o) {
     if (csv.is_open()) csv.line(csv_names());
     {
         ProgressBar bar("catheter");
-        while (double(scene->quick_measures().steps) < file->most_steps &&
+        while (double(scene->quick_measures().steps) < file->max_steps &&
                hand.next(*scene, command)) {
             const std::int64_t n = scene->quick_measures().steps;
             if (n == 0 || !(command == before)) log.lines.push_back({n, command});

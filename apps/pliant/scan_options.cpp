@@ -203,7 +203,7 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
         ->needs(seed);
     c->add_option("--within", o.within_mm, "how far from that way [mm] (default 15)")
         ->check(CLI::Range(0.1, 1000.0));
-    c->add_option("--most-ml", o.most_ml,
+    c->add_option("--most-ml", o.max_ml,
                   "a larger region leaks, and is refused (default 500; 0: any)")
         ->check(CLI::Range(0.0, 1e6));
     c->add_option("--labels", o.labels, "instead: labels of the lumen, as 1,2")

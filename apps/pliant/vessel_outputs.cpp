@@ -85,12 +85,12 @@ Status Frames::add(const CatheterScene& scene) {
     const auto name = [&](const char* what, const char* ending) {
         return std::string(what) + number + ending;
     };
-    const auto places = scene.wall_places();
+    const auto places = scene.wall_positions();
     std::vector<Vec3d> moved = places;
     for (std::size_t n = 0; n < moved.size(); ++n)
         moved[n] = places[n] - scene.wall().mesh.nodes_mm[n];
     const TetMesh wall{places, scene.wall().mesh.cells};
-    const TriangleMesh ghost{scene.ghost_places(), scene.wall().ghost.cells};
+    const TriangleMesh ghost{scene.ghost_positions(), scene.wall().ghost.cells};
     m_wall.push_back({time, name("wall", ".vtu")});
     m_ghost.push_back({time, name("ghost", ".vtp")});
     m_catheter.push_back({time, name("catheter", ".vtp")});
@@ -99,7 +99,7 @@ Status Frames::add(const CatheterScene& scene) {
         !s)
         return s;
     if (const Status s = write_surface(m_folder / m_ghost.back().file, ghost); !s) return s;
-    const auto wire = scene.wire_places();
+    const auto wire = scene.wire_positions();
     const auto first = std::size_t(scene.first_inserted());
     const std::vector<Vec3d> inside(wire.begin() + std::ptrdiff_t(first), wire.end());
     std::vector<std::int32_t> line;

@@ -38,14 +38,14 @@ Image virtual_view(const Volume& volume, const View& view, const TaskArena& aren
 }
 
 /// From above and the left, at a flat angle, so that the light at the camera shows the relief.
-View close_view(Vec3d place_mm) {
-    return {place_mm + Vec3d{-17, -13, 13}, place_mm, 46};
+View close_view(Vec3d position_mm) {
+    return {position_mm + Vec3d{-17, -13, 13}, position_mm, 46};
 }
 
 /// Section z = constant or x = constant through a position: the deformed scan, and the lattice.
-Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, double half_mm,
+Image cut_picture(const Scenario& s, Vec3d position_mm, int across, int down, double half_mm,
                   double largest_mm) {
-    const Vec3d ijk = voxel_from_world(s.scan->grid, place_mm);
+    const Vec3d ijk = voxel_from_world(s.scan->grid, position_mm);
     Slice slice{across, down, 0};
     slice.index = int(std::floor(ijk[slice.third()]));
     const Window window = window_around(slice, s.scan->grid, ijk, half_mm);
@@ -60,9 +60,9 @@ Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, doubl
 
 /// Section of the deformed scan in the thesis's style: grey values, the surface (red) and the
 /// surface at rest (blue).
-Image section_picture(const Scenario& s, Vec3d place_mm, int across, int down, double half_mm) {
+Image section_picture(const Scenario& s, Vec3d position_mm, int across, int down, double half_mm) {
     const Grid& grid = s.scan->grid;
-    const Vec3d ijk = voxel_from_world(grid, place_mm);
+    const Vec3d ijk = voxel_from_world(grid, position_mm);
     Slice slice{across, down, 0};
     slice.index = int(std::floor(ijk[slice.third()]));
     const Point2 middle{ijk[across] * grid.spacing_mm[across], ijk[down] * grid.spacing_mm[down]};
@@ -79,10 +79,10 @@ Image section_picture(const Scenario& s, Vec3d place_mm, int across, int down, d
 }
 
 /// Contours of the displacement along the push, in a plane perpendicular to it.
-Image contour_picture(const Scenario& s, Vec3d place_mm, int across, int down, double half_mm,
+Image contour_picture(const Scenario& s, Vec3d position_mm, int across, int down, double half_mm,
                       double push_mm) {
     const Grid& grid = s.scan->grid;
-    const Vec3d ijk = voxel_from_world(grid, place_mm);
+    const Vec3d ijk = voxel_from_world(grid, position_mm);
     Slice slice{across, down, 0};
     slice.index = int(std::floor(ijk[slice.third()]));
     const Window window = window_around(slice, grid, ijk, half_mm);
@@ -306,7 +306,7 @@ std::vector<std::string> dent_row(const std::string& name, const std::string& th
 void add_dents(Page& page, const TaskArena& arena) {
     const struct {
         const char* name;
-        Vec3d place_mm;
+        Vec3d position_mm;
         StiffHalf stiff;
     } pushes[] = {{"border", kBorder_mm, StiffHalf::Graded},
                   {"soft half", kSoft_mm, StiffHalf::Even},
@@ -315,16 +315,16 @@ void add_dents(Page& page, const TaskArena& arena) {
     std::vector<std::vector<std::string>> rows;
     for (const auto& push : pushes) {
         Scenario s = layers_scenario(push.stiff, arena);
-        s.push({push.place_mm, kThesisPush_mm});
-        views.push_back(captioned(
-            virtual_view(deform_volume(*s.tissue).value().volume, close_view(push.place_mm), arena),
-            push.name));
+        s.push({push.position_mm, kThesisPush_mm});
+        views.push_back(captioned(virtual_view(deform_volume(*s.tissue).value().volume,
+                                               close_view(push.position_mm), arena),
+                                  push.name));
         contours.push_back(
-            captioned(contour_picture(s, push.place_mm, 0, 2, 14, 1.2),
+            captioned(contour_picture(s, push.position_mm, 0, 2, 14, 1.2),
                       std::string(push.name) + ": displacement of elements, x and z"));
         for (const double threshold : {kIso_hu, -100.0})
             rows.push_back(dent_row(push.name, text_of(threshold, 0), s,
-                                    dent_of(s, push.place_mm, threshold, arena)));
+                                    dent_of(s, push.position_mm, threshold, arena)));
     }
     page.picture("draeger-5-7-materials", "border, soft half, stiff half", row_of(views));
     Scenario border = layers_scenario(StiffHalf::Graded, arena);
@@ -349,10 +349,10 @@ void add_dents(Page& page, const TaskArena& arena) {
 
 /// The dents from displacements of the elements, without resampling, in a sentence.
 std::string unresampled_dents(const TaskArena& arena) {
-    const auto dent = [&](StiffHalf stiff, Vec3d place_mm) {
+    const auto dent = [&](StiffHalf stiff, Vec3d position_mm) {
         Scenario s = layers_scenario(stiff, arena);
-        s.push({place_mm, kThesisPush_mm});
-        return moved_dent_of(s, place_mm, kIso_hu, arena);
+        s.push({position_mm, kThesisPush_mm});
+        return moved_dent_of(s, position_mm, kIso_hu, arena);
     };
     const Dent border = dent(StiffHalf::Graded, kBorder_mm);
     const Dent soft = dent(StiffHalf::Even, kSoft_mm), stiff = dent(StiffHalf::Even, kStiff_mm);

@@ -25,12 +25,12 @@ struct Drag {
     const char* file;
     const char* organ;
     const char* picture;
-    Vec3d place_mm;  ///< position of the grab
+    Vec3d position_mm;  ///< position of the grab
     double radius_mm, reach_mm, offset;
 };
 
 struct Frames {
-    double pick_ms = 0;
+    double grab_ms = 0;
     std::vector<double> solve_ms, resample_ms, both_ms, processor_ms, moved;
 };
 
@@ -49,7 +49,7 @@ std::vector<Vec3i> elements_in_tool(const Grid& grid, const Drag& drag) {
         for (int y = 0; y < grid.size.y; ++y)
             for (int x = 0; x < grid.size.x; ++x) {
                 const Vec3d p = world_from_voxel(grid, {double(x), double(y), double(z)});
-                if (norm(p - drag.place_mm) <= drag.radius_mm) held.push_back({x, y, z});
+                if (norm(p - drag.position_mm) <= drag.radius_mm) held.push_back({x, y, z});
             }
     return held;
 }
@@ -60,7 +60,7 @@ Frames run_drag(Scenario& s, const Drag& drag) {
     LiveDeformation live = LiveDeformation::create(*s.tissue).value();
     Frames frames;
     // From one side to the other is twice the distance to each.
-    frames.pick_ms = must(s.tissue->grab_elements(held, 2 * drag.reach_mm)).pick_ms;
+    frames.grab_ms = must(s.tissue->grab_elements(held, 2 * drag.reach_mm)).grab_ms;
     const auto move_to = [&](double share) {
         return must(s.tissue->drag_to(tool_at(share, drag.reach_mm))).moved_elements;
     };
@@ -102,7 +102,7 @@ std::vector<std::string> row_for(const Drag& drag, const Frames& f) {
             count(0),
             count(0.5),
             count(1),
-            text_of(f.pick_ms, 1),
+            text_of(f.grab_ms, 1),
             ms(f.solve_ms, 0.5),
             ms(f.resample_ms, 0.5),
             ms(f.both_ms, 0.5),
@@ -117,7 +117,7 @@ std::vector<std::string> row_for(const Drag& drag, const Frames& f) {
 Image sections_of(const Scenario& s, const Drag& drag, const TaskArena& arena) {
     Section section;
     section.orientation = Orientation::Coronal;
-    section.point_mm = drag.place_mm;
+    section.point_mm = drag.position_mm;
     section.window_hu = 500;
     section.level_hu = 30;
     section.width_mm = 200;
@@ -164,7 +164,7 @@ void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& 
         page.picture(std::string(drag.picture) + "-section",
                      std::string(drag.organ) + ", at rest and at the end of the drag",
                      sections_of(s, drag, arena));
-        const Vec3d p = drag.place_mm;
+        const Vec3d p = drag.position_mm;
         settings.push_back({drag.organ, std::string("`") + drag.file + "`",
                             text_of(p.x, 0) + ", " + text_of(p.y, 0) + ", " + text_of(p.z, 0),
                             text_of(drag.radius_mm, 0), text_of(drag.reach_mm, 1),

@@ -192,8 +192,8 @@ Dent measured_dent(const std::function<double(double x_mm, double z_mm)>& depth)
 }
 
 /// Component of the displacement along +y, trilinear between elements.
-double moved_along_y(const ChainMail& tissue, Vec3d place_mm) {
-    const Vec3d ijk = voxel_from_world(tissue.volume().grid, place_mm);
+double moved_along_y(const ChainMail& tissue, Vec3d position_mm) {
+    const Vec3d ijk = voxel_from_world(tissue.volume().grid, position_mm);
     const Vec3i low{int(std::floor(ijk.x)), int(std::floor(ijk.y)), int(std::floor(ijk.z))};
     double moved = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -209,23 +209,23 @@ constexpr double kRayStart_mm = 10;  ///< in front of the surface
 
 }  // namespace
 
-Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
+Dent dent_of(const Scenario& scenario, Vec3d position_mm, double threshold_hu,
              const TaskArena& arena) {
     const Volume deformed = deform_volume(*scenario.tissue).value().volume;
     const RayCaster before(*scenario.scan, arena), after(deformed, arena);
     return measured_dent([&](double x, double z) {
-        const Vec3d from = place_mm + Vec3d{x, -kRayStart_mm, z};
+        const Vec3d from = position_mm + Vec3d{x, -kRayStart_mm, z};
         const auto rest = before.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
         const auto now = after.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
         return rest && now ? now->distance_mm - rest->distance_mm : 0.0;
     });
 }
 
-Dent moved_dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
+Dent moved_dent_of(const Scenario& scenario, Vec3d position_mm, double threshold_hu,
                    const TaskArena& arena) {
     const RayCaster before(*scenario.scan, arena);
     return measured_dent([&](double x, double z) {
-        const Vec3d from = place_mm + Vec3d{x, -kRayStart_mm, z};
+        const Vec3d from = position_mm + Vec3d{x, -kRayStart_mm, z};
         const auto rest = before.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
         return rest ? moved_along_y(*scenario.tissue, rest->point_mm) : 0.0;
     });

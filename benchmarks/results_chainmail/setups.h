@@ -97,9 +97,10 @@ struct Dent {
     double slope = 0;  ///< steepest, along z
 };
 inline constexpr double kDented_mm = 0.1;
-Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu, const TaskArena& arena);
+Dent dent_of(const Scenario& scenario, Vec3d position_mm, double threshold_hu,
+             const TaskArena& arena);
 /// The same without resampling: displacement along +y of surface points at rest.
-Dent moved_dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
+Dent moved_dent_of(const Scenario& scenario, Vec3d position_mm, double threshold_hu,
                    const TaskArena& arena);
 
 /// Figures 5.7 and 5.8: a soft cuboid (0 HU) on a stiff one, 1000 to 1500 HU or all of 1000 HU.

@@ -82,9 +82,10 @@ class PbdBlock {
                                      .weights = {1, 0, 0, 0},
                                      .target = surface,
                                      .compliance = 1e-4});
-        return value_of(PbdBody::create(
-            std::move(parts),
-            {.time_step = 0.033, .sub_steps = 15, .damping = 20, .numbers = PbdNumbers::Double}));
+        return value_of(PbdBody::create(std::move(parts), {.time_step = 0.033,
+                                                           .sub_steps = 15,
+                                                           .damping = 20,
+                                                           .precision = PbdPrecision::Double}));
     }
 
     Vec3d m_surface{0, 0, 0};

@@ -32,7 +32,7 @@ double sag_of_solids(int along, int across, const TaskArena& arena) {
                                                  .sub_steps = 250 * across,
                                                  .gravity = {0, 0, -kCantilever.gravity},
                                                  .damping = 80,
-                                                 .numbers = PbdNumbers::Double}));
+                                                 .precision = PbdPrecision::Double}));
     must(body.step(40, arena));
     double sum = 0;
     int count = 0;

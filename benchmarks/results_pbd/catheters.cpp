@@ -182,8 +182,8 @@ BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskAre
         run.active = std::max(run.active, m.active_tetrahedra);
         if (m.steps % 20 == 0) run.inverted = std::max(run.inverted, scene.inverted_tetrahedra());
     }
-    run.wall_mm = scene.wall_places();
-    const auto wire = scene.wire_places();
+    run.wall_mm = scene.wall_positions();
+    const auto wire = scene.wire_positions();
     run.wire_mm.assign(wire.begin() + scene.first_inserted(), wire.end());
     run.catheter = scene.catheter_mesh();
     run.radius_mm = vessel.settings.catheter.radius_mm;

@@ -104,8 +104,8 @@ PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg
         {.time_step = kStep_s, .sub_steps = 1, .damping = 50, .method = PbdMethod::Stiffness}));
     Rod rod = pressing_rod();
     auto contact =
-        value_of(RodContact::create(vessel.wall.mesh, vessel.wall.ghost, vessel.wall.ghost_places,
-                                    {.radius = kPressingRadius_mm}));
+        value_of(RodContact::create(vessel.wall.mesh, vessel.wall.ghost,
+                                    vessel.wall.ghost_positions, {.radius = kPressingRadius_mm}));
     const int bending = steps * 5 / 8;
     for (int n = 1; n <= steps; ++n) {
         if (n <= bending && n % 10 == 0)

@@ -61,7 +61,7 @@ Cases gradient_cases() {
         parts.inverse_masses.assign(4, 1);
         parts.volumes = {{.nodes = {0, 1, 2, 3}, .rest_volume = 0.25, .compliance = 1e-2}};
         auto body = value_of(PbdBody::create(
-            parts, {.time_step = 0.1, .sub_steps = 1, .numbers = PbdNumbers::Double}));
+            parts, {.time_step = 0.1, .sub_steps = 1, .precision = PbdPrecision::Double}));
         must(body.step(1, one_thread()));
         std::array<Vec3d, 4> now{};
         body.get_positions(now);
@@ -96,7 +96,7 @@ Cases momentum_cases() {
             Numbers random(seed);
             const PbdParts parts = one_constraint(random, k.kind);
             auto body = value_of(PbdBody::create(
-                parts, {.time_step = 0.1, .sub_steps = 1, .numbers = PbdNumbers::Double}));
+                parts, {.time_step = 0.1, .sub_steps = 1, .precision = PbdPrecision::Double}));
             std::vector<Vec3d> x = parts.places;
             if (k.kind == PbdKind::Solid)  // at rest there would be no force
                 for (std::size_t n = 0; n < 4; ++n) {
@@ -139,15 +139,15 @@ Cases turned_cases() {
                                                            .young_modulus = young}));
         const Rotation turn = rotation_by(random.vector(3));
         const Vec3d shift = random.vector(0.1);
-        for (const PbdNumbers numbers : {PbdNumbers::Double, PbdNumbers::Float}) {
-            auto body = value_of(PbdBody::create(parts, {.time_step = 1e-3, .numbers = numbers}));
+        for (const PbdPrecision numbers : {PbdPrecision::Double, PbdPrecision::Float}) {
+            auto body = value_of(PbdBody::create(parts, {.time_step = 1e-3, .precision = numbers}));
             for (std::size_t n = 0; n < parts.places.size(); ++n)
                 must(body.set_state(std::int32_t(n), rotated(turn, parts.places[n]) + shift,
                                     {0, 0, 0}));
             must(body.step(1, one_thread()));
             // Relative to the force of a strain of 1 on a tetrahedron's face.
             for (const Vec3d& f : body.constraint_forces()) {
-                double& most = force[numbers == PbdNumbers::Float];
+                double& most = force[numbers == PbdPrecision::Float];
                 most = std::max(most, norm(f) / (young * 0.02 * 0.02));
             }
         }

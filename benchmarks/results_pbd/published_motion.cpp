@@ -155,7 +155,7 @@ Cases chain_cases() {
                                                      .sub_steps = 1,
                                                      .iterations = c.iterations,
                                                      .gravity = g,
-                                                     .numbers = PbdNumbers::Double}));
+                                                     .precision = PbdPrecision::Double}));
         ChainByNewton newton(kLinks, alpha, h);
         double worst = 0, largest = 0;
         for (int frame = 0; frame < kFrames; ++frame) {

@@ -104,9 +104,10 @@ Cases tube_cases() {
             parts.distances.push_back({.nodes = {n, n + layer}});
         // Sub-steps in which waves cross a third of a cell: longer ones are too soft under a
         // lasting load; shorter ones lose a twentieth of the widening to float rounding.
-        auto body = value_of(PbdBody::create(
-            parts,
-            {.time_step = 0.01, .sub_steps = 20, .damping = 20, .numbers = PbdNumbers::Double}));
+        auto body = value_of(PbdBody::create(parts, {.time_step = 0.01,
+                                                     .sub_steps = 20,
+                                                     .damping = 20,
+                                                     .precision = PbdPrecision::Double}));
         std::vector<std::int32_t> nodes;
         std::vector<Vec3d> forces;
         for (int k = 0; k < 2; ++k)

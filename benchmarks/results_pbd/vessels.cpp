@@ -128,16 +128,16 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
     const PbdParts parts = vessel(tube, mesh, true);
     struct Run {
         int sub_steps;
-        bool to_and_fro;
+        bool alternates;
     };
     const Run runs[] = {{5, false},  {10, false}, {20, false}, {40, false},
                         {80, false}, {40, true},  {80, true},  {160, true}};
-    for (const auto [sub_steps, to_and_fro] : runs) {
+    for (const auto [sub_steps, alternates] : runs) {
         auto body = value_of(PbdBody::create(parts, {.time_step = kStep,
                                                      .sub_steps = sub_steps,
-                                                     .iterations = to_and_fro ? 2 : 1,
+                                                     .iterations = alternates ? 2 : 1,
                                                      .damping = 20,
-                                                     .to_and_fro = to_and_fro}));
+                                                     .alternates = alternates}));
         press(tube, parts, 40, body);
         const double ms = processor_ms_of([&] { must(body.step(128, arena)); }) / 128;
         const VolumeChange loaded = volume_change(parts, places_of(body));
@@ -145,7 +145,7 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
         press(tube, parts, 0, body);
         must(body.step(128, arena));
         const VolumeChange after = volume_change(parts, places_of(body));
-        rows.push_back({std::to_string(sub_steps), to_and_fro ? "to and fro" : "one way",
+        rows.push_back({std::to_string(sub_steps), alternates ? "to and fro" : "one way",
                         text_of(ms, 2), text_of(radius, 2), text_of(100 * loaded.mean, 3),
                         text_of(100 * loaded.largest, 2), text_of(100 * after.mean, 4),
                         text_of(100 * after.largest, 3)});

@@ -66,7 +66,7 @@ void add_walls(Page& page, const std::string& scenes, const TaskArena& arena) {
         const std::int64_t cells = std::int64_t(vessel.wall.mesh.cells.size());
         walls.push_back({"`pliant vessel scenes/" + name + ".toml`", text_of(cells),
                          text_of(std::int64_t(vessel.wall.ghost.cells.size())),
-                         text_of(vessel.wall.cell_mm, 2), std::to_string(vessel.wall.least_layers),
+                         text_of(vessel.wall.cell_mm, 2), std::to_string(vessel.wall.min_layers),
                          std::to_string(vessel.wall.ends.size())});
         runs.push_back({name, text_of(run.end.steps), text_of(run.way_mm, 0),
                         text_of(run.moved_mm, 3), text_of(run.depth_mm, 3), text_of(run.force_n, 3),

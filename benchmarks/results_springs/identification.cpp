@@ -272,8 +272,8 @@ void add_identifiability(Page& page, const TaskArena& arena) {
                 if (std::abs(d.direction[g]) > 0.005)
                     text += (text.empty() ? "" : ", ") + std::string(box.problem.groups()[g].name) +
                             " " + text_of(d.direction[g], 2);
-            rows.push_back({name, text, text_of(d.influence, 4),
-                            d.influence < kLeastInfluence ? "no" : "yes"});
+            rows.push_back(
+                {name, text, text_of(d.influence, 4), d.influence < kMinInfluence ? "no" : "yes"});
         }
     };
     FitBox damped = uniform(table_2_loads(true, 1, false));

@@ -18,7 +18,7 @@ namespace pliant::results {
 namespace {
 
 constexpr int kSide = 360;
-constexpr std::int64_t kMostSteps = 4000;
+constexpr std::int64_t kMaxSteps = 4000;
 constexpr double kSkin_hu = -300;
 
 /// One scan, one push, and its views.
@@ -55,8 +55,8 @@ Volume displacement_of(const MovingScan& tissue) {
     return {grid, std::move(moved_mm), {}};
 }
 
-double value_at(const Volume& volume, Vec3d place_mm) {
-    return sample_linear(volume, voxel_from_world(volume.grid, place_mm));
+double value_at(const Volume& volume, Vec3d position_mm) {
+    return sample_linear(volume, voxel_from_world(volume.grid, position_mm));
 }
 
 /// A sagittal plane around the push, in pixels: y to the right, z upwards.
@@ -67,9 +67,9 @@ struct SagittalPlane {
         const double mm = width_mm / kSide;
         return centre_mm + Vec3d{0, (x - 0.5 * kSide) * mm, (0.5 * kSide - y) * mm};
     }
-    Point2 pixel_of(Vec3d place_mm) const {
+    Point2 pixel_of(Vec3d position_mm) const {
         const double pixels = kSide / width_mm;
-        const Vec3d v = place_mm - centre_mm;
+        const Vec3d v = position_mm - centre_mm;
         return {0.5 * kSide + v.y * pixels, 0.5 * kSide - v.z * pixels};
     }
 };
@@ -129,9 +129,9 @@ Endoscope camera_of(const Case& c) {
             .fog_distance_mm = 0};
 }
 
-Point2 pixel_of(const Endoscope& camera, Vec3d place_mm) {
+Point2 pixel_of(const Endoscope& camera, Vec3d position_mm) {
     const Vec3d look = normalized(camera.look), right = normalized(cross(look, camera.up)),
-                up = cross(right, look), v = place_mm - camera.eye_mm;
+                up = cross(right, look), v = position_mm - camera.eye_mm;
     const double f =
         0.5 * kSide / std::tan(0.5 * camera.field_of_view_deg * std::numbers::pi / 180);
     return {0.5 * kSide + f * dot(v, right) / dot(v, look),
@@ -216,7 +216,7 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
     SpringMotion motion;
     double solve_ms = pushed.solve_ms;
     std::int64_t steps = 0;
-    for (; steps < kMostSteps && !motion.settled; steps += motion.steps) {
+    for (; steps < kMaxSteps && !motion.settled; steps += motion.steps) {
         motion = value_of(tissue->step(20));
         solve_ms += motion.solve_ms;
         if (motion.steps == 0) break;

@@ -71,7 +71,7 @@ void see(const ObjectSpace& space, Frame& frame) {
         std::vector<Element>& elements = frame.objects.emplace_back();
         for (const Vec3i& e : patch({0, 0, 0}, volume.grid.size - Vec3i{1, 1, 1})) {
             if (!space.is_solid(object, e)) continue;
-            const Vec3d place = space.place_mm(object, e);
+            const Vec3d place = space.position_mm(object, e);
             elements.push_back({e, place.x, place.y, volume.at(e) == kFixed});
         }
     }
@@ -99,7 +99,7 @@ Result<Frame> push(ObjectSpace& space, const Step& step) {
     frame.push_mm = step.push_mm;
     for (const Vec3i& e : step.grabbed)
         frame.start_mm =
-            frame.start_mm + 1.0 / double(step.grabbed.size()) * space.place_mm(step.object, e);
+            frame.start_mm + 1.0 / double(step.grabbed.size()) * space.position_mm(step.object, e);
     auto report = space.push_elements(step.object, step.grabbed, step.push_mm);
     if (!report) return report.error();
     frame.report = *report;

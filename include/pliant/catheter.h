@@ -9,7 +9,7 @@
 //   auto scene = CatheterScene::create(*wall, {.entry = entry_at(wall->ends[1])});
 //   scene->command({.insert_mm_s = 50, .bend_first_deg = 20});
 //   scene->step(1000, arena);                                  // of a millisecond each
-//   scene->measures().force_n, scene->wire_places(), scene->wall_places()
+//   scene->measures().force_n, scene->wire_positions(), scene->wall_positions()
 //
 // docs/vessel.md has the model, its limits, and `pliant vessel`.
 
@@ -66,9 +66,9 @@ struct WallTissue {
 };
 
 struct CatheterEntry {
-    Vec3d place_mm{0, 0, 0};   ///< end of the guide
-    Vec3d direction{0, 0, 1};  ///< into the vessel
-    double inserted_mm = 5;    ///< length inserted at creation
+    Vec3d position_mm{0, 0, 0};  ///< end of the guide
+    Vec3d direction{0, 0, 1};    ///< into the vessel
+    double inserted_mm = 5;      ///< length inserted at creation
 };
 /// Entry in the middle of an open end, a fraction of its radius inside the vessel.
 CatheterEntry entry_at(const VesselEnd& end, double inwards = 0.5);
@@ -154,15 +154,15 @@ class CatheterScene {
     CatheterMeasures measures() const noexcept;
     /// Number of inverted tetrahedra of wall and catheter. Needs a pass over the wall.
     std::int64_t inverted_tetrahedra() const noexcept;
-    std::span<const Vec3d> wire_places() const;  ///< [mm, LPS], of all nodes, the tip last
-    std::int32_t first_inserted() const;         ///< index of the last node inside the guide
+    std::span<const Vec3d> wire_positions() const;  ///< [mm, LPS], of all nodes, the tip last
+    std::int32_t first_inserted() const;            ///< index of the last node inside the guide
     Vec3d tip_mm() const;
     /// Frame at the tip: the third axis points ahead, the tip bends about the first two.
     Rotation tip_frame() const;
     /// Returns the catheter as tetrahedra, including the part in the guide. Empty for a rod.
     TetMesh catheter_mesh() const;
-    std::vector<Vec3d> wall_places() const;
-    std::vector<Vec3d> ghost_places() const;
+    std::vector<Vec3d> wall_positions() const;
+    std::vector<Vec3d> ghost_positions() const;
     const PbdBody& body() const;
     /// Returns the complete dynamic state as numbers, for a scene with the same wall and settings.
     std::vector<double> state() const;
@@ -187,7 +187,7 @@ class CatheterScene {
 class WayPilot {
   public:
     explicit WayPilot(std::vector<Vec3d> way_mm, double ahead_mm = 15, double gain = 1.5,
-                      double most_deg = 120);
+                      double max_deg = 120);
     /// @param command  receives the two bends
     void steer(const CatheterScene& scene, CatheterCommand& command);
     double way_mm() const { return m_length.empty() ? 0 : m_length.back(); }
@@ -208,7 +208,7 @@ class WayPilot {
 // fields and pictures come as with every tissue.
 //
 //   auto carried = CarriedScan::create(volume, wall.mesh, {}, arena);
-//   carried->update(scene.wall_places());
+//   carried->update(scene.wall_positions());
 //   Result<Deformed> deformed = deform_volume(carried->scan());
 
 struct CarriedScanSettings {
@@ -230,10 +230,10 @@ class CarriedScan {
     CarriedScan& operator=(CarriedScan&&) noexcept;
 
     /// Moves the scan with the wall's nodes.
-    /// @param wall_places  current positions of all wall nodes [mm, LPS]
+    /// @param wall_positions  current positions of all wall nodes [mm, LPS]
     /// @returns InvalidArgument if their number is wrong, LimitExceeded if memory runs out; then
     ///          nothing has changed
-    Status update(std::span<const Vec3d> wall_places) noexcept;
+    Status update(std::span<const Vec3d> wall_positions) noexcept;
     const ControlLattice& scan() const;
 
   private:
@@ -251,7 +251,7 @@ class CarriedScan {
 //
 // If memory runs out, functions return LimitExceeded.
 
-/// Largest value of `most_steps`, and largest number of steps of a log of the hand.
+/// Largest value of `max_steps`, and largest number of steps of a log of the hand.
 inline constexpr std::int64_t kMaxVesselSteps = 10'000'000;
 
 /// Motion of the hand until the first of the given bounds.
@@ -276,14 +276,14 @@ struct VesselFile {
     int way_branch = 1;
     bool way_reverse = false;
     std::vector<Vec3d> way_mm;  ///< points of the path; with a scan: start and end
-    double ahead_mm = 15, gain = 1.5, most_deg = 120;
+    double ahead_mm = 15, gain = 1.5, max_deg = 120;
 
     int entry_end = 1;  ///< number of the open end
     double entry_inwards = 0.5;
     bool entry_given = false;  ///< the entry is given as a position and a direction
     CatheterSettings settings{};
     std::vector<VesselAct> acts;  ///< may be empty
-    double most_steps = 1e6;      ///< limit of the script's steps
+    double max_steps = 1e6;       ///< limit of the script's steps
 };
 
 /// Rows of a scene file, without those of catheter_rows().

@@ -141,7 +141,7 @@ struct SymmetricTensor {
 
 /// State at one of a cell's 2×2×2 Gauss points.
 struct ElasticState {
-    Vec3d place_mm{0, 0, 0};
+    Vec3d position_mm{0, 0, 0};
     SymmetricTensor strain;
     SymmetricTensor stress_pa;
 };

@@ -167,7 +167,7 @@ struct FitDirection {
     double influence = 0;
 };
 /// Directions with a smaller influence are not identifiable.
-inline constexpr double kLeastInfluence = 1e-3;
+inline constexpr double kMinInfluence = 1e-3;
 
 /// A point of the history of the best cost.
 struct FitTrace {

@@ -75,15 +75,15 @@ Result<HapticModel> checked_model(HapticModel model, double largest_stiffness_n_
 /// with force_n. If the linear law vanished beyond the surface or in front of it, it is corrected
 /// there.
 /// @param change_n_m  derivative dF/dx of the force with the tool's position, as in SpringReaction
-HapticModel model_of_contact(Vec3d surface_mm, Vec3d normal, Vec3d place_mm, Vec3d force_n,
+HapticModel model_of_contact(Vec3d surface_mm, Vec3d normal, Vec3d position_mm, Vec3d force_n,
                              const Mat3d& change_n_m);
 /// Model of a tool that holds tissue at a position.
-HapticModel model_of_grip(Vec3d place_mm, Vec3d force_n, const Mat3d& change_n_m);
+HapticModel model_of_grip(Vec3d position_mm, Vec3d force_n, const Mat3d& change_n_m);
 
 /// Position on the free side of all planes that is nearest to x. Exact, without iteration.
 /// @param[out] is_boxed_in  no such position exists, and the result is that of the deepest plane;
 ///                          may be null
-Vec3d nearest_free_place(const HapticModel& model, Vec3d x_mm, bool* is_boxed_in = nullptr);
+Vec3d nearest_free_position(const HapticModel& model, Vec3d x_mm, bool* is_boxed_in = nullptr);
 
 /// Force between two solutions.
 enum class HapticScheme {
@@ -192,15 +192,15 @@ class LearntStiffness {
     /// Restarts from a known stiffness; the last position and force are kept.
     void begin_with(const Mat3d& change_n_m);
     /// Adds a pair. @param force_n  of the tissue on the tool
-    void add(Vec3d place_mm, Vec3d force_n);
+    void add(Vec3d position_mm, Vec3d force_n);
     /// dF/dx for model_of_contact: symmetric, negative semi-definite.
     Mat3d change_n_m() const;
 
   private:
     double m_largest_n_m;
     Mat3d m_stiffness_n_m;
-    bool m_has_place = false;
-    Vec3d m_place_mm{0, 0, 0}, m_force_n{0, 0, 0};
+    bool m_has_position = false;
+    Vec3d m_position_mm{0, 0, 0}, m_force_n{0, 0, 0};
 };
 
 /// Model of a tool that pushes the nodes which it holds beyond a surface, in the scene's units (mm,
@@ -209,7 +209,7 @@ class LearntStiffness {
 ///              too stiff; the last solution's force corrects that
 /// @returns an error of SpringTissue::reaction
 Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d place_mm,
+                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
                                      LearntStiffness* last = nullptr);
 
 struct ChainMailFeelSettings {
@@ -517,8 +517,8 @@ struct CatheterFeelSettings {
     Vec3d forward{0, 0, -1};    ///< direction of the rail in the scene; unit
     double coupling_n_m = 300;  ///< k_c; the servo caps it at the device's limit
     double length_mm = 600;     ///< length of the wire, the limit of insertion
-    double most_mm_s = 100;     ///< at higher speeds the hand feels the coupling
-    double most_deg_s = 720;
+    double max_mm_s = 100;      ///< at higher speeds the hand feels the coupling
+    double max_deg_s = 720;
     double follow_s = 1.0 / 30;  ///< simulation time in which the base goes to s*
 };
 

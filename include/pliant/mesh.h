@@ -73,7 +73,7 @@ constexpr std::int32_t node_index(const HexLattice& l, Vec3i p) {
 constexpr std::int32_t cell_index(const HexLattice& l, Vec3i p) {
     return p.x + (l.size.x - 1) * (p.y + (l.size.y - 1) * p.z);
 }
-Vec3d node_place_mm(const HexLattice& lattice, std::int32_t node);
+Vec3d node_position_mm(const HexLattice& lattice, std::int32_t node);
 std::array<std::int32_t, 8> cell_corners(const HexLattice& lattice, std::int32_t cell);
 
 /// @returns InvalidArgument that names the field; at most 2³⁰ nodes
@@ -164,16 +164,16 @@ Status write_vtu(const std::filesystem::path& path, const TriangleMesh& mesh,
 /// Edge statistics of a triangle surface.
 struct SurfaceTopology {
     std::int64_t edges = 0;
-    std::int64_t open_edges = 0;         ///< edges of one triangle
-    std::int64_t crowded_edges = 0;      ///< non-manifold edges, of three or more triangles
-    std::int64_t disagreeing_edges = 0;  ///< edges that two triangles traverse in the same
-                                         ///< direction
-    std::int64_t pinched_nodes = 0;      ///< nodes whose triangles form more than one fan
-    std::int64_t pieces = 0;             ///< components connected through shared nodes
-    std::int64_t euler = 0;              ///< used nodes − edges + triangles
+    std::int64_t open_edges = 0;          ///< edges of one triangle
+    std::int64_t non_manifold_edges = 0;  ///< non-manifold edges, of three or more triangles
+    std::int64_t disagreeing_edges = 0;   ///< edges that two triangles traverse in the same
+                                          ///< direction
+    std::int64_t pinched_nodes = 0;       ///< nodes whose triangles form more than one fan
+    std::int64_t pieces = 0;              ///< components connected through shared nodes
+    std::int64_t euler = 0;               ///< used nodes − edges + triangles
 
     bool closed_manifold() const {
-        return open_edges == 0 && crowded_edges == 0 && disagreeing_edges == 0 &&
+        return open_edges == 0 && non_manifold_edges == 0 && disagreeing_edges == 0 &&
                pinched_nodes == 0;
     }
 };
@@ -200,7 +200,7 @@ class SurfaceDistance {
 
     struct Nearest {
         double distance_mm = std::numeric_limits<double>::infinity();  ///< negative inside
-        Vec3d place_mm{0, 0, 0};                                       ///< on the surface
+        Vec3d position_mm{0, 0, 0};                                    ///< on the surface
         std::int32_t triangle = -1;  ///< the first of equally near ones; −1: none within reach
     };
     /// @param within_mm  farther triangles are ignored
@@ -347,12 +347,12 @@ struct TetQuality {
     std::int64_t nodes = 0, tetrahedra = 0;
     std::int64_t inverted = 0;  ///< of zero or negative volume
     double volume_mm3 = 0;
-    double least_dihedral_deg = 180, largest_dihedral_deg = 0;
-    double least_radius_ratio = 1;  ///< 3 · inscribed / circumscribed radius, 1 where regular
+    double min_dihedral_deg = 180, largest_dihedral_deg = 0;
+    double min_radius_ratio = 1;  ///< 3 · inscribed / circumscribed radius, 1 where regular
     double mean_radius_ratio = 0;
     double shortest_edge_mm = 0, longest_edge_mm = 0;
     std::int64_t pieces = 0;
-    std::int64_t crowded_faces = 0;  ///< shared by three or more tetrahedra
+    std::int64_t non_manifold_faces = 0;  ///< shared by three or more tetrahedra
     SurfaceTopology boundary;
 };
 /// @pre the cells name nodes that exist
@@ -414,7 +414,7 @@ struct StuffingSettings {
     /// The function has a Lipschitz constant of 1, as distances do: points far from the surface are
     /// then not evaluated.
     bool changes_as_distance = false;
-    std::int64_t most_cells = std::int64_t(1) << 25;
+    std::int64_t max_cells = std::int64_t(1) << 25;
 };
 
 /// Stuffs a level set. The result is equal for any number of threads. The boundary's nodes lie on

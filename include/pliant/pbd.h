@@ -92,7 +92,7 @@ struct PbdParts {
     std::vector<PbdPlane> planes{};
 };
 
-enum class PbdNumbers {
+enum class PbdPrecision {
     Float,   ///< 32-bit floats, vectorised
     Double,  ///< 64-bit floats, scalar: for tiny compliances and comparisons
 };
@@ -104,7 +104,7 @@ struct PbdSettings {
     Vec3d gravity{0, 0, 0};
     double damping = 0;  ///< of velocities, in 1/time
     PbdMethod method = PbdMethod::Compliance;
-    PbdNumbers numbers = PbdNumbers::Float;
+    PbdPrecision precision = PbdPrecision::Float;
     bool vectors = true;                   ///< vector instructions; the scalar code gives the same
                                            ///< bits
     std::int32_t domain_particles = 1024;  ///< particles per domain, such that a domain fits the L1
@@ -112,14 +112,14 @@ struct PbdSettings {
     /// Alternating sweeps: every second iteration of a sub-step visits all constraints in the
     /// opposite order; needs an even number of iterations. In a constant order, many hard
     /// constraints can start to oscillate (docs/pbd.md).
-    bool to_and_fro = false;
+    bool alternates = false;
     /// Rate [1/time] at which hard volumes recover under a lasting load: the share of the volume
     /// error by which the target moves the other way. At most the damping, otherwise they can
     /// oscillate; 0: none. Volumes with a compliance are unchanged.
     double volume_recovery = 0;
     /// Repacks the free constraints if many particles are held: faster, but the order changes,
     /// which affects bodies that the sub-steps don't solve completely.
-    bool packs_anew = false;
+    bool repacks = false;
 };
 
 /// Rows of the settings; their numbers are in any consistent set of units.
@@ -327,7 +327,7 @@ class Rod {
 //   └────┴────┴────┴────┘   their tetrahedra. The particles of other tetrahedra are held
 //
 //   auto boxes = PbdBoxes::create(wall.mesh, {.side = 10});
-//   boxes->update(places_of_the_rod, 2, body);      // before each step
+//   boxes->update(positions_of_the_rod, 2, body);      // before each step
 //
 // Deviations from the paper: the whole catheter activates boxes, not only its tip. Particles become
 // movable gradually, and an inactive box stays awake until it has come to rest, so that motion is
@@ -418,7 +418,7 @@ class PbdBoxes {
 //      (══●════●═)       rod: points nearer than its radius to the ghost are separated, both sides
 //                        in proportion to their inverse masses; friction acts along the ghost
 //
-//   auto contact = RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+//   auto contact = RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions,
 //                                     {.radius = 0.5, .friction = 0.1});
 //   rod.set_base(…);
 //   contact->step(1, rod, body, arena);                 // instead of rod.step and body.step
@@ -449,7 +449,7 @@ class RodContact {
     /// Prepares contact with a body that consists of the mesh's nodes, in their order.
     /// @returns InvalidArgument that names the setting, triangle or node
     static Result<RodContact> create(const TetMesh& mesh, const TriangleMesh& ghost,
-                                     std::span<const Embedded> ghost_places,
+                                     std::span<const Embedded> ghost_positions,
                                      const RodContactSettings& settings);
     ~RodContact();
     RodContact(RodContact&&) noexcept;

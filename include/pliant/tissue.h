@@ -279,12 +279,12 @@ class SpringDeformation : public MovingScan {
     /// Displacement of every control node [mm, LPS].
     const std::vector<Vec3d>& displacements_mm() const;
     /// Position of every control node [mm, LPS].
-    std::vector<Vec3d> places_mm() const;
-    /// Copies the positions. @param[out] places_mm  one for each node
-    void places_mm(std::span<Vec3d> places_mm) const noexcept;
+    std::vector<Vec3d> positions_mm() const;
+    /// Copies the positions. @param[out] positions_mm  one for each node
+    void positions_mm(std::span<Vec3d> positions_mm) const noexcept;
     /// Sets the positions of all nodes, at zero speed. Tools let go; displaced nodes can move.
     /// @returns InvalidArgument, with nothing changed, like ControlLattice::place
-    Status set_places(std::span<const Vec3d> places_mm) noexcept;
+    Status set_positions(std::span<const Vec3d> positions_mm) noexcept;
     const ControlLattice& control() const;
     std::int32_t fixed_nodes() const;
     /// Hash of all positions.

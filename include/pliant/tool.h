@@ -70,7 +70,7 @@ struct GrabReport {
     std::int64_t grabbed_elements = 0;  ///< 0: nothing to grab, and nothing is held
     std::int64_t reach_elements = 0;    ///< elements in the drag's reach; 0: not computed
     std::int64_t field_bytes = 0;       ///< memory for the fields, beside the bricks of the reach
-    double pick_ms = 0;
+    double grab_ms = 0;
     std::string message{};  ///< reason if nothing is held
 };
 

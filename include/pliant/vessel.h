@@ -14,7 +14,7 @@
 //
 //   auto wall = wall_around_surface(surface, {.thickness_mm = 1.5}, arena);
 //   if (!wall) …wall.error().message
-//   wall->mesh, wall->ghost, wall->ghost_places
+//   wall->mesh, wall->ghost, wall->ghost_positions
 //
 // If memory runs out, functions that return a Result return LimitExceeded.
 
@@ -33,7 +33,7 @@
 namespace pliant {
 
 struct CentrePoint {
-    Vec3d place_mm;
+    Vec3d position_mm;
     double radius_mm;
 };
 /// Branches of points; adjacent branches overlap.
@@ -55,7 +55,7 @@ struct WallSettings {
     /// check_wall, the lattice is refined to at least half of that size.
     double cell_mm = 0;
     double ghost_mm = 0;  ///< edge of the ghost surface's lattice; 0: the wall's
-    std::int64_t most_cells = std::int64_t(1) << 25;
+    std::int64_t max_cells = std::int64_t(1) << 25;
 };
 
 /// Rows of these settings.
@@ -63,10 +63,10 @@ SettingRows<WallSettings> wall_rows() noexcept;
 
 struct VesselWall {
     TetMesh mesh;
-    TriangleMesh ghost;                  ///< faces the lumen
-    std::vector<Embedded> ghost_places;  ///< of the ghost's nodes, in the mesh
+    TriangleMesh ghost;                     ///< faces the lumen
+    std::vector<Embedded> ghost_positions;  ///< of the ghost's nodes, in the mesh
     std::vector<VesselEnd> ends;
-    int least_layers = 0;         ///< minimum number of edges from the inner to the outer surface
+    int min_layers = 0;           ///< minimum number of edges from the inner to the outer surface
     double lumen_mm3 = 0;         ///< volume inside of the ghost surface and its open ends
     double cell_mm = 0;           ///< edge of the lattice; 0: no lattice
     int dropped_pieces = 0;       ///< disconnected pieces below 1 % of the wall
@@ -121,7 +121,7 @@ struct RegionSettings {
     /// connected with the heart, and often with bone.
     std::vector<Vec3d> way_mm{};
     double within_mm = 15;
-    double most_ml = 0;  ///< a larger region is refused as a leak; 0: no limit
+    double max_ml = 0;  ///< a larger region is refused as a leak; 0: no limit
 };
 struct Lumen {
     TriangleMesh surface;  ///< faces outwards

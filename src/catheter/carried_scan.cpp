@@ -41,7 +41,7 @@ struct CarriedScan::Impl {
     std::vector<Vec3d> moved;  ///< displacements of the last update
 
     void weigh(double reach);
-    Status update(std::span<const Vec3d> wall_places);
+    Status update(std::span<const Vec3d> wall_positions);
 };
 
 void CarriedScan::Impl::weigh(double reach) {
@@ -149,19 +149,19 @@ Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wal
     });
 }
 
-Status CarriedScan::update(std::span<const Vec3d> wall_places) noexcept {
-    return attempt([&] { return m_impl->update(wall_places); });
+Status CarriedScan::update(std::span<const Vec3d> wall_positions) noexcept {
+    return attempt([&] { return m_impl->update(wall_positions); });
 }
 
-Status CarriedScan::Impl::update(std::span<const Vec3d> wall_places) {
-    if (wall_places.size() != rest.size())
+Status CarriedScan::Impl::update(std::span<const Vec3d> wall_positions) {
+    if (wall_positions.size() != rest.size())
         return invalid("update: expected " + std::to_string(rest.size()) + " places, found " +
-                       std::to_string(wall_places.size()));
+                       std::to_string(wall_positions.size()));
     for (std::size_t c = 0; c < moved.size(); ++c) {
         Vec3d sum{0, 0, 0};
         for (auto n = std::size_t(starts[c]); n < std::size_t(starts[c + 1]); ++n) {
             const auto node = std::size_t(weights[n].node);
-            sum = sum + weights[n].weight * (wall_places[node] - rest[node]);
+            sum = sum + weights[n].weight * (wall_positions[node] - rest[node]);
         }
         moved[c] = sum;
     }

@@ -24,7 +24,7 @@ class ContactPace {
     /// Updates the wanted length after a sub-step. @param pushed_mm  largest displacement of a
     /// particle by contact. @returns whether the next sub-steps must be shorter
     bool is_too_long_after(double h, double pushed_mm) {
-        const double fits = pushed_mm > 0 ? h * std::sqrt(kMostPush_mm / pushed_mm) : m_longest;
+        const double fits = pushed_mm > 0 ? h * std::sqrt(kMaxPush_mm / pushed_mm) : m_longest;
         m_wanted = std::clamp(std::min(fits, kGrowth * m_wanted), kShortest * m_longest, m_longest);
         return h > kSlack * m_wanted;
     }
@@ -35,7 +35,7 @@ class ContactPace {
     }
 
   private:
-    static constexpr double kMostPush_mm = 0.03;
+    static constexpr double kMaxPush_mm = 0.03;
     static constexpr double kGrowth = 1.02, kSlack = 1.1, kShortest = 0.02, kRounding = 1e-9;
 
     double m_longest, m_wanted;

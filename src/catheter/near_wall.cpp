@@ -15,7 +15,7 @@ using pbd::GhostSurface;
 
 /// Contacts of one node or segment are distinct if the cosine of their normals is below this.
 constexpr double kAlike = 0.95;
-constexpr std::size_t kMostOfOne = 4;
+constexpr std::size_t kMaxOfOne = 4;
 /// Sample points of a segment for the depth.
 constexpr int kPlaces = 3;
 
@@ -144,7 +144,7 @@ void NearWall::keep_some(std::size_t from) {
         return a.gap != b.gap ? a.gap < b.gap : a.triangle < b.triangle;
     });
     std::size_t kept = from;
-    for (std::size_t n = from; n < m_found.size() && kept < from + kMostOfOne; ++n) {
+    for (std::size_t n = from; n < m_found.size() && kept < from + kMaxOfOne; ++n) {
         bool is_new = true;
         for (std::size_t k = from; k < kept; ++k)
             is_new &= dot(m_found[k].contact.normal, m_found[n].contact.normal) < kAlike;

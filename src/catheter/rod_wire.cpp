@@ -22,7 +22,7 @@ using pbd::turn_of;
 using pbd::unit;
 
 /// Limit of a rotation in one Newton step [rad]; only a wire far from rest reaches it.
-constexpr double kMostTurn = 0.5;
+constexpr double kMaxTurn = 0.5;
 
 }  // namespace
 
@@ -198,7 +198,7 @@ void RodWire::solve(std::span<WireContact> contacts) {
         m_x[i + 1] = m_x[i + 1] + m_chain.solution(i - first, 0);
         const Vec3d by = m_chain.solution(i - first, 3);
         const double size = norm(by);
-        m_q[i] = unit(turn_by(size > kMostTurn ? (kMostTurn / size) * by : by) * m_q[i]);
+        m_q[i] = unit(turn_by(size > kMaxTurn ? (kMaxTurn / size) * by : by) * m_q[i]);
     }
     // Forces at the final positions, which the wall receives.
     for (WireContact& c : contacts) touch(c);

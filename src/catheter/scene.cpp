@@ -102,7 +102,7 @@ Result<CatheterScene> CatheterScene::create(VesselWall wall,
 
 Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSettings& wanted) {
     if (const Status s = catheter::check(wanted); !s.ok()) return s.error();
-    if (const Status s = pbd::GhostSurface::check(wall.mesh, wall.ghost, wall.ghost_places);
+    if (const Status s = pbd::GhostSurface::check(wall.mesh, wall.ghost, wall.ghost_positions);
         !s.ok())
         return invalid("wall: " + s.error().message);
     auto ends = catheter::OpenEnds::create(wall);
@@ -118,7 +118,7 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
         PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s / settings.sub_steps,
                                             .sub_steps = 1,
                                             .damping = settings.wall.damping_per_s,
-                                            .packs_anew = settings.local});
+                                            .repacks = settings.local});
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;
     if (settings.local) {
@@ -210,7 +210,7 @@ std::int64_t CatheterScene::inverted_tetrahedra() const noexcept {
     return inverted;
 }
 
-std::span<const Vec3d> CatheterScene::wire_places() const {
+std::span<const Vec3d> CatheterScene::wire_positions() const {
     return m_impl->wire.places();
 }
 std::int32_t CatheterScene::first_inserted() const {
@@ -225,15 +225,15 @@ Rotation CatheterScene::tip_frame() const {
 TetMesh CatheterScene::catheter_mesh() const {
     return m_impl->wire.mesh();
 }
-std::vector<Vec3d> CatheterScene::wall_places() const {
+std::vector<Vec3d> CatheterScene::wall_positions() const {
     std::vector<Vec3d> places(std::size_t(m_impl->body.particle_count()));
     m_impl->body.get_positions(places);
     return places;
 }
-std::vector<Vec3d> CatheterScene::ghost_places() const {
-    const TetMesh now{wall_places(), m_impl->wall.mesh.cells};
+std::vector<Vec3d> CatheterScene::ghost_positions() const {
+    const TetMesh now{wall_positions(), m_impl->wall.mesh.cells};
     std::vector<Vec3d> places;
-    for (const Embedded& e : m_impl->wall.ghost_places) places.push_back(place_of(e, now));
+    for (const Embedded& e : m_impl->wall.ghost_positions) places.push_back(place_of(e, now));
     return places;
 }
 const PbdBody& CatheterScene::body() const {

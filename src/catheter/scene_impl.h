@@ -40,7 +40,7 @@ struct CatheterScene::Impl {
           wire(*made_wire),
           body(std::move(b)),
           ends(std::move(e)),
-          contact(wall.mesh, wall.ghost, wall.ghost_places,
+          contact(wall.mesh, wall.ghost, wall.ghost_positions,
                   {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}),
           now{.pace = catheter::ContactPace(s.time_step_s / s.sub_steps),
               .inserted = s.entry.inserted_mm},
@@ -89,7 +89,7 @@ struct CatheterScene::Impl {
     /// Rebuilds contact from scratch after the body was repositioned.
     void renew_contact(const TaskArena& arena) {
         contact = catheter::WallContact(
-            wall.mesh, wall.ghost, wall.ghost_places,
+            wall.mesh, wall.ghost, wall.ghost_positions,
             {.radius_mm = settings.catheter.radius_mm, .friction = settings.catheter.friction});
         contact.see_all(body, arena);
         contact.wake(body, arena);

@@ -41,7 +41,7 @@ WireSettings wire_settings(const CatheterSettings& s) {
     w.mass_g_mm = c.mass_g_mm;
     w.damping = c.damping_per_s;
     w.tip_segments = int(std::lround(c.tip_mm / w.segment_mm));
-    w.entry = s.entry.place_mm;
+    w.entry = s.entry.position_mm;
     w.frame = frame_along(s.entry.direction);
     w.radius_mm = c.radius_mm;
     const auto count = std::size_t(w.segments), tip = std::size_t(w.tip_segments);
@@ -89,13 +89,13 @@ Status check(const CatheterSettings& s) {
 Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm) {
     const auto lumen = vessel::with_lids(wall.ghost);
     if (!lumen) return lumen.error();
-    if (!vessel::is_inside(*lumen, entry.place_mm))
+    if (!vessel::is_inside(*lumen, entry.position_mm))
         return invalid("[entry] place_mm: expected a place in the vessel's lumen, found " +
-                       text_of(entry.place_mm) + " outside of it");
+                       text_of(entry.position_mm) + " outside of it");
     const Vec3d ahead = normalized(entry.direction);
     const int pieces = int(std::ceil(entry.inserted_mm / segment_mm));
     for (int n = 1; n <= pieces; ++n) {
-        const Vec3d p = entry.place_mm + (entry.inserted_mm * n / pieces) * ahead;
+        const Vec3d p = entry.position_mm + (entry.inserted_mm * n / pieces) * ahead;
         if (!vessel::is_inside(*lumen, p))
             return invalid(
                 "[entry] inserted_mm: expected what is inserted at first in the vessel's "

@@ -45,7 +45,7 @@ std::vector<double> CatheterScene::state() const {
                         .steps = i.now.steps,
                         .awake = i.now.awake,
                         .wire = i.wire.copy(),
-                        .places = wall_places(),
+                        .places = wall_positions(),
                         .velocities = {},
                         .boxes = {}};
     for (std::int32_t n = 0; n < i.body.particle_count(); ++n)

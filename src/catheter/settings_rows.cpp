@@ -116,7 +116,7 @@ constexpr Setting<C> kCatheter[] = {
                                                      .low = 0,
                                                      .high = 3000,
                                                      .text = "length inserted at first"}),
-    setting<&C::entry, &CatheterEntry::place_mm>(
+    setting<&C::entry, &CatheterEntry::position_mm>(
         {.table = "entry",
          .name = "place_mm",
          .unit = "mm, LPS",
@@ -256,12 +256,12 @@ constexpr Setting<V> kFile[] = {
                            .text = "distance ahead that steering aims at"}),
     setting<&V::gain>(
         {.table = "way", .name = "gain", .low = 0, .high = 100, .text = "of the steering"}),
-    setting<&V::most_deg>({.table = "way",
-                           .name = "most_deg",
-                           .unit = "degrees",
-                           .low = 0,
-                           .high = 360,
-                           .text = "largest bend of the steered tip"}),
+    setting<&V::max_deg>({.table = "way",
+                          .name = "max_deg",
+                          .unit = "degrees",
+                          .low = 0,
+                          .high = 360,
+                          .text = "largest bend of the steered tip"}),
     setting<&V::entry_end>({.table = "entry",
                             .key = "end",
                             .name = "entry_end",
@@ -275,11 +275,11 @@ constexpr Setting<V> kFile[] = {
                                 .low = -10,
                                 .high = 10,
                                 .text = "distance of the guide's end from it"}),
-    setting<&V::most_steps>({.table = "simulation",
-                             .name = "most_steps",
-                             .low = 1,
-                             .high = double(kMaxVesselSteps),
-                             .text = "the script ends after so many steps"}),
+    setting<&V::max_steps>({.table = "simulation",
+                            .name = "max_steps",
+                            .low = 1,
+                            .high = double(kMaxVesselSteps),
+                            .text = "the script ends after so many steps"}),
 };
 
 constexpr Setting<A> kAct[] = {

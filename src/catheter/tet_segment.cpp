@@ -13,7 +13,7 @@ namespace pliant::catheter {
 namespace {
 
 /// Fraction of EI due to volumes, and limits of GJ as fractions of EI.
-constexpr double kBulkShare = 0.03, kLeastTwist = 0.05, kMostTwist = 4;
+constexpr double kBulkShare = 0.03, kMinTwist = 0.05, kMaxTwist = 4;
 
 /// Orders the columns of a side's diagonals: each is cut from the ring behind at the earlier column
 /// to the ring ahead at the later column.
@@ -117,7 +117,7 @@ std::array<Vec3d, 4> volume_gradient(const std::array<std::uint8_t, 4>& tet, con
 TwistBounds twist_bounds(double bend, double radius, double length) {
     const Shares s = shares_of(radius, length);
     const double of_bulk = kBulkShare * bend / s.bend.bulk * s.twist.bulk;
-    return {of_bulk + kLeastTwist * bend, of_bulk + kMostTwist * bend};
+    return {of_bulk + kMinTwist * bend, of_bulk + kMaxTwist * bend};
 }
 
 SegmentStiffness stiffness_for(double bend, double twist, double radius, double length) {

@@ -12,7 +12,7 @@ namespace pliant::catheter {
 namespace {
 
 /// Limit of a node's motion in one Newton step, as a fraction of a segment's length.
-constexpr double kMostMove = 0.5;
+constexpr double kMaxMove = 0.5;
 const auto kRingBars = bars_in_ring();
 const std::array<std::array<Bar, kAcross>, 2> kBars{bars_across(false), bars_across(true)};
 const std::array kCells{tetrahedra(false), tetrahedra(true)};
@@ -233,7 +233,7 @@ void TetWire::solve(std::span<WireContact> contacts) {
     for (std::size_t i = first; i < m_count; ++i) add_segment(i);
     for (WireContact& c : contacts) add_contact(c);
     m_chain.solve();
-    const double most = kMostMove * m_settings.segment_mm;
+    const double most = kMaxMove * m_settings.segment_mm;
     for (std::size_t n = held; n < m_nodes.size(); ++n) {
         const Vec3d by = m_chain.solution((n - held) / kRing, 3 * (n % kRing));
         const double size = norm(by);

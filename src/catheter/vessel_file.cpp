@@ -71,12 +71,12 @@ Status check_steps(const VesselFile& v) {
     double seconds = 0;
     for (const VesselAct& act : v.acts) seconds += act.for_s.value_or(0);
     const double steps = std::round(seconds / v.settings.time_step_s);
-    const double most = std::max(v.most_steps, VesselFile{}.most_steps);
+    const double most = std::max(v.max_steps, VesselFile{}.max_steps);
     if (steps <= most) return Ok{};
     return Error{ErrorCode::LimitExceeded,
                  v.file + ": [[script]] for_s: asks for " + std::to_string(std::int64_t(steps)) +
                      " steps in all, expected up to " + std::to_string(std::int64_t(most)) +
-                     "; [simulation] most_steps raises that up to " +
+                     "; [simulation] max_steps raises that up to " +
                      std::to_string(kMaxVesselSteps)};
 }
 

@@ -17,7 +17,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kMargin_mm = 25, kVoxel_mm = 1, kMostVoxels = 256;
+constexpr double kMargin_mm = 25, kVoxel_mm = 1, kMaxVoxels = 256;
 constexpr double kLumenHu = 300, kWallHu = 90, kTissueHu = 40, kPatternHu = 20;
 constexpr double kPattern_mm = 12;
 constexpr int kBlock = 8;
@@ -65,7 +65,7 @@ Grid grid_around(const std::vector<Vec3d>& nodes_mm) {
         }
     const Vec3d span = high - low + Vec3d{2 * kMargin_mm, 2 * kMargin_mm, 2 * kMargin_mm};
     const double longest = std::max({span.x, span.y, span.z});
-    const double voxel = std::max(kVoxel_mm, std::ceil(10 * longest / (kMostVoxels - 1)) / 10);
+    const double voxel = std::max(kVoxel_mm, std::ceil(10 * longest / (kMaxVoxels - 1)) / 10);
     Grid grid;
     for (int a = 0; a < 3; ++a) {
         grid.size[a] = int(std::ceil(span[a] / voxel)) + 1;

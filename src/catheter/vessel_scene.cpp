@@ -26,7 +26,7 @@ std::vector<CentrePoint> phantom_branch(const std::string& name) {
         branch.push_back(
             {{radius * (1 - std::cos(angle)), 0, 60 + radius * std::sin(angle)}, tube});
     }
-    const Vec3d last = branch.back().place_mm, ahead{std::sin(bend), 0, std::cos(bend)};
+    const Vec3d last = branch.back().position_mm, ahead{std::sin(bend), 0, std::cos(bend)};
     for (double s = 3; s < 40; s += 3) branch.push_back({last + s * ahead, tube});
     return branch;
 }
@@ -109,7 +109,7 @@ Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
     if (!v.phantom.empty()) {
         const auto branch = phantom_branch(v.phantom);
         if (made.way.empty())
-            for (const CentrePoint& p : branch) made.way.push_back(p.place_mm);
+            for (const CentrePoint& p : branch) made.way.push_back(p.position_mm);
         wall = swept_tube(branch, {.thickness_mm = v.wall.thickness_mm, .layers = v.wall.layers});
     } else if (!v.centreline.empty()) {
         const auto mesh = read_mesh(v.centreline);

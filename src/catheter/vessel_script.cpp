@@ -9,7 +9,7 @@ namespace pliant {
 
 VesselScript::VesselScript(const VesselFile& file, const std::vector<Vec3d>& way)
     : m_acts(file.acts),
-      m_pilot(way, file.ahead_mm, file.gain, file.most_deg),
+      m_pilot(way, file.ahead_mm, file.gain, file.max_deg),
       m_has_way(way.size() > 1) {}
 
 double VesselScript::way_mm(const CatheterScene& scene) const {

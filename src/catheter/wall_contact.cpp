@@ -15,7 +15,7 @@ namespace {
 constexpr std::int64_t kSegmentGrain = 4;  ///< segments per task
 /// The broad phase is reused until a node has moved by more than this [mm], or for so many steps.
 constexpr double kKept = 0.3;
-constexpr int kMostKept = 20;
+constexpr int kMaxKept = 20;
 
 /// Distance of a segment in a step at its present speed.
 double way_of(const Wire& wire, std::int32_t segment, double duration_s) {
@@ -27,10 +27,10 @@ double way_of(const Wire& wire, std::int32_t segment, double duration_s) {
 }  // namespace
 
 WallContact::WallContact(const TetMesh& mesh, const TriangleMesh& ghost,
-                         std::span<const Embedded> ghost_places,
+                         std::span<const Embedded> ghost_positions,
                          const WallContactSettings& settings)
     : m_settings(settings),
-      m_ghost(mesh, ghost, ghost_places, 0.5),
+      m_ghost(mesh, ghost, ghost_positions, 0.5),
       m_seen(ghost.nodes_mm.size(), 0),
       m_ringed(ghost.nodes_mm.size(), 0),
       m_share(mesh.nodes_mm.size(), 0),
@@ -52,7 +52,7 @@ void WallContact::wake(const PbdBody& body, const TaskArena& arena) {
 
 bool WallContact::may_keep(const Wire& wire, double duration_s) {
     const std::int32_t first = std::max(0, wire.first() - 1);
-    if (m_near.empty() || first < m_first || ++m_age >= kMostKept) return false;
+    if (m_near.empty() || first < m_first || ++m_age >= kMaxKept) return false;
     for (std::int32_t s = first; s < wire.segments(); ++s)
         if (moved(wire, s) + way_of(wire, s, duration_s) > kKept) return false;
     return true;

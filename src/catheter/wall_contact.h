@@ -33,7 +33,7 @@ class WallContact {
   public:
     /// @pre GhostSurface::check accepts them
     WallContact(const TetMesh& mesh, const TriangleMesh& ghost,
-                std::span<const Embedded> ghost_places, const WallContactSettings& settings);
+                std::span<const Embedded> ghost_positions, const WallContactSettings& settings);
 
     /// Call it before a step that may be undone.
     void keep() {

@@ -13,8 +13,8 @@
 
 namespace pliant {
 
-WayPilot::WayPilot(std::vector<Vec3d> way_mm, double ahead_mm, double gain, double most_deg)
-    : m_way(std::move(way_mm)), m_ahead(ahead_mm), m_gain(gain), m_most(most_deg) {
+WayPilot::WayPilot(std::vector<Vec3d> way_mm, double ahead_mm, double gain, double max_deg)
+    : m_way(std::move(way_mm)), m_ahead(ahead_mm), m_gain(gain), m_most(max_deg) {
     double sum = 0;
     for (std::size_t n = 0; n < m_way.size(); ++n) {
         if (n > 0) sum += norm(m_way[n] - m_way[n - 1]);

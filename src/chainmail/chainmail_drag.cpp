@@ -81,7 +81,7 @@ Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double
         report.field_bytes = std::int64_t(drag.bytes());
     }
     step.commit_open();
-    report.pick_ms = ms_since(start);
+    report.grab_ms = ms_since(start);
     return report;
 }
 

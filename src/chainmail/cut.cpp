@@ -86,20 +86,20 @@ class BrickCutter {
         m_row = lattice.brick_size() + 1;
         const BrickEdits* edits = lattice.edits_of(coord);
         m_edits = edits ? *edits : BrickEdits(std::size_t(lattice.elements_per_brick()), 0);
-        m_places.reserve(std::size_t(m_row) * std::size_t(m_row) * std::size_t(m_row));
+        m_positions.reserve(std::size_t(m_row) * std::size_t(m_row) * std::size_t(m_row));
         for (int z = 0; z < m_row; ++z)
             for (int y = 0; y < m_row; ++y)
                 for (int x = 0; x < m_row; ++x)
-                    m_places.push_back(moved_place(
+                    m_positions.push_back(moved_place(
                         rest_place(lattice.grid(), m_block.first_element() + Vec3i{x, y, z}),
                         m_block.displacement(m_block.index(x, y, z))));
-        m_sides.resize(m_places.size());
+        m_sides.resize(m_positions.size());
     }
 
     void cut(const Triangle& triangle) {
         const Plane plane(triangle);
-        for (std::size_t n = 0; n < m_places.size(); ++n)
-            m_sides[n] = std::int8_t(plane.side(m_places[n]));
+        for (std::size_t n = 0; n < m_positions.size(); ++n)
+            m_sides[n] = std::int8_t(plane.side(m_positions[n]));
         const int size = m_row - 1;
         for (int z = 0; z < size; ++z)
             for (int y = 0; y < size; ++y)
@@ -119,7 +119,7 @@ class BrickCutter {
         const int size = m_row - 1;
         auto& flags = m_edits[std::size_t(local.x + size * (local.y + size * local.z))];
         if (flags & (kCutX << b)) return;
-        if (!passes_inside(triangle, m_places[p], m_places[q])) return;
+        if (!passes_inside(triangle, m_positions[p], m_positions[q])) return;
         const Vec3i e = m_block.first_element() + local;
         const Vec3i f = e + Vec3i{b == 0, b == 1, b == 2};
         if (m_lattice.is_void(e) || m_lattice.is_void(f)) return;
@@ -131,7 +131,7 @@ class BrickCutter {
     CellBlock m_block;
     int m_row = 0;
     BrickEdits m_edits;
-    std::vector<Place> m_places;
+    std::vector<Place> m_positions;
     std::vector<std::int8_t> m_sides;
     std::int64_t m_count = 0;
 };

@@ -126,9 +126,9 @@ class Slide {
     double share_of(int step) const { return double(step) / m_steps; }
     Vec3d place(double share) const { return m_path.point_mm + share * m_path.push_mm; }
 
-    bool is_in_tissue(Vec3d place_mm) const {
+    bool is_in_tissue(Vec3d position_mm) const {
         return shows_tissue(m_tissue.lattice(), m_tissue.volume(),
-                            voxel_from_world(m_grid, place_mm), m_values);
+                            voxel_from_world(m_grid, position_mm), m_values);
     }
 
     /// Moves tissue out of the sphere at a fraction of its way.
@@ -174,12 +174,12 @@ class Slide {
                                 .size());
     }
 
-    std::optional<Vec3d> free_place_near(Vec3d place_mm, double reach_mm) const {
+    std::optional<Vec3d> free_place_near(Vec3d position_mm, double reach_mm) const {
         constexpr int kShells = 12;
         const std::vector<Vec3d> directions = cube_directions();
         for (int shell = 1; shell <= kShells; ++shell)
             for (const Vec3d& direction : directions) {
-                const Vec3d tried = place_mm + (reach_mm * shell / kShells) * direction;
+                const Vec3d tried = position_mm + (reach_mm * shell / kShells) * direction;
                 const Vec3d ijk = voxel_from_world(m_grid, tried);
                 bool inside = true;
                 for (int a = 0; a < 3; ++a)

@@ -23,7 +23,7 @@ using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
 using Vector = Eigen::VectorXd;
 
 /// A pivot with a smaller ratio to its diagonal is rounding: the solid has a hinge.
-constexpr double kLeastPivot = 1e-13;
+constexpr double kMinPivot = 1e-13;
 
 /// Number of each free component, −1 if held: [3 · node + axis].
 std::vector<Index> number_free(const HeldNodes& held) {
@@ -89,7 +89,7 @@ Result<CholeskyFactor> CholeskyFactor::create(const BlockMatrix& matrix, const H
         const Vector before = impl->factor.permutationP() * diagonal;
         const Vector pivots = impl->factor.vectorD();
         for (Index n = 0; n < impl->count; ++n)
-            if (!(pivots[n] > kLeastPivot * before[n])) return singular;
+            if (!(pivots[n] > kMinPivot * before[n])) return singular;
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::LimitExceeded,
                      "method: no memory for the factor of " + std::to_string(impl->count) +

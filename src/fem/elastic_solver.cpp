@@ -28,7 +28,7 @@ constexpr double kNewton = 1e-6;  // N per µN
 constexpr double kJoule = 1e-9;   // J per nJ
 
 /// Beyond this, the factor takes many minutes and gigabytes (docs/fem.md).
-constexpr std::int64_t kMostCholeskyNodes = 20'000;
+constexpr std::int64_t kMaxCholeskyNodes = 20'000;
 
 }  // namespace
 
@@ -81,10 +81,10 @@ Result<ElasticSolver> ElasticSolver::create(ElasticSolid solid, std::vector<Supp
     if (const Status s = check_solid(solid); !s) return s.error();
     const auto nodes = std::int64_t(solid.mesh.nodes_mm.size());
     const bool cholesky = settings.method == ElasticMethod::Cholesky;
-    if (cholesky && nodes > kMostCholeskyNodes)
+    if (cholesky && nodes > kMaxCholeskyNodes)
         return Error{ErrorCode::LimitExceeded, "method: Cholesky with " + std::to_string(nodes) +
                                                    " nodes, expected " +
-                                                   std::to_string(kMostCholeskyNodes) +
+                                                   std::to_string(kMaxCholeskyNodes) +
                                                    " at most; conjugate gradients take more"};
     auto held = hold(SolidShape(solid.mesh), supports);
     if (!held) return held.error();

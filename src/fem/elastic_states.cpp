@@ -35,9 +35,9 @@ Result<std::vector<ElasticState>> elastic_states(const ElasticSolid& solid,
         for (int g = 0; g < 8; ++g) {
             const HexPoint p = hex_point(corners, gauss_place(g));
             ElasticState& state = states[8 * cell + std::size_t(g)];
-            state.place_mm = {0, 0, 0};
+            state.position_mm = {0, 0, 0};
             for (std::size_t c = 0; c < 8; ++c)
-                state.place_mm = state.place_mm + p.values[c] * corners[c];
+                state.position_mm = state.position_mm + p.values[c] * corners[c];
             state.strain = strain_at(p, displacement, modes);
             state.stress_pa = stress_of(lame, state.strain);
         }

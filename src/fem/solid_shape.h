@@ -24,7 +24,7 @@ class SolidShape {
         return m_mesh ? std::int64_t(m_mesh->cells.size()) : pliant::cell_count(*m_lattice);
     }
     Vec3d place(std::int32_t node) const {
-        return m_mesh ? m_mesh->nodes_mm[std::size_t(node)] : node_place_mm(*m_lattice, node);
+        return m_mesh ? m_mesh->nodes_mm[std::size_t(node)] : node_position_mm(*m_lattice, node);
     }
     std::array<std::int32_t, 8> nodes_of(std::int32_t cell) const {
         return m_mesh ? m_mesh->cells[std::size_t(cell)] : cell_corners(*m_lattice, cell);

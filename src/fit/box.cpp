@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMetres = 1e-3;  // m per mm
 /// Larger references use conjugate gradients; the residual is relative to the load.
-constexpr std::int64_t kMostCholeskyNodes = 2000;
+constexpr std::int64_t kMaxCholeskyNodes = 2000;
 constexpr double kReferenceTolerance = 1e-11;
 
 Error bad_box(const std::string& text) {
@@ -132,7 +132,7 @@ Result<ElasticSolver> reference_solver(const FitBox& box, const HexLattice& latt
     for (const std::int32_t n : held) supports.push_back({.node = n});
     ElasticSettings settings{.element = box.element};
     const auto nodes = std::int64_t(box.size.x) * box.size.y * box.size.z;
-    if (nodes <= kMostCholeskyNodes)
+    if (nodes <= kMaxCholeskyNodes)
         return ElasticSolver::create(ElasticSolid{hex_mesh(lattice), {material}}, supports,
                                      settings, arena);
     settings.method = ElasticMethod::ConjugateGradients;

@@ -72,7 +72,7 @@ double dot_of(const std::vector<double>& a, const std::vector<double>& b) {
 std::vector<double> step_of(const Normal& normal, const std::vector<FitDirection>& directions) {
     std::vector<std::vector<double>> basis;
     for (const FitDirection& d : directions)
-        if (d.influence >= kLeastInfluence) basis.push_back(d.direction);
+        if (d.influence >= kMinInfluence) basis.push_back(d.direction);
     std::vector<double> step(normal.right.size(), 0);
     if (basis.empty()) return step;
     SquareMatrix inner(basis.size(), std::vector<double>(basis.size(), 0));

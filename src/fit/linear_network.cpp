@@ -22,7 +22,7 @@ using Vector = Eigen::VectorXd;
 using Entries = std::vector<Eigen::Triplet<double>>;
 
 /// A pivot with a smaller ratio to its diagonal is rounding.
-constexpr double kLeastPivot = 1e-13;
+constexpr double kMinPivot = 1e-13;
 
 /// Adds s · v vᵀ, with v given by vectors at nodes, to the lower triangle of the unknowns.
 template <std::size_t kMost>
@@ -217,7 +217,7 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::make_factor(
     auto made = std::make_shared<Factor>();
     if (m.count == 0) return made;
     if (m.dissection) {
-        made->dissected = m.dissection->factor(sum, kLeastPivot);
+        made->dissected = m.dissection->factor(sum, kMinPivot);
         if (!made->dissected) return nullptr;
         return made;
     }
@@ -225,7 +225,7 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::make_factor(
     if (made->factor.info() != Eigen::Success) return nullptr;
     const Vector pivots = made->factor.vectorD();
     for (int n = 0; n < m.count; ++n)
-        if (!(pivots[n] > kLeastPivot * sum.coeff(n, n))) return nullptr;
+        if (!(pivots[n] > kMinPivot * sum.coeff(n, n))) return nullptr;
     return made;
 }
 

@@ -20,12 +20,12 @@ namespace pliant {
 class LinearNetwork {
   public:
     /// Networks with more free nodes are factored by nested dissection.
-    static constexpr std::size_t kMostSimpleNodes = 2000;
+    static constexpr std::size_t kMaxSimpleNodes = 2000;
 
     /// @param held  [node]: fixed nodes
     LinearNetwork(const SpringParts& parts, std::span<const FitGroup> groups,
                   std::span<const std::uint8_t> held,
-                  std::size_t most_simple_nodes = kMostSimpleNodes);
+                  std::size_t most_simple_nodes = kMaxSimpleNodes);
     ~LinearNetwork();
     LinearNetwork(LinearNetwork&&) noexcept;
     LinearNetwork& operator=(LinearNetwork&&) noexcept;

@@ -87,7 +87,7 @@ class LineTaker {
 
     const fs::path& m_path;
     NrrdFields& m_fields;
-    std::map<std::string, std::size_t> m_places;  ///< positions of keys
+    std::map<std::string, std::size_t> m_positions;  ///< positions of keys
     bool m_is_list = false;
 };
 
@@ -102,12 +102,12 @@ Status LineTaker::take_field(std::string_view name, std::string_view value) {
 Status LineTaker::take_key(std::string key, std::string value) {
     // Skips ITK's header fields and empty names.
     if (key.empty() || is_itk_key(key)) return Ok{};
-    const auto [at, is_new] = m_places.emplace(key, m_fields.key_values.size());
+    const auto [at, is_new] = m_positions.emplace(key, m_fields.key_values.size());
     if (!is_new) {
         m_fields.key_values[at->second].second = std::move(value);
         return Ok{};
     }
-    if (m_places.size() > kMaxKeyValues)
+    if (m_positions.size() > kMaxKeyValues)
         return unreadable(m_path, "has more than " + std::to_string(kMaxKeyValues) + " keys");
     m_fields.key_values.emplace_back(std::move(key), std::move(value));
     return Ok{};

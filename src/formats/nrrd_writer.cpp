@@ -126,7 +126,7 @@ class NrrdWriter::Sink {
     void add(std::span<const std::byte> numbers) {
         if (!m_gzip) return write(numbers.data(), numbers.size());
         while (!numbers.empty() && m_error == 0) {
-            const auto piece = numbers.first(std::min(numbers.size(), kMostAtOnce));
+            const auto piece = numbers.first(std::min(numbers.size(), kMaxAtOnce));
             m_zlib.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(piece.data()));
             m_zlib.avail_in = uInt(piece.size());
             deflate_all(Z_NO_FLUSH);
@@ -146,7 +146,7 @@ class NrrdWriter::Sink {
     }
 
   private:
-    static constexpr std::size_t kMostAtOnce = std::size_t(1) << 30;
+    static constexpr std::size_t kMaxAtOnce = std::size_t(1) << 30;
 
     void deflate_all(int flush) {
         do {

@@ -121,7 +121,7 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
 namespace {
 
 /// Smaller scans are read: a mapping would cost more than it saves.
-constexpr std::size_t kLeastMappedBytes = 1 << 20;
+constexpr std::size_t kMinMappedBytes = 1 << 20;
 
 /// Computes slope · number + intercept in double precision, rounded to a float if the number was an
 /// integer or a float [NIfTI2007]. Integers are converted to floats first, as in ITK.
@@ -199,7 +199,7 @@ std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader&
         data.rescaled)
         return std::nullopt;
     const auto start = find_data_start(path, header, data.files[0]);
-    if (!start || voxel_count(header.grid) * sizeof(T) < kLeastMappedBytes) return std::nullopt;
+    if (!start || voxel_count(header.grid) * sizeof(T) < kMinMappedBytes) return std::nullopt;
     return VoxelArray<T>::mapped(data.files[0], *start, voxel_count(header.grid));
 }
 

@@ -66,7 +66,7 @@ class ReplayDevice : public HapticDevice {
         Vec3d position_mm{0, 0, 0};
         double roll_rad = 0;
     };
-    explicit ReplayDevice(std::vector<Place> places) : m_places(std::move(places)) {}
+    explicit ReplayDevice(std::vector<Place> places) : m_positions(std::move(places)) {}
 
     std::string name() const override { return "replay"; }
     static constexpr double kFarthest_mm = 500;  ///< along an axis
@@ -75,15 +75,15 @@ class ReplayDevice : public HapticDevice {
         return {1000, 1e5, 1000, {kAcross, kAcross, kAcross}};
     }
     bool read(HapticReading& reading) noexcept override {
-        reading.position_mm = m_places[m_at].position_mm;
-        reading.roll_rad = m_places[m_at].roll_rad;
-        if (m_at + 1 < m_places.size()) ++m_at;
+        reading.position_mm = m_positions[m_at].position_mm;
+        reading.roll_rad = m_positions[m_at].roll_rad;
+        if (m_at + 1 < m_positions.size()) ++m_at;
         return true;
     }
     bool write(Vec3d) noexcept override { return true; }
 
   private:
-    std::vector<Place> m_places;
+    std::vector<Place> m_positions;
     std::size_t m_at = 0;
 };
 

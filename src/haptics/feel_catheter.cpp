@@ -36,8 +36,8 @@ Result<CatheterFeel> CatheterFeel::create(const CatheterFeelSettings& settings) 
         double value, most;
     } numbers[] = {{"coupling_n_m", s.coupling_n_m, 1e5},
                    {"length_mm", s.length_mm, 1e5},
-                   {"most_mm_s", s.most_mm_s, 1000},
-                   {"most_deg_s", s.most_deg_s, 1e5},
+                   {"max_mm_s", s.max_mm_s, 1000},
+                   {"max_deg_s", s.max_deg_s, 1e5},
                    {"follow_s", s.follow_s, 1}};
     for (const auto& n : numbers)
         if (!(n.value > 0 && n.value <= n.most))
@@ -77,7 +77,7 @@ double CatheterFeel::ahead_mm(Vec3d tool_mm, const CatheterMeasures& now) const 
 
 CatheterFeel::Pull CatheterFeel::pull(Vec3d tool_mm, const CatheterMeasures& now) const {
     const CatheterFeelSettings& c = m_settings;
-    const double ahead = ahead_mm(tool_mm, now), reach = c.most_mm_s * m_span_s;
+    const double ahead = ahead_mm(tool_mm, now), reach = c.max_mm_s * m_span_s;
     const double low = std::max(-now.inserted_mm, -reach);
     const double high = std::min(c.length_mm - now.inserted_mm, reach);
     const double coupling = 1e-3 * c.coupling_n_m, both = coupling + m_wire_n_mm;
@@ -104,7 +104,7 @@ CatheterFeel::Motion CatheterFeel::follow(Vec3d tool_mm, double roll_rad,
     m_roll_deg = roll_deg;
     double turn = m_start_deg + m_turned_deg - now.rotated_deg;
     if (std::abs(turn) < kStill_deg) turn = 0;
-    const double most = m_settings.most_deg_s;
+    const double most = m_settings.max_deg_s;
     const double way = pull(tool_mm, now).way_mm;
     m_moves = way != 0;
     return {way / m_span_s, std::clamp(turn / m_span_s, -most, most)};

@@ -14,7 +14,7 @@ constexpr double kNewtonPerMetre = 1e-3;  ///< N/m per µN/mm
 }  // namespace
 
 Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d place_mm,
+                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
                                      LearntStiffness* last) {
     const auto reaction = tissue.reaction(held, ReactionLaw::Relaxed);
     if (!reaction.ok()) return reaction.error();
@@ -24,10 +24,10 @@ Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::
     const Vec3d force_n = kNewton * reaction->force;
     if (last) {
         last->begin_with(change);
-        last->add(place_mm, force_n);
+        last->add(position_mm, force_n);
         change = last->change_n_m();
     }
-    return model_of_contact(surface_mm, normal, place_mm, force_n, change);
+    return model_of_contact(surface_mm, normal, position_mm, force_n, change);
 }
 
 LearntStiffness::LearntStiffness(double start_n_m, double largest_n_m)
@@ -40,11 +40,11 @@ void LearntStiffness::begin_with(const Mat3d& change_n_m) {
     m_stiffness_n_m = capped_stiffness(m_stiffness_n_m, m_largest_n_m);
 }
 
-void LearntStiffness::add(Vec3d place_mm, Vec3d force_n) {
-    constexpr double kLeastStep_mm = 0.01;  // below: rounding or own motion
-    if (m_has_place) {
-        const Vec3d step = place_mm - m_place_mm;
-        if (norm(step) < kLeastStep_mm) return;
+void LearntStiffness::add(Vec3d position_mm, Vec3d force_n) {
+    constexpr double kMinStep_mm = 0.01;  // below: rounding or own motion
+    if (m_has_position) {
+        const Vec3d step = position_mm - m_position_mm;
+        if (norm(step) < kMinStep_mm) return;
         // K ← K + (r sᵀ + s rᵀ)/s·s − (r·s) s sᵀ/(s·s)², r = −ΔF − K s: symmetric.
         const Vec3d change = 1e3 * (m_force_n - force_n);
         const Vec3d r = change - m_stiffness_n_m * step;
@@ -54,8 +54,8 @@ void LearntStiffness::add(Vec3d place_mm, Vec3d force_n) {
                                          (r[c] / ss) * step - (rs * step[c] / (ss * ss)) * step;
         m_stiffness_n_m = capped_stiffness(m_stiffness_n_m, m_largest_n_m);
     }
-    m_has_place = true;
-    m_place_mm = place_mm;
+    m_has_position = true;
+    m_position_mm = position_mm;
     m_force_n = force_n;
 }
 

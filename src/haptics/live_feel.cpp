@@ -82,7 +82,7 @@ void LiveFeel::set_wall(double iso_hu, Polarity polarity) {
 bool LiveFeel::follow(Vec3d tool_mm, Vec3d proxy_mm) {
     if (!m_touches) take_over();
     m_model = m_feel->model(tool_mm, proxy_mm);
-    m_place_mm = tool_mm;
+    m_position_mm = tool_mm;
     const bool touched = m_touches;
     m_touches = false;
     if (m_model.plane_count == 0) return false;
@@ -105,7 +105,7 @@ HapticModel LiveFeel::model(Tissue& tissue, Vec3d pushed_mm) {
     for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c] = -change.columns[c];
     // The springs' tool was stopped: the rest of the way has the largest stiffness.
     constexpr double kStopped_mm = 0.05;
-    const Vec3d rest_mm = pushed_mm - m_place_mm;
+    const Vec3d rest_mm = pushed_mm - m_position_mm;
     if (norm(rest_mm) < kStopped_mm) return model;
     model.force_n = model.force_n + (1e-3 * m_settings.bone_n_m) * rest_mm;
     for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c][c] += m_settings.bone_n_m;

@@ -64,7 +64,7 @@ class LiveFeel {
     std::vector<Box3i> m_waiting;  ///< changed during the contact
     HapticModel m_model;           ///< from ChainMail's law
     WallContact m_contact;
-    Vec3d m_place_mm{0, 0, 0};
+    Vec3d m_position_mm{0, 0, 0};
     bool m_touches = false;
     LearntStiffness m_learnt;
 };

@@ -63,23 +63,23 @@ Result<HapticModel> checked_model(HapticModel model, double largest_stiffness_n_
     return model;
 }
 
-HapticModel model_of_contact(Vec3d surface_mm, Vec3d normal, Vec3d place_mm, Vec3d force_n,
+HapticModel model_of_contact(Vec3d surface_mm, Vec3d normal, Vec3d position_mm, Vec3d force_n,
                              const Mat3d& change_n_m) {
     HapticModel model;
     model.plane_count = 1;
     model.planes[0] = {surface_mm, normal};
     const double length2 = dot(normal, normal);
     if (length2 > 0)
-        model.depth_mm = (std::max(0.0, dot(normal, surface_mm - place_mm)) / length2) * normal;
+        model.depth_mm = (std::max(0.0, dot(normal, surface_mm - position_mm)) / length2) * normal;
     model.force_n = force_n;
     for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c] = -change_n_m.columns[c];
     return model;
 }
 
-HapticModel model_of_grip(Vec3d place_mm, Vec3d force_n, const Mat3d& change_n_m) {
+HapticModel model_of_grip(Vec3d position_mm, Vec3d force_n, const Mat3d& change_n_m) {
     HapticModel model;
     model.held = true;
-    model.anchor_mm = place_mm;
+    model.anchor_mm = position_mm;
     model.force_n = force_n;
     for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c] = -change_n_m.columns[c];
     return model;

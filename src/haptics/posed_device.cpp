@@ -17,23 +17,23 @@ constexpr std::int64_t kLost_ns = 500'000'000;
 class PosedDevice : public HapticDevice {
   public:
     PosedDevice(std::shared_ptr<PosedPlaces> places, const char* name)
-        : m_places(std::move(places)), m_name(name) {}
+        : m_positions(std::move(places)), m_name(name) {}
 
     std::string name() const override { return m_name; }
     HapticLimits limits() const override { return {8, 1000, 5, {200, 200, 200}}; }
     bool read(HapticReading& reading) noexcept override {
-        if (const PosedPlace* said = m_places->read()) m_said = *said;
+        if (const PosedPlace* said = m_positions->read()) m_said = *said;
         const std::int64_t now = steady_now_ns();
         if (m_said.said_ns == 0 || now - m_said.said_ns > kLost_ns) return false;
         if (m_last_ns == 0) {
-            m_place_mm = m_said.position_mm;
+            m_position_mm = m_said.position_mm;
             m_roll_rad = m_said.roll_rad;
         }
         const double passed_s = m_last_ns == 0 ? 0 : 1e-9 * double(now - m_last_ns);
-        m_place_mm = posed_step(m_place_mm, m_said.position_mm, passed_s);
+        m_position_mm = posed_step(m_position_mm, m_said.position_mm, passed_s);
         m_roll_rad = posed_step({m_roll_rad, 0, 0}, {m_said.roll_rad, 0, 0}, passed_s).x;
         m_last_ns = now;
-        reading.position_mm = m_place_mm;
+        reading.position_mm = m_position_mm;
         reading.roll_rad = std::remainder(m_roll_rad, 2 * std::numbers::pi);
         reading.buttons = m_said.buttons;
         return true;
@@ -41,10 +41,10 @@ class PosedDevice : public HapticDevice {
     bool write(Vec3d) noexcept override { return true; }
 
   private:
-    std::shared_ptr<PosedPlaces> m_places;
+    std::shared_ptr<PosedPlaces> m_positions;
     const char* m_name;
     PosedPlace m_said;
-    Vec3d m_place_mm{0, 0, 0};
+    Vec3d m_position_mm{0, 0, 0};
     double m_roll_rad = 0;
     std::int64_t m_last_ns = 0;
 };

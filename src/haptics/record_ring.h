@@ -26,7 +26,7 @@ class RecordRing {
     /// Appends a record. One writer thread only.
     void write(const T& record) {
         const std::uint64_t n = m_written.load(std::memory_order_relaxed);
-        Place& place = (*m_places)[n % kCount];
+        Place& place = (*m_positions)[n % kCount];
         std::uint64_t words[kWords];
         std::memcpy(words, &record, sizeof record);
         place.number.store(2 * n + 1, std::memory_order_relaxed);
@@ -38,7 +38,7 @@ class RecordRing {
     std::uint64_t written() const { return m_written.load(std::memory_order_acquire); }
     /// Reads record n, from 0. @returns false if it isn't written yet or already overwritten
     bool read(std::uint64_t n, T& record) const {
-        const Place& place = (*m_places)[n % kCount];
+        const Place& place = (*m_positions)[n % kCount];
         if (place.number.load(std::memory_order_acquire) != 2 * n + 2) return false;
         std::uint64_t words[kWords];
         for (std::size_t w = 0; w < kWords; ++w)
@@ -56,7 +56,7 @@ class RecordRing {
         std::array<std::atomic<std::uint64_t>, kWords> words{};
     };
 
-    std::unique_ptr<std::array<Place, kCount>> m_places =
+    std::unique_ptr<std::array<Place, kCount>> m_positions =
         std::make_unique<std::array<Place, kCount>>();
     std::atomic<std::uint64_t> m_written{0};
     static_assert(std::atomic<std::uint64_t>::is_always_lock_free);

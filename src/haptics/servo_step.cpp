@@ -25,7 +25,7 @@ struct Contact {
 
 Contact find_contact(const HapticModel& model, Vec3d x, Vec3d earlier_proxy) {
     Contact contact;
-    const Vec3d nearest = nearest_free_place(model, x, &contact.is_boxed_in);
+    const Vec3d nearest = nearest_free_position(model, x, &contact.is_boxed_in);
     contact.proxy_mm = nearest;
     const double depth = norm(nearest - x);
     if (!(depth > 0)) return contact;
@@ -33,11 +33,11 @@ Contact find_contact(const HapticModel& model, Vec3d x, Vec3d earlier_proxy) {
     if (!(model.friction > 0)) return contact;
     // The free side lies beyond the plane through `nearest`. The proxy sticks to its position on
     // that plane within the friction cone, and otherwise slides until it is within it.
-    Vec3d behind = nearest_free_place(model, earlier_proxy) - nearest;
+    Vec3d behind = nearest_free_position(model, earlier_proxy) - nearest;
     behind = behind - dot(behind, contact.normal) * contact.normal;
     const double length = norm(behind), held = model.friction * depth;
     const Vec3d kept = length > held ? (held / length) * behind : behind;
-    contact.proxy_mm = nearest_free_place(model, nearest + kept);
+    contact.proxy_mm = nearest_free_position(model, nearest + kept);
     return contact;
 }
 

@@ -91,7 +91,7 @@ class SpaceMouse : public HapticDevice {
             const std::int64_t now = steady_now_ns();
             place = cap_moved(place, motion, 1e-9 * double(now - last));
             last = now;
-            m_places->write({now, place.position_mm, place.roll_rad, buttons});
+            m_positions->write({now, place.position_mm, place.roll_rad, buttons});
             std::this_thread::sleep_for(kBeat);
         }
     }
@@ -108,8 +108,8 @@ class SpaceMouse : public HapticDevice {
     void* m_library;
     Poll m_poll;
     Close m_close;
-    std::shared_ptr<PosedPlaces> m_places = std::make_shared<PosedPlaces>();
-    std::unique_ptr<HapticDevice> m_device = make_posed_device(m_places, "SpaceMouse");
+    std::shared_ptr<PosedPlaces> m_positions = std::make_shared<PosedPlaces>();
+    std::unique_ptr<HapticDevice> m_device = make_posed_device(m_positions, "SpaceMouse");
     std::atomic<bool> m_quit{false};
     std::thread m_thread;
 };

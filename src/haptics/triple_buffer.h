@@ -17,7 +17,7 @@ class TripleBuffer {
   public:
     /// Writes a value. One writer thread only.
     void write(const T& value) {
-        m_places[m_back] = value;
+        m_positions[m_back] = value;
         m_back = m_middle.exchange(std::uint8_t(m_back | kFresh), std::memory_order_acq_rel) &
                  std::uint8_t(3);
     }
@@ -26,13 +26,13 @@ class TripleBuffer {
     const T* read() {
         if (!(m_middle.load(std::memory_order_relaxed) & kFresh)) return nullptr;
         m_front = m_middle.exchange(m_front, std::memory_order_acq_rel) & std::uint8_t(3);
-        return &m_places[m_front];
+        return &m_positions[m_front];
     }
 
   private:
     static constexpr std::uint8_t kFresh = 4;
 
-    std::array<T, 3> m_places{};
+    std::array<T, 3> m_positions{};
     std::uint8_t m_back = 0;  ///< the writer's slot
     std::atomic<std::uint8_t> m_middle{1};
     std::uint8_t m_front = 2;  ///< the reader's slot

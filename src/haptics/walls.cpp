@@ -25,18 +25,18 @@ Walls::Walls(const Volume& volume, const TaskArena& arena)
     : m_caster(volume, arena), m_rays(directions()), m_distances(m_rays.size()) {}
 
 /// Hits, the nearest first.
-std::vector<RayHit> Walls::hits(const ChainMailFeelSettings& s, Vec3d place_mm) {
+std::vector<RayHit> Walls::hits(const ChainMailFeelSettings& s, Vec3d position_mm) {
     std::vector<RayHit> walls;
     const double within = s.reach_mm + s.tool_radius_mm;
-    if (const auto nearest = m_caster.nearest_surface(place_mm, within, s.iso_hu, s.polarity))
+    if (const auto nearest = m_caster.nearest_surface(position_mm, within, s.iso_hu, s.polarity))
         walls.push_back(*nearest);
     else
         return walls;
-    m_caster.first_hits(place_mm, m_rays, s.iso_hu, s.polarity, m_distances);
+    m_caster.first_hits(position_mm, m_rays, s.iso_hu, s.polarity, m_distances);
     std::vector<RayHit> others;
     for (std::size_t r = 0; r < m_rays.size(); ++r)
         if (m_distances[r] < within)
-            if (const auto hit = m_caster.first_hit(place_mm, m_rays[r], s.iso_hu, s.polarity))
+            if (const auto hit = m_caster.first_hit(position_mm, m_rays[r], s.iso_hu, s.polarity))
                 others.push_back(*hit);
     std::stable_sort(others.begin(), others.end(), [](const RayHit& a, const RayHit& b) {
         return a.distance_mm < b.distance_mm;
@@ -66,7 +66,7 @@ HapticModel Walls::around(const ChainMailFeelSettings& settings, Vec3d proxy_mm)
 
 WallContact Walls::contact(const HapticModel& planes, Vec3d tool_mm, double radius_mm) {
     WallContact contact;
-    contact.entry_mm = nearest_free_place(planes, tool_mm);
+    contact.entry_mm = nearest_free_position(planes, tool_mm);
     const double depth = norm(contact.entry_mm - tool_mm);
     if (depth > kTouch_mm) {
         contact.depth_mm = depth;

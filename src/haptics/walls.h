@@ -37,7 +37,7 @@ class Walls {
     const RayCaster& caster() const { return m_caster; }
 
   private:
-    std::vector<RayHit> hits(const ChainMailFeelSettings& settings, Vec3d place_mm);
+    std::vector<RayHit> hits(const ChainMailFeelSettings& settings, Vec3d position_mm);
 
     RayCaster m_caster;
     std::vector<Vec3d> m_rays;

@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kFewestSamples = 3, kMostSamples = 6;  ///< along each axis of a cell's part
+constexpr int kFewestSamples = 3, kMaxSamples = 6;  ///< along each axis of a cell's part
 constexpr double kSamplesPerRadius = 4;
 constexpr double kBesidePart = 0.05;  ///< added to a part on each side [cell coordinates]
 
@@ -77,7 +77,7 @@ std::optional<Part> part_in_reach(const NearCell& cell, Vec3d centre, double rad
 /// Number of samples along one axis of a part.
 int sample_count(double length_mm, double radius_mm) {
     const double wanted = std::ceil(kSamplesPerRadius * length_mm / radius_mm) + 1;
-    return int(std::clamp(wanted, double(kFewestSamples), double(kMostSamples)));
+    return int(std::clamp(wanted, double(kFewestSamples), double(kMaxSamples)));
 }
 
 /// Searches cells one by one for tissue in a ball.

@@ -137,11 +137,11 @@ class MaterialTable::Builder {
 MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
                              const std::vector<ElementLimits>& others, Vec3d spacing_mm)
     : m_entries{void_limits()} {
-    constexpr std::size_t kMostEntries = 65536;
+    constexpr std::size_t kMaxEntries = 65536;
     Builder builder(m_entries, spacing_mm);
     for (const MaterialLaw& law : laws) {
         std::vector<MaterialId>& ids = m_ids.emplace_back(32768 - kLowestValue);
-        for (std::size_t n = 0; n < ids.size() && m_entries.size() <= kMostEntries; ++n) {
+        for (std::size_t n = 0; n < ids.size() && m_entries.size() <= kMaxEntries; ++n) {
             const int value_hu = int(n) + kLowestValue;
             ids[n] = builder.add(law(value_hu));
             if (!builder.fault().empty()) {
@@ -152,7 +152,7 @@ MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
     }
     m_law_size = int(m_entries.size());
     for (const ElementLimits& limits : others) m_other_ids.push_back(builder.add(limits));
-    m_fits = m_entries.size() <= kMostEntries;
+    m_fits = m_entries.size() <= kMaxEntries;
     for (const HalfLimits& half : m_entries) {
         m_traits.push_back(traits_of(half));
         const bool moves = !half.fixed && &half != &m_entries[kVoidMaterial];

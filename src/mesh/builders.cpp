@@ -19,16 +19,16 @@ constexpr Vec3i kCorner[8] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
 constexpr int kTetrahedra[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                                    {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
 
-std::vector<Vec3d> places_mm(const HexLattice& lattice) {
+std::vector<Vec3d> positions_mm(const HexLattice& lattice) {
     std::vector<Vec3d> places(std::size_t(node_count(lattice)));
     for (std::size_t n = 0; n < places.size(); ++n)
-        places[n] = node_place_mm(lattice, std::int32_t(n));
+        places[n] = node_position_mm(lattice, std::int32_t(n));
     return places;
 }
 
 }  // namespace
 
-Vec3d node_place_mm(const HexLattice& l, std::int32_t node) {
+Vec3d node_position_mm(const HexLattice& l, std::int32_t node) {
     const std::int32_t row = node / l.size.x;
     const Vec3d ijk{double(node % l.size.x), double(row % l.size.y), double(row / l.size.y)};
     return l.origin_mm +
@@ -44,7 +44,7 @@ std::array<std::int32_t, 8> cell_corners(const HexLattice& l, std::int32_t cell)
 }
 
 Status check_lattice(const HexLattice& l) {
-    constexpr std::int64_t kMostNodes = std::int64_t(1) << 30;
+    constexpr std::int64_t kMaxNodes = std::int64_t(1) << 30;
     std::int64_t nodes = 1;
     for (int a = 0; a < 3; ++a) {
         const std::string axis(1, "xyz"[a]);
@@ -57,9 +57,9 @@ Status check_lattice(const HexLattice& l) {
                                                          std::to_string(l.spacing_mm[a]) +
                                                          ", expected a length above 0"};
         nodes *= l.size[a];
-        if (nodes > kMostNodes)
+        if (nodes > kMaxNodes)
             return Error{ErrorCode::LimitExceeded, "lattice: found more than " +
-                                                       std::to_string(kMostNodes) +
+                                                       std::to_string(kMaxNodes) +
                                                        " nodes, expected that many at most"};
     }
     if (!is_finite(l.origin_mm))
@@ -68,7 +68,7 @@ Status check_lattice(const HexLattice& l) {
 }
 
 HexMesh hex_mesh(const HexLattice& lattice) {
-    HexMesh mesh{places_mm(lattice), {}};
+    HexMesh mesh{positions_mm(lattice), {}};
     mesh.cells.resize(std::size_t(cell_count(lattice)));
     for (std::size_t c = 0; c < mesh.cells.size(); ++c)
         mesh.cells[c] = cell_corners(lattice, std::int32_t(c));
@@ -76,7 +76,7 @@ HexMesh hex_mesh(const HexLattice& lattice) {
 }
 
 TetMesh tet_mesh(const HexLattice& lattice) {
-    TetMesh mesh{places_mm(lattice), {}};
+    TetMesh mesh{positions_mm(lattice), {}};
     mesh.cells.reserve(6 * std::size_t(cell_count(lattice)));
     for (std::int32_t c = 0; c < cell_count(lattice); ++c) {
         const auto at = cell_corners(lattice, c);

@@ -58,7 +58,7 @@ class Msh {
     bool m_binary = false, m_big_endian = false, m_four = false, m_is_4_0 = false;
     std::vector<std::pair<std::int64_t, std::int64_t>> m_numbers;  ///< number in the file and
                                                                    ///< index; sorted
-    std::vector<double> m_places;
+    std::vector<double> m_positions;
     struct Element {
         int type;
         std::array<std::int64_t, 4> nodes;
@@ -88,8 +88,8 @@ Status Msh::read_format() {
 /// Reads a position. Stops at a missing number, so that no more nodes are stored than the file has.
 Status Msh::read_place(std::int64_t node) {
     for (int a = 0; a < 3; ++a) {
-        m_places.push_back(real());
-        if (!std::isfinite(m_places.back()))
+        m_positions.push_back(real());
+        if (!std::isfinite(m_positions.back()))
             return unreadable("node " + std::to_string(node) + " is at a place that is not finite");
     }
     return Ok{};
@@ -221,7 +221,7 @@ Result<MeshData> Msh::read() {
     }
     std::sort(m_numbers.begin(), m_numbers.end());
     MeshData mesh;
-    if (const Status s = set_nodes(mesh, m_places); !s) return s.error();
+    if (const Status s = set_nodes(mesh, m_positions); !s) return s.error();
     for (Element& e : m_elements) {
         for (std::size_t n = 0; n < e.count; ++n) {
             const auto at = std::lower_bound(m_numbers.begin(), m_numbers.end(),

@@ -79,7 +79,7 @@ class Ply {
     bool m_binary = false, m_big_endian = false;
     std::vector<PlyElement> m_elements;
     std::string m_comments;
-    std::vector<double> m_places;
+    std::vector<double> m_positions;
     CellList m_faces;
     std::vector<std::int64_t> m_list;  ///< the current list
 };
@@ -160,7 +160,7 @@ Status Ply::read_element(const PlyElement& element) {
             if (element.name == "face" && (p.name == "vertex_indices" || p.name == "vertex_index"))
                 m_faces.add(m_list);
         }
-        if (element.name == "vertex") m_places.insert(m_places.end(), place, place + 3);
+        if (element.name == "vertex") m_positions.insert(m_positions.end(), place, place + 3);
     }
     return Ok{};
 }
@@ -170,7 +170,7 @@ Result<MeshData> Ply::read() {
     for (const PlyElement& element : m_elements)
         if (const Status s = read_element(element); !s) return s.error();
     MeshData mesh;
-    if (const Status s = set_nodes(mesh, m_places); !s) return s.error();
+    if (const Status s = set_nodes(mesh, m_positions); !s) return s.error();
     if (const Status s = m_faces.add_to(mesh, 7); !s) return s.error();
     turn_if_ras(mesh, m_comments);
     return mesh;

@@ -163,7 +163,7 @@ std::optional<std::uint64_t> Document::header_number(ByteSource& source) const {
 }
 
 /// Maximum ratio of deflate's compression.
-constexpr std::uint64_t kMostInflated = 1100;
+constexpr std::uint64_t kMaxInflated = 1100;
 /// Maximum number of numbers in a compressed array: the coordinates of 16,777,216 nodes. Limits the
 /// memory that a small file can cause.
 constexpr std::uint64_t kMaxInflatedNumbers = 3 * (std::uint64_t(1) << 24);
@@ -197,7 +197,7 @@ Result<std::string> Document::bytes_of(const pugi::xml_node& node, ByteSource so
     }
     if (total > source.left()) return ends();
     // All blocks but the last are full; 0 means that the last one is full too.
-    const std::uint64_t most = kMostInflated * (total + 64);
+    const std::uint64_t most = kMaxInflated * (total + 64);
     if ((*first > 1 && *block > most) || *last > *block) return ends();
     const std::uint64_t size =
         lengths.empty() ? 0 : (*first - 1) * *block + (*last > 0 ? *last : *block);

@@ -132,12 +132,12 @@ Status Stuffing::lay_lattice() {
         // One cell of margin; the grid of centres is one row shorter in effect.
         const double cells = std::ceil((s.end_mm[a] - s.begin_mm[a]) / s.cell_mm) + 4;
         nodes *= cells;
-        if (nodes > 2.0 * double(s.most_cells) || nodes > double(1 << 30))
+        if (nodes > 2.0 * double(s.max_cells) || nodes > double(1 << 30))
             return Error{ErrorCode::LimitExceeded,
                          "isosurface stuffing: a box of " + text(s.end_mm.x - s.begin_mm.x) +
                              " × " + text(s.end_mm.y - s.begin_mm.y) + " × " +
                              text(s.end_mm.z - s.begin_mm.z) + " mm in cells of " +
-                             text(s.cell_mm) + " mm, expected " + std::to_string(s.most_cells) +
+                             text(s.cell_mm) + " mm, expected " + std::to_string(s.max_cells) +
                              " cells at most"};
         m_lattice.size[a] = std::int32_t(cells);
         m_lattice.origin_mm[a] = s.begin_mm[a] - s.cell_mm;

@@ -97,11 +97,11 @@ SurfaceDistance::Nearest SurfaceDistance::nearest(Vec3d x_mm, double within_mm) 
         if (d > limit || (d == limit && found.triangle >= 0 && t > found.triangle)) return;
         limit = d;
         found.triangle = t;
-        found.place_mm = near.place;
+        found.position_mm = near.place;
         feature = near.feature;
     });
     if (found.triangle < 0) return found;
-    const Vec3d away = x_mm - found.place_mm;
+    const Vec3d away = x_mm - found.position_mm;
     const double side = dot(away, s.normal(std::size_t(found.triangle), feature));
     found.distance_mm = std::copysign(norm(away), side);
     return found;

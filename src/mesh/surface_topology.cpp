@@ -75,7 +75,7 @@ SurfaceTopology surface_topology(std::span<const std::array<std::int32_t, 3>> tr
             ++end;
         ++topology.edges;
         if (end == n + 1) ++topology.open_edges;
-        if (end > n + 2) ++topology.crowded_edges;
+        if (end > n + 2) ++topology.non_manifold_edges;
         if (end == n + 2 && sides[n].along == sides[n + 1].along) ++topology.disagreeing_edges;
         for (std::size_t m = n + 1; m < end; ++m)
             for (const std::int32_t node : {sides[n].low, sides[n].high})
@@ -109,8 +109,8 @@ Status check_closed(const TriangleMesh& surface) {
                                                      what + ", expected " + expected};
     };
     if (t.open_edges) return wrong(t.open_edges, "open edges", "a closed surface");
-    if (t.crowded_edges)
-        return wrong(t.crowded_edges, "edges of three triangles or more",
+    if (t.non_manifold_edges)
+        return wrong(t.non_manifold_edges, "edges of three triangles or more",
                      "a manifold surface, two at each edge");
     if (t.disagreeing_edges)
         return wrong(t.disagreeing_edges, "edges where the triangles face different ways",

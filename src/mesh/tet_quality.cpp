@@ -153,7 +153,7 @@ TetQuality tet_quality(const TetMesh& mesh) {
         q.volume_mm3 += volume;
         if (!(volume > 0)) ++q.inverted;
         const double ratio = radius_ratio(p, volume) * (volume < 0 ? -1 : 1);
-        q.least_radius_ratio = std::min(q.least_radius_ratio, ratio);
+        q.min_radius_ratio = std::min(q.min_radius_ratio, ratio);
         ratios += ratio;
         Vec3d normals[4];
         for (std::size_t f = 0; f < 4; ++f) {
@@ -179,11 +179,11 @@ TetQuality tet_quality(const TetMesh& mesh) {
     };
     const auto faces = sorted_faces(mesh);
     for_each_face(faces, [&](const Face&, std::size_t count) {
-        if (count > 2) ++q.crowded_faces;
+        if (count > 2) ++q.non_manifold_faces;
     });
     q.boundary = surface_topology(single_faces(mesh, faces, nullptr), mesh.nodes_mm.size());
     if (mesh.cells.empty()) return q;
-    q.least_dihedral_deg = degrees(largest_cosine);
+    q.min_dihedral_deg = degrees(largest_cosine);
     q.largest_dihedral_deg = degrees(least_cosine);
     q.mean_radius_ratio = ratios / double(q.tetrahedra);
     q.shortest_edge_mm = least_edge;
@@ -200,12 +200,13 @@ Status check_quality(const TetQuality& q) {
     };
     if (q.tetrahedra == 0) return wrong(0, "tetrahedra", "one or more");
     if (q.inverted) return wrong(q.inverted, "inverted or flat tetrahedra", "none");
-    if (q.crowded_faces)
-        return wrong(q.crowded_faces, "faces of three tetrahedra or more", "two at most at each");
+    if (q.non_manifold_faces)
+        return wrong(q.non_manifold_faces, "faces of three tetrahedra or more",
+                     "two at most at each");
     if (q.boundary.open_edges)
         return wrong(q.boundary.open_edges, "open edges of the boundary", "none");
-    if (q.boundary.crowded_edges || q.boundary.pinched_nodes)
-        return wrong(q.boundary.crowded_edges + q.boundary.pinched_nodes,
+    if (q.boundary.non_manifold_edges || q.boundary.pinched_nodes)
+        return wrong(q.boundary.non_manifold_edges + q.boundary.pinched_nodes,
                      "edges and nodes where the boundary touches itself", "a manifold one");
     return Ok{};
 }
@@ -217,16 +218,16 @@ std::string describe(const TetQuality& q) {
             count(q.pieces) + (q.pieces == 1 ? " piece\n" : " pieces\n");
     text += "inverted            " + count(q.inverted) + "\n";
     text += "volume              " + rounded(q.volume_mm3, 1) + " mm3\n";
-    text += "dihedral angles     " + rounded(q.least_dihedral_deg, 2) + " to " +
+    text += "dihedral angles     " + rounded(q.min_dihedral_deg, 2) + " to " +
             rounded(q.largest_dihedral_deg, 2) + " degrees\n";
-    text += "radius ratio        " + rounded(q.least_radius_ratio, 3) + " at least, " +
+    text += "radius ratio        " + rounded(q.min_radius_ratio, 3) + " at least, " +
             rounded(q.mean_radius_ratio, 3) + " on average\n";
     text += "edges               " + rounded(q.shortest_edge_mm, 3) + " to " +
             rounded(q.longest_edge_mm, 3) + " mm\n";
     text += "boundary            " + count(q.boundary.pieces) +
             (q.boundary.pieces == 1 ? " piece, " : " pieces, ") + "Euler characteristic " +
             count(q.boundary.euler) + ", " + count(q.boundary.open_edges) + " open and " +
-            count(q.boundary.crowded_edges + q.boundary.pinched_nodes) +
+            count(q.boundary.non_manifold_edges + q.boundary.pinched_nodes) +
             " non-manifold edges and nodes";
     return text;
 }

@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kStepVoxels = 0.5;  // of the smallest spacing
-constexpr int kMostHalvings = 6;     // of a line's piece that may touch the wall
+constexpr int kMaxHalvings = 6;      // of a line's piece that may touch the wall
 constexpr double kOnPlane = 1e-9;    // tolerance of points on a plane of voxels
-constexpr std::size_t kMostPoints = 2'000'000;
+constexpr std::size_t kMaxPoints = 2'000'000;
 
 Vec3d to_double(Vec3i v) {
     return {double(v.x), double(v.y), double(v.z)};
@@ -54,7 +54,7 @@ class Descent {
     std::vector<Vec3d> run(Vec3d from, Vec3d to) {
         m_points.push_back(from);
         m_ends = clear_corners(m_tiles, to);
-        while (m_points.size() < kMostPoints) {
+        while (m_points.size() < kMaxPoints) {
             if (arrives(to)) return std::move(m_points);
             if (!step_down() && !step_to_voxel()) break;
         }
@@ -202,7 +202,7 @@ bool is_clear(const LumenTiles& tiles, Vec3d a, Vec3d b) {
                          s = value(end);
             const BernsteinCubic cubic{{p, (-5 * p + 18 * q - 9 * r + 2 * s) / 6,
                                         (2 * p - 9 * q + 18 * r - 5 * s) / 6, s}};
-            if (!stays_inside(cubic, lumen, kMostHalvings)) return false;
+            if (!stays_inside(cubic, lumen, kMaxHalvings)) return false;
             begin = end;
         }
         return true;

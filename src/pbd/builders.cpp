@@ -120,7 +120,7 @@ TetMesh five_tet_block(Vec3i cells, double side) {
                              .spacing_mm = {side, side, side}};
     TetMesh mesh;
     for (std::int32_t n = 0; n < node_count(lattice); ++n)
-        mesh.nodes_mm.push_back(node_place_mm(lattice, n));
+        mesh.nodes_mm.push_back(node_position_mm(lattice, n));
     for (int k = 0; k < cells.z; ++k)
         for (int j = 0; j < cells.y; ++j)
             for (int i = 0; i < cells.x; ++i)

@@ -174,7 +174,7 @@ Status check_settings(const PbdSettings& s) {
     if (s.volume_recovery > s.damping)
         return invalid("volume_recovery: expected 0 to " + short_text(s.damping) +
                        ", the damping, found " + short_text(s.volume_recovery));
-    if (s.to_and_fro && s.iterations % 2 != 0)
+    if (s.alternates && s.iterations % 2 != 0)
         return invalid("iterations: expected an even number where they go to and fro, found " +
                        std::to_string(s.iterations));
     return Ok{};

@@ -30,16 +30,16 @@ namespace {
 using pbd::GhostSurface;
 using pbd::NearestPair;
 
-constexpr std::size_t kMostParticles = 12;  ///< per triangle: three nodes in tetrahedra
-constexpr std::size_t kTouches = 32;        ///< per segment, preallocated
+constexpr std::size_t kMaxParticles = 12;  ///< per triangle: three nodes in tetrahedra
+constexpr std::size_t kTouches = 32;       ///< per segment, preallocated
 
 struct Touch {
     std::int32_t segment, triangle;
     double along, depth;
     Vec3d place, normal;
-    Vec3d lever;                             ///< from the axis to the contact point
-    std::int32_t particles[kMostParticles];  ///< indices of the affected particles
-    double weights[kMostParticles];
+    Vec3d lever;                            ///< from the axis to the contact point
+    std::int32_t particles[kMaxParticles];  ///< indices of the affected particles
+    double weights[kMaxParticles];
     int count;
     double weight;  ///< effective inverse mass of both sides along the normal
     double turn_weight;
@@ -319,11 +319,12 @@ RodContact::RodContact(RodContact&&) noexcept = default;
 RodContact& RodContact::operator=(RodContact&&) noexcept = default;
 
 Result<RodContact> RodContact::create(const TetMesh& mesh, const TriangleMesh& ghost,
-                                      std::span<const Embedded> ghost_places,
+                                      std::span<const Embedded> ghost_positions,
                                       const RodContactSettings& settings) {
     if (const Status s = check(settings); !s.ok()) return s.error();
-    if (const Status s = GhostSurface::check(mesh, ghost, ghost_places); !s.ok()) return s.error();
-    return RodContact(std::make_unique<Impl>(mesh, ghost, ghost_places, settings));
+    if (const Status s = GhostSurface::check(mesh, ghost, ghost_positions); !s.ok())
+        return s.error();
+    return RodContact(std::make_unique<Impl>(mesh, ghost, ghost_positions, settings));
 }
 
 Status RodContact::step(std::int32_t count, Rod& rod, PbdBody& body, const TaskArena& arena) {

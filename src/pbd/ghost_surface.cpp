@@ -25,12 +25,12 @@ Vec3d unit_or_zero(Vec3d v) {
 }  // namespace
 
 Status GhostSurface::check(const TetMesh& mesh, const TriangleMesh& ghost,
-                           std::span<const Embedded> ghost_places) {
+                           std::span<const Embedded> ghost_positions) {
     if (ghost.cells.empty()) return invalid("ghost: expected triangles, found none");
-    if (ghost_places.size() != ghost.nodes_mm.size())
+    if (ghost_positions.size() != ghost.nodes_mm.size())
         return invalid("ghost_places: expected one for each of " +
                        std::to_string(ghost.nodes_mm.size()) + " nodes, found " +
-                       std::to_string(ghost_places.size()));
+                       std::to_string(ghost_positions.size()));
     if (const Status s = check_cells(ghost); !s.ok()) return invalid("ghost: " + s.error().message);
     for (const auto& cell : mesh.cells)
         for (const std::int32_t n : cell)
@@ -38,8 +38,8 @@ Status GhostSurface::check(const TetMesh& mesh, const TriangleMesh& ghost,
                 return invalid("mesh: expected nodes below " +
                                std::to_string(mesh.nodes_mm.size()) + ", found " +
                                std::to_string(n));
-    for (std::size_t n = 0; n < ghost_places.size(); ++n) {
-        const Embedded& e = ghost_places[n];
+    for (std::size_t n = 0; n < ghost_positions.size(); ++n) {
+        const Embedded& e = ghost_positions[n];
         const std::string where = "ghost_places: node " + std::to_string(n);
         if (e.tetrahedron < 0 || std::size_t(e.tetrahedron) >= mesh.cells.size())
             return invalid(where + ": expected a tetrahedron below " +
@@ -54,14 +54,14 @@ Status GhostSurface::check(const TetMesh& mesh, const TriangleMesh& ghost,
 }
 
 GhostSurface::GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
-                           std::span<const Embedded> ghost_places, double margin)
+                           std::span<const Embedded> ghost_positions, double margin)
     : m_triangles(ghost.cells),
       m_neighbours(ghost.cells.size(), {-1, -1, -1}),
       m_ring_starts(ghost.nodes_mm.size() + 1, 0),
       m_at_rim(ghost.nodes_mm.size(), false),
-      m_places(ghost.nodes_mm),
+      m_positions(ghost.nodes_mm),
       m_margin(margin) {
-    for (const Embedded& e : ghost_places)
+    for (const Embedded& e : ghost_positions)
         m_rides.push_back({mesh.cells[std::size_t(e.tetrahedron)], e.weights});
 
     std::map<std::pair<std::int32_t, std::int32_t>, std::pair<std::size_t, int>> open;
@@ -91,9 +91,9 @@ GhostSurface::GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
         for (const std::int32_t n : m_triangles[t])
             m_rings[std::size_t(--m_ring_starts[std::size_t(n)])] = std::int32_t(t);
 
-    m_in_grid = m_marked = m_places;
-    m_moved.resize(2 * (m_places.size() / kNodeGrain + 1));
-    m_grid.fill(m_places, m_triangles, m_margin);
+    m_in_grid = m_marked = m_positions;
+    m_moved.resize(2 * (m_positions.size() / kNodeGrain + 1));
+    m_grid.fill(m_positions, m_triangles, m_margin);
 }
 
 /// Updates so many nodes. @param node_of  their numbers, without duplicates
@@ -115,7 +115,7 @@ double GhostSurface::update_some(const PbdBody& body, std::size_t count, const T
                         place = place + ride.weights[k] * body.position(ride.particles[k]);
                 moved = std::max(moved, norm(place - since[n]));
                 from_grid = std::max(from_grid, norm(place - m_in_grid[n]));
-                m_places[n] = place;
+                m_positions[n] = place;
             }
             m_moved[2 * p] = moved;
             m_moved[2 * p + 1] = from_grid;
@@ -128,14 +128,15 @@ double GhostSurface::update_some(const PbdBody& body, std::size_t count, const T
         from_grid = std::max(from_grid, m_moved[2 * p + 1]);
     }
     if (from_grid > m_margin) {
-        m_in_grid = m_places;
-        m_grid.fill(m_places, m_triangles, m_margin);
+        m_in_grid = m_positions;
+        m_grid.fill(m_positions, m_triangles, m_margin);
     }
     return moved;
 }
 
 double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
-    return update_some(body, m_places.size(), arena, m_places, [](std::size_t n) { return n; });
+    return update_some(body, m_positions.size(), arena, m_positions,
+                       [](std::size_t n) { return n; });
 }
 
 double GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nodes,
@@ -146,8 +147,9 @@ double GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> n
 
 Vec3d GhostSurface::face_normal(std::int32_t triangle) const {
     const auto& t = m_triangles[std::size_t(triangle)];
-    const Vec3d a = m_places[std::size_t(t[0])];
-    return unit_or_zero(cross(m_places[std::size_t(t[1])] - a, m_places[std::size_t(t[2])] - a));
+    const Vec3d a = m_positions[std::size_t(t[0])];
+    return unit_or_zero(
+        cross(m_positions[std::size_t(t[1])] - a, m_positions[std::size_t(t[2])] - a));
 }
 
 Vec3d GhostSurface::normal(std::int32_t triangle, int feature) const {
@@ -163,8 +165,8 @@ Vec3d GhostSurface::normal(std::int32_t triangle, int feature) const {
     for (auto r = std::size_t(m_ring_starts[node]); r < std::size_t(m_ring_starts[node + 1]); ++r) {
         const auto& t = m_triangles[std::size_t(m_rings[r])];
         const std::size_t k = std::size_t(t[0]) == node ? 0 : std::size_t(t[1]) == node ? 1 : 2;
-        const Vec3d at = m_places[node], u = m_places[std::size_t(t[(k + 1) % 3])] - at,
-                    v = m_places[std::size_t(t[(k + 2) % 3])] - at;
+        const Vec3d at = m_positions[node], u = m_positions[std::size_t(t[(k + 1) % 3])] - at,
+                    v = m_positions[std::size_t(t[(k + 2) % 3])] - at;
         sum = sum + std::atan2(norm(cross(u, v)), dot(u, v)) * face_normal(m_rings[r]);
     }
     return unit_or_zero(sum);

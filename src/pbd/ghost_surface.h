@@ -28,11 +28,11 @@ class GhostSurface {
   public:
     /// @returns InvalidArgument that names the triangle or node
     static Status check(const TetMesh& mesh, const TriangleMesh& ghost,
-                        std::span<const Embedded> ghost_places);
+                        std::span<const Embedded> ghost_positions);
     /// @pre check accepts the arguments. @param margin  motion of nodes after which the grid is
     /// refilled
     GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
-                 std::span<const Embedded> ghost_places, double margin);
+                 std::span<const Embedded> ghost_positions, double margin);
 
     /// Updates the nodes' positions from the body. @returns the largest distance of a node from its
     /// previous position
@@ -41,9 +41,9 @@ class GhostSurface {
     /// of a node from its position at `mark`
     double update(const PbdBody& body, std::span<const std::int32_t> nodes, const TaskArena& arena);
 
-    void mark() { m_marked = m_places; }
+    void mark() { m_marked = m_positions; }
 
-    std::span<const Vec3d> places() const { return m_places; }
+    std::span<const Vec3d> places() const { return m_positions; }
     std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }
     const Ride& ride(std::int32_t node) const { return m_rides[std::size_t(node)]; }
     void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const {
@@ -72,7 +72,7 @@ class GhostSurface {
     std::vector<std::int32_t> m_ring_starts, m_rings;       ///< triangles at each node
     std::vector<bool> m_at_rim;                             ///< [node]
     std::vector<Ride> m_rides;
-    std::vector<Vec3d> m_places, m_in_grid, m_marked;
+    std::vector<Vec3d> m_positions, m_in_grid, m_marked;
     std::vector<double> m_moved;  ///< [piece of nodes]; then since the grid was filled
     TriangleGrid m_grid;
     double m_margin;

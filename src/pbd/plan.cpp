@@ -18,7 +18,7 @@ constexpr double kShifts[] = {0, 0.5, 0.25, 0.75};
 constexpr int kPhases = 4;
 /// Smaller domains share packs, because they don't fill them alone.
 constexpr std::size_t kSmallDomain = 1024;
-constexpr std::int32_t kMostCells = 1 << 16;  ///< along an axis
+constexpr std::int32_t kMaxCells = 1 << 16;  ///< along an axis
 /// Particles per cache line, to avoid false sharing.
 constexpr std::int32_t kLineParticles = 4;
 
@@ -74,7 +74,7 @@ Cells find_cells(const std::vector<Vec3d>& places, std::int32_t domain_particles
         for (int a = 1; a < 3; ++a)
             if (extent[a] * cells.count[widest] > extent[widest] * cells.count[a]) widest = a;
         std::int32_t& count = cells.count[widest];
-        if (found <= domain_particles || count >= kMostCells) break;
+        if (found <= domain_particles || count >= kMaxCells) break;
         count += std::max(1, found > 3.0 * domain_particles ? count / 2 : 0);
     }
     return cells;

@@ -25,13 +25,13 @@ constexpr Setting<B> kBody[] = {
     setting<&B::method>({.name = "method",
                          .choices = "compliance|stiffness",
                          .text = "XPBD with compliance, or PBD with stiffness"}),
-    setting<&B::numbers>(
-        {.name = "numbers", .choices = "float|double", .text = "precision of the arithmetic"}),
+    setting<&B::precision>(
+        {.name = "precision", .choices = "float|double", .text = "of the arithmetic"}),
     setting<&B::vectors>(
         {.name = "vectors", .text = "vector instructions; the scalar code gives the same bits"}),
     setting<&B::domain_particles>(
         {.name = "domain_particles", .low = 1, .text = "particles per domain"}),
-    setting<&B::to_and_fro>({.name = "to_and_fro",
+    setting<&B::alternates>({.name = "alternates",
                              .text = "every second iteration visits the constraints in the "
                                      "opposite order"}),
     setting<&B::volume_recovery>({.name = "volume_recovery",
@@ -39,8 +39,8 @@ constexpr Setting<B> kBody[] = {
                                   .text =
                                       "rate [1/time] at which hard volumes recover under a lasting "
                                       "load; at most the damping"}),
-    setting<&B::packs_anew>(
-        {.name = "packs_anew", .text = "repacks the free constraints if many particles are held"}),
+    setting<&B::repacks>(
+        {.name = "repacks", .text = "repacks the free constraints if many particles are held"}),
 };
 
 constexpr Setting<R> kRod[] = {

@@ -21,7 +21,7 @@ constexpr std::int64_t kPinGrain = 512;  ///< attachments per task
 /// Particles per cache line; ranges of threads start at such multiples.
 constexpr std::int64_t kLine = 4;
 /// Limit of a target's shift, in rest volumes: held particles may keep a volume from its target.
-constexpr double kMostShift = 0.5;
+constexpr double kMaxShift = 0.5;
 
 /// Passes the body by std::cref, so that std::function doesn't allocate.
 template <class Body>
@@ -59,7 +59,7 @@ class SolverOf final : public Solver {
         m_forces.assign(parts.attachments.size(), Vec3d{0, 0, 0});
         m_awake_attachments.reserve(parts.attachments.size());
         m_pinned.reserve(parts.attachments.size());
-        m_packs.emplace(parts, plan, m_numbers, settings.packs_anew);
+        m_packs.emplace(parts, plan, m_numbers, settings.repacks);
     }
 
     Status step(const TaskArena& arena) override {
@@ -70,7 +70,7 @@ class SolverOf final : public Solver {
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
             for (int i = 0; i < m_settings.iterations; ++i) {
-                const bool backward = m_settings.to_and_fro && i % 2 == 1;
+                const bool backward = m_settings.alternates && i % 2 == 1;
                 if (backward) project_attachments(arena, false);
                 project(arena, i == 0, backward);
                 if (!backward) project_attachments(arena, i == 0);
@@ -298,7 +298,7 @@ class SolverOf final : public Solver {
                                              get(m_x, v.nodes[3]) - p};
                          const double off =
                              pliant::dot(pliant::cross(e[0], e[1]), e[2]) / 6 - m_rest_volumes[c];
-                         const double most = kMostShift * m_rest_volumes[c];
+                         const double most = kMaxShift * m_rest_volumes[c];
                          m_volume_shifts[c] =
                              std::clamp(m_volume_shifts[c] - share * off, -most, most);
                          const Real target = Real(m_rest_volumes[c] + m_volume_shifts[c]);
@@ -550,7 +550,7 @@ class SolverOf final : public Solver {
 
 std::unique_ptr<Solver> make_solver(const PbdParts& parts, const PbdSettings& settings,
                                     const Plan& plan) {
-    if (settings.numbers == PbdNumbers::Double)
+    if (settings.precision == PbdPrecision::Double)
         return std::make_unique<SolverOf<double>>(parts, settings, plan, plain_kernels<double>());
     return std::make_unique<SolverOf<float>>(
         parts, settings, plan, settings.vectors ? vector_kernels() : plain_kernels<float>());

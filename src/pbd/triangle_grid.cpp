@@ -28,7 +28,7 @@ Box box_of(std::span<const Vec3d> places, const std::array<std::int32_t, 3>& t, 
 }
 
 /// A finer grid costs more to clear than it saves.
-constexpr double kMostCubesPerTriangle = 64;
+constexpr double kMaxCubesPerTriangle = 64;
 
 }  // namespace
 
@@ -58,7 +58,7 @@ void TriangleGrid::fill(std::span<const Vec3d> places,
     }
     m_origin = all.low;
     const Vec3d size = all.high - all.low;
-    const double most = kMostCubesPerTriangle * double(triangles.size()) + 64;
+    const double most = kMaxCubesPerTriangle * double(triangles.size()) + 64;
     m_cube = extent;
     const auto count = [&](int c) { return std::floor(size[c] / m_cube) + 1; };
     while (count(0) * count(1) * count(2) > most) m_cube *= 1.25;

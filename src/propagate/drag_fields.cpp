@@ -20,7 +20,7 @@ constexpr std::size_t kOwnArrays = 3, kMoreArrays = kDirections - kOwnArrays;
 constexpr std::size_t kBricksPerSlab = 64;
 /// Fields that all directions share start at the lowest of all floors. If reach and displacement
 /// together exceed this, a frame's results may not fit into Fixed, and no array is shared.
-constexpr double kMostSharedMm = 750;
+constexpr double kMaxSharedMm = 750;
 
 using News = std::array<std::uint8_t, 6>;
 
@@ -87,7 +87,7 @@ class DragFields::Solver {
         }
         Fixed farthest = 0;
         for (const Fixed ahead : m_fields.m_ahead) farthest = std::max(farthest, std::abs(ahead));
-        m_may_share = farthest + m_reach <= units_from_mm(kMostSharedMm);
+        m_may_share = farthest + m_reach <= units_from_mm(kMaxSharedMm);
         for (const ElementRef& element : grabbed)
             m_at_rest &= is_at_rest(m_lattice.brick(element.brick));
         return alike;
@@ -215,8 +215,8 @@ class DragFields::Solver {
 
     /// Whether the neighbour's offers to the elements on a side are the same in all fields.
     bool is_offered_alike(const Brick& brick, const Fixed* v, int side, VisitLags& lags) {
-        constexpr auto kMostOnFace = std::size_t(kMaxBrickSize * kMaxBrickSize);
-        alignas(64) std::array<Fixed, kMostOnFace> own, theirs, first;
+        constexpr auto kMaxOnFace = std::size_t(kMaxBrickSize * kMaxBrickSize);
+        alignas(64) std::array<Fixed, kMaxOnFace> own, theirs, first;
         const FieldArrays& there = of(brick.neighbours[std::size_t(side)]).of;
         const int size = m_lattice.brick_size(), face = size * size;
         m_kernels.copy_face(v, size, side, own.data());

@@ -60,7 +60,7 @@ struct ReleaseCommand {};
 /// Position of the client's endoscope, an obstacle of relaxation. The server derives it from tool
 /// poses, so that a recorded session contains it.
 struct EyeCommand {
-    Vec3d place_mm{0, 0, 0};
+    Vec3d position_mm{0, 0, 0};
     double radius_mm = 0;  ///< 0: removed
 
     friend bool operator==(const EyeCommand&, const EyeCommand&) = default;

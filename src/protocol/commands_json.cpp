@@ -385,7 +385,7 @@ void write(Json& o, const CarveCommand& c) {
     if (c.stroke) o["stroke"] = c.stroke;
 }
 void write(Json& o, const EyeCommand& c) {
-    o["position"] = json_of(c.place_mm);
+    o["position"] = json_of(c.position_mm);
     o["radius"] = c.radius_mm;
 }
 void write(Json& o, const RelaxCommand& c) {

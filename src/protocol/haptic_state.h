@@ -52,12 +52,12 @@ struct HapticState {
     double scale = 1;
     bool stopped = false;
     bool contact = false;
-    bool lost = false;        ///< the device can't be read
-    Vec3d place_mm{0, 0, 0};  ///< of the tool
-    Vec3d proxy_mm{0, 0, 0};  ///< on the free side of the wall
-    Vec3d force_n{0, 0, 0};   ///< on the tool
-    double largest_n = 0;     ///< largest force since the last state
-    double depth_mm = 0;      ///< depth beyond the wall; catheter: distance ahead of its base
+    bool lost = false;           ///< the device can't be read
+    Vec3d position_mm{0, 0, 0};  ///< of the tool
+    Vec3d proxy_mm{0, 0, 0};     ///< on the free side of the wall
+    Vec3d force_n{0, 0, 0};      ///< on the tool
+    double largest_n = 0;        ///< largest force since the last state
+    double depth_mm = 0;         ///< depth beyond the wall; catheter: distance ahead of its base
     bool holds_catheter = false;
     double largest_force_n = 0;  ///< limit of the device
     HapticStatistics servo{};

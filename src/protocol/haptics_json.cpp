@@ -34,7 +34,7 @@ std::string haptics_text(const HapticState& s) {
                      {"stopped", s.stopped},
                      {"contact", s.contact},
                      {"lost", s.lost},
-                     {"place_mm", short_vector(s.place_mm, 1e3)},
+                     {"place_mm", short_vector(s.position_mm, 1e3)},
                      {"proxy_mm", short_vector(s.proxy_mm, 1e3)},
                      {"force_n", short_vector(s.force_n, 1e6)},
                      {"largest_n", in_steps(s.largest_n, 1e6)},

@@ -56,7 +56,7 @@ inline constexpr double kTransferBytesPerSecond = 64 * 1024;
 inline constexpr std::chrono::milliseconds kCommandTime{25};
 inline constexpr std::chrono::milliseconds kRelaxTime{10};
 inline constexpr std::chrono::milliseconds kMotionTime{40};  ///< for a tissue with simulated time
-inline constexpr double kMostOwedMs = 100;                   ///< maximum lag of that tissue's time
+inline constexpr double kMaxOwedMs = 100;                    ///< maximum lag of that tissue's time
 inline constexpr std::chrono::milliseconds kChecksumPause{100};
 inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
 inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< total of all clients

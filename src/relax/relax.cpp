@@ -158,8 +158,8 @@ void Relaxation::hold_around_tools() {
         const Vec3d axis_mm = tool.to_mm - tool.from_mm;
         const int pieces = int(std::min(std::ceil(norm(axis_mm) / least), kMaxAxisPieces));
         for (int n = 0; n <= pieces; ++n) {
-            const Vec3d place_mm = tool.from_mm + (pieces ? double(n) / pieces : 0.0) * axis_mm;
-            const auto around = elements_around(m_lattice, voxel_from_world(grid, place_mm),
+            const Vec3d position_mm = tool.from_mm + (pieces ? double(n) / pieces : 0.0) * axis_mm;
+            const auto around = elements_around(m_lattice, voxel_from_world(grid, position_mm),
                                                 std::min(tool.radius_mm, most));
             m_around_tools.insert(m_around_tools.end(), around.begin(), around.end());
         }

@@ -17,11 +17,11 @@ namespace pliant {
 namespace {
 
 constexpr double kPureAirHu = -925;  // lung is about −850, air −1000
-constexpr double kLungHu = -820;  // noisy lung reaches this every few millimetres, air never does
-constexpr double kLeastRadiusMm = 2;  // minimum radius for an endoscope
-constexpr double kWideMm = 8;         // larger radii give no higher score
-constexpr double kHallMm = 15;        // from here on it is a hall rather than a tube
-constexpr double kFarMm = 60;         // a sufficient free path
+constexpr double kLungHu = -820;    // noisy lung reaches this every few millimetres, air never does
+constexpr double kMinRadiusMm = 2;  // minimum radius for an endoscope
+constexpr double kWideMm = 8;       // larger radii give no higher score
+constexpr double kHallMm = 15;      // from here on it is a hall rather than a tube
+constexpr double kFarMm = 60;       // a sufficient free path
 constexpr int kMaxPlaces = 300;
 constexpr int kLooks = 240;
 constexpr int kFinalists = 12;  // positions for the fine search
@@ -61,7 +61,7 @@ std::vector<Place> deep_places(const render::CoarseVolume& coarse,
     const Box3i box{{0, 0, 0}, coarse.size};
     for (std::size_t i = 0; i < distance_mm.size(); ++i) {
         const float here = distance_mm[i];
-        if (!(double(here) >= kLeastRadiusMm)) continue;
+        if (!(double(here) >= kMinRadiusMm)) continue;
         const Vec3i p = coarse.cell(i);
         bool peak = true;
         for (int k = 0; k < 27 && peak; ++k) {

@@ -30,7 +30,7 @@ std::optional<double> VolumeRays::hit_distance(Vec3d origin_mm, Vec3d direction,
 }
 
 Vec3d VolumeRays::normal(Vec3d point_mm, Vec3d direction, Polarity polarity) const {
-    constexpr double kLeastSlope = 1e-9;  // HU/mm: flatter fields have no direction
+    constexpr double kMinSlope = 1e-9;  // HU/mm: flatter fields have no direction
     const Vec3d ijk = to_voxel(point_mm);
     const Vec3d per_voxel =
         with_field(volume, [&](const auto& field) { return field.gradient(ijk); });
@@ -38,13 +38,13 @@ Vec3d VolumeRays::normal(Vec3d point_mm, Vec3d direction, Polarity polarity) con
     const Vec3d slope = world_from_lattice_vector(
         volume.grid, {per_voxel.x / s.x, per_voxel.y / s.y, per_voxel.z / s.z});
     const double length = norm(slope);
-    if (!(length > kLeastSlope)) return -direction;
+    if (!(length > kMinSlope)) return -direction;
     Vec3d n = (polarity == Polarity::Rising ? -1 / length : 1 / length) * slope;
     const double along = dot(n, direction);
     if (along > 0) {  // smoothing turned it past the silhouette: project it back
         n = n - along * direction;
         const double left = norm(n);
-        n = left > kLeastSlope ? (1 / left) * n : -direction;
+        n = left > kMinSlope ? (1 / left) * n : -direction;
     }
     return n;
 }

@@ -94,7 +94,7 @@ HWY_INLINE M settle(const RowsAt& at, const Vec& s1, M active, Vec& s) {
     for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
     // Settled lanes keep their values, which would otherwise depend on other lanes.
     s = if_then_else(bent, s, s1);
-    const M very = hn::And(active, hn::Ge(bend, hn::Set(d, kMostBent)));
+    const M very = hn::And(active, hn::Ge(bend, hn::Set(d, kMaxBent)));
     M moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
     for (std::size_t step = kFlatSteps + 1; step < kMaxSteps; ++step) {
         if (hn::AllFalse(d, moving)) break;
@@ -384,7 +384,7 @@ HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Wor
                       std::size_t(high_cell)};
         cells[part] = prepare(work.strip, n, at, work.to, first_lane + lane, work.rows);
         M ready = hn::And(used, cells[part].fast);
-        const M simple = hn::And(ready, hn::Lt(cells[part].most, hn::Set(d, kMostBent)));
+        const M simple = hn::And(ready, hn::Lt(cells[part].most, hn::Set(d, kMaxBent)));
         const M doubtful = hn::AndNot(simple, used);
         if (HWY_UNLIKELY(!hn::AllFalse(d, doubtful))) {
             const M sound = is_nowhere_folded(work.strip, n);

@@ -15,9 +15,9 @@
 namespace pliant {
 namespace {
 
-constexpr double kOnFace = 1e-9;            ///< tolerance of barycentric coordinates
-constexpr float kBoxSlack = 1e-3f;          ///< for single-precision rounding [voxels]
-constexpr std::size_t kMostFetched = 8192;  ///< voxels around a strip
+constexpr double kOnFace = 1e-9;           ///< tolerance of barycentric coordinates
+constexpr float kBoxSlack = 1e-3f;         ///< for single-precision rounding [voxels]
+constexpr std::size_t kMaxFetched = 8192;  ///< voxels around a strip
 
 constexpr std::array<Vec3d, 8> kRestCorners = {
     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}};
@@ -127,7 +127,7 @@ void StripWriter::note_next(const ScatterJob& job, const CellTarget& target, std
     if (n >= job.strips.size()) return;
     m_strip.note(job.snapshot, job.strips[n].coord, m_ahead);
     Box3i box = overlap(job.strips[n].voxels, target.box);
-    if (is_empty(box) || dense_count(box.end - box.begin) > kMostFetched) return;
+    if (is_empty(box) || dense_count(box.end - box.begin) > kMaxFetched) return;
     // Lines are longer than strips: this strip has fetched most of the next one's.
     const Vec3i way = job.strips[n].coord - job.strips[n - 1].coord;
     const bool is_beside = way.y == 0 && way.z == 0;

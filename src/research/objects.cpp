@@ -265,7 +265,7 @@ Vec3d ObjectSpace::displacement_mm(int object, Vec3i ijk) const {
     const Impl::Object& own = m_impl->objects[std::size_t(object)];
     return this->object(object).displacement_mm(ijk) + m_impl->travel_mm(own);
 }
-Vec3d ObjectSpace::place_mm(int object, Vec3i ijk) const {
+Vec3d ObjectSpace::position_mm(int object, Vec3i ijk) const {
     const Grid& grid = this->object(object).volume().grid;
     return world_from_voxel(grid, {double(ijk.x), double(ijk.y), double(ijk.z)}) +
            displacement_mm(object, ijk);

@@ -35,8 +35,8 @@ Result<CatheterGrip> CatheterGrip::create(const VesselTissue& vessel, std::uint3
     auto feel = CatheterFeel::create({.forward = forward_of(vessel),
                                       .coupling_n_m = kCoupling_n_m / scale,
                                       .length_mm = vessel.made().settings.catheter.length_mm,
-                                      .most_mm_s = kMaxInsert_mm_s,
-                                      .most_deg_s = kMaxRotate_deg_s});
+                                      .max_mm_s = kMaxInsert_mm_s,
+                                      .max_deg_s = kMaxRotate_deg_s});
     if (!feel.ok()) return feel.error();
     return CatheterGrip(std::move(*feel), tool);
 }

@@ -96,7 +96,7 @@ Result<std::unique_ptr<HapticSession>> HapticSession::start(const HapticsMessage
     session->m_tool = tool;
     session->m_wish = wish;
     session->m_device = wish.device;
-    session->m_places = std::move(opened.places);
+    session->m_positions = std::move(opened.places);
     const HapticLimits limits = opened.device->limits();
     session->m_largest_force_n = limits.max_force_n;
     HapticWorkspace workspace{.rotation = frame_of(wish.look, wish.up),
@@ -108,7 +108,7 @@ Result<std::unique_ptr<HapticSession>> HapticSession::start(const HapticsMessage
         session->m_grip.emplace(std::move(*grip));
         // Forward is into the vessel, for every viewing direction.
         workspace.rotation = frame_of(forward_of(*vessel), wish.up);
-        workspace.origin_mm = vessel->made().settings.entry.place_mm;
+        workspace.origin_mm = vessel->made().settings.entry.position_mm;
     } else {
         auto feel = session->make_feel(scene);
         if (!feel.ok()) return feel.error();
@@ -147,7 +147,7 @@ void HapticSession::read_records() {
         for (std::size_t n = 0; n < count; ++n) {
             const HapticRecord& r = m_records[n];
             m_now = r;
-            m_has_place = m_has_place || !(r.flags & kHapticDeviceLost);
+            m_has_position = m_has_position || !(r.flags & kHapticDeviceLost);
             m_largest_n = std::max(m_largest_n, norm(r.force_n));
             m_age_ms = std::max(m_age_ms, 1e-6 * double(r.age_ns));
             if (r.period == 0) continue;
@@ -166,7 +166,7 @@ void HapticSession::read_records() {
 
 std::optional<Action> HapticSession::next_push(Scene& scene) {
     read_records();
-    if (is_ending() || !m_has_place) return {};
+    if (is_ending() || !m_has_position) return {};
     const bool is_free = m_is_stopped || (m_now.flags & kHapticDeviceLost);
     return m_grip ? m_grip->next(m_now, is_free, scene) : next_push_of(scene, is_free);
 }
@@ -215,7 +215,7 @@ void HapticSession::changed(std::span<const Box3i> boxes) {
 }
 
 void HapticSession::feel(Scene& scene) {
-    if (is_ending() || !m_has_place || m_is_stopped) return;
+    if (is_ending() || !m_has_position || m_is_stopped) return;
     const auto found = model_of(scene);
     if (!found) return;  // the servo then ramps the force down by itself
     const auto model = checked_model(*found, m_servo->largest_stiffness_n_m());
@@ -241,7 +241,8 @@ std::optional<HapticModel> HapticSession::model_of(Scene& scene) {
 }
 
 void HapticSession::pose(const HapticPoseMessage& pose) {
-    if (m_places) m_places->write({steady_now_ns(), pose.position_mm, pose.roll_deg * kRadians, 0});
+    if (m_positions)
+        m_positions->write({steady_now_ns(), pose.position_mm, pose.roll_deg * kRadians, 0});
 }
 
 void HapticSession::set_stop(bool stop) {
@@ -285,7 +286,7 @@ HapticState HapticSession::state(const Scene& scene) {
                       .stopped = m_is_stopped,
                       .contact = (m_now.flags & kHapticContact) != 0,
                       .lost = (m_now.flags & kHapticDeviceLost) != 0,
-                      .place_mm = m_now.position_mm,
+                      .position_mm = m_now.position_mm,
                       .proxy_mm = m_now.proxy_mm,
                       .force_n = m_now.force_n,
                       .largest_n = std::exchange(m_largest_n, 0),
@@ -303,7 +304,7 @@ ToolPose HapticSession::pose_of_tool() const {
     const auto floats = [](Vec3d v) { return Vec3f{float(v.x), float(v.y), float(v.z)}; };
     return {.client = m_tool,
             // A catheter has its own picture.
-            .kind = m_has_place && !m_grip ? ToolKind::Sphere : ToolKind::None,
+            .kind = m_has_position && !m_grip ? ToolKind::Sphere : ToolKind::None,
             .touches = (m_now.flags & kHapticContact) != 0,
             .position_mm = floats(m_now.position_mm),
             .direction = floats(m_wish.look),

@@ -96,14 +96,14 @@ class HapticSession {
     HapticsMessage m_wish;
     std::string m_device;
     double m_largest_force_n = 0;
-    std::shared_ptr<PosedPlaces> m_places;
+    std::shared_ptr<PosedPlaces> m_positions;
     std::unique_ptr<HapticServo> m_servo;
     std::unique_ptr<LiveFeel> m_feel;    ///< in a scan; null in a vessel
     std::optional<CatheterGrip> m_grip;  ///< in a vessel
     bool m_is_ending = false;
     std::int64_t m_models = 0;
     HapticRecord m_now;
-    bool m_has_place = false;
+    bool m_has_position = false;
 
     Vec3d m_pushed_mm{0, 0, 0};  ///< position of the tissue's tool
     Vec3d m_way_mm{0, 0, 0};     ///< way of the current push

@@ -248,8 +248,8 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
 
 /// Measures while no picture is due, but at a minimum rate; tools show the force a tick later.
 void Hub::measure_force() {
-    constexpr int kMostBusyTicks = 4;
-    if (m_worked && ++m_busy_ticks < kMostBusyTicks) return;
+    constexpr int kMaxBusyTicks = 4;
+    if (m_worked && ++m_busy_ticks < kMaxBusyTicks) return;
     m_busy_ticks = 0;
     const auto felt = m_scene->measure_force();
     if (!felt) return;
@@ -269,7 +269,8 @@ void Hub::tell_eyes() {
         EyeCommand eye;
         if (client.connection && !client.info.view && tool.kind == ToolKind::Endoscope)
             eye = {{tool.position_mm.x, tool.position_mm.y, tool.position_mm.z}, tool.radius_mm};
-        if (eye.radius_mm == 0 || !m_scene->may_close_over(eye.place_mm, eye.radius_mm)) eye = {};
+        if (eye.radius_mm == 0 || !m_scene->may_close_over(eye.position_mm, eye.radius_mm))
+            eye = {};
         if (eye == client.eye) continue;
         if (act(client.info.number, eye).ok()) client.eye = eye;
     }
@@ -279,7 +280,7 @@ void Hub::relax() {
     // A model with simulated time runs in real time, if it can.
     const double each_ms = m_scene->sweep_time_ms();
     const double passed_ms = m_was_moving ? ms_between(m_relaxed_at, m_now) : each_ms;
-    m_owed_ms = std::min(m_owed_ms + passed_ms, std::max(each_ms, kMostOwedMs));
+    m_owed_ms = std::min(m_owed_ms + passed_ms, std::max(each_ms, kMaxOwedMs));
     m_relaxed_at = m_now;
     // It gets the time for that before commands and pictures: fewer pictures are better than
     // tissue in slow motion. A model without time uses the time left by the commands.

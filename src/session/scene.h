@@ -69,7 +69,7 @@ class Scene {
     bool has_eye(std::uint32_t client) const { return tissue().has_eye(client); }
     /// Whether tissue that returns to rest may close over a sphere: the scan at rest shows tissue
     /// in it, or there are imprints.
-    bool may_close_over(Vec3d place_mm, double radius_mm) const;
+    bool may_close_over(Vec3d position_mm, double radius_mm) const;
     /// Whether automatic relaxation is on, even if the tissue has settled.
     bool is_relaxing() const { return m_relaxing; }
     /// Highest client number so far.

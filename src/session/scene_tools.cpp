@@ -106,7 +106,7 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
         end_step();
     return {.message = std::move(report->message),
             .grabbed_elements = report->grabbed_elements,
-            .solve_ms = report->pick_ms};
+            .solve_ms = report->grab_ms};
 }
 
 Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
@@ -167,14 +167,15 @@ Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
 }
 
 Outcome Scene::act(std::uint32_t client, const EyeCommand& command) {
-    if (const Status s = tissue().place_eye(client, command.place_mm, command.radius_mm); !s.ok())
+    if (const Status s = tissue().place_eye(client, command.position_mm, command.radius_mm);
+        !s.ok())
         return refused(s.error());
     // Relaxation would discard the steps that can be redone.
     if (m_undone.empty()) m_settled = false;
     return {};
 }
 
-bool Scene::may_close_over(Vec3d place_mm, double radius_mm) const {
+bool Scene::may_close_over(Vec3d position_mm, double radius_mm) const {
     const TissueTraits traits = tissue().traits();
     if (!traits.closes_at_rest) return false;
     if (traits.keeps_imprints) return true;
@@ -188,7 +189,7 @@ bool Scene::may_close_over(Vec3d place_mm, double radius_mm) const {
         const Vec3d towards{n % 3 - 1.0, n / 3 % 3 - 1.0, n / 9 - 1.0};
         const double length = std::max(norm(towards), 1.0);
         for (const double share : {1 / 3.0, 2 / 3.0, 1.0})
-            if (is_tissue(place_mm + (share * radius_mm / length) * towards)) return true;
+            if (is_tissue(position_mm + (share * radius_mm / length) * towards)) return true;
     }
     return false;
 }

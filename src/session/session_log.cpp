@@ -21,7 +21,7 @@ namespace pliant::serve {
 namespace {
 
 /// Limit of a nameless file; many hours of work.
-constexpr std::uint64_t kMostNamelessBytes = std::uint64_t(256) << 20;
+constexpr std::uint64_t kMaxNamelessBytes = std::uint64_t(256) << 20;
 /// Limit of the records in memory while the disk is full; many minutes of work.
 constexpr std::size_t kMaxUnwrittenBytes = std::size_t(8) << 20;
 
@@ -149,7 +149,7 @@ Result<std::unique_ptr<SessionLog>> SessionLog::create_nameless(const SessionHea
                                                std::strerror(errno));
     ::unlink(name.c_str());
     auto log = std::unique_ptr<SessionLog>(new SessionLog("session", std::move(file), {}));
-    log->m_most_bytes = kMostNamelessBytes;
+    log->m_most_bytes = kMaxNamelessBytes;
     if (const Status s = log->begin(header); !s.ok()) return s.error();
     return log;
 }

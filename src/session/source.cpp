@@ -47,11 +47,11 @@ void find_range(const Values& values, VolumeInfo& info) {
 Endoscope beside_guide(const CatheterEntry& entry, const VesselWall& wall) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vec3d& p : wall.ghost.nodes_mm)
-        nearest = std::min(nearest, norm(p - entry.place_mm));
+        nearest = std::min(nearest, norm(p - entry.position_mm));
     const Vec3d ahead = normalized(entry.direction);
     const Vec3d other = std::abs(ahead.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
     const Vec3d side = normalized(cross(ahead, other));
-    return {.eye_mm = entry.place_mm + 0.6 * nearest * side, .look = ahead};
+    return {.eye_mm = entry.position_mm + 0.6 * nearest * side, .look = ahead};
 }
 
 /// @returns NotFound, or one line that names the file and the key
@@ -102,7 +102,7 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
                                 s.entry.inserted_mm})
         hash.add_word(std::bit_cast<std::uint64_t>(number));
     if (c.model == CatheterModel::Tetrahedra) hash.add_word(1);
-    for (const Vec3d v : {s.entry.place_mm, s.entry.direction})
+    for (const Vec3d v : {s.entry.position_mm, s.entry.direction})
         for (int a = 0; a < 3; ++a) hash.add_word(std::bit_cast<std::uint64_t>(v[a]));
     return hash.value();
 }

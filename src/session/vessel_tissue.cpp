@@ -17,7 +17,7 @@ namespace {
 // that is pressed to the wall vibrates by 0.01 mm forever.
 constexpr double kCalm_mm = 0.02;
 constexpr int kCalmSweeps = 50;
-constexpr int kMostUntoldSweeps = 1000;  ///< limit of motion without commands
+constexpr int kMaxUntoldSweeps = 1000;  ///< limit of motion without commands
 
 double farthest(std::span<const Vec3d> a, std::span<const Vec3d> b) {
     double most = 0;
@@ -80,8 +80,8 @@ Result<PushReport> VesselTissue::push(std::uint32_t, const Push&) noexcept {
 /// Whether the nodes have not moved since the last call. Returns false without memory for the
 /// comparison.
 bool VesselTissue::is_calm() noexcept try {
-    const auto wire = m_scene->wire_places();
-    std::vector<Vec3d> wall = m_scene->wall_places();
+    const auto wire = m_scene->wire_positions();
+    std::vector<Vec3d> wall = m_scene->wall_positions();
     m_wire.reserve(wire.size());
     const bool has_before = m_wire.size() == wire.size() && m_wall.size() == wall.size();
     const bool calm =
@@ -112,7 +112,7 @@ Result<Sweep> VesselTissue::sweep() noexcept {
         ++m_untold;
         if (is_touched()) return Sweep{false, ms()};
         const bool calm = m_untold % kCalmSweeps == 0 && is_calm();
-        return Sweep{calm || m_untold >= kMostUntoldSweeps, ms()};
+        return Sweep{calm || m_untold >= kMaxUntoldSweeps, ms()};
     });
 }
 
@@ -171,16 +171,16 @@ Status VesselTissue::set_state(std::span<const double> numbers) noexcept {
 
 Status VesselTissue::show() const {
     if (m_is_shown) return Ok{};
-    m_now.nodes_mm = m_scene->wall_places();
+    m_now.nodes_mm = m_scene->wall_positions();
     const VesselWall& rest = m_vessel.wall;
     m_view.wall_moved_mm = farthest(m_now.nodes_mm, rest.mesh.nodes_mm);
-    m_view.moved_mm.resize(rest.ghost_places.size());
-    for (std::size_t n = 0; n < rest.ghost_places.size(); ++n) {
-        const Vec3d by = place_of(rest.ghost_places[n], m_now) - rest.ghost.nodes_mm[n];
+    m_view.moved_mm.resize(rest.ghost_positions.size());
+    for (std::size_t n = 0; n < rest.ghost_positions.size(); ++n) {
+        const Vec3d by = place_of(rest.ghost_positions[n], m_now) - rest.ghost.nodes_mm[n];
         m_view.moved_mm[n] = {float(by.x), float(by.y), float(by.z)};
     }
     m_view.inverted = m_scene->inverted_tetrahedra();
-    const auto wire = m_scene->wire_places();
+    const auto wire = m_scene->wire_positions();
     m_view.catheter_mm.assign(wire.begin() + m_scene->first_inserted(), wire.end());
     const Status updated = m_carried.update(m_now.nodes_mm);
     if (!updated.ok() && is_out_of_memory(updated.error())) return updated;

@@ -164,34 +164,34 @@ const std::vector<Vec3d>& SpringDeformation::displacements_mm() const {
     return m_impl->displacements;
 }
 
-std::vector<Vec3d> SpringDeformation::places_mm() const {
+std::vector<Vec3d> SpringDeformation::positions_mm() const {
     std::vector<Vec3d> places(std::size_t(m_impl->control->node_count()));
-    places_mm(places);
+    positions_mm(places);
     return places;
 }
 
-void SpringDeformation::places_mm(std::span<Vec3d> places_mm) const noexcept {
-    for (std::size_t n = 0; n < places_mm.size(); ++n)
-        places_mm[n] = m_impl->tissue.position(std::int32_t(n));
+void SpringDeformation::positions_mm(std::span<Vec3d> positions_mm) const noexcept {
+    for (std::size_t n = 0; n < positions_mm.size(); ++n)
+        positions_mm[n] = m_impl->tissue.position(std::int32_t(n));
 }
 
-Status SpringDeformation::set_places(std::span<const Vec3d> places_mm) noexcept {
-    return attempt([&] { return m_impl->set_places(places_mm); });
+Status SpringDeformation::set_positions(std::span<const Vec3d> positions_mm) noexcept {
+    return attempt([&] { return m_impl->set_positions(positions_mm); });
 }
 
-Status SpringDeformation::Impl::set_places(std::span<const Vec3d> places_mm) {
-    std::vector<Vec3d> moved(places_mm.begin(), places_mm.end());
+Status SpringDeformation::Impl::set_positions(std::span<const Vec3d> positions_mm) {
+    std::vector<Vec3d> moved(positions_mm.begin(), positions_mm.end());
     std::vector<std::int32_t> away;
     const auto count = std::min(moved.size(), std::size_t(control->node_count()));
     for (std::size_t n = 0; n < count; ++n) {
-        moved[n] = places_mm[n] - tissue.network().nodes()[n].rest;
+        moved[n] = positions_mm[n] - tissue.network().nodes()[n].rest;
         if (moved[n] != Vec3d{0, 0, 0} && !is_fixed(std::int32_t(n)))
             away.push_back(std::int32_t(n));
     }
     if (const Status s = control->place(moved); !s.ok()) return s;
     tools.clear();
     former.assign(away.begin(), away.end());
-    put(places_mm);
+    put(positions_mm);
     renew_sources();
     settled = former.empty();
     is_shown = false;

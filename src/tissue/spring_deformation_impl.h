@@ -34,7 +34,7 @@ struct SpringDeformation::Impl {
     using Tools = std::map<std::uint32_t, std::vector<std::int32_t>>;
     Result<PushReport> push(std::uint32_t tool, const Push& push);
     Result<SpringMotion> step(int count);
-    Status set_places(std::span<const Vec3d> places_mm);
+    Status set_positions(std::span<const Vec3d> positions_mm);
     Tools with(std::uint32_t tool, std::vector<std::int32_t> nodes) const;
     void let_go_of(std::uint32_t tool) noexcept;
     void renew_sources() noexcept;

@@ -111,7 +111,7 @@ Record SpringScanTissue::report() const {
 
 void SpringScanTissue::state(std::vector<double>& numbers) const {
     numbers.resize(3 * m_positions.size());
-    m_model->places_mm(m_positions);
+    m_model->positions_mm(m_positions);
     for (std::size_t n = 0; n < m_positions.size(); ++n)
         for (int a = 0; a < 3; ++a) numbers[3 * n + std::size_t(a)] = m_positions[n][a];
 }
@@ -123,7 +123,7 @@ Status SpringScanTissue::set_state(std::span<const double> numbers) noexcept {
         std::vector<Vec3d> positions;
         for (std::size_t n = 0; n < numbers.size(); n += 3)
             positions.push_back({numbers[n], numbers[n + 1], numbers[n + 2]});
-        return m_model->set_places(positions);
+        return m_model->set_positions(positions);
     });
 }
 

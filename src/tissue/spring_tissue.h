@@ -18,7 +18,7 @@ class SpringScanTissue final : public NodeTissue {
     static constexpr double kRate_hz = 1000;  ///< node updates per second
 
     explicit SpringScanTissue(std::unique_ptr<SpringDeformation> model)
-        : m_model(std::move(model)), m_positions(m_model->places_mm()) {}
+        : m_model(std::move(model)), m_positions(m_model->positions_mm()) {}
 
     TissueTraits traits() const noexcept override;
     Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept override;

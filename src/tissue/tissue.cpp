@@ -26,7 +26,7 @@ Result<GrabReport> Tissue::grab(std::uint32_t tool, const Push& place, double) n
         m_drag.reset();
         if (report->grabbed_elements > 0) m_drag = Drag{tool, still};
         return GrabReport{.grabbed_elements = report->grabbed_elements,
-                          .pick_ms = report->solve_ms,
+                          .grab_ms = report->solve_ms,
                           .message = std::move(report->message)};
     });
 }

@@ -103,8 +103,8 @@ constexpr Setting<B> kBodyRows[] = {
 };
 
 /// Value of the nearest voxel; air outside of the scan.
-double value_at(const Volume& scan, Vec3d place_mm) {
-    const Vec3d ijk = voxel_from_world(scan.grid, place_mm);
+double value_at(const Volume& scan, Vec3d position_mm) {
+    const Vec3d ijk = voxel_from_world(scan.grid, position_mm);
     Vec3i nearest;
     for (int a = 0; a < 3; ++a) {
         if (!(ijk[a] > -0.5 && ijk[a] < scan.grid.size[a] - 0.5)) return kAirHu;

@@ -24,11 +24,11 @@ struct Segment {
 };
 
 double distance_to(const Segment& s, Vec3d p) {
-    const Vec3d axis = s.to.place_mm - s.from.place_mm, way = p - s.from.place_mm;
+    const Vec3d axis = s.to.position_mm - s.from.position_mm, way = p - s.from.position_mm;
     const double length = norm(axis), narrowing = s.from.radius_mm - s.to.radius_mm;
     const double at_from = norm(way) - s.from.radius_mm;
     if (length <= std::abs(narrowing))  // one end's sphere contains the other's
-        return std::min(at_from, norm(p - s.to.place_mm) - s.to.radius_mm);
+        return std::min(at_from, norm(p - s.to.position_mm) - s.to.radius_mm);
     const double x = dot(way, axis) / length;
     const double y = std::sqrt(std::max(0.0, dot(way, way) - x * x));
     const double slope = narrowing / std::sqrt(length * length - narrowing * narrowing);
@@ -46,7 +46,7 @@ Status check(const Centreline& centreline) {
                 ErrorCode::InvalidArgument,
                 name + " has " + std::to_string(branch.size()) + " points, expected 2 or more"};
         for (std::size_t n = 0; n < branch.size(); ++n)
-            if (!is_finite(branch[n].place_mm) || !std::isfinite(branch[n].radius_mm) ||
+            if (!is_finite(branch[n].position_mm) || !std::isfinite(branch[n].radius_mm) ||
                 !(branch[n].radius_mm > 0))
                 return Error{ErrorCode::InvalidArgument,
                              name + ", point " + std::to_string(n) + ": radius " +
@@ -108,10 +108,11 @@ std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards) {
             // Averages the direction over about a radius, because single segments are noisy.
             std::size_t back = 1;
             while (back + 1 < branch.size() &&
-                   norm(at(back).place_mm - tip.place_mm) < tip.radius_mm)
+                   norm(at(back).position_mm - tip.position_mm) < tip.radius_mm)
                 ++back;
-            const Vec3d way = tip.place_mm - at(back).place_mm;
-            if (norm(way) > 0) tips.push_back({{tip.place_mm, normalized(way), tip.radius_mm}, b});
+            const Vec3d way = tip.position_mm - at(back).position_mm;
+            if (norm(way) > 0)
+                tips.push_back({{tip.position_mm, normalized(way), tip.radius_mm}, b});
         }
     }
     // A tip deep in another branch is a junction. If several tips meet, tips with equal
@@ -151,8 +152,8 @@ Result<VesselWall> wall_around_branches(const Centreline& centreline, const Wall
     mesh::Bounds all;
     for (std::size_t n = 0; n < segments.size(); ++n) {
         for (const CentrePoint& p : {segments[n].from, segments[n].to}) {
-            boxes[n].add(p.place_mm - Vec3d{p.radius_mm, p.radius_mm, p.radius_mm});
-            boxes[n].add(p.place_mm + Vec3d{p.radius_mm, p.radius_mm, p.radius_mm});
+            boxes[n].add(p.position_mm - Vec3d{p.radius_mm, p.radius_mm, p.radius_mm});
+            boxes[n].add(p.position_mm + Vec3d{p.radius_mm, p.radius_mm, p.radius_mm});
         }
         all.add(boxes[n]);
     }

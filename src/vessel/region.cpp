@@ -297,10 +297,10 @@ Result<Lumen> find_region(const Volume& volume, const RegionSettings& settings,
     const std::int64_t count = fill(grid, mask, seed);
     const double ml =
         1e-3 * double(count) * grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z;
-    if (settings.most_ml > 0 && ml > settings.most_ml)
+    if (settings.max_ml > 0 && ml > settings.max_ml)
         return Error{ErrorCode::LimitExceeded,
                      "the seed's region has " + std::to_string(std::lround(ml)) +
-                         " ml, expected at most " + std::to_string(std::lround(settings.most_ml)) +
+                         " ml, expected at most " + std::to_string(std::lround(settings.max_ml)) +
                          ": it leaks into other contrast or bone; a narrower window, or a way with "
                          "within_mm, keeps it in the vessel"};
     return lumen_of(volume, mask, count, settings.smoothing_voxels, arena);

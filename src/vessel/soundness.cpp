@@ -20,7 +20,8 @@ Status check_ghost(const VesselWall& wall) {
     if (ghost.pieces != 1)
         return vessel::wrong("its inner surface has " + counted(ghost.pieces, "piece", "pieces") +
                              ", expected 1");
-    const std::int64_t spots = ghost.crowded_edges + ghost.disagreeing_edges + ghost.pinched_nodes;
+    const std::int64_t spots =
+        ghost.non_manifold_edges + ghost.disagreeing_edges + ghost.pinched_nodes;
     if (spots > 0)
         return vessel::wrong("its inner surface branches or touches itself in " +
                              counted(spots, "edge or node", "edges and nodes") +
@@ -32,13 +33,13 @@ Status check_ghost(const VesselWall& wall) {
                              counted(std::int64_t(openings->size()), "opening", "openings") +
                              ", expected " + std::to_string(wall.ends.size()) +
                              ", one at each end of the vessel");
-    if (wall.ghost_places.size() != wall.ghost.nodes_mm.size())
+    if (wall.ghost_positions.size() != wall.ghost.nodes_mm.size())
         return vessel::wrong("ghost_places: expected " +
                              std::to_string(wall.ghost.nodes_mm.size()) + ", found " +
-                             std::to_string(wall.ghost_places.size()));
+                             std::to_string(wall.ghost_positions.size()));
     std::int64_t away = 0;
-    for (std::size_t n = 0; n < wall.ghost_places.size(); ++n)
-        away += vessel::is_beside(wall.ghost_places[n], wall.ghost.nodes_mm[n], wall.mesh);
+    for (std::size_t n = 0; n < wall.ghost_positions.size(); ++n)
+        away += vessel::is_beside(wall.ghost_positions[n], wall.ghost.nodes_mm[n], wall.mesh);
     if (away > 0)
         return vessel::wrong(
             counted(away, "node of its inner surface lies", "nodes of its inner surface lie") +
@@ -55,8 +56,8 @@ Status check_parts_of(const VesselWall& wall, int layers) {
         return vessel::wrong("it has " + counted(quality.pieces, "piece", "pieces") +
                              ", expected 1");
     if (const Status s = check_ghost(wall); !s) return s;
-    if (wall.least_layers < layers)
-        return vessel::wrong(counted(wall.least_layers, "layer", "layers") +
+    if (wall.min_layers < layers)
+        return vessel::wrong(counted(wall.min_layers, "layer", "layers") +
                              " of tetrahedra across it, expected " + std::to_string(layers) +
                              " or more");
     return Ok{};

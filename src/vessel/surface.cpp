@@ -56,10 +56,10 @@ Result<VesselWall> wall_around_lumen(TriangleMesh surface, std::span<const Vesse
                                      const WallSettings& settings, const TaskArena& arena) {
     if (const Status cells = check_cells(surface); !cells) return cells.error();
     const SurfaceTopology topology = surface_topology(surface);
-    if (topology.crowded_edges || topology.disagreeing_edges || topology.pinched_nodes)
+    if (topology.non_manifold_edges || topology.disagreeing_edges || topology.pinched_nodes)
         return vessel::wrong("the surface has " +
-                             std::to_string(topology.crowded_edges + topology.disagreeing_edges +
-                                            topology.pinched_nodes) +
+                             std::to_string(topology.non_manifold_edges +
+                                            topology.disagreeing_edges + topology.pinched_nodes) +
                              " edges and nodes where it branches, touches itself or changes its "
                              "side, expected a manifold");
     vessel::LumenShape lumen;

@@ -29,7 +29,7 @@ struct Ring {
 std::vector<CentrePoint> even_points(std::span<const CentrePoint> branch, double step_mm) {
     std::vector<double> length{0};
     for (std::size_t n = 1; n < branch.size(); ++n)
-        length.push_back(length.back() + norm(branch[n].place_mm - branch[n - 1].place_mm));
+        length.push_back(length.back() + norm(branch[n].position_mm - branch[n - 1].position_mm));
     const auto count = std::max<std::size_t>(1, std::size_t(std::llround(length.back() / step_mm)));
     std::vector<CentrePoint> points;
     std::size_t at = 0;
@@ -39,7 +39,7 @@ std::vector<CentrePoint> even_points(std::span<const CentrePoint> branch, double
         const double span = length[at + 1] - length[at];
         const double t = span > 0 ? std::clamp((l - length[at]) / span, 0.0, 1.0) : 0;
         const CentrePoint &a = branch[at], &b = branch[at + 1];
-        points.push_back({a.place_mm + t * (b.place_mm - a.place_mm),
+        points.push_back({a.position_mm + t * (b.position_mm - a.position_mm),
                           a.radius_mm + t * (b.radius_mm - a.radius_mm)});
     }
     return points;
@@ -48,8 +48,8 @@ std::vector<CentrePoint> even_points(std::span<const CentrePoint> branch, double
 std::vector<Ring> rings_of(const std::vector<CentrePoint>& points) {
     std::vector<Ring> rings;
     for (std::size_t n = 0; n < points.size(); ++n) {
-        const Vec3d before = points[n == 0 ? 0 : n - 1].place_mm;
-        const Vec3d after = points[std::min(n + 1, points.size() - 1)].place_mm;
+        const Vec3d before = points[n == 0 ? 0 : n - 1].position_mm;
+        const Vec3d after = points[std::min(n + 1, points.size() - 1)].position_mm;
         rings.push_back({points[n], normalized(after - before), {0, 0, 0}});
     }
     const Vec3d first = rings[0].along;
@@ -64,7 +64,7 @@ std::vector<Ring> rings_of(const std::vector<CentrePoint>& points) {
         const auto reflect = [](Vec3d v, Vec3d mirror) {
             return v - (2 * dot(mirror, v) / dot(mirror, mirror)) * mirror;
         };
-        const Vec3d step = rings[n].at.place_mm - rings[n - 1].at.place_mm;
+        const Vec3d step = rings[n].at.position_mm - rings[n - 1].at.position_mm;
         const Vec3d across = reflect(rings[n - 1].across, step);
         const Vec3d along = reflect(rings[n - 1].along, step);
         const Vec3d second = rings[n].along - along;
@@ -89,7 +89,7 @@ Status check(std::span<const CentrePoint> branch, const TubeSettings& s) {
         return vessel::wrong("the branch has " + std::to_string(branch.size()) +
                              " points, expected 2 or more");
     for (std::size_t n = 0; n < branch.size(); ++n)
-        if (!is_finite(branch[n].place_mm) || !(branch[n].radius_mm > 0) ||
+        if (!is_finite(branch[n].position_mm) || !(branch[n].radius_mm > 0) ||
             !std::isfinite(branch[n].radius_mm))
             return vessel::wrong("point " + std::to_string(n) +
                                  " has no finite place or no radius above 0");
@@ -101,7 +101,7 @@ Result<VesselWall> sweep_tube(std::span<const CentrePoint> branch, const TubeSet
     double length = 0, mean_radius = 0;
     for (const CentrePoint& p : branch) mean_radius += p.radius_mm / double(branch.size());
     for (std::size_t n = 1; n < branch.size(); ++n)
-        length += norm(branch[n].place_mm - branch[n - 1].place_mm);
+        length += norm(branch[n].position_mm - branch[n - 1].position_mm);
     if (!(length > 0)) return vessel::wrong("the branch has no length");
     const double step = settings.ring_mm > 0
                             ? settings.ring_mm
@@ -123,7 +123,7 @@ Result<VesselWall> sweep_tube(std::span<const CentrePoint> branch, const TubeSet
                 std::cos(angle) * r.across + std::sin(angle) * cross(r.along, r.across);
             for (int l = 0; l <= layers; ++l)
                 wall.mesh.nodes_mm.push_back(
-                    r.at.place_mm + (r.at.radius_mm + settings.thickness_mm * l / layers) * out);
+                    r.at.position_mm + (r.at.radius_mm + settings.thickness_mm * l / layers) * out);
         }
     std::vector<std::array<std::int32_t, 3>> inner;
     for (std::size_t r = 0; r + 1 < rings.size(); ++r)
@@ -165,12 +165,12 @@ Result<VesselWall> sweep_tube(std::span<const CentrePoint> branch, const TubeSet
         Embedded e{owner[std::size_t(n)], {}};
         for (std::size_t k = 0; k < 4; ++k)
             e.weights[k] = wall.mesh.cells[std::size_t(e.tetrahedron)][k] == n;
-        wall.ghost_places.push_back(e);
+        wall.ghost_positions.push_back(e);
     }
     const Ring &first = rings.front(), &last = rings.back();
-    wall.ends = {{first.at.place_mm, -first.along, first.at.radius_mm},
-                 {last.at.place_mm, last.along, last.at.radius_mm}};
-    wall.least_layers = layers;
+    wall.ends = {{first.at.position_mm, -first.along, first.at.radius_mm},
+                 {last.at.position_mm, last.along, last.at.radius_mm}};
+    wall.min_layers = layers;
     wall.lumen_mm3 = vessel::enclosed_with_lids_mm3(wall.ghost);
     return wall;
 }

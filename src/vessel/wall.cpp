@@ -160,7 +160,7 @@ Result<VesselWall> wall_of_cells(const LumenShape& lumen, const WallSettings& se
     s.begin_mm = lumen.begin_mm - Vec3d{margin, margin, margin};
     s.end_mm = lumen.end_mm + Vec3d{margin, margin, margin};
     s.changes_as_distance = true;
-    s.most_cells = settings.most_cells;
+    s.max_cells = settings.max_cells;
     auto mesh = stuff_isosurface(level, s, arena);
     if (!mesh) return mesh.error();
 
@@ -182,12 +182,12 @@ Result<VesselWall> wall_of_cells(const LumenShape& lumen, const WallSettings& se
             outer[n] = std::abs(d - t) < 1e-6 * t;
             beside[n] = outer[n] || (!inner[n] && outside_of_ends(lumen.ends, t, x) < cell_mm);
         }
-    wall.least_layers = edges_between(wall.mesh, inner, outer);
+    wall.min_layers = edges_between(wall.mesh, inner, outer);
     auto ghost = ghost_of(lumen, settings, s, arena);
     if (!ghost) return ghost.error();
     wall.ghost = std::move(*ghost);
     ride_on(wall.mesh, wall.ends, t, std::max(cell_mm, settings.ghost_mm), arena, wall.ghost,
-            wall.ghost_places);
+            wall.ghost_positions);
     if (const Status holds = check_inner_faces(wall.mesh, beside, wall.ghost); !holds)
         return holds.error();
     wall.lumen_mm3 = enclosed_with_lids_mm3(wall.ghost);

@@ -37,8 +37,8 @@ constexpr Setting<PhantomSettings> kRows[] = {
                                                    "phantom's extent divided by the size"}),
 };
 
-constexpr std::int32_t kLeastSize = 2, kGreatestSize = 4096;
-constexpr double kLeastSpacing_mm = 1e-3, kGreatestSpacing_mm = 1e3;
+constexpr std::int32_t kMinSize = 2, kGreatestSize = 4096;
+constexpr double kMinSpacing_mm = 1e-3, kGreatestSpacing_mm = 1e3;
 constexpr std::size_t kGreatestCount = std::size_t(1) << 30;  // 2 GiB of voxels
 constexpr double kDirectionTolerance = 1e-4;
 constexpr char kAxis[] = "xyz";
@@ -58,7 +58,7 @@ std::string fixed(Vec3d v, int decimals) {
 
 Status check_size(const PhantomSettings& settings) {
     for (int a = 0; a < 3; ++a)
-        if (settings.size[a] < kLeastSize || settings.size[a] > kGreatestSize)
+        if (settings.size[a] < kMinSize || settings.size[a] > kGreatestSize)
             return invalid(std::string("phantom size.") + kAxis[a] + ": found " +
                            std::to_string(settings.size[a]) + ", expected 2 to 4096 voxels");
     const std::size_t count =
@@ -75,7 +75,7 @@ Status check_size(const PhantomSettings& settings) {
 Status check_spacing(const PhantomSettings& settings) {
     for (int a = 0; a < 3; ++a) {
         const double h = settings.spacing_mm[a];
-        if (h == 0 || (h >= kLeastSpacing_mm && h <= kGreatestSpacing_mm)) continue;
+        if (h == 0 || (h >= kMinSpacing_mm && h <= kGreatestSpacing_mm)) continue;
         return invalid(std::string("phantom spacing_mm.") + kAxis[a] + ": found " + text_of(h) +
                        ", expected 0.001 to 1000 mm, or 0 for the phantom's own");
     }

@@ -14,7 +14,7 @@ namespace pliant::phantom {
 namespace {
 
 constexpr std::int32_t kBlock = 16;
-constexpr std::int32_t kLeastBlock = 2;
+constexpr std::int32_t kMinBlock = 2;
 
 /// A voxel's footprint with its eight sub-boxes.
 struct Footprint {
@@ -135,7 +135,7 @@ class Sampler {
         const double reach = (width - 1) * m_footprint.voxel_reach_mm + m_footprint.reach_mm;
         std::vector<ActiveLayer>& active = scratch[level];
         find_active(above, world_from_voxel(m_grid, middle), reach, active);
-        if (width == kLeastBlock || active.empty() || active.front().covers) {
+        if (width == kMinBlock || active.empty() || active.front().covers) {
             fill_voxels(begin, width, active);
             return;
         }

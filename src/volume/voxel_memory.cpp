@@ -25,7 +25,7 @@ namespace pliant {
 namespace {
 
 /// Smaller arrays are plain memory: a file descriptor and a mapping for each would be wasteful.
-constexpr std::size_t kLeastMapped = 1 << 20;
+constexpr std::size_t kMinMapped = 1 << 20;
 
 std::size_t page_size() {
     static const auto size = std::size_t(::sysconf(_SC_PAGESIZE));
@@ -97,7 +97,7 @@ bool VoxelMemory::map(bool shared) noexcept {
 }
 
 VoxelMemory::VoxelMemory(std::size_t size) : m_size(size) {
-    if (size >= kLeastMapped) {
+    if (size >= kMinMapped) {
         if (const int number = new_memory_file(size); number >= 0) {
             m_file = std::make_shared<const File>(number);
             m_mapping_size = size;

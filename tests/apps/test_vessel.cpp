@@ -143,7 +143,7 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     refused("", "", "hand.log: line 3: step 1e+12, expected up to 10000000", "--replay hand.log");
     write("hand.log", "pliant vessel log 1\n0 1 2 3 4\nend 10000000 12\n");
     refused("", "",
-            "hand.log: has 10000000 steps, expected up to [simulation] most_steps of s.toml, "
+            "hand.log: has 10000000 steps, expected up to [simulation] max_steps of s.toml, "
             "1000000",
             "--replay hand.log");
     EXPECT_EQ(run("vessel nowhere.toml"), 2);
@@ -162,14 +162,14 @@ TEST_F(VesselTest, BoundsTheStepsThatAScriptAsksFor) {
     EXPECT_EQ(message("", act + "600" + act + "400.002"),
               (m_folder / "s.toml").string() +
                   ": [[script]] for_s: asks for 1000002 steps in all, expected up to 1000000; "
-                  "[simulation] most_steps raises that up to 10000000");
-    EXPECT_EQ(message("most_steps = 20", act + "1000"), "") << "it ends after 20";
+                  "[simulation] max_steps raises that up to 10000000");
+    EXPECT_EQ(message("max_steps = 20", act + "1000"), "") << "it ends after 20";
     EXPECT_EQ(message("time_step_s = 0.01", act + "10000"), "");
-    EXPECT_EQ(message("most_steps = 10000000", act + "10000"), "");
-    EXPECT_NE(message("most_steps = 10000000", act + "10001").find("asks for 10001000 steps"),
+    EXPECT_EQ(message("max_steps = 10000000", act + "10000"), "");
+    EXPECT_NE(message("max_steps = 10000000", act + "10001").find("asks for 10001000 steps"),
               std::string::npos);
-    EXPECT_NE(message("most_steps = 10000001", act + "1")
-                  .find("[simulation] most_steps: expected 1 to 10000000, found 10000001"),
+    EXPECT_NE(message("max_steps = 10000001", act + "1")
+                  .find("[simulation] max_steps: expected 1 to 10000000, found 10000001"),
               std::string::npos);
 }
 

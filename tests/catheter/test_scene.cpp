@@ -30,7 +30,7 @@ std::vector<CentrePoint> bent_way() {
 }
 std::vector<Vec3d> places_of(const std::vector<CentrePoint>& way) {
     std::vector<Vec3d> places;
-    for (const CentrePoint& p : way) places.push_back(p.place_mm);
+    for (const CentrePoint& p : way) places.push_back(p.position_mm);
     return places;
 }
 VesselWall bent_tube() {
@@ -51,13 +51,13 @@ CatheterSettings settings(double stiff = 20) {
 double deepest(const CatheterScene& scene) {
     const CatheterEntry& entry = scene.settings().entry;
     const TriangleMesh& ghost = scene.wall().ghost;
-    const auto places = scene.ghost_places();
-    const auto x = scene.wire_places();
+    const auto places = scene.ghost_positions();
+    const auto x = scene.wire_positions();
     double most = -1e9;
     for (auto s = std::size_t(scene.first_inserted()); s + 1 < x.size(); ++s)
         for (int k = 1; k <= 6; ++k) {
             const Vec3d p = (1 - k / 6.0) * x[s] + (k / 6.0) * x[s + 1];
-            const bool in_guide = dot(p - entry.place_mm, entry.direction) < 0;
+            const bool in_guide = dot(p - entry.position_mm, entry.direction) < 0;
             if (in_guide && std::int32_t(s) == scene.first_inserted()) continue;
             most =
                 std::max(most, scene.settings().catheter.radius_mm - inside_by(p, places, ghost));
@@ -169,7 +169,7 @@ TEST(CatheterScene, OneOfTetrahedraLiesAsTheRodDoes) {
             ASSERT_TRUE(scene.command({.insert_mm_s = n < 350 ? 200.0 : 0.0}).ok());
             ASSERT_TRUE(scene.step(1, arena).ok());
         }
-        places[body].assign(scene.wire_places().begin(), scene.wire_places().end());
+        places[body].assign(scene.wire_positions().begin(), scene.wire_positions().end());
         contact[body] = scene.quick_measures().contact_n;
         const Vec3d before = rotated(scene.tip_frame(), {1, 0, 0});
         for (int n = 0; n < 400; ++n) {
@@ -317,8 +317,8 @@ std::vector<Vec3d> standing(const VesselWall& wall, CatheterSettings s, std::vec
         EXPECT_TRUE(scene.command({.insert_mm_s = n < 400 ? 150.0 : 0.0}).ok());
         EXPECT_TRUE(scene.step(1, arena).ok());
     }
-    wire->assign(scene.wire_places().begin(), scene.wire_places().end());
-    return scene.wall_places();
+    wire->assign(scene.wire_positions().begin(), scene.wire_positions().end());
+    return scene.wall_positions();
 }
 
 TEST(CatheterScene, LocalIsNearlyFull) {
@@ -399,12 +399,12 @@ TEST(CatheterScene, BeginsInTheLumenOrIsRefused) {
         return scene.ok() ? std::string() : scene.error().message;
     };
     EXPECT_EQ(message(), "");
-    s.entry.place_mm = {0, 4.5, 10};
+    s.entry.position_mm = {0, 4.5, 10};
     EXPECT_EQ(
         message(),
         "[entry] place_mm: expected a place in the vessel's lumen, found 0, 4.5, 10 outside of "
         "it");
-    s.entry.place_mm = {0, 0, -300};
+    s.entry.position_mm = {0, 0, -300};
     EXPECT_EQ(message().find("[entry] place_mm: "), 0u);
     s.entry = {{0, 0, 10}, {0, 1, 0}, 9};
     EXPECT_EQ(
@@ -487,7 +487,7 @@ TEST(CatheterScene, SaysWhatIsWrong) {
                 twist.ends_with("found 200"))
         << twist;
     VesselWall broken = wall;
-    broken.ghost_places.pop_back();
+    broken.ghost_positions.pop_back();
     const auto scene = CatheterScene::create(broken, settings());
     ASSERT_FALSE(scene.ok());
     EXPECT_EQ(scene.error().message.substr(0, 6), "wall: ");

@@ -52,10 +52,10 @@ TEST(Multigrid, InterpolationKeepsALinearField) {
         for (Vec3d& column : gradient.columns) column = random.vector(1);
         NodeVector coarse(node_count(pair.coarse)), fine(node_count(pair.fine));
         for (std::int32_t n = 0; n < node_count(pair.coarse); ++n)
-            coarse.set(std::size_t(n), gradient * node_place_mm(pair.coarse, n));
+            coarse.set(std::size_t(n), gradient * node_position_mm(pair.coarse, n));
         add_interpolated(pair, coarse, fine, arena);
         for (std::int32_t n = 0; n < node_count(pair.fine); ++n)
-            EXPECT_LT(norm(fine.at(std::size_t(n)) - gradient * node_place_mm(pair.fine, n)),
+            EXPECT_LT(norm(fine.at(std::size_t(n)) - gradient * node_position_mm(pair.fine, n)),
                       1e-12 * 100);
     }
 }

@@ -32,7 +32,7 @@ TEST(Published, BoussinesqsHalfSpace) {
         {2 * kHalf + 1, 2 * kHalf + 1, kHalf + 1}, {1, 1, 1}, {-double(kHalf), -double(kHalf), 0}};
     std::vector<Support> supports;
     for (std::int32_t n = 0; n < node_count(lattice); ++n) {
-        const Vec3d x = node_place_mm(lattice, n);
+        const Vec3d x = node_position_mm(lattice, n);
         if (std::abs(x.x) == kHalf || std::abs(x.y) == kHalf || x.z == kHalf)
             supports.push_back({n, {true, true, true}, boussinesq(x, mu, nu)});
     }

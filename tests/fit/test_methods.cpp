@@ -287,7 +287,7 @@ TEST(Identifiability, DampingIsNotSeenAtAnEquilibriumAndAllStiffnessesTogetherAr
             value_of(fit_directions(planted.problem({.motion = motion}), planted.truth, arena()));
         EXPECT_LT(directions[0].influence, 1e-6);
         EXPECT_NEAR(std::abs(directions[0].direction[3]), 1, 1e-6);
-        EXPECT_GT(directions[1].influence, kLeastInfluence);
+        EXPECT_GT(directions[1].influence, kMinInfluence);
         // All stiffer by a factor: Σ over directions of influence² · (direction · (1,1,1,0))² = 1.
         double sum = 0;
         for (const FitDirection& d : directions) {
@@ -299,7 +299,7 @@ TEST(Identifiability, DampingIsNotSeenAtAnEquilibriumAndAllStiffnessesTogetherAr
     const auto early =
         planted.problem({.motion = FitMotion::Run, .run = {.depth = 20}, .duration = 1});
     for (const FitDirection& d : value_of(fit_directions(early, planted.truth, arena())))
-        EXPECT_GT(d.influence, kLeastInfluence);
+        EXPECT_GT(d.influence, kMinInfluence);
     // It keeps its start where nothing shows it.
     const auto found = value_of(fit(planted.problem({}), GaussNewton{}, arena()));
     EXPECT_NEAR(found.values[3], 1, 1e-9);

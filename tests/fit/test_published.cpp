@@ -87,7 +87,7 @@ TEST(Published, AFitToOtherLoadsIsBetterOnThoseOfTableTwo) {
     expect_below(found.at, 0.15, 0.5);
     const auto closed = value_of(box.problem.evaluate(box.closed_form));
     EXPECT_LT(found.at.cost, closed.cost);
-    for (const FitDirection& d : found.directions) EXPECT_GT(d.influence, kLeastInfluence);
+    for (const FitDirection& d : found.directions) EXPECT_GT(d.influence, kMinInfluence);
 }
 
 // Case 22, seen from the fit: links alone can't follow ν = 0.45, and need no help at ν = 1/4.

@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         fuzz::expect_one_line(scene.error().message);
         return 0;
     }
-    fuzz::expect(scene->most_steps >= 1, "a script with an end");
+    fuzz::expect(scene->max_steps >= 1, "a script with an end");
     fuzz::expect(scene->settings.time_step_s > 0 && scene->settings.sub_steps > 0,
                  "numbers within their bounds");
     return 0;

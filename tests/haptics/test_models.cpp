@@ -215,7 +215,7 @@ TEST(ChainMail, ATubesWallIsFeltFromAllSides) {
         const Vec3d out{std::cos(angle), std::sin(angle), 0};
         const HapticModel model = (*feel)->model(9.0 * out, r * out);
         EXPECT_GE(model.plane_count, 3);
-        const Vec3d free = nearest_free_place(model, 9.0 * out);
+        const Vec3d free = nearest_free_position(model, 9.0 * out);
         EXPECT_NEAR(norm(free), 6.5, 0.35) << "angle " << angle << ", radius " << r;
         EXPECT_LT(dot(model.force_n, out), 0);
     }
@@ -263,7 +263,7 @@ TEST(Pbd, ABlockIsFeltThroughItsConstraintForces) {
                                   .compliance = 1e-4});
     auto body = PbdBody::create(
         std::move(*parts),
-        {.time_step = 0.033, .sub_steps = 30, .damping = 20, .numbers = PbdNumbers::Double});
+        {.time_step = 0.033, .sub_steps = 30, .damping = 20, .numbers = PbdPrecision::Double});
     ASSERT_TRUE(body.ok()) << body.error().message;
     const TaskArena arena(1);
     LearntStiffness learnt(50, 600);

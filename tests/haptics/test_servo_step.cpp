@@ -37,8 +37,8 @@ class Player {
   public:
     explicit Player(HapticSettings settings) : m_settings(settings) { m_state.gain = 1; }
 
-    Vec3d step(Vec3d place_mm, const HapticModel* fresh = nullptr, bool stop = false) {
-        const HapticReading reading{kPeriod_ns * m_period++, place_mm, stop};
+    Vec3d step(Vec3d position_mm, const HapticModel* fresh = nullptr, bool stop = false) {
+        const HapticReading reading{kPeriod_ns * m_period++, position_mm, stop};
         m_last = servo_step(m_settings, fresh, reading, m_state);
         return m_last.force_n;
     }
@@ -65,7 +65,7 @@ TEST(NearestFreePlace, IsTheProjectionOnRandomPolyhedra) {
         }
         const Vec3d x = inside + random.vector(20);
         bool boxed_in = true;
-        const Vec3d p = nearest_free_place(model, x, &boxed_in);
+        const Vec3d p = nearest_free_position(model, x, &boxed_in);
         EXPECT_FALSE(boxed_in);
         const auto is_free = [&](Vec3d q, double tolerance) {
             for (int k = 0; k < model.plane_count; ++k)
@@ -97,7 +97,7 @@ TEST(NearestFreePlace, SaysWhenThereIsNone) {
     model.planes[0] = {{0, 0, 1}, {0, 0, 1}};
     model.planes[1] = {{0, 0, -2}, {0, 0, -1}};
     bool boxed_in = false;
-    EXPECT_EQ(nearest_free_place(model, {5, 6, 0}, &boxed_in), (Vec3d{5, 6, -2}));
+    EXPECT_EQ(nearest_free_position(model, {5, 6, 0}, &boxed_in), (Vec3d{5, 6, -2}));
     EXPECT_TRUE(boxed_in);
 }
 
@@ -250,7 +250,7 @@ TEST(Friction, StaysInItsConeOnRandomWaysOverRandomGeometry) {
         for (int k = 0; k < 90; ++k) {
             x = x + random.vector(0.3) + Vec3d{0, 0, -0.03};
             player.step(x);
-            const Vec3d nearest = nearest_free_place(model, x);
+            const Vec3d nearest = nearest_free_position(model, x);
             const Vec3d force = player.state().force_n;
             if (nearest == x) {
                 EXPECT_EQ(force, (Vec3d{0, 0, 0}));

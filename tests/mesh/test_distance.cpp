@@ -75,7 +75,7 @@ TEST(SurfaceDistance, IsThatOfEveryTriangleAndTheSignThatOfTheWindingNumber) {
                                                           surface.nodes_mm[std::size_t(t[2])]));
             const auto near = distance->nearest(x);
             EXPECT_NEAR(std::abs(near.distance_mm), brute, 1e-12);
-            EXPECT_NEAR(norm(x - near.place_mm), std::abs(near.distance_mm), 1e-12);
+            EXPECT_NEAR(norm(x - near.position_mm), std::abs(near.distance_mm), 1e-12);
             const bool is_inside = winding_number(surface, x) > 0.5;
             EXPECT_EQ(near.distance_mm < 0, is_inside);
             inside += is_inside;
@@ -125,7 +125,7 @@ TEST(SurfaceTopology, SaysWhatIsOpenCrowdedAndPinched) {
     TriangleMesh fin = cube;
     fin.nodes_mm.push_back({5, 5, 5});
     fin.cells.push_back({fin.cells[0][0], fin.cells[0][1], 8});
-    EXPECT_EQ(surface_topology(fin).crowded_edges, 1);
+    EXPECT_EQ(surface_topology(fin).non_manifold_edges, 1);
     EXPECT_FALSE(SurfaceDistance::create(fin).ok());
 }
 

@@ -13,7 +13,7 @@ namespace pliant {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kLeastDihedral = 10.7, kLargestDihedral = 164.8;
+constexpr double kMinDihedral = 10.7, kLargestDihedral = 164.8;
 
 const TaskArena& arena() {
     static const TaskArena two(2);
@@ -70,13 +70,13 @@ TEST(Stuffing, DihedralAnglesKeepToThePublishedBounds) {
         const TetQuality q = tet_quality(*mesh);
         EXPECT_GT(q.tetrahedra, 5000);
         EXPECT_EQ(q.inverted, 0);
-        EXPECT_EQ(q.crowded_faces, 0);
+        EXPECT_EQ(q.non_manifold_faces, 0);
         EXPECT_EQ(q.boundary.open_edges, 0);
-        EXPECT_GE(q.least_dihedral_deg, kLeastDihedral);
+        EXPECT_GE(q.min_dihedral_deg, kMinDihedral);
         EXPECT_LE(q.largest_dihedral_deg, kLargestDihedral);
-        least = std::min(least, q.least_dihedral_deg);
+        least = std::min(least, q.min_dihedral_deg);
     }
-    EXPECT_LT(least, kLeastDihedral + 2);
+    EXPECT_LT(least, kMinDihedral + 2);
 }
 
 TEST(Stuffing, VolumesConvergeAndTheBoundaryHasTheSolidsShape) {
@@ -103,7 +103,7 @@ TEST(Stuffing, VolumesConvergeAndTheBoundaryHasTheSolidsShape) {
             EXPECT_EQ(q.pieces, 1);
             EXPECT_EQ(q.boundary.pieces, 1);
             EXPECT_EQ(q.boundary.euler, c.euler);
-            EXPECT_GE(q.least_dihedral_deg, kLeastDihedral);
+            EXPECT_GE(q.min_dihedral_deg, kMinDihedral);
             EXPECT_LE(q.largest_dihedral_deg, kLargestDihedral);
             const TriangleMesh surface = boundary_triangles(*mesh);
             EXPECT_TRUE(check_closed(surface).ok());
@@ -223,23 +223,23 @@ TEST(TetQuality, KnownTetrahedraHaveTheirKnownMeasures) {
     TetQuality q = tet_quality(regular);
     EXPECT_EQ(q.inverted, 0);
     EXPECT_NEAR(q.volume_mm3, 8.0 / 3, 1e-12);
-    EXPECT_NEAR(q.least_radius_ratio, 1, 1e-12);
-    EXPECT_NEAR(q.least_dihedral_deg, 70.528779, 1e-6);
+    EXPECT_NEAR(q.min_radius_ratio, 1, 1e-12);
+    EXPECT_NEAR(q.min_dihedral_deg, 70.528779, 1e-6);
     EXPECT_NEAR(q.largest_dihedral_deg, 70.528779, 1e-6);
     EXPECT_EQ(q.boundary.euler, 2);
     EXPECT_TRUE(check_quality(q).ok());
     std::swap(regular.cells[0][0], regular.cells[0][1]);
     q = tet_quality(regular);
-    EXPECT_NEAR(q.least_radius_ratio, -1, 1e-12);
+    EXPECT_NEAR(q.min_radius_ratio, -1, 1e-12);
     EXPECT_EQ(check_quality(q).error().message,
               "mesh: found 1 inverted or flat tetrahedra, expected none");
     // A cube's corner.
     const TetMesh corner{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
     q = tet_quality(corner);
-    EXPECT_NEAR(q.least_dihedral_deg, 54.735610, 1e-6);
+    EXPECT_NEAR(q.min_dihedral_deg, 54.735610, 1e-6);
     EXPECT_NEAR(q.largest_dihedral_deg, 90, 1e-9);
     // 3 r / R with r = 1 / (3 + √3), R = √3 / 2.
-    EXPECT_NEAR(q.least_radius_ratio, 3 / (3 + std::sqrt(3.0)) / (std::sqrt(3.0) / 2), 1e-12);
+    EXPECT_NEAR(q.min_radius_ratio, 3 / (3 + std::sqrt(3.0)) / (std::sqrt(3.0) / 2), 1e-12);
     // Two that share an edge only.
     TetMesh pair = corner;
     pair.nodes_mm.insert(pair.nodes_mm.end(), {{0, -1, 0}, {0, 0, -1}});

@@ -158,7 +158,7 @@ TEST(AwakePacks, EndWhereThePlanEndsWithAnyThreadsAndLanes) {
     PbdSettings s{.time_step = 2e-3, .sub_steps = 10, .damping = 60, .domain_particles = 300};
     std::vector<Vec3d> planned, anew, other;
     walked(parts, s, 1, planned);
-    s.packs_anew = true;
+    s.repacks = true;
     const std::uint64_t hash = walked(parts, s, 1, anew);
     EXPECT_EQ(walked(parts, s, 4, other), hash);
     s.vectors = false;

@@ -155,10 +155,10 @@ TEST(Body, FloatsAreDoublesToFourDigits) {
     const PbdParts parts = random_block(random, {6, 4, 3}, false);
     std::vector<Vec3d> places[2];
     for (const bool wide : {false, true}) {
-        auto body =
-            PbdBody::create(parts, {.sub_steps = 4,
-                                    .gravity = {0, 0, -9.81},
-                                    .numbers = wide ? PbdNumbers::Double : PbdNumbers::Float});
+        auto body = PbdBody::create(
+            parts, {.sub_steps = 4,
+                    .gravity = {0, 0, -9.81},
+                    .precision = wide ? PbdPrecision::Double : PbdPrecision::Float});
         ASSERT_TRUE(body->step(6, one_thread()).ok());
         places[wide].resize(parts.places.size());
         body->get_positions(places[wide]);
@@ -192,7 +192,7 @@ TEST(Body, ConstraintForcesOnAHeldNodeAreTheWeightOfWhatHangsFromIt) {
     parts.distances = {{.nodes = {0, 1}, .compliance = 1e-3},
                        {.nodes = {1, 2}, .compliance = 1e-3}};
     auto body = PbdBody::create(
-        parts, {.gravity = {0, 0, -10}, .damping = 10, .numbers = PbdNumbers::Double});
+        parts, {.gravity = {0, 0, -10}, .damping = 10, .precision = PbdPrecision::Double});
     ASSERT_TRUE(body->step(900, one_thread()).ok());
     const auto forces = body->constraint_forces();
     EXPECT_NEAR(forces[0].z, -30, 1e-6);
@@ -351,13 +351,13 @@ TEST(PbdBody, ProjectionsToAndFroAreSymmetric) {
     PbdParts parts = random_block(random, {5, 4, 3}, false);
     parts.attachments.clear();  // whose targets aren't where it rests
     parts.planes.clear();
-    for (const bool to_and_fro : {false, true}) {
+    for (const bool alternates : {false, true}) {
         const PbdSettings settings{.time_step = 1e-3,
                                    .sub_steps = 1,
                                    .iterations = 2,
-                                   .numbers = PbdNumbers::Double,
+                                   .precision = PbdPrecision::Double,
                                    .domain_particles = 40,
-                                   .to_and_fro = to_and_fro};
+                                   .alternates = alternates};
         double worst = 0;
         for (int pair = 0; pair < 5; ++pair) {
             std::vector<Vec3d> u, v;
@@ -377,14 +377,14 @@ TEST(PbdBody, ProjectionsToAndFroAreSymmetric) {
             }
             worst = std::max(worst, std::abs(one - other) / size);
         }
-        std::printf("%s: %.2e\n", to_and_fro ? "to and fro" : "in one order", worst);
-        if (to_and_fro) {
+        std::printf("%s: %.2e\n", alternates ? "to and fro" : "in one order", worst);
+        if (alternates) {
             EXPECT_LT(worst, 1e-7);
         } else {
             EXPECT_GT(worst, 1e-6);
         }
     }
-    EXPECT_FALSE(PbdBody::create(parts, {.iterations = 3, .to_and_fro = true}).ok());
+    EXPECT_FALSE(PbdBody::create(parts, {.iterations = 3, .alternates = true}).ok());
 }
 
 }  // namespace

@@ -207,7 +207,7 @@ TEST_P(EachKind, AProjectionKeepsMomentumAndAngularMomentum) {
         Random random(seed);
         const PbdParts parts = one_constraint(random, GetParam(), seed % 2 ? 0 : 1e-2);
         auto body = PbdBody::create(
-            parts, {.time_step = 0.1, .sub_steps = 1, .numbers = PbdNumbers::Double});
+            parts, {.time_step = 0.1, .sub_steps = 1, .precision = PbdPrecision::Double});
         ASSERT_TRUE(body.ok()) << body.error().message;
         std::vector<Vec3d> x = parts.places;
         if (GetParam() == PbdKind::Solid)  // at rest it would stay
@@ -233,12 +233,12 @@ TEST_P(EachKind, AProjectionKeepsMomentumAndAngularMomentum) {
 
 TEST_P(EachKind, CollapsedAndHeldConstraintsMoveNothingAndStayNumbers) {
     const TaskArena arena(1);
-    for (const PbdNumbers numbers : {PbdNumbers::Float, PbdNumbers::Double})
+    for (const PbdPrecision numbers : {PbdPrecision::Float, PbdPrecision::Double})
         for (const bool held : {false, true}) {
             Random random(7);
             PbdParts parts = one_constraint(random, GetParam(), 0);
             if (held) parts.inverse_masses.assign(4, 0);
-            auto body = PbdBody::create(parts, {.numbers = numbers});
+            auto body = PbdBody::create(parts, {.precision = numbers});
             ASSERT_TRUE(body.ok());
             const Vec3d middle{0.25, -0.5, 1};
             for (std::int32_t n = 0; n < 4 && !held; ++n) {
@@ -277,8 +277,8 @@ TEST(Constraints, AnAttachmentPullsItsPointToTheTargetAndTellsTheForce) {
         const Vec3d target{100.5, 0.5, 0.75};
         parts.attachments = {{{0, 1, 2, 3}, {0.1, 0.2, 0.3, 0.4}, target, compliance}};
         const Vec3d g{0, 0, -10};
-        auto body =
-            PbdBody::create(parts, {.gravity = g, .damping = 30, .numbers = PbdNumbers::Double});
+        auto body = PbdBody::create(
+            parts, {.gravity = g, .damping = 30, .precision = PbdPrecision::Double});
         ASSERT_TRUE(body.ok());
         ASSERT_TRUE(body->step(1, arena).ok());
         const auto point = [&] {
@@ -291,8 +291,8 @@ TEST(Constraints, AnAttachmentPullsItsPointToTheTargetAndTellsTheForce) {
         // One particle at rest hangs from the target by its weight.
         parts.attachments[0].weights = {1, 0, 0, 0};
         parts.attachments[0].target = parts.places[0];
-        auto hanging =
-            PbdBody::create(parts, {.gravity = g, .damping = 30, .numbers = PbdNumbers::Double});
+        auto hanging = PbdBody::create(
+            parts, {.gravity = g, .damping = 30, .precision = PbdPrecision::Double});
         ASSERT_TRUE(hanging->step(600, arena).ok());
         EXPECT_LT(norm(hanging->attachment_force(0) - Vec3d{0, 0, 10}), 1e-6);
         EXPECT_NEAR(hanging->position(0).z, -10 * compliance, 1e-6);
@@ -309,7 +309,7 @@ TEST(Constraints, ASlopeHoldsABodyUpToItsFriction) {
         PbdParts parts{.places = {{0, 0, 0}}, .inverse_masses = {1}};
         parts.planes = {{{0, 0, 0}, {std::sin(angle), 0, std::cos(angle)}, friction}};
         auto body = PbdBody::create(
-            parts, {.time_step = 0.01, .gravity = {0, 0, -g}, .numbers = PbdNumbers::Double});
+            parts, {.time_step = 0.01, .gravity = {0, 0, -g}, .precision = PbdPrecision::Double});
         ASSERT_TRUE(body.ok());
         ASSERT_TRUE(body->step(100, arena).ok());
         const double way = norm(body->position(0));

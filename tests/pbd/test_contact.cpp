@@ -147,7 +147,7 @@ double deepest(const Rod& rod, const VesselWall& wall, const PbdBody& body, doub
     TetMesh now = wall.mesh;
     body.get_positions(now.nodes_mm);
     std::vector<Vec3d> places;
-    for (const Embedded& e : wall.ghost_places) places.push_back(place_of(e, now));
+    for (const Embedded& e : wall.ghost_positions) places.push_back(place_of(e, now));
     double most = -1e9;
     for (int s = 0; s < rod.settings().segments; ++s)
         for (int k = 0; k <= 8; ++k) {
@@ -173,7 +173,7 @@ Pushed push_in(const VesselWall& wall, double young_modulus, double speed, int t
     const TaskArena arena(threads);
     PbdBody body = body_of(wall, young_modulus, step);
     Rod rod = made(Rod::create(wire(step)));
-    RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+    RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions,
                                                  {.radius = 0.5, .friction = 0.1}));
     Pushed found;
     const int steps = int(std::lround(way / (speed * step)));
@@ -250,7 +250,7 @@ VesselWall floor_of(int cells) {
             if (at == cell.end()) continue;
             Embedded e{std::int32_t(c), {0, 0, 0, 0}};
             e.weights[std::size_t(at - cell.begin())] = 1;
-            wall.ghost_places.push_back(e);
+            wall.ghost_positions.push_back(e);
             break;
         }
     return wall;
@@ -265,7 +265,7 @@ TEST(RodContact, KeepsMomentumAndAngularMomentum) {
         const VesselWall wall = floor_of(16);
         auto parts = made(pbd_of_mesh(wall.mesh, {.density = 1e-3, .edge_compliance = 1e-6}));
         const PbdSettings settings{
-            .time_step = 1e-3, .sub_steps = 1, .numbers = PbdNumbers::Double};
+            .time_step = 1e-3, .sub_steps = 1, .precision = PbdPrecision::Double};
         RodSettings wires = wire(1e-3);
         wires.segments = 8;
         wires.length = 16;
@@ -280,7 +280,7 @@ TEST(RodContact, KeepsMomentumAndAngularMomentum) {
                 const double s = double(n) / 8;
                 ASSERT_TRUE(rod.load(n, 400 * s * Vec3d{0.3, -1, -0.5}).ok());
             }
-        RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+        RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions,
                                                      {.friction = 0.3, .rounds = 1}));
         ASSERT_TRUE(contact.step(1, rods[0], bodies[0], arena).ok());
         ASSERT_TRUE(rods[1].step(1).ok());
@@ -320,7 +320,7 @@ TEST(RodContact, FrictionIsCoulombs) {
         wires.gravity = {0, -9810, 0};
         Rod rod = made(Rod::create(wires));
         PbdBody body = body_of(wall, 0, 1e-3);
-        RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+        RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions,
                                                      {.radius = 0.5, .friction = friction}));
         Vec3d mean{0, 0, 0}, base{0, 0, 0};
         const int steps = 800, counted = 400;
@@ -349,7 +349,7 @@ TEST(RodContact, AllocatesNothingOnceWarm) {
     PbdBody body = body_of(wall, 3e5);
     Rod rod = made(Rod::create(wire()));
     RodContact contact =
-        made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places, {.friction = 0.1}));
+        made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions, {.friction = 0.1}));
     const auto push = [&](int from, int to) {
         for (int n = from; n < to; ++n) {
             EXPECT_TRUE(rod.set_base({0, 0, 0.08 * n}, Rotation{}).ok());
@@ -368,7 +368,8 @@ TEST(RodContact, SaysWhatIsWrong) {
     const TaskArena arena(1);
     VesselWall wall = floor_of(4);
     const auto message = [&](const RodContactSettings& settings) {
-        const auto made_ = RodContact::create(wall.mesh, wall.ghost, wall.ghost_places, settings);
+        const auto made_ =
+            RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions, settings);
         return made_.ok() ? std::string() : made_.error().message;
     };
     EXPECT_EQ(message({}), "");
@@ -376,7 +377,7 @@ TEST(RodContact, SaysWhatIsWrong) {
     EXPECT_NE(message({.friction = -1}).find("friction: expected 0 or more"), std::string::npos);
     EXPECT_NE(message({.iterations = 0}).find("iterations: expected 1"), std::string::npos);
     EXPECT_NE(message({.rounds = 0}).find("rounds: expected 1"), std::string::npos);
-    RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places, {}));
+    RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions, {}));
     Rod rod = made(Rod::create(wire(1e-3)));
     PbdBody body = body_of(wall, 0, 2e-3);
     const Status steps = contact.step(1, rod, body, arena);
@@ -384,9 +385,9 @@ TEST(RodContact, SaysWhatIsWrong) {
     EXPECT_NE(steps.error().message.find("time_step"), std::string::npos);
     PbdBody other = body_of(floor_of(3), 0, 1e-3);
     EXPECT_FALSE(contact.step(1, rod, other, arena).ok());
-    wall.ghost_places[3].tetrahedron = 100000;
+    wall.ghost_positions[3].tetrahedron = 100000;
     EXPECT_NE(message({}).find("node 3: expected a tetrahedron below"), std::string::npos);
-    wall.ghost_places.pop_back();
+    wall.ghost_positions.pop_back();
     EXPECT_NE(message({}).find("ghost_places: expected one for each"), std::string::npos);
 }
 

@@ -27,7 +27,7 @@ PbdParts block() {
     return all;
 }
 
-constexpr PbdSettings kSettings{.gravity = {0, 0, -9.81}, .packs_anew = true};
+constexpr PbdSettings kSettings{.gravity = {0, 0, -9.81}, .repacks = true};
 
 void let_go(PbdBody& body) {
     for (std::int32_t n = 0; n < body.particle_count(); ++n)
@@ -67,11 +67,11 @@ TEST(BodiesWithoutMemory, AFirstStepIsAllOrNothing) {
 // Steps after the first one, after held particles were let go, so that packs are made anew, and
 // with loads: all of them with no memory at all.
 TEST(BodiesWithoutMemory, LaterStepsNeedNone) {
-    for (const bool packs_anew : {false, true})
+    for (const bool repacks : {false, true})
         for (const int threads : {1, 2}) {
             const TaskArena arena(threads);
             PbdSettings settings = kSettings;
-            settings.packs_anew = packs_anew;
+            settings.repacks = repacks;
             PbdBody body = made(PbdBody::create(block(), settings)),
                     twin = made(PbdBody::create(block(), settings));
             const auto step_both = [&] {

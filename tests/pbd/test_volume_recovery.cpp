@@ -125,7 +125,7 @@ TEST(VolumeRecovery, IsTheSameForThreadsVectorsAndPacks) {
                                                                          .vectors = vectors,
                                                                          .domain_particles = 200,
                                                                          .volume_recovery = 10,
-                                                                         .packs_anew = anew}));
+                                                                         .repacks = anew}));
                 // Half of it is held, then less of it, then more.
                 for (const double held : {12.0, 6.0, 16.0}) {
                     for (std::int32_t n = 0; n < body.particle_count(); ++n) {

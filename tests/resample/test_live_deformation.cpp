@@ -78,7 +78,8 @@ TEST(LiveDeformation, WritesToABufferOfTheHost) {
     const TaskArena arena(2);
     const Volume volume = noise(random, {40, 36, 30}, {1, 1, 1.2});
     const auto& voxels = std::get<VoxelArray<std::int16_t>>(volume.voxels);
-    ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
+    ChainMail tissue =
+        std::move(ChainMail::create(volume, {.bone_threshold_hu = 2000}, arena)).value();
     std::vector<std::int16_t> buffer(voxels.size(), 7);
     Volume target;
     target.grid = volume.grid;

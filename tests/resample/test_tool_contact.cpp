@@ -24,8 +24,8 @@ namespace {
 
 constexpr double kIso = -500;
 
-float shown_at(const Volume& shown, Vec3d place_mm) {
-    return sample_linear(shown, voxel_from_world(shown.grid, place_mm));
+float shown_at(const Volume& shown, Vec3d position_mm) {
+    return sample_linear(shown, voxel_from_world(shown.grid, position_mm));
 }
 
 /// A winding tube of air, with a fold across it and perhaps bone in its wall, in soft tissue.
@@ -79,8 +79,8 @@ Vec3d direction_of(Random& random) {
     }
 }
 
-bool is_in_scan(const Grid& grid, Vec3d place_mm) {
-    const Vec3d ijk = voxel_from_world(grid, place_mm);
+bool is_in_scan(const Grid& grid, Vec3d position_mm) {
+    const Vec3d ijk = voxel_from_world(grid, position_mm);
     for (int a = 0; a < 3; ++a)
         if (!(ijk[a] >= 0 && ijk[a] <= grid.size[a] - 1)) return false;
     return true;
@@ -157,8 +157,8 @@ TEST(Contact, TheEyeIsNeverInTissue) {
 }
 
 /// Voxels of a scan around a position, as a scan of its own.
-Volume cropped(const Volume& scan, Vec3d place_mm, Vec3i size) {
-    const Vec3d ijk = voxel_from_world(scan.grid, place_mm);
+Volume cropped(const Volume& scan, Vec3d position_mm, Vec3i size) {
+    const Vec3d ijk = voxel_from_world(scan.grid, position_mm);
     Vec3i low;
     for (int a = 0; a < 3; ++a) {
         size[a] = std::min(size[a], scan.grid.size[a]);

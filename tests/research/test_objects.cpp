@@ -107,10 +107,11 @@ struct Reference {
 };
 
 /// A grid of the random instance, but of the given size and directions.
-Volume random_object(Random& random, const Volume& labels, const Mat3d& direction, Vec3d place_mm) {
+Volume random_object(Random& random, const Volume& labels, const Mat3d& direction,
+                     Vec3d position_mm) {
     Volume volume = labels;
     volume.grid.direction = direction;
-    volume.grid.origin_mm = direction * place_mm;
+    volume.grid.origin_mm = direction * position_mm;
     for (int a = 0; a < 3; ++a) volume.grid.spacing_mm[a] = random.real(0.8, 1.6);
     return volume;
 }
@@ -232,7 +233,7 @@ TEST_F(ObjectsTest, PushStopsAtTheUnitWhereTheFacesTouch) {
     EXPECT_EQ(report->element.x, 3);
     EXPECT_EQ(report->other_element.x, 0);
     // The sum of two boxes is two units below their spacing, to tolerate rounding.
-    EXPECT_NEAR(space.place_mm(fragment, {3, 0, 0}).x, 8 + 2 * kUnitMm, 1e-9);
+    EXPECT_NEAR(space.position_mm(fragment, {3, 0, 0}).x, 8 + 2 * kUnitMm, 1e-9);
     const auto again = space.push_elements(fragment, face, {kUnitMm, 0, 0});
     EXPECT_EQ(again->push.status, PushStatus::Rejected);
     EXPECT_EQ(again->push.limited_by, LimitedBy::Object);
@@ -246,7 +247,7 @@ TEST_F(ObjectsTest, FastFragmentDoesNotTunnelThroughAThinWallOfTissue) {
     const auto report = space.push_elements(fragment, all, {250, 3, -3});
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->push.limited_by, LimitedBy::Object);
-    EXPECT_LT(space.place_mm(fragment, {2, 1, 1}).x, 5 + 1e-5);
+    EXPECT_LT(space.position_mm(fragment, {2, 1, 1}).x, 5 + 1e-5);
 }
 
 TEST_F(ObjectsTest, WallsStopAsFacesDoAndLetGoAgain) {
@@ -260,8 +261,9 @@ TEST_F(ObjectsTest, WallsStopAsFacesDoAndLetGoAgain) {
     EXPECT_EQ(report->wall, *wall);
     EXPECT_EQ(report->object, -1);
     double highest = -1e9;
-    for_each_element(space.object(fragment).volume().grid,
-                     [&](Vec3i e) { highest = std::max(highest, space.place_mm(fragment, e).y); });
+    for_each_element(space.object(fragment).volume().grid, [&](Vec3i e) {
+        highest = std::max(highest, space.position_mm(fragment, e).y);
+    });
     EXPECT_NEAR(highest, 6.75 + kUnitMm, 1e-9);
     EXPECT_EQ(space.push_elements(fragment, one, {3, -2, 1})->push.status, PushStatus::Applied);
 }
@@ -275,12 +277,12 @@ TEST_F(ObjectsTest, FreeFragmentGoesAnywhereAndKeepsItsShape) {
     EXPECT_NEAR(norm(space.displacement_mm(fragment, {0, 0, 0}) - Vec3d{2700, -1200, 300}), 0,
                 1e-3);
     const Vec3d stretched =
-        space.place_mm(fragment, {4, 3, 2}) - space.place_mm(fragment, {0, 0, 0});
+        space.position_mm(fragment, {4, 3, 2}) - space.position_mm(fragment, {0, 0, 0});
     EXPECT_LT(norm(stretched - Vec3d{4, 3, 2}), 4) << "more than all links of it allow";
     EXPECT_LT(space.object(fragment).state().max_violation_mm, 1e-9);
     // A tool finds it at its new position.
     const auto report = space.push(
-        fragment, {.point_mm = space.place_mm(fragment, {2, 2, 1}), .push_mm = {0, 0, 1}});
+        fragment, {.point_mm = space.position_mm(fragment, {2, 2, 1}), .push_mm = {0, 0, 1}});
     ASSERT_TRUE(report.ok()) << report.error().message;
     EXPECT_GE(report->push.grabbed_elements, 8);
 }
@@ -298,7 +300,7 @@ TEST_F(ObjectsTest, AirOfAnObjectIsNoObstacle) {
     const std::vector<Vec3i> all = {{1, 0, 0}, {1, 1, 0}, {1, 0, 1}, {1, 1, 1}};
     const auto report = space.push_elements(fragment, all, {9, 0, 0});
     EXPECT_EQ(report->push.limited_by, LimitedBy::Object);
-    EXPECT_NEAR(space.place_mm(fragment, {1, 0, 0}).x, 10, 1e-5);
+    EXPECT_NEAR(space.position_mm(fragment, {1, 0, 0}).x, 10, 1e-5);
 }
 
 TEST_F(ObjectsTest, FixedElementsStillStopTheirOwnObject) {

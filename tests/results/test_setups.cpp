@@ -116,9 +116,9 @@ TEST(ChainMailResults, AFingerSinksUnderAToolThatSticksAndIsBentAsideByOneThatIt
 struct ColumnDent {
     double depth_mm = 0, volume_mm3 = 0;
 };
-ColumnDent column_dent(const Scenario& s, Vec3d place_mm, double threshold_hu) {
+ColumnDent column_dent(const Scenario& s, Vec3d position_mm, double threshold_hu) {
     const Volume deformed = deform_volume(*s.tissue, Mapping::Tetrahedra).value().volume;
-    const Vec3d ijk = voxel_from_world(s.scan->grid, place_mm);
+    const Vec3d ijk = voxel_from_world(s.scan->grid, position_mm);
     const auto crossing = [&](const Volume& volume, int x, int z) {
         int y = int(ijk.y) - 6;
         while (volume.at({x, y + 1, z}) < threshold_hu) ++y;

@@ -88,7 +88,7 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     // The scan goes where the wall goes, and nowhere else.
     auto carried = CarriedScan::create(scene->loaded()->volume, made.wall.mesh, {}, m_arena);
     ASSERT_TRUE(carried.ok());
-    ASSERT_TRUE(carried->update(twin->wall_places()).ok());
+    ASSERT_TRUE(carried->update(twin->wall_positions()).ok());
     const LiveUpdate update = scene->update().value();
     EXPECT_FALSE(update.boxes.empty());
     EXPECT_EQ(hash_volume(scene->deformed()),

@@ -542,9 +542,9 @@ TEST(Delivery, EverythingHasItsTurnWhereMoreChangesThanCanBeSent) {
 }
 
 /// The value that the scene shows at a place.
-float shown_at(Scene& scene, Vec3d place_mm) {
+float shown_at(Scene& scene, Vec3d position_mm) {
     (void)scene.update();
-    return sample_linear(scene.deformed(), voxel_from_world(scene.deformed().grid, place_mm));
+    return sample_linear(scene.deformed(), voxel_from_world(scene.deformed().grid, position_mm));
 }
 
 TEST(Scene, RelaxationKeepsOutOfAnEndoscopeThatOnlyLooks) {

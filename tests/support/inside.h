@@ -52,7 +52,8 @@ inline std::vector<CentrePoint> bent_way(const BentWay& w) {
             {{w.radius_mm * (1 - std::cos(angle)), 0, w.to_mm + w.radius_mm * std::sin(angle)},
              w.inner_mm});
     }
-    const Vec3d last = way.back().place_mm, ahead{std::sin(w.angle_rad), 0, std::cos(w.angle_rad)};
+    const Vec3d last = way.back().position_mm,
+                ahead{std::sin(w.angle_rad), 0, std::cos(w.angle_rad)};
     for (double s = 2; s < w.last_mm; s += 2) way.push_back({last + s * ahead, w.inner_mm});
     return way;
 }

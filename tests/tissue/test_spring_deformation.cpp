@@ -248,11 +248,11 @@ TEST(SpringDeformation, AShapeCanBePutBack) {
     const auto tissue = make(volume, arena), other = make(volume, arena);
     ASSERT_TRUE(tissue->push(1, {.point_mm = middle_mm(volume), .push_mm = {2, 0, 0}}).ok());
     settle(*tissue);
-    ASSERT_TRUE(other->set_places(tissue->places_mm()).ok());
+    ASSERT_TRUE(other->set_positions(tissue->positions_mm()).ok());
     EXPECT_EQ(hash_volume(deform_volume(*other).value().volume),
               hash_volume(deform_volume(*tissue).value().volume));
     EXPECT_EQ(other->hash(), tissue->hash());
-    EXPECT_FALSE(other->set_places(std::vector<Vec3d>(3, {0, 0, 0})).ok());
+    EXPECT_FALSE(other->set_positions(std::vector<Vec3d>(3, {0, 0, 0})).ok());
     EXPECT_FALSE(other->is_settled());  // no tool holds it
     settle(*other);
     EXPECT_EQ(state_of(*other).value().moved_elements, 0);

@@ -46,7 +46,8 @@ double outside_of(const Centreline& tree, Vec3d p) {
         for (std::size_t n = 1; n < branch.size(); ++n)
             for (int k = 0; k <= 2000; ++k) {
                 const double t = k / 2000.0;
-                const Vec3d middle = (1 - t) * branch[n - 1].place_mm + t * branch[n].place_mm;
+                const Vec3d middle =
+                    (1 - t) * branch[n - 1].position_mm + t * branch[n].position_mm;
                 const double radius = (1 - t) * branch[n - 1].radius_mm + t * branch[n].radius_mm;
                 least = std::min(least, norm(p - middle) - radius);
             }
@@ -83,11 +84,12 @@ TEST(VesselWall, ItsInnerSurfaceIsTheLumensWhateverTheCells) {
         }
         EXPECT_LE(100 * inside, wall.ghost.nodes_mm.size());
         for (const auto& branch : tree.branches)
-            EXPECT_TRUE(vessel::is_inside(closed, 0.5 * (branch[0].place_mm + branch[1].place_mm)));
+            EXPECT_TRUE(
+                vessel::is_inside(closed, 0.5 * (branch[0].position_mm + branch[1].position_mm)));
         const TetQuality quality = tet_quality(wall.mesh);
         EXPECT_EQ(quality.pieces, 1);
         EXPECT_EQ(quality.inverted, 0);
-        EXPECT_GE(wall.least_layers, 2);
+        EXPECT_GE(wall.min_layers, 2);
     }
     EXPECT_GT(refined, 0);
     std::printf("%d walls as wanted, %d refined\n", as_wanted, refined);
@@ -113,14 +115,14 @@ TEST(CheckWall, SaysWhichFaultItFound) {
     EXPECT_EQ(after([](VesselWall& w) { w.ends.pop_back(); }),
               "vessel wall: its inner surface has 2 openings, expected 1, one at each end of the "
               "vessel");
-    EXPECT_EQ(after([](VesselWall& w) { w.least_layers = 1; }, 2),
+    EXPECT_EQ(after([](VesselWall& w) { w.min_layers = 1; }, 2),
               "vessel wall: 1 layer of tetrahedra across it, expected 2 or more");
     EXPECT_EQ(after([](VesselWall& w) {
                   w.ghost.cells.push_back(w.ghost.cells[0]);
               }).find("vessel wall: its inner surface branches or touches itself in "),
               0u);
     EXPECT_EQ(after([](VesselWall& w) {
-                  w.ghost_places.pop_back();
+                  w.ghost_positions.pop_back();
               }).find("vessel wall: ghost_places: expected "),
               0u);
     EXPECT_EQ(after([](VesselWall& w) {
@@ -170,8 +172,8 @@ TEST(VesselWall, BranchesMayGrowTogetherOutside) {
         ring.push_back({{r * std::cos(a), r * std::sin(a), 0.05 * n}, 2});
     }
     // Its two ends are beside each other, and so are their walls.
-    ring.front().place_mm = ring.front().place_mm + Vec3d{0, gap, 0};
-    ring.back().place_mm = ring.back().place_mm + Vec3d{0, -gap, 4};
+    ring.front().position_mm = ring.front().position_mm + Vec3d{0, gap, 0};
+    ring.back().position_mm = ring.back().position_mm + Vec3d{0, -gap, 4};
     const auto wall = wall_around_centreline({{ring}}, {.thickness_mm = 1.5}, arena());
     ASSERT_TRUE(wall.ok()) << wall.error().message;
     EXPECT_EQ(complaint(*wall, 2), "");

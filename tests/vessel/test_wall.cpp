@@ -29,14 +29,15 @@ void expect_sound(const VesselWall& wall, std::int64_t euler, double least_dihed
     EXPECT_TRUE(sound.ok()) << sound.error().message;
     EXPECT_EQ(q.pieces, 1);
     EXPECT_EQ(q.boundary.euler, euler);
-    EXPECT_GE(q.least_dihedral_deg, least_dihedral);
+    EXPECT_GE(q.min_dihedral_deg, least_dihedral);
     EXPECT_TRUE(check_cells(wall.ghost).ok());
-    ASSERT_EQ(wall.ghost_places.size(), wall.ghost.nodes_mm.size());
-    for (std::size_t n = 0; n < wall.ghost_places.size(); ++n) {
+    ASSERT_EQ(wall.ghost_positions.size(), wall.ghost.nodes_mm.size());
+    for (std::size_t n = 0; n < wall.ghost_positions.size(); ++n) {
         double sum = 0;
-        for (const double w : wall.ghost_places[n].weights) sum += w;
+        for (const double w : wall.ghost_positions[n].weights) sum += w;
         EXPECT_NEAR(sum, 1, 1e-12);
-        EXPECT_LT(norm(place_of(wall.ghost_places[n], wall.mesh) - wall.ghost.nodes_mm[n]), 1e-9);
+        EXPECT_LT(norm(place_of(wall.ghost_positions[n], wall.mesh) - wall.ghost.nodes_mm[n]),
+                  1e-9);
     }
 }
 
@@ -49,7 +50,7 @@ TEST(WallAroundCentreline, OfAStraightTubeIsATube) {
             wall_around_centreline(kStraight, {.thickness_mm = 1.5, .layers = layers}, arena());
         ASSERT_TRUE(wall.ok()) << wall.error().message;
         expect_sound(*wall, 0);
-        EXPECT_GE(wall->least_layers, layers);
+        EXPECT_GE(wall->min_layers, layers);
         ASSERT_EQ(wall->ends.size(), 2u);
         const double volume = kPi * (5.5 * 5.5 - 16) * 20, lumen = kPi * 16 * 20;
         EXPECT_NEAR(tet_quality(wall->mesh).volume_mm3, volume, 0.03 * volume);
@@ -92,12 +93,12 @@ TEST(WallAroundCentreline, ATreeIsOpenAtItsThreeTips) {
                                    Centreline{{{inlet, fork, left}, {fork, right}}}}) {
         const auto ends = ends_of(tree);
         ASSERT_EQ(ends.size(), 3u);
-        EXPECT_EQ(ends[0].centre_mm, inlet.place_mm);
+        EXPECT_EQ(ends[0].centre_mm, inlet.position_mm);
         EXPECT_EQ(ends[0].outward, (Vec3d{0, 0, -1}));
         const auto wall = wall_around_centreline(tree, {.thickness_mm = 1.2}, arena());
         ASSERT_TRUE(wall.ok()) << wall.error().message;
         expect_sound(*wall, -2);  // a ball with two handles
-        EXPECT_GE(wall->least_layers, 2);
+        EXPECT_GE(wall->min_layers, 2);
         EXPECT_EQ(surface_topology(wall->ghost).euler, -1);
     }
     const auto moved = ends_of(kStraight, 0.5);
@@ -229,7 +230,7 @@ TEST(LumenOfRegion, IsTheTubeThroughTheScanAndOpenAtItsBorder) {
         wall_around_surface(lumen->surface, lumen->ends, {.thickness_mm = 2}, arena());
     ASSERT_TRUE(wall.ok()) << wall.error().message;
     expect_sound(*wall, 0);
-    EXPECT_GE(wall->least_layers, 2);
+    EXPECT_GE(wall->min_layers, 2);
 
     Volume labels = scan;
     const int wanted[] = {300};
@@ -288,12 +289,12 @@ TEST(LumenOfRegion, StaysNearAWay) {
     EXPECT_EQ(near->voxels, expected);
     EXPECT_LT(near->voxels, whole->voxels);
     settings = open;
-    settings.most_ml = 1;
+    settings.max_ml = 1;
     const auto leaks = lumen_of_region(scan, settings, arena());
     ASSERT_FALSE(leaks.ok());
     EXPECT_EQ(leaks.error().code, ErrorCode::LimitExceeded);
     EXPECT_NE(leaks.error().message.find("ml, expected at most 1: it leaks"), std::string::npos);
-    settings.most_ml = 100;
+    settings.max_ml = 100;
     EXPECT_TRUE(lumen_of_region(scan, settings, arena()).ok());
 }
 
@@ -312,7 +313,7 @@ TEST(VesselWall, RealAortasGetSoundWalls) {
     const auto around = wall_around_surface(*surface, ends, {.ghost_mm = 1.5}, arena());
     ASSERT_TRUE(around.ok()) << around.error().message;
     expect_sound(*around, -2);
-    EXPECT_GE(around->least_layers, 2);
+    EXPECT_GE(around->min_layers, 2);
     EXPECT_EQ(surface_topology(around->ghost).pieces, 1);
     EXPECT_EQ(surface_topology(around->ghost).euler, -1);
     const auto labels = read_volume(data / "aorta_cta_1p5mm-label.nii.gz");
@@ -326,7 +327,7 @@ TEST(VesselWall, RealAortasGetSoundWalls) {
         wall_around_surface(lumen->surface, lumen->ends, {.thickness_mm = 2}, arena());
     ASSERT_TRUE(wall.ok()) << wall.error().message;
     EXPECT_TRUE(check_quality(tet_quality(wall->mesh)).ok());
-    EXPECT_GE(wall->least_layers, 2);
+    EXPECT_GE(wall->min_layers, 2);
 }
 
 TEST(VesselWall, ThreadsDontChangeIt) {

@@ -72,7 +72,7 @@ class ObjectSpace {
     /// Displacement of an element since the object was added [mm, LPS].
     Vec3d displacement_mm(int object, Vec3i ijk) const;
     /// Current position of an element [mm, LPS].
-    Vec3d place_mm(int object, Vec3i ijk) const;
+    Vec3d position_mm(int object, Vec3i ijk) const;
 
   private:
     struct Impl;

@@ -45,7 +45,7 @@ bool find_multipliers(const Vec3d* n, const double* d, int count, double* lambda
 
 }  // namespace
 
-Vec3d nearest_free_place(const HapticModel& model, Vec3d x, bool* is_boxed_in) {
+Vec3d nearest_free_position(const HapticModel& model, Vec3d x, bool* is_boxed_in) {
     if (is_boxed_in) *is_boxed_in = false;
     if (is_free(model, x)) return x;
     const int count = model.plane_count;
