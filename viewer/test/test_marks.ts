@@ -147,7 +147,7 @@ test('the head is in the sections while it pushes', async () => {
     await page.mouse.move(...(await spot(page, 'axial', 0.52, 0.45)), { steps: 5 });
     await page.waitForTimeout(300);
     const marks = await marksIn('axial');
-    const head = marks.find((m) => m.kind === 'tool own')!;
+    const head = marks.find((m) => m.kind === 'head own near')!;
     assert.ok(head.width >= 3);
     const rim = marks.find(
         (m) => m.kind === 'rim near' && String(m.points) === String(head.points),

@@ -175,10 +175,11 @@ export class EndoscopeView {
         const picture = shadow ? this.fluoroscopy : outside ? this.outside : this.inside;
         this.setCommon(picture, state, balls, rect);
         const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
-        picture.set({ jitter: new THREE.Vector2((2 * dx) / width, (2 * dy) / height) });
+        const jitter = new THREE.Vector2((2 * dx) / width, (2 * dy) / height);
+        picture.set({ jitter });
         renderer.setRenderTarget(this.target);
         if (shadow) this.drawFluoroscopy(renderer, state, rect, seed);
-        else if (outside) this.drawOutside(renderer, state, aspect);
+        else if (outside) this.drawOutside(renderer, state, aspect, jitter);
         else {
             renderer.clear(true, true, false);
             picture.draw(renderer);
@@ -303,7 +304,8 @@ export class EndoscopeView {
         return new THREE.Matrix4().multiplyMatrices(projectionMatrix, matrixWorldInverse);
     }
 
-    private aimLens(state: State, aspect: number): void {
+    /// Camera of the meshes, with the rays' offset.
+    private aimLens(state: State, aspect: number, jitter: THREE.Vector2): void {
         const camera = orbitCamera(state.view);
         const { centre, distance } = state.view.orbit;
         this.lens.aspect = aspect;
@@ -313,12 +315,19 @@ export class EndoscopeView {
         this.lens.up.set(...frameOf(camera).up);
         this.lens.lookAt(vector(centre));
         this.lens.updateProjectionMatrix();
+        this.lens.projectionMatrix.elements[8] += jitter.x;
+        this.lens.projectionMatrix.elements[9] += jitter.y;
         this.lens.updateMatrixWorld();
     }
 
-    private drawOutside(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
+    private drawOutside(
+        renderer: THREE.WebGLRenderer,
+        state: State,
+        aspect: number,
+        jitter: THREE.Vector2,
+    ): void {
         const { camera } = state.view;
-        this.aimLens(state, aspect);
+        this.aimLens(state, aspect, jitter);
         this.outside.set({
             cutPlace: vector(camera.eye),
             cutNormal: vector(mul(-1, orbitCamera(state.view).look)), // towards the viewer
@@ -354,6 +363,7 @@ function makeSight(): THREE.Scene {
             transparent: true,
             opacity: 0.3,
             side: THREE.DoubleSide,
+            depthTest: false, // a mark in front of everything
             depthWrite: false,
         }),
     );

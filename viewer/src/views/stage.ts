@@ -242,7 +242,8 @@ export class Stage {
             // Four rays per pixel: at once where pixels are cheap, else in successive passes.
             const cheap = this.quality === 0;
             const scale = still ? (fine && cheap ? 2 : 1) : kScales[this.quality]!;
-            const passes = still && fine && !cheap && !state.view.outside;
+            const { outside, fluoroscopy } = state.view;
+            const passes = still && fine && !cheap && !(outside && fluoroscopy);
             this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.setVessel(this.vessel, state.versions.vessel);
             const pass = passes ? this.pass++ : undefined;
