@@ -24,6 +24,7 @@ constexpr double kAcross = 4;                // distance of the samples beside a
 constexpr Vec3d kSlit{0.045, 0.004, 0.005};  // blood in a slit
 constexpr double kShadow = 0.35;             // share of light left in a shadow
 constexpr int kShadowTaps = 6;
+constexpr double kSharpReach_mm = 15;  // distance at which glints are twice as wide
 
 double smooth_step(double low, double high, double x) {
     const double s = std::clamp((x - low) / (high - low), 0.0, 1.0);
@@ -43,6 +44,12 @@ Vec3d times(Vec3d a, Vec3d b) {
 double facets(double cosine, double a) {
     const double d = cosine * cosine * (a - 1) + 1;
     return a / (std::numbers::pi * d * d);
+}
+
+/// Squared roughness of the film at a distance. Far away a pixel covers many folds, and their mean
+/// is a wider lobe; glints of single pixels would be white specks in dark lumina.
+double sharpness(double t) {
+    return 0.0012 * (1 + t * t / (kSharpReach_mm * kSharpReach_mm));
 }
 
 /// Tone curve of [Narkowicz2015]: highlights approach white without clipping.
@@ -179,7 +186,7 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
 
     // Film of liquid: it follows folds below the voxel size.
     const NoiseTile::Value ripple = m_noise.at(1.9 * rest + Vec3d{2.2, 6.1, 4.4});
-    const Vec3d bump = 0.19 * 0.9 * to_double(fine.slope) + 0.14 * 1.9 * to_double(ripple.slope);
+    const Vec3d bump = 0.26 * 0.9 * to_double(fine.slope) + 0.20 * 1.9 * to_double(ripple.slope);
     const double fade = 1 - smooth_step(8, 60, t);
     const Vec3d film = normalized(bent_normal - fade * (bump - dot(bump, normal) * normal));
     return {own, bent_normal, film,
@@ -190,6 +197,7 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
     const Coat own = coat(t, point_mm, normal);
     const double open = openness(point_mm, normal);
     const Vec3d rough = normalized(own.normal + 0.35 * (own.film - own.normal));
+    const double sharp = sharpness(t);
     Vec3d total{0, 0, 0};
     for (const Vec3d lamp : m_lamps) {
         const Vec3d way = lamp - point_mm;
@@ -202,7 +210,7 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
         const double cosine = std::max(dot(own.film, half), 0.0);
         const double fresnel = 0.04 + 0.96 * std::pow(1 - std::max(dot(half, to_lamp), 0.0), 5.0);
         const double shine = fresnel * own.wetness * open * std::clamp(4 * facing, 0.0, 1.0) *
-                             (1.5 * facets(cosine, 0.0012) + 0.25 * facets(cosine, 0.05));
+                             (1.5 * facets(cosine, sharp) + 0.25 * facets(cosine, 0.05));
         for (int c = 0; c < 3; ++c) {
             const double through = std::clamp((facing + kWrap[c]) / (1 + kWrap[c]), 0.0, 1.0);
             const double around = mix(kClosedTint[c], 1, open);

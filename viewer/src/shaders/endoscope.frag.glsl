@@ -6,6 +6,8 @@
 // falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //
+// INSTRUMENTS, CATHETER: defined where the scene has some; programs without them compile sooner.
+//
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; the lumen is open behind the plane.
 
@@ -131,8 +133,12 @@ void main() {
     bool lamp = true;
     if (t != kNothing && !real) light *= contactAt(eye + t * ray);
 #endif
+#ifdef CATHETER
     addCatheter(light, nearest, eye, ray, up, lamp);
+#endif
+#ifdef INSTRUMENTS
     addInstruments(light, nearest, eye, ray, up, lamp);
+#endif
 #ifdef DEPTH
     gl_FragDepth = clamp(nearest / reach, 0.0, 1.0);
 #endif

@@ -144,6 +144,15 @@ export class EndoscopeView {
         for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
     }
 
+    /// Compiles the program with instruments, so that the first one appears at once.
+    prepareInstruments(renderer: THREE.WebGLRenderer): void {
+        this.inside.define({ INSTRUMENTS: true });
+        this.target.setSize(1, 1);
+        renderer.setRenderTarget(this.target);
+        this.inside.draw(renderer);
+        renderer.setRenderTarget(null);
+    }
+
     /// Frees the resources of the graphics processor; drawing makes them anew.
     dispose(): void {
         this.target.dispose();
@@ -218,8 +227,14 @@ export class EndoscopeView {
             real: state.look.style === 'real' && !outside,
             ...this.catheter.uniforms(camera.eye, seen * orbit.distance * slope),
         });
-        if (!hasVessel(state)) picture.set({ catheterCount: 0 });
+        const catheter = hasVessel(state) && this.catheter.isThere;
+        if (!catheter) picture.set({ catheterCount: 0 });
         this.setTools(picture, state, balls, camera.eye);
+        if (picture !== this.fluoroscopy)
+            picture.define({
+                CATHETER: catheter,
+                INSTRUMENTS: picture.uniforms.toolCount!.value > 0,
+            });
         if (picture === this.inside && state.look.style === 'real') this.setReal(state, aspect);
     }
 
