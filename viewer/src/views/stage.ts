@@ -5,7 +5,7 @@
 // keep their pixels. While something moves, the endoscope's picture is drawn with fewer pixels,
 // adapted to the last frame times; when all is still, it is drawn once more in full. A frame begins
 // when the graphics processor has finished the previous one, so that frames never queue up. The
-// first picture of a scan has half the resolution, since the machine's speed is unknown.
+// first picture of a scan has a third of the resolution, since the machine's speed is unknown.
 
 import * as THREE from 'three';
 import type { VolumeData } from '../maths/volume.ts';
@@ -22,7 +22,7 @@ import { kSection } from './shaders.ts';
 import { VolumeTexture } from './volume_texture.ts';
 
 const kScales = [1, 0.66, 0.5, 0.35, 0.25];
-const kFirstQuality = 2; // index of kScales for the first picture
+const kFirstQuality = 3; // index of kScales for the first picture
 const kSlowMs = 45; // frame time above which pixels are reduced
 const kQuickMs = 22; // frame time below which pixels are increased
 const kStillMs = 180; // time without a change before the full picture
