@@ -331,7 +331,7 @@ test('instruments darken the wall that they touch alone', async () => {
         kind: 'ball',
     };
     // Beside the ball and the catheter, and far away.
-    const beside = { ball: 2.55, catheter: 1.2 }; // [mm]
+    const beside = { ball: 2.55, catheter: 1.1 }; // [mm]
     const degreesOf = (mm: number): number => (mm / right.at(-1)!) * (180 / Math.PI);
     const angles = [
         ...[beside.ball, -beside.ball, beside.catheter, -beside.catheter].map(degreesOf),
