@@ -6,7 +6,8 @@
 // falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //
-// INSTRUMENTS, CATHETER: defined where the scene has some; programs without them compile sooner.
+// REAL: the style; else plain. INSTRUMENTS, CATHETER: the scene has some. Programs without them
+// take less time, to compile and to run.
 //
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; the lumen is open behind the plane.

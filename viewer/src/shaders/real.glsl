@@ -5,7 +5,11 @@
 // by the scan behind the wall, blood vessels anchored to the tissue at rest, translucency, a film
 // of liquid. Names are the same there.
 
-uniform bool real;
+#ifdef REAL
+const bool real = true;
+#else
+const bool real = false;
+#endif
 uniform sampler3D noiseTile;  // gradient per cell, value; periodic, 16 cells
 uniform float exposure;       // [mm²]
 uniform float spacingMm;      // geometric mean of the voxel spacing

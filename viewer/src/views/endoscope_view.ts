@@ -90,7 +90,6 @@ export class EndoscopeView {
             toolKinds: Array.from({ length: kMaxTools }, () => 0),
             toolCount: 0,
             ...liningUniforms('airway'),
-            real: false,
             noiseTile: this.noise,
             exposure: 0,
             spacingMm: 1,
@@ -224,7 +223,6 @@ export class EndoscopeView {
             fogDistance: outside ? 0 : fog,
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
-            real: state.look.style === 'real' && !outside,
             ...this.catheter.uniforms(camera.eye, seen * orbit.distance * slope),
         });
         const catheter = hasVessel(state) && this.catheter.isThere;
@@ -232,6 +230,7 @@ export class EndoscopeView {
         this.setTools(picture, state, balls, camera.eye);
         if (picture !== this.fluoroscopy)
             picture.define({
+                REAL: state.look.style === 'real' && !outside,
                 CATHETER: catheter,
                 INSTRUMENTS: picture.uniforms.toolCount!.value > 0,
             });
