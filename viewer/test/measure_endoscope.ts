@@ -159,19 +159,19 @@ const text = `# The endoscope in the browser, measured
 
 ## From a command to the texture
 
-A ball of ${kHeart.radius} mm in the heart is pushed ${kHeart.mm} mm back and forth, ${kHertz} times a
-second, without waiting for answers, by a page that is connected to \`pliant serve\` on the same
-machine. The time starts before a command is sent, and ends when the last box of the command's step
-is in the texture, after \`gl.finish()\`. It includes both ways through the WebSocket, the wait for the
-server's next step (60 Hz), solving, resampling, encoding, decoding, the page's mirror and the
-upload. *Software rendering is excluded*: the page draws no views during the measurement, because
-without a graphics processor drawing would occupy most of the two cores that server and browser
-share. A user sees the result one frame of the display later.
+A ball of ${kHeart.radius} mm in the heart is pushed ${kHeart.mm} mm back and forth, ${kHertz}
+times a second, without waiting for answers, by a page that is connected to \`pliant serve\` on the
+same machine. The time starts before a command is sent, and ends when the last box of the command's
+step is in the texture, after \`gl.finish()\`. It includes both ways through the WebSocket, the wait
+for the server's next step (60 Hz), solving, resampling, encoding, decoding, the page's mirror and
+the upload. *Software rendering is excluded*: the page draws no views during the measurement,
+because without a graphics processor drawing would occupy most of the two cores that server and
+browser share. A user sees the result one frame of the display later.
 
 ${kCount} pushes were sent at ${run.hertz.toFixed(1)} Hz, after ${kRun.warmUp} that are not counted;
-${run.refused} were refused. Each of the others moved at least ${grouped(least)} elements. No tissue is
-treated as bone, and elements may move by 50 mm, so that each push is done completely; a push that
-bone stops takes up to four times as long.
+${run.refused} were refused. Each of the others moved at least ${grouped(least)} elements. No tissue
+is treated as bone, and elements may move by 50 mm, so that each push is done completely; a push
+that bone stops takes up to four times as long.
 
 | [ms] | median | 90 % | 99 % | maximum |
 |---|---:|---:|---:|---:|
@@ -214,9 +214,9 @@ has ${kib(2 * 256 * 256 * 137)} KiB.
 ## The same picture in the browser and in C++
 
 The endoscope's picture by the shader and by \`pliant render\`, in the style *plain*, with the same
-camera. The two share no code. \`viewer/test/test_picture.ts\` requires a mean difference below 0.5 of
-255 and at most 0.5 % of the pixels off by more than ${kFar}, for both styles, all linings, and
-deformed tissue.
+camera. The two share no code. \`viewer/test/test_picture.ts\` requires a mean difference below
+0.5 of 255 and at most 0.5 % of the pixels off by more than ${kFar}, for both styles, all linings,
+and deformed tissue.
 
 | | camera | mean difference, of 255 | pixels off by more than ${kFar} |
 |---|---|---:|---:|

@@ -80,7 +80,8 @@ function bodiesOf(kind: ToolKind, { centre, radius: r, tool, v }: Pose): Body[] 
                 const q = sub(p, centre);
                 const [x, y, z] = [dot(q, h), angle * dot(q, v), dot(q, e)];
                 const slant = (0.5 * (x - 0.15 * r) - (y - 0.3 * r)) / Math.hypot(0.5, 1);
-                return Math.max(y - 0.3 * r, -y - 0.5 * r, -x - 2.2 * r, Math.abs(z) - 0.07 * r, slant);
+                const [back, belly, butt] = [y - 0.3 * r, -y - 0.5 * r, -x - 2.2 * r];
+                return Math.max(back, belly, butt, Math.abs(z) - 0.07 * r, slant);
             },
         ];
     const mouth = normalized(add(mul(0.3, h), e));

@@ -42,11 +42,7 @@ interface Ellipsoid {
 }
 
 /// Outlines of a head in a section, by bodies; endoscopes have none beside their shaft.
-export function headOutlines(
-    ball: ToolBall,
-    tool: Instrument,
-    plane: SectionPlane,
-): HeadOutline[] {
+export function headOutlines(ball: ToolBall, tool: Instrument, plane: SectionPlane): HeadOutline[] {
     const { centre, radius: r, kind } = ball;
     const { wrist, axis: h, side: e, angle } = tool;
     const v = cross(h, e);
@@ -160,7 +156,8 @@ function bladeOutlines(
 
 /// @param mouth  unit, from the spoon's centre to the middle of its opening
 function spoonOutlines(body: Ellipsoid, mouth: Vec3, plane: SectionPlane): HeadOutline[] {
-    const inMetal = (p: Vec3): boolean => dot(sub(p, body.centre), mouth) <= kMouth * body.lengths[0];
+    const rim = kMouth * body.lengths[0];
+    const inMetal = (p: Vec3): boolean => dot(sub(p, body.centre), mouth) <= rim;
     const opening = body.axes.map((axis) => dot(axis, mouth)) as never as Vec3;
     const seen = [
         ...silhouetteOf(body, plane).filter(inMetal),
