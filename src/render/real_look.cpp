@@ -24,7 +24,7 @@ constexpr double kAcross = 4;                // distance of the samples beside a
 constexpr Vec3d kSlit{0.045, 0.004, 0.005};  // blood in a slit
 constexpr double kShadow = 0.35;             // share of light left in a shadow
 constexpr int kShadowTaps = 6;
-constexpr double kSharpReach_mm = 15;  // distance at which glints are twice as wide
+constexpr double kGlintReach_mm = 15;  // distance at which glints are twice as wide
 
 double smooth_step(double low, double high, double x) {
     const double s = std::clamp((x - low) / (high - low), 0.0, 1.0);
@@ -44,12 +44,6 @@ Vec3d times(Vec3d a, Vec3d b) {
 double facets(double cosine, double a) {
     const double d = cosine * cosine * (a - 1) + 1;
     return a / (std::numbers::pi * d * d);
-}
-
-/// Squared roughness of the film at a distance. Far away a pixel covers many folds, and their mean
-/// is a wider lobe; glints of single pixels would be white specks in dark lumina.
-double sharpness(double t) {
-    return 0.0012 * (1 + t * t / (kSharpReach_mm * kSharpReach_mm));
 }
 
 /// Tone curve of [Narkowicz2015]: highlights approach white without clipping.
@@ -197,7 +191,9 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
     const Coat own = coat(t, point_mm, normal);
     const double open = openness(point_mm, normal);
     const Vec3d rough = normalized(own.normal + 0.35 * (own.film - own.normal));
-    const double sharp = sharpness(t);
+    // Far away a pixel covers many folds: glints are wider and weaker, or single pixels would be
+    // white specks in dark lumina.
+    const double blur = 1 + t * t / (kGlintReach_mm * kGlintReach_mm);
     Vec3d total{0, 0, 0};
     for (const Vec3d lamp : m_lamps) {
         const Vec3d way = lamp - point_mm;
@@ -209,8 +205,9 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
         const Vec3d half = normalized(to_lamp - direction);
         const double cosine = std::max(dot(own.film, half), 0.0);
         const double fresnel = 0.04 + 0.96 * std::pow(1 - std::max(dot(half, to_lamp), 0.0), 5.0);
-        const double shine = fresnel * own.wetness * open * std::clamp(4 * facing, 0.0, 1.0) *
-                             (1.5 * facets(cosine, sharp) + 0.25 * facets(cosine, 0.05));
+        const double shine =
+            fresnel * own.wetness * open * std::clamp(4 * facing, 0.0, 1.0) *
+            (1.5 / blur * facets(cosine, 0.0012 * blur) + 0.25 * facets(cosine, 0.05));
         for (int c = 0; c < 3; ++c) {
             const double through = std::clamp((facing + kWrap[c]) / (1 + kWrap[c]), 0.0, 1.0);
             const double around = mix(kClosedTint[c], 1, open);

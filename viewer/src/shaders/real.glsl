@@ -28,7 +28,7 @@ const vec3 kFlesh = vec3(0.46, 0.036, 0.038);
 const vec3 kBlood = vec3(0.42, 0.10, 0.14);
 const vec3 kLampColour = vec3(1.0, 0.97, 0.94);
 const float kShadow = 0.35;
-const float kSharpReach = 15.0;  // distance at which glints are twice as wide [mm]
+const float kGlintReach = 15.0;  // distance at which glints are twice as wide [mm]
 const int kShadowTaps = 6;
 
 vec4 noiseAt(vec3 q) {
@@ -139,11 +139,6 @@ float facets(float cosine, float a) {
     return a / (3.14159265 * d * d);
 }
 
-// Squared roughness of the film; far away a pixel covers many folds.
-float sharpness(float t) {
-    return 0.0012 * (1.0 + t * t / (kSharpReach * kSharpReach));
-}
-
 vec3 tone(vec3 x) {
     x *= 0.9;
     return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
@@ -157,7 +152,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
     vec3 bentNormal = normal;
     vec3 own = coatAt(t, p, world, bentNormal, film, wetness);
     vec3 rough = normalize(mix(bentNormal, film, 0.35));
-    float sharp = sharpness(t);
+    float blur = 1.0 + t * t / (kGlintReach * kGlintReach);
     vec3 total = vec3(0.0);
     for (int k = 0; k < 2; ++k) {
         vec3 way = eye + (k == 0 ? kLampAside : -kLampAside) * right + kLampAbove * up - world;
@@ -171,7 +166,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
         float cosine = max(dot(film, half_), 0.0);
         float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(half_, toLamp), 0.0), 5.0);
         float shine = fresnel * wetness * open * clamp(4.0 * facing, 0.0, 1.0) *
-                      (1.5 * facets(cosine, sharp) + 0.25 * facets(cosine, 0.05));
+                      (1.5 / blur * facets(cosine, 0.0012 * blur) + 0.25 * facets(cosine, 0.05));
         vec3 through = clamp((facing + kWrap) / (1.0 + kWrap), 0.0, 1.0);
         total += arrives * (own * through * mix(kClosedTint, vec3(1.0), open) +
                             kLampColour * shine);
