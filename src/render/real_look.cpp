@@ -24,6 +24,7 @@ constexpr double kAcross = 4;                // distance of the samples beside a
 constexpr Vec3d kSlit{0.045, 0.004, 0.005};  // blood in a slit
 constexpr double kShadow = 0.35;             // share of light left in a shadow
 constexpr int kShadowTaps = 6;
+constexpr double kGlintReach_mm = 15;  // distance at which glints are twice as wide
 
 double smooth_step(double low, double high, double x) {
     const double s = std::clamp((x - low) / (high - low), 0.0, 1.0);
@@ -179,7 +180,7 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
 
     // Film of liquid: it follows folds below the voxel size.
     const NoiseTile::Value ripple = m_noise.at(1.9 * rest + Vec3d{2.2, 6.1, 4.4});
-    const Vec3d bump = 0.19 * 0.9 * to_double(fine.slope) + 0.14 * 1.9 * to_double(ripple.slope);
+    const Vec3d bump = 0.26 * 0.9 * to_double(fine.slope) + 0.20 * 1.9 * to_double(ripple.slope);
     const double fade = 1 - smooth_step(8, 60, t);
     const Vec3d film = normalized(bent_normal - fade * (bump - dot(bump, normal) * normal));
     return {own, bent_normal, film,
@@ -190,6 +191,9 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
     const Coat own = coat(t, point_mm, normal);
     const double open = openness(point_mm, normal);
     const Vec3d rough = normalized(own.normal + 0.35 * (own.film - own.normal));
+    // Far away a pixel covers many folds: glints are wider and weaker, or single pixels would be
+    // white specks in dark lumina.
+    const double blur = 1 + t * t / (kGlintReach_mm * kGlintReach_mm);
     Vec3d total{0, 0, 0};
     for (const Vec3d lamp : m_lamps) {
         const Vec3d way = lamp - point_mm;
@@ -201,8 +205,9 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
         const Vec3d half = normalized(to_lamp - direction);
         const double cosine = std::max(dot(own.film, half), 0.0);
         const double fresnel = 0.04 + 0.96 * std::pow(1 - std::max(dot(half, to_lamp), 0.0), 5.0);
-        const double shine = fresnel * own.wetness * open * std::clamp(4 * facing, 0.0, 1.0) *
-                             (1.5 * facets(cosine, 0.0012) + 0.25 * facets(cosine, 0.05));
+        const double shine =
+            fresnel * own.wetness * open * std::clamp(4 * facing, 0.0, 1.0) *
+            (1.5 / blur * facets(cosine, 0.0012 * blur) + 0.25 * facets(cosine, 0.05));
         for (int c = 0; c < 3; ++c) {
             const double through = std::clamp((facing + kWrap[c]) / (1 + kWrap[c]), 0.0, 1.0);
             const double around = mix(kClosedTint[c], 1, open);

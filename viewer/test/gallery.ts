@@ -15,10 +15,10 @@ import type { Session } from '../src/tools/session.ts';
 import type { ToolBall, ToolKind } from '../src/views/instruments.ts';
 import { serve, still, visit } from './browser.ts';
 import { insertCatheter, kAortaLumen } from './inserted_catheter.ts';
-import { kAorta, kThorax } from './setups.ts';
+import { kAbdomen, kAorta, kThorax } from './setups.ts';
 
 type Held = { pliant: Session };
-type Scan = 'thorax' | 'sinus' | 'aorta';
+type Scan = 'thorax' | 'sinus' | 'abdomen' | 'aorta';
 
 interface Shot {
     readonly name: string; ///< of its picture
@@ -37,6 +37,11 @@ const inside = { view: { outside: false, fluoroscopy: false }, look } as const;
 const insideAt = (camera: Camera): Patch => ({ view: { ...inside.view, camera } });
 const shadow = { view: { outside: true, fluoroscopy: true } } as const;
 const kTurbinate = { eye: [4.5, -42.5, -8], look: [0.297, 0.807, -0.51], up: [0, 0, 1] } as const;
+const kInColon = {
+    eye: [76, -239.3, 379.3],
+    look: [-0.58, -0.145, -0.8],
+    up: [0, -1, 0.2],
+} as const;
 const kInAorta = { eye: [-0.4, -145.6, 587], look: [0.31, 0.28, 0.91], up: [0, -1, 0] } as const;
 const kBesideCatheter = { ...kInAorta, eye: [-0.4, -147.8, 584] } as const;
 
@@ -75,6 +80,12 @@ export const kGallery: Readonly<Record<string, readonly Shot[]>> = {
             caption: 'A turbinate of the sinus phantom, colours of a sinus',
             scan: 'sinus',
             set: { ...insideAt(kTurbinate), look: { ...look, lining: 'sinus' } },
+        },
+        {
+            name: 'look_colon',
+            caption: 'A colon with gas in a CT of 3 mm, colours of a colon',
+            scan: 'abdomen',
+            set: { ...insideAt(kInColon), look: { ...look, lining: 'colon' } },
         },
         {
             name: 'look_vessel',
@@ -132,7 +143,8 @@ export async function takeGallery(browser: Browser, out: string): Promise<void> 
     const wish = ['phantom', 'sinus', '--size', '160', '--out', sinus];
     execFileSync(process.env.PLIANT_SERVER!, wish);
     const shots = Object.values(kGallery).flat();
-    for (const [scan, file] of Object.entries({ thorax: kThorax, sinus, aorta: kAorta })) {
+    const files = { thorax: kThorax, sinus, abdomen: kAbdomen, aorta: kAorta };
+    for (const [scan, file] of Object.entries(files)) {
         const served = await serve(file);
         const { page, errors } = await visit(browser, served.link);
         await page.setViewportSize(kSize);

@@ -154,42 +154,41 @@ const text = `# The endoscope in the browser, measured
 | machine | ${cpus()[0]!.model}, ${cpus().length} cores, no graphics processor |
 | browser | ${version}, headless, WebGL in software (SwiftShader) |
 | scan | \`thorax_ct_256.nrrd\`, 256 × 256 × 137 voxels |
-| load when the times were taken | ${run.load.toFixed(1)} |
-| processor time that other virtual machines took then | ${(100 * run.stolen).toFixed(1)} % |
+| load average before the times were taken | ${run.load.toFixed(1)} |
+| processor time of other virtual machines during them | ${(100 * run.stolen).toFixed(1)} % |
 
 ## From a command to the texture
 
-A ball of ${kHeart.radius} mm in the heart is pushed ${kHeart.mm} mm to and fro, ${kHertz} times a
-second whatever comes back, by a page that is connected to \`pliant serve\` on the same machine. The
-clock starts just before a command is sent, and stops when the last box of the command's step is
-in the texture: \`gl.finish()\` has returned. Between them lie both ways through the WebSocket,
-the wait for the server's next step (60 Hz), solving, resampling, encoding, decoding, the mirror
-in the page and the upload. *Software rendering is taken out* by not drawing: the page casts no
-views and shows no elements while it is measured, for without a graphics processor either would
-take most of the two cores that server and browser share. What a user sees comes one frame of the
-display later.
+A ball of ${kHeart.radius} mm in the heart is pushed ${kHeart.mm} mm back and forth, ${kHertz}
+times a second, without waiting for answers, by a page that is connected to \`pliant serve\` on the
+same machine. The time starts before a command is sent, and ends when the last box of the command's
+step is in the texture, after \`gl.finish()\`. It includes both ways through the WebSocket, the wait
+for the server's next step (60 Hz), solving, resampling, encoding, decoding, the page's mirror and
+the upload. *Software rendering is excluded*: the page draws no views during the measurement,
+because without a graphics processor drawing would occupy most of the two cores that server and
+browser share. A user sees the result one frame of the display later.
 
-${kCount} pushes went out at ${run.hertz.toFixed(1)} Hz; ${run.refused} were refused. Each of
-the others moved at least ${grouped(least)} elements. ${kRun.warmUp} pushes before them don't
-count. Nothing counts as bone, and elements may move by 50 mm, so that each push is done in full;
-one that bone ends takes up to four times as long to solve.
+${kCount} pushes were sent at ${run.hertz.toFixed(1)} Hz, after ${kRun.warmUp} that are not counted;
+${run.refused} were refused. Each of the others moved at least ${grouped(least)} elements. No tissue
+is treated as bone, and elements may move by 50 mm, so that each push is done completely; a push
+that bone stops takes up to four times as long.
 
-| [ms] | median | 90 % | 99 % | most |
+| [ms] | median | 90 % | 99 % | maximum |
 |---|---:|---:|---:|---:|
-${row('answer is here', ...ms(samples.map((s) => s.answered)))}
-${row('voxels are in the mirror', ...ms(samples.map((s) => s.mirrored)))}
-${row('**voxels are in the texture**', ...ms(textured))}
+${row('answer received', ...ms(samples.map((s) => s.answered)))}
+${row('voxels in the mirror', ...ms(samples.map((s) => s.mirrored)))}
+${row('**voxels in the texture**', ...ms(textured))}
 ${row('server: solving', ...ms(server.solve))}
 ${row('server: resampling', ...ms(server.resample))}
 ${row('server: whole step, without sending', ...ms(server.tick))}
 
 ![histogram of the time from command to texture](latency.svg)
 
-## Bytes follow the dirty box
+## Bytes sent per push
 
-One push from rest, for balls of several sizes at the same place. *Changed* voxels are those whose
-half float is another one afterwards, counted in the page; *hull* is the box around them. Whole
-blocks of 8³ voxels are sent, joined into boxes, and nothing else.
+One push from rest, with balls of several sizes at the same position. *Changed* voxels have another
+half float afterwards, counted in the page; *hull* is their bounding box. The server sends whole
+blocks of 8³ voxels, joined into boxes.
 
 | radius [mm] | moved elements | changed voxels | hull [voxels] | sent [voxels] | boxes | KiB | \
 sent : changed |
@@ -209,14 +208,15 @@ ${bytes
     )
     .join('\n')}
 
-The run above sent ${kib(run.boxBytes / samples.length)} KiB a push; a whole snapshot
+The run above sent ${kib(run.boxBytes / samples.length)} KiB per push; a complete snapshot
 has ${kib(2 * 256 * 256 * 137)} KiB.
 
 ## The same picture in the browser and in C++
 
-The endoscope's picture from the shader, and from \`pliant render\`, of the same camera: they share
-no line of code. The bounds that \`viewer/test/test_picture.ts\` holds them to are 0.5 of 255 on
-average, and 0.5 % of the pixels off by more than ${kFar}.
+The endoscope's picture by the shader and by \`pliant render\`, in the style *plain*, with the same
+camera. The two share no code. \`viewer/test/test_picture.ts\` requires a mean difference below
+0.5 of 255 and at most 0.5 % of the pixels off by more than ${kFar}, for both styles, all linings,
+and deformed tissue.
 
 | | camera | mean difference, of 255 | pixels off by more than ${kFar} |
 |---|---|---:|---:|
@@ -227,7 +227,7 @@ ${compared('CT', ct)}
 |---|---|
 | ![the CT in the browser](picture_ct.jpg) | ![the CT in C++](picture_ct_cpp.png) |
 
-## What it looks like
+## Pictures
 
 ${galleryText()}
 

@@ -11,6 +11,7 @@ import type { Push } from './latency.ts';
 export const kData = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
 export const kThorax = join(kData, 'thorax_ct_256.nrrd');
 export const kAorta = join(kData, 'aorta_cta_1p5mm.nii.gz');
+export const kAbdomen = join(kData, 'abdomen_ct_3mm.nii.gz');
 
 /// Path of the thorax. @throws an Error if it or the program is missing
 export function thorax(): string {

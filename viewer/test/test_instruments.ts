@@ -11,13 +11,14 @@ import type { Camera } from '../src/maths/rays.ts';
 import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
 import type { Look } from '../src/state/state.ts';
 import type { Patch } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
 import type { ToolBall, ToolKind } from '../src/views/instruments.ts';
 import { different, drawn, misses } from './drawn.ts';
-import { kTubeRadius, tubeCentre } from './mock_scene.ts';
+import { tubeCentre } from './mock_scene.ts';
 import { page, useOnePage } from './one_page.ts';
 import { between, random } from './random.ts';
 
-// Distances are those of the mock's scan.
+// The mock's scan is a bent tube, the program's an airway.
 const kServer = process.env.PLIANT_SERVER !== undefined;
 
 useOnePage();
@@ -291,15 +292,52 @@ test('a band every centimetre, and a pale tip', async () => {
     assert.ok(tip(3)[2]! > tip(3)[0]! + 20, `${tip(3)}`);
 });
 
-test('instruments darken the wall that they touch alone', { skip: kServer }, async () => {
-    // View along the mock's tube, with instruments at its wall, to the right of the eye.
-    const camera: Camera = { eye: tubeCentre(20), look: [0, 0, -1], up: [0, 1, 0] };
-    const wall = (z: number, angle: number): Vec3 =>
-        add(tubeCentre(z), mul(kTubeRadius + 0.7, [Math.cos(angle), Math.sin(angle), 0]));
-    const inside = (z: number, depth: number): Vec3 =>
-        add(tubeCentre(z), [kTubeRadius + 0.7 - depth, 0, 0]);
-    const catheter = Array.from({ length: 20 }, (_, i) => inside(-20 + 2 * i, 0.8));
-    const ball: ToolBall = { centre: inside(0, 1), radius: 2, own: true, kind: 'ball' };
+/// Distances to the wall [mm], by sampling the page's scan.
+const wallFrom = (rays: readonly { from: Vec3; way: Vec3 }[]): Promise<number[]> =>
+    page.evaluate((all) => {
+        const { volume, store } = (window as never as { pliant: Session }).pliant;
+        const { grid } = volume!;
+        return all.map(({ from, way }) => {
+            for (let t = 0.5; t < 100; t += 0.02) {
+                const v = from.map((x, a) => x + t * way[a]! - grid.origin[a]!);
+                const ijk = grid.direction.map(
+                    (axis, a) => axis.reduce((sum, x, b) => sum + x * v[b]!, 0) / grid.spacing[a]!,
+                );
+                if (volume!.sample(ijk as never) > store.state.shared!.iso_hu) return t;
+            }
+            throw new Error('no wall');
+        });
+    }, rays);
+
+test('instruments darken the wall that they touch alone', async () => {
+    // View along a tube, with instruments at its wall, to the right of the eye.
+    const eye: Vec3 = kServer ? [0.3, -2.2, 40] : tubeCentre(20);
+    const camera: Camera = { eye, look: [0, 0, -1], up: [0, 1, 0] };
+    const kBall = 18; // distance ahead of the eye [mm]
+    const ahead = Array.from({ length: 20 }, (_, i) => 2 + (kServer ? 1 : 2) * i);
+    const at = (far: number): Vec3 => along(eye, far, camera.look);
+    const way = (degrees: number): Vec3 => {
+        const angle = (degrees * Math.PI) / 180;
+        return [Math.cos(angle), Math.sin(angle), 0];
+    };
+    const right = await wallFrom([...ahead, kBall].map((far) => ({ from: at(far), way: way(0) })));
+    const inside = (far: number, room: number, depth: number): Vec3 =>
+        along(at(far), room - depth, way(0));
+    const catheter = ahead.map((far, i) => inside(far, right[i]!, 0.8)).reverse();
+    const ball: ToolBall = {
+        centre: inside(kBall, right.at(-1)!, 1),
+        radius: 2,
+        own: true,
+        kind: 'ball',
+    };
+    // Beside the ball and the catheter, and far away.
+    const beside = { ball: 2.55, catheter: 1.1 }; // [mm]
+    const degreesOf = (mm: number): number => (mm / right.at(-1)!) * (180 / Math.PI);
+    const angles = [
+        ...[beside.ball, -beside.ball, beside.catheter, -beside.catheter].map(degreesOf),
+        ...[120, 180, -120],
+    ];
+    const rooms = await wallFrom(angles.map((angle) => ({ from: at(kBall), way: way(angle) })));
     for (const style of ['plain', 'real'] as const) {
         const scene = {
             width: kSize,
@@ -312,8 +350,8 @@ test('instruments darken the wall that they touch alone', { skip: kServer }, asy
             ['ball', { balls: [ball] }],
         ] as const) {
             const rows = await drawn(page, { ...scene, ...more });
-            const share = (z: number, degrees: number): number => {
-                const p = wall(z, (degrees * Math.PI) / 180);
+            const share = (degrees: number): number => {
+                const p = along(at(kBall), rooms[angles.indexOf(degrees)]!, way(degrees));
                 const [dx, dy, dz] = sub(p, camera.eye);
                 const x = Math.floor(kSize / 2 + (kSize * dx) / (2 * -dz * kSlope));
                 const y = Math.floor(kSize / 2 - (kSize * dy) / (2 * -dz * kSlope));
@@ -322,11 +360,11 @@ test('instruments darken the wall that they touch alone', { skip: kServer }, asy
                 return sum(rows) / sum(bare);
             };
             for (const side of [-1, 1]) {
-                const near = share(0, side * (name === 'ball' ? 15 : 7));
+                const near = share(degreesOf(side * beside[name]));
                 assert.ok(near < 0.85, `${style} ${name}: ${near} beside it`);
             }
             for (const degrees of [120, 180, -120]) {
-                const far = share(0, degrees);
+                const far = share(degrees);
                 assert.ok(Math.abs(far - 1) < 0.02, `${style} ${name}: ${far} at ${degrees}`);
             }
         }

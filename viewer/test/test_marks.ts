@@ -10,11 +10,7 @@ import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.t
 import type { SectionName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
 import { dragBy, picture, rectOf, spot, stateOf, still } from './browser.ts';
-import { kGrid } from './mock_scene.ts';
 import { page, useOnePage } from './one_page.ts';
-
-// Distances are those of the mock's scan.
-const kServer = process.env.PLIANT_SERVER !== undefined;
 
 useOnePage();
 
@@ -44,7 +40,7 @@ interface Mark {
 }
 
 const marksIn = (view: SectionName): Promise<Mark[]> =>
-    page.locator(`.view.${view} svg > :is(polyline, circle)`).evaluateAll((all) =>
+    page.locator(`.view.${view} svg > :is(polyline, polygon, circle)`).evaluateAll((all) =>
         all.map((mark) => {
             const number = (name: string): number => Number(mark.getAttribute(name));
             const text = mark.getAttribute('points');
@@ -58,15 +54,15 @@ const marksIn = (view: SectionName): Promise<Mark[]> =>
         }),
     );
 
-test('a shaft is outlined in the sections', { skip: kServer }, async () => {
+test('a shaft is outlined in the sections', async () => {
     const start = await stateOf(page);
     await page.keyboard.press('3');
     const [x, y] = await spot(page, 'endoscope', 0.6, 0.4);
     await page.mouse.move(x, y);
     await page.mouse.down(); // the tool is shown before it acts
-    const { balls } = await page.evaluate(() => {
-        const { stage } = (window as never as { pliant: Session }).pliant;
-        return { balls: stage.balls };
+    const { balls, grid } = await page.evaluate(() => {
+        const { stage, volume } = (window as never as { pliant: Session }).pliant;
+        return { balls: stage.balls, grid: volume!.grid };
     });
     assert.equal(balls.length, 1);
     const { centre, radius, kind } = balls[0]!;
@@ -99,7 +95,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
             }, cursor);
             await page.waitForTimeout(150);
             const box = await rectOf(page, view);
-            const extent = kGrid.size.map((n, a) => n * kGrid.spacing[a]!) as never as Vec3;
+            const extent = grid.size.map((n, a) => n * grid.spacing[a]!) as never as Vec3;
             const size = (axis: Vec3): number => Math.abs(dot(extent, axis));
             const scale = Math.max(size(u) / box.width, size(v) / box.height);
             const marks = await marksIn(view);
@@ -147,7 +143,7 @@ test('the head is in the sections while it pushes', async () => {
     await page.mouse.move(...(await spot(page, 'axial', 0.52, 0.45)), { steps: 5 });
     await page.waitForTimeout(300);
     const marks = await marksIn('axial');
-    const head = marks.find((m) => m.kind === 'tool own')!;
+    const head = marks.find((m) => m.kind === 'head own near')!;
     assert.ok(head.width >= 3);
     const rim = marks.find(
         (m) => m.kind === 'rim near' && String(m.points) === String(head.points),

@@ -28,7 +28,7 @@ import {
 } from '../views/section_geometry.ts';
 import { h, svg } from './dom.ts';
 import { overlayValue } from './legend.ts';
-import { catheterMarks, shaftMarks } from './section_marks.ts';
+import { catheterMarks, instrumentMarks } from './section_marks.ts';
 
 const kTitles: Record<ViewName, string> = {
     endoscope: 'Endoscope',
@@ -154,7 +154,7 @@ export class Overlay {
             line('along', x, y + gap, x, box.height),
             ...this.pathMarks(state.way, plane),
             ...catheterMarks(this.session, plane),
-            ...shaftMarks(this.session, plane),
+            ...instrumentMarks(this.session, plane),
             ...this.toolMarks(state.hands.others, plane),
             this.endoscopeMark(state.view.camera, plane),
         ];
@@ -205,24 +205,22 @@ export class Overlay {
         return marks;
     }
 
+    /// Line of a cut in progress, and the places of other clients' tools without a body.
     private toolMarks(others: readonly Tool[], plane: SectionPlane): SVGElement[] {
         const marks: SVGElement[] = [];
-        const circle = (centre: Vec3, radius: number, kind: string): void => {
-            const off = dot(sub(centre, plane.centre), plane.axes.normal);
-            if (Math.abs(off) >= radius) return;
-            const r = Math.sqrt(radius * radius - off * off) / plane.mmPerPixel;
-            const [cx, cy] = pixelOfWorld(plane, centre);
-            marks.push(svg('circle', { class: 'rim near', cx, cy, r, 'stroke-width': 5.5 }));
-            marks.push(svg('circle', { class: kind, cx, cy, r }));
-        };
         const { stroke } = this.session.hand;
-        if (stroke && stroke.radius > 0)
-            circle(stroke.path[stroke.path.length - 1]!, stroke.radius, 'tool own');
-        if (stroke && stroke.radius === 0) {
+        if (stroke?.radius === 0) {
             const points = stroke.path.map((p) => pixelOfWorld(plane, p).join(',')).join(' ');
             marks.push(svg('polyline', { class: 'blade', points }));
         }
-        for (const other of others) circle(other.position, Math.max(other.radius, 1), 'tool');
+        for (const { position, radius } of others) {
+            if (radius > 0 || Math.abs(dot(sub(position, plane.centre), plane.axes.normal)) >= 1)
+                continue;
+            const [cx, cy] = pixelOfWorld(plane, position);
+            const r = 1 / plane.mmPerPixel;
+            marks.push(svg('circle', { class: 'rim near', cx, cy, r, 'stroke-width': 5.5 }));
+            marks.push(svg('circle', { class: 'tool', cx, cy, r }));
+        }
         return marks;
     }
 
@@ -269,7 +267,11 @@ export class Overlay {
             state.flight.wall
         ];
         const shadow = view.outside && view.fluoroscopy;
-        this.names.endoscope.textContent = shadow ? 'Fluoroscopy' : kTitles.endoscope;
+        this.names.endoscope.textContent = shadow
+            ? 'Fluoroscopy'
+            : view.outside
+              ? 'Outside'
+              : kTitles.endoscope;
         this.captions.endoscope.textContent = view.outside
             ? shadow
                 ? 'X-rays through the scan'

@@ -1,16 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Marks of catheters and shafts in the sections: outlined, at least three pixels wide, with a dot
-// where they cross the slice.
+// Marks of catheters and instruments in the sections: outlined, at least three pixels wide, with a
+// dot where they cross the slice.
 
-import type { Vec3 } from '../maths/vec.ts';
+import { dot, sub, type Vec3 } from '../maths/vec.ts';
 import { hasVessel, surfaceOf } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
-import { instrumentOf, lumenOf } from '../views/instruments.ts';
-import type { SectionPlane } from '../views/section_geometry.ts';
+import { instrumentOf, lumenOf, type ToolBall } from '../views/instruments.ts';
+import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
 import { chainParts, crossings } from './chain_marks.ts';
 import { svg } from './dom.ts';
+import { headOutlines } from './head_marks.ts';
 
 const kMinPixels = 3;
 const kRim = 2.5; // both sides together [pixels]
@@ -18,18 +19,57 @@ const kFarAway: Vec3 = [1e9, 1e9, 1e9]; // an eye outside of all shafts
 
 export function catheterMarks({ vessel, store }: Session, plane: SectionPlane): SVGElement[] {
     if (!vessel || !hasVessel(store.state)) return [];
-    return chainMarks('catheter', vessel.catheter, vessel.radius, plane);
+    const { catheter, radius } = vessel;
+    return [
+        ...chainMarks('catheter', catheter, radius, plane),
+        ...dots(catheter, radius, plane),
+    ];
 }
 
-export function shaftMarks({ volume, stage, store }: Session, plane: SectionPlane): SVGElement[] {
+export function instrumentMarks(
+    { volume, stage, store }: Session,
+    plane: SectionPlane,
+): SVGElement[] {
     if (!volume || !stage.balls.length) return [];
     const { camera } = store.state.view;
     const lumen = lumenOf(volume, camera, surfaceOf(store.state));
     return stage.balls.flatMap((ball) => {
-        const { base, wrist, thickness } = instrumentOf(ball, camera, lumen, kFarAway);
-        const chain = [base, wrist, ball.centre];
-        return chainMarks(ball.own ? 'shaft own' : 'shaft', chain, thickness, plane);
+        const tool = instrumentOf(ball, camera, lumen, kFarAway);
+        const { base, wrist, thickness } = tool;
+        const whose = ball.own ? ' own' : '';
+        const outlines = headOutlines(ball, tool, plane);
+        const shape = (kind: string, width: number): SVGElement[] =>
+            outlines.map(({ points, near, open }) =>
+                svg(open ? 'polyline' : 'polygon', {
+                    class: near ? `${kind} near` : kind,
+                    points: points.join(' '),
+                    'stroke-width': width,
+                }),
+            );
+        return [
+            ...reachMark(ball, plane),
+            ...chainMarks(`shaft${whose}`, [base, wrist], thickness, plane),
+            ...shape('rim', kMinPixels + kRim),
+            ...shape(`head${whose}`, kMinPixels),
+            ...dots([base, wrist, ball.centre], thickness, plane),
+        ];
     });
+}
+
+/// Section of the sphere that a grasper holds or a scoop takes out.
+function reachMark({ kind, centre, radius }: ToolBall, plane: SectionPlane): SVGElement[] {
+    const off = dot(sub(centre, plane.centre), plane.axes.normal);
+    if ((kind !== 'grasper' && kind !== 'scoop') || Math.abs(off) >= radius) return [];
+    const [cx, cy] = pixelOfWorld(plane, centre);
+    const r = Math.sqrt(radius * radius - off * off) / plane.mmPerPixel;
+    return [svg('circle', { class: 'reach', cx, cy, r })];
+}
+
+function dots(points: readonly Vec3[], radius: number, plane: SectionPlane): SVGElement[] {
+    const r = Math.max(radius / plane.mmPerPixel, kMinPixels);
+    return crossings(points, plane).map(([cx, cy]) =>
+        svg('circle', { class: 'pierced', cx, cy, r }),
+    );
 }
 
 function chainMarks(
@@ -48,9 +88,5 @@ function chainMarks(
                 'stroke-width': (near ? Math.max(wide, kMinPixels) : kMinPixels) + more,
             }),
         );
-    const r = Math.max(0.5 * wide, kMinPixels);
-    const dots = crossings(points, plane).map(([cx, cy]) =>
-        svg('circle', { class: 'pierced', cx, cy, r }),
-    );
-    return [...lines('rim', kRim), ...lines(kind, 0), ...dots];
+    return [...lines('rim', kRim), ...lines(kind, 0)];
 }

@@ -84,7 +84,6 @@ vec3 catheterColour(float way) {
 }
 
 void addCatheter(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 upward, bool lamp) {
-    if (catheterCount < 2) return;
     vec3 normal;
     float way;
     float t = catheterHit(o, d, normal, way);
@@ -99,7 +98,11 @@ void addCatheter(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 upw
 
 // Contact shading, 0…1: 1 far from instruments and catheters, less where they touch the wall.
 float contactAt(vec3 world) {
-    float open = nearInstruments(world);
+    float open = 1.0;
+#ifdef INSTRUMENTS
+    open = nearInstruments(world);
+#endif
+#ifdef CATHETER
     float reach = 3.2 * catheterRadius, away = reach;
     int last = catheterCount - 1;
     for (int g = 0; g * kGroup < last; ++g) {
@@ -110,13 +113,16 @@ float contactAt(vec3 world) {
             if (!leftOut(i))
                 away = min(away, awayFrom(world, catheterPoint(i).xyz, catheterPoint(i + 1).xyz));
     }
-    return open * mix(0.45, 1.0, smoothstep(catheterRadius, reach, away));
+    open *= mix(0.45, 1.0, smoothstep(catheterRadius, reach, away));
+#endif
+    return open;
 }
 
 // Share of a lamp's light that passes instruments and catheter. A catheter close to the lens casts
 // no shadow: a lamp inside of it would leave the whole picture dark.
 float shadowAt(vec3 world, vec3 toLamp, float far) {
     float lit = 1.0;
+#ifdef CATHETER
     int last = catheterCount - 1;
     for (int g = 0; g * kGroup < last; ++g) {
         vec4 sphere = texelFetch(catheter, ivec2(g, 1), 0);
@@ -131,7 +137,11 @@ float shadowAt(vec3 world, vec3 toLamp, float far) {
             lit = min(lit, mix(past, 1.0, smoothstep(far - 5.0, far - 2.0, s)));
         }
     }
-    return lit * instrumentShadow(world, toLamp, far);
+#endif
+#ifdef INSTRUMENTS
+    lit *= instrumentShadow(world, toLamp, far);
+#endif
+    return lit;
 }
 #endif
 

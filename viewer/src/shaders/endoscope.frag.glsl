@@ -6,6 +6,9 @@
 // falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //
+// REAL: the style; else plain. INSTRUMENTS, CATHETER: the scene has some. Programs without them
+// take less time, to compile and to run.
+//
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; the lumen is open behind the plane.
 
@@ -131,8 +134,12 @@ void main() {
     bool lamp = true;
     if (t != kNothing && !real) light *= contactAt(eye + t * ray);
 #endif
+#ifdef CATHETER
     addCatheter(light, nearest, eye, ray, up, lamp);
+#endif
+#ifdef INSTRUMENTS
     addInstruments(light, nearest, eye, ray, up, lamp);
+#endif
 #ifdef DEPTH
     gl_FragDepth = clamp(nearest / reach, 0.0, 1.0);
 #endif

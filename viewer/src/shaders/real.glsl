@@ -5,7 +5,11 @@
 // by the scan behind the wall, blood vessels anchored to the tissue at rest, translucency, a film
 // of liquid. Names are the same there.
 
-uniform bool real;
+#ifdef REAL
+const bool real = true;
+#else
+const bool real = false;
+#endif
 uniform sampler3D noiseTile;  // gradient per cell, value; periodic, 16 cells
 uniform float exposure;       // [mm²]
 uniform float spacingMm;      // geometric mean of the voxel spacing
@@ -24,6 +28,7 @@ const vec3 kFlesh = vec3(0.46, 0.036, 0.038);
 const vec3 kBlood = vec3(0.42, 0.10, 0.14);
 const vec3 kLampColour = vec3(1.0, 0.97, 0.94);
 const float kShadow = 0.35;
+const float kGlintReach = 15.0;  // distance at which glints are twice as wide [mm]
 const int kShadowTaps = 6;
 
 vec4 noiseAt(vec3 q) {
@@ -121,7 +126,7 @@ vec3 coatAt(float t, vec3 p, vec3 world, inout vec3 normal, out vec3 film, out f
     }
 
     vec4 ripple = noiseAt(1.9 * rest + vec3(2.2, 6.1, 4.4));
-    vec3 bump = 0.19 * 0.9 * fine.xyz + 0.14 * 1.9 * ripple.xyz;
+    vec3 bump = 0.26 * 0.9 * fine.xyz + 0.20 * 1.9 * ripple.xyz;
     float fade = 1.0 - smoothstep(8.0, 60.0, t);
     film = normalize(bentNormal - fade * (bump - dot(bump, normal) * normal));
     normal = bentNormal;
@@ -147,6 +152,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
     vec3 bentNormal = normal;
     vec3 own = coatAt(t, p, world, bentNormal, film, wetness);
     vec3 rough = normalize(mix(bentNormal, film, 0.35));
+    float blur = 1.0 + t * t / (kGlintReach * kGlintReach);
     vec3 total = vec3(0.0);
     for (int k = 0; k < 2; ++k) {
         vec3 way = eye + (k == 0 ? kLampAside : -kLampAside) * right + kLampAbove * up - world;
@@ -160,7 +166,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
         float cosine = max(dot(film, half_), 0.0);
         float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(half_, toLamp), 0.0), 5.0);
         float shine = fresnel * wetness * open * clamp(4.0 * facing, 0.0, 1.0) *
-                      (1.5 * facets(cosine, 0.0012) + 0.25 * facets(cosine, 0.05));
+                      (1.5 / blur * facets(cosine, 0.0012 * blur) + 0.25 * facets(cosine, 0.05));
         vec3 through = clamp((facing + kWrap) / (1.0 + kWrap), 0.0, 1.0);
         total += arrives * (own * through * mix(kClosedTint, vec3(1.0), open) +
                             kLampColour * shine);

@@ -112,6 +112,10 @@ export class CatheterTexture {
         this.texture.needsUpdate = true;
     }
 
+    get isThere(): boolean {
+        return this.curve.length > 1;
+    }
+
     dispose(): void {
         this.texture.dispose();
     }

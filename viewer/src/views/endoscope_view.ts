@@ -90,7 +90,6 @@ export class EndoscopeView {
             toolKinds: Array.from({ length: kMaxTools }, () => 0),
             toolCount: 0,
             ...liningUniforms('airway'),
-            real: false,
             noiseTile: this.noise,
             exposure: 0,
             spacingMm: 1,
@@ -144,6 +143,15 @@ export class EndoscopeView {
         for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
     }
 
+    /// Compiles the program with instruments, so that the first one appears at once.
+    prepareInstruments(renderer: THREE.WebGLRenderer): void {
+        this.inside.define({ INSTRUMENTS: true });
+        this.target.setSize(1, 1);
+        renderer.setRenderTarget(this.target);
+        this.inside.draw(renderer);
+        renderer.setRenderTarget(null);
+    }
+
     /// Frees the resources of the graphics processor; drawing makes them anew.
     dispose(): void {
         this.target.dispose();
@@ -175,10 +183,11 @@ export class EndoscopeView {
         const picture = shadow ? this.fluoroscopy : outside ? this.outside : this.inside;
         this.setCommon(picture, state, balls, rect);
         const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
-        picture.set({ jitter: new THREE.Vector2((2 * dx) / width, (2 * dy) / height) });
+        const jitter = new THREE.Vector2((2 * dx) / width, (2 * dy) / height);
+        picture.set({ jitter });
         renderer.setRenderTarget(this.target);
         if (shadow) this.drawFluoroscopy(renderer, state, rect, seed);
-        else if (outside) this.drawOutside(renderer, state, aspect);
+        else if (outside) this.drawOutside(renderer, state, aspect, jitter);
         else {
             renderer.clear(true, true, false);
             picture.draw(renderer);
@@ -214,11 +223,17 @@ export class EndoscopeView {
             fogDistance: outside ? 0 : fog,
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
-            real: state.look.style === 'real' && !outside,
             ...this.catheter.uniforms(camera.eye, seen * orbit.distance * slope),
         });
-        if (!hasVessel(state)) picture.set({ catheterCount: 0 });
+        const catheter = hasVessel(state) && this.catheter.isThere;
+        if (!catheter) picture.set({ catheterCount: 0 });
         this.setTools(picture, state, balls, camera.eye);
+        if (picture !== this.fluoroscopy)
+            picture.define({
+                REAL: state.look.style === 'real' && !outside,
+                CATHETER: catheter,
+                INSTRUMENTS: picture.uniforms.toolCount!.value > 0,
+            });
         if (picture === this.inside && state.look.style === 'real') this.setReal(state, aspect);
     }
 
@@ -303,7 +318,8 @@ export class EndoscopeView {
         return new THREE.Matrix4().multiplyMatrices(projectionMatrix, matrixWorldInverse);
     }
 
-    private aimLens(state: State, aspect: number): void {
+    /// Camera of the meshes, with the rays' offset.
+    private aimLens(state: State, aspect: number, jitter: THREE.Vector2): void {
         const camera = orbitCamera(state.view);
         const { centre, distance } = state.view.orbit;
         this.lens.aspect = aspect;
@@ -313,12 +329,19 @@ export class EndoscopeView {
         this.lens.up.set(...frameOf(camera).up);
         this.lens.lookAt(vector(centre));
         this.lens.updateProjectionMatrix();
+        this.lens.projectionMatrix.elements[8] += jitter.x;
+        this.lens.projectionMatrix.elements[9] += jitter.y;
         this.lens.updateMatrixWorld();
     }
 
-    private drawOutside(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
+    private drawOutside(
+        renderer: THREE.WebGLRenderer,
+        state: State,
+        aspect: number,
+        jitter: THREE.Vector2,
+    ): void {
         const { camera } = state.view;
-        this.aimLens(state, aspect);
+        this.aimLens(state, aspect, jitter);
         this.outside.set({
             cutPlace: vector(camera.eye),
             cutNormal: vector(mul(-1, orbitCamera(state.view).look)), // towards the viewer
@@ -354,6 +377,7 @@ function makeSight(): THREE.Scene {
             transparent: true,
             opacity: 0.3,
             side: THREE.DoubleSide,
+            depthTest: false, // a mark in front of everything
             depthWrite: false,
         }),
     );

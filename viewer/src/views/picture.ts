@@ -62,6 +62,17 @@ export class Picture {
         for (const [name, value] of Object.entries(values)) this.uniforms[name]!.value = value;
     }
 
+    /// Sets or removes preprocessor symbols of the shader; programs are kept.
+    define(symbols: Record<string, boolean>): void {
+        const material = this.mesh.material as THREE.RawShaderMaterial;
+        for (const [name, wanted] of Object.entries(symbols)) {
+            if (name in material.defines === wanted) continue;
+            if (wanted) material.defines[name] = '';
+            else delete material.defines[name];
+            material.needsUpdate = true;
+        }
+    }
+
     draw(renderer: THREE.WebGLRenderer): void {
         renderer.render(this.scene, camera);
     }

@@ -4,7 +4,8 @@
 // Canvas behind the four views. A view is drawn only after a change of its contents; the others
 // keep their pixels. While something moves, the endoscope's picture is drawn with fewer pixels,
 // adapted to the last frame times; when all is still, it is drawn once more in full. A frame begins
-// when the graphics processor has finished the previous one, so that frames never queue up.
+// when the graphics processor has finished the previous one, so that frames never queue up. The
+// first picture of a scan has a third of the resolution, since the machine's speed is unknown.
 
 import * as THREE from 'three';
 import type { VolumeData } from '../maths/volume.ts';
@@ -21,6 +22,7 @@ import { kSection } from './shaders.ts';
 import { VolumeTexture } from './volume_texture.ts';
 
 const kScales = [1, 0.66, 0.5, 0.35, 0.25];
+const kFirstQuality = 3; // index of kScales for the first picture
 const kSlowMs = 45; // frame time above which pixels are reduced
 const kQuickMs = 22; // frame time below which pixels are increased
 const kStillMs = 180; // time without a change before the full picture
@@ -67,12 +69,14 @@ export class Stage {
         pixel: 1,
     });
     private readonly stale = new Set<ViewName>(kViews);
-    private quality = 0; // index of kScales
+    private quality = kFirstQuality; // index of kScales
     private lastChange = 0;
     private fence: WebGLSync | null = null;
     private fenceStart = 0;
     private fenceMoving = false; // the frame was drawn in motion
     private full = false; // the endoscope's picture is complete
+    private first = true; // no picture of this scan was drawn
+    private prepared = false; // programs for instruments are compiled
     private pass = 0; // next index of kPasses while all is still
     private lost = false;
     balls: readonly ToolBall[] = [];
@@ -116,6 +120,7 @@ export class Stage {
         this.texture?.dispose();
         this.texture = new VolumeTexture(data);
         this.endoscope.setVolume(this.texture);
+        this.first = true;
         this.section.set(fieldUniforms(this.texture));
         this.invalidate();
     }
@@ -161,20 +166,36 @@ export class Stage {
         this.texture.upload(this.renderer);
         this.overlay?.upload(this.renderer);
         this.rest?.upload(this.renderer);
-        const still = now - this.lastChange > kStillMs;
+        const still = now - this.lastChange > kStillMs && !this.first;
         const { maximised } = state.display;
         if (maximised && maximised !== 'endoscope') this.full = true; // hidden
         if (still && !this.full) this.stale.add('endoscope');
-        if (!this.stale.size) return false;
+        if (!this.stale.size) return this.prepare();
         for (const view of this.stale) this.drawView(view, state, still);
-        this.fenceMoving = !still && this.stale.has('endoscope');
+        // The first frame compiles shaders: its time says nothing about the next.
+        this.fenceMoving = !still && this.stale.has('endoscope') && this.framesDrawn > 0;
         this.stale.clear();
+        this.first = false;
+        this.raiseFence(now);
+        ++this.framesDrawn;
+        return true;
+    }
+
+    /// Compiles programs for instruments once, when nothing else is to be drawn.
+    private prepare(): boolean {
+        if (this.prepared || !this.full) return false;
+        this.prepared = true;
+        this.endoscope.prepareInstruments(this.renderer);
+        this.fenceMoving = false;
+        this.raiseFence(performance.now());
+        return false;
+    }
+
+    private raiseFence(now: number): void {
         const gl = this.renderer.getContext() as WebGL2RenderingContext;
         this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
         this.fenceStart = now;
         gl.flush();
-        ++this.framesDrawn;
-        return true;
     }
 
     private lastIsDone(now: number): boolean {
@@ -242,7 +263,8 @@ export class Stage {
             // Four rays per pixel: at once where pixels are cheap, else in successive passes.
             const cheap = this.quality === 0;
             const scale = still ? (fine && cheap ? 2 : 1) : kScales[this.quality]!;
-            const passes = still && fine && !cheap && !state.view.outside;
+            const { outside, fluoroscopy } = state.view;
+            const passes = still && fine && !cheap && !(outside && fluoroscopy);
             this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.setVessel(this.vessel, state.versions.vessel);
             const pass = passes ? this.pass++ : undefined;
