@@ -17,11 +17,11 @@
 #include <span>
 #include <vector>
 
+#include "core/state_frame.h"
 #include "material/limit_units.h"
 
 namespace pliant {
 
-using Bytes = std::vector<std::byte>;
 using Components = std::array<const Fixed*, 3>;
 
 /// Appends the difference between `after` and `before`, arrays of brick_size³.

@@ -1,18 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The state of a lattice in a file (.plst). Little-endian on every machine:
+// The state of a lattice in a file: the content of a frame (core/state_frame.h).
 //
-//     8  bytes  89 "PLST" 0d 0a 1a: detects transfers in text mode
-//     4  u32    version
-//     4  u32    flags
-//     8  u64    length of the file
 //   144         fingerprint of the scan
+//     8  u64    hash of label materials, labels and directions
 //     4  u32    length of the settings, and then these: TOML, as in a settings file
 //     …         displacements: bricks that moved, packed in pieces as in the history
 //     …         edits: likewise
 //     …         imprints: likewise
-//     8  u64    checksum of everything before it
 //
 // A piece is: u32 bricks (0: no more pieces), i32 × 3 coordinates of each, u32 length before and
 // after packing, packed bytes. Bricks are in ascending order of their coordinates (z, y, x).
@@ -28,6 +24,7 @@
 #include <vector>
 
 #include "chainmail/history_codec.h"
+#include "core/state_frame.h"
 #include "lattice/lattice.h"
 #include "relax/plastic.h"
 
@@ -54,14 +51,12 @@ struct StateHeader {
 
 Bytes encode_state(const StateHeader& header, const Lattice& lattice, const PlasticRest& imprints);
 
-/// Bounds-checked reader.
 class StateReader {
   public:
-    /// @param name  of the file, for messages
-    StateReader(std::string name, std::span<const std::byte> bytes)
-        : m_name(std::move(name)), m_bytes(bytes) {}
+    /// Checks the frame. @param name  of the file, for messages
+    static Result<StateReader> open(std::string name, std::span<const std::byte> file);
 
-    /// Reads magic, version, length, checksum, header; the rest remains to be read.
+    /// The rest remains to be read.
     Result<StateHeader> read_header();
     /// Reads displacements, edits and imprints into a lattice at rest without imprints.
     Status read_lattice(Lattice& lattice, PlasticRest& imprints, std::int64_t max_elements);
@@ -72,12 +67,8 @@ class StateReader {
         Bytes raw;
     };
 
-    bool take(std::size_t count, std::span<const std::byte>& out);
-    bool take_u32(std::uint32_t& value);
-    bool take_u64(std::uint64_t& value);
-    bool take_vector(Vec3d& v);
+    explicit StateReader(StateParser frame) : m_frame(std::move(frame)) {}
     bool take_fingerprint(ScanFingerprint& scan);
-    Error damaged() const;
     /// @param raw_limit  largest length of one brick before packing
     /// @returns nothing at the end of the pieces
     Result<std::optional<Piece>> read_piece(std::size_t raw_limit);
@@ -89,9 +80,8 @@ class StateReader {
     Status read_imprints(const Lattice& lattice, PlasticRest& imprints, std::int64_t max_bricks);
     Status read_edits(Lattice& lattice, std::int64_t max_bricks);
 
-    std::string m_name;
-    std::span<const std::byte> m_bytes;  ///< not yet read
-    std::optional<Vec3i> m_last;         ///< coordinates of the previous brick
+    StateParser m_frame;
+    std::optional<Vec3i> m_last;  ///< coordinates of the previous brick
 };
 
 /// Fault of a lattice: a link outside of its limits, a displaced fixed element, an element beyond

@@ -117,7 +117,9 @@ Result<std::unique_ptr<ChainMail::Impl>> ChainMail::Impl::load_state(
                      name + ": expected no open group of steps, found one; end it first"};
     const auto bytes = read_bytes(path);
     if (!bytes.ok()) return bytes.error();
-    StateReader reader(name, *bytes);
+    auto opened = StateReader::open(name, *bytes);
+    if (!opened.ok()) return opened.error();
+    StateReader& reader = *opened;
     const auto header = reader.read_header();
     if (!header.ok()) return header.error();
     const Status scan = check_scan(name, fingerprint_of(volume), header->scan);

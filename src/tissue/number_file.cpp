@@ -5,71 +5,51 @@
 
 #include <pliant/files.h>
 
-#include <bit>
 #include <fstream>
+#include <iterator>
 
 #include "core/errors.h"
-#include "core/hash.h"
+#include "core/state_frame.h"
 
 namespace pliant {
-namespace {
 
-void write_word(std::ostream& stream, std::uint64_t word) {
-    char bytes[8];
-    for (int k = 0; k < 8; ++k) bytes[k] = char(word >> 8 * k & 0xff);
-    stream.write(bytes, 8);
-}
-std::uint64_t read_word(std::istream& stream) {
-    unsigned char bytes[8] = {};
-    stream.read(reinterpret_cast<char*>(bytes), 8);
-    std::uint64_t word = 0;
-    for (int k = 0; k < 8; ++k) word |= std::uint64_t(bytes[k]) << 8 * k;
-    return word;
-}
-std::uint64_t checksum_of(std::uint64_t magic, std::span<const double> numbers) {
-    Hash64 hash;
-    hash.add_word(magic);
-    hash.add_word(numbers.size());
-    for (const double v : numbers) hash.add_word(std::bit_cast<std::uint64_t>(v));
-    return hash.value();
-}
-
-}  // namespace
-
-Status save_numbers(const std::filesystem::path& path, std::uint64_t magic,
+Status save_numbers(const std::filesystem::path& path, std::uint64_t kind,
                     std::span<const double> numbers) {
+    StateWriter state(kStateOfNumbers);
+    state.put_u64(kind);
+    state.put_u64(numbers.size());
+    for (const double number : numbers) state.put_double(number);
+    const Bytes bytes = state.finish();
     StagedFiles files;
     const auto staged = files.stage(path);
     if (!staged.ok()) return staged.error();
     std::ofstream stream(*staged, std::ios::binary);
-    write_word(stream, magic);
-    write_word(stream, numbers.size());
-    for (const double v : numbers) write_word(stream, std::bit_cast<std::uint64_t>(v));
-    write_word(stream, checksum_of(magic, numbers));
+    stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     stream.close();
     if (!stream)
         return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
     return files.commit();
 }
 
-Result<std::vector<double>> load_numbers(const std::filesystem::path& path, std::uint64_t magic) {
-    const auto wrong = [&](const char* what) { return unreadable(path.filename(), what); };
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored))
-        return wrong("expected a file, found none");
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) return wrong("expected a file, found none");
-    if (read_word(stream) != magic) return wrong("expected a state of this tissue");
-    const std::uint64_t count = read_word(stream);
+Result<std::vector<double>> load_numbers(const std::filesystem::path& path, std::uint64_t kind) {
     std::error_code error;
-    const auto bytes = std::filesystem::file_size(path, error);
-    // Before the allocation.
-    if (error || bytes < 24 || count != (bytes - 24) / 8 || bytes % 8 != 0)
-        return wrong("damaged or cut short");
+    if (!std::filesystem::is_regular_file(path, error))
+        return unreadable(path.filename(), "expected a file, found none");
+    const auto size = std::filesystem::file_size(path, error);
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream || error) return unreadable(path.filename(), "expected a file, found none");
+    Bytes bytes(size);
+    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
+    bytes.resize(std::size_t(stream.gcount()));
+    auto state = StateParser::open(path.filename().string(), bytes, kStateOfNumbers);
+    if (!state.ok()) return state.error();
+    std::uint64_t found = 0, count = 0;
+    if (!state->take_u64(found) || !state->take_u64(count)) return state->damaged();
+    if (found != kind) return unreadable(path.filename(), "expected a state of this tissue");
+    if (state->left() % 8 != 0 || count != state->left() / 8) return state->damaged();
     std::vector<double> numbers(count);
-    for (double& v : numbers) v = std::bit_cast<double>(read_word(stream));
-    const std::uint64_t checksum = read_word(stream);
-    if (!stream || checksum != checksum_of(magic, numbers)) return wrong("damaged or cut short");
+    for (double& number : numbers)
+        if (!state->take_double(number)) return state->damaged();
     return numbers;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A tissue's state of numbers (scene/number_file.h), some of which are replaced by others; with the
+// A tissue's state of numbers (tissue/number_file.h), some of which are replaced by others; with the
 // right checksum, so that the fuzzer gets past it.
 
 #pragma once
@@ -22,8 +22,8 @@ inline std::string bytes_of(const std::filesystem::path& file) {
 
 /// @param edits  ten bytes each: index of the number, and its eight bytes; excess bytes are ignored
 inline std::string with_numbers(std::string state, std::string_view edits) {
-    constexpr std::size_t kBefore = 16, kEdit = 10;
-    const std::size_t count = state.size() / 8 - 3;
+    constexpr std::size_t kBefore = 24 + 16, kEdit = 10;  // the frame, kind and count
+    const std::size_t count = (state.size() - kBefore) / 8 - 1;
     for (; edits.size() >= kEdit; edits.remove_prefix(kEdit)) {
         const std::size_t number = std::uint8_t(edits[0]) | std::size_t(std::uint8_t(edits[1]))
                                                                 << 8;

@@ -249,8 +249,9 @@ TEST_F(RelaxStateTest, ImprintsThatNoPushLeavesAreRefused) {
         EXPECT_TRUE(tissue.save_state(file).ok());
         std::ifstream in(file, std::ios::binary);
         const std::string text{std::istreambuf_iterator<char>(in), {}};
-        StateReader reader("x", std::as_bytes(std::span(text)));
-        const auto header = reader.read_header();
+        auto reader = StateReader::open("x", std::as_bytes(std::span(text)));
+        EXPECT_TRUE(reader.ok());
+        const auto header = reader->read_header();
         EXPECT_TRUE(header.ok());
         const Lattice& lattice = tissue.lattice();
         const auto n = std::size_t(lattice.elements_per_brick());
