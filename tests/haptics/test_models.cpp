@@ -263,7 +263,7 @@ TEST(Pbd, ABlockIsFeltThroughItsConstraintForces) {
                                   .compliance = 1e-4});
     auto body = PbdBody::create(
         std::move(*parts),
-        {.time_step = 0.033, .sub_steps = 30, .damping = 20, .numbers = PbdPrecision::Double});
+        {.time_step = 0.033, .sub_steps = 30, .damping = 20, .precision = PbdPrecision::Double});
     ASSERT_TRUE(body.ok()) << body.error().message;
     const TaskArena arena(1);
     LearntStiffness learnt(50, 600);
