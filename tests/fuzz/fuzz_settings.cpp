@@ -4,6 +4,7 @@
 // A settings file: TOML, or the lines of an older program. Accepted settings round-trip, and a
 // lattice can be made with them or reports an error.
 
+#include <pliant/chainmail.h>
 #include <pliant/volume.h>
 
 #include "fuzz/fuzz.h"

@@ -4,6 +4,7 @@
 // A saved state. Its length and checksum are corrected first, so that the fuzzer gets past them. A
 // loaded state is valid: it is saved identically, and every link is within its limits.
 
+#include <pliant/chainmail.h>
 #include <pliant/volume.h>
 
 #include "core/hash.h"

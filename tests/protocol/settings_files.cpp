@@ -8,7 +8,7 @@
 #include <pliant/fem.h>
 #include <pliant/fit.h>
 #include <pliant/pbd.h>
-#include <pliant/tissue.h>
+#include <pliant/tissues.h>
 
 #include <cmath>
 
@@ -142,6 +142,7 @@ std::map<std::string, std::string> settings_tables() {
             {"pbd", table_of(pbd_rows())},
             {"rod", table_of(rod_rows())},
             {"boxes", table_of(pbd_box_rows())},
+            {"body", table_of(body_rows())},
             {"spring solver", table_of(spring_solver_rows())},
             {"fem", table_of(elastic_rows())},
             {"fit", table_of(fit_rows())},
