@@ -5,7 +5,7 @@
 // interface <pliant/haptics_device.h>.
 //
 //   a scan            volume.h, mesh.h
-//   its deformation   deformation.h: displacements that any model writes; resample.h: back to a grid
+//   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, vessel.h, catheter.h
 //   materials         material.h; fit.h: springs identified against the finite elements of fem.h

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// An open file of the system, and complete reads and writes with it: interrupted calls go on. Errors
-// are errno; 0 is success.
+// An open file of the system, and complete reads and writes with it: interrupted calls go on.
+// Errors are errno; 0 is success.
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The frame of every saved state (.plst), whichever tissue wrote it. Little-endian on every machine:
+// The frame of every saved state (.plst), whichever tissue wrote it. Little-endian everywhere:
 //
 //     8  bytes  89 "PLST" 0d 0a 1a: detects transfers in text mode
 //     4  u32    version
@@ -26,8 +26,8 @@ namespace pliant {
 
 using Bytes = std::vector<std::byte>;
 
-/// Flag of a state that is a list of numbers (tissue/number_file.h). Other flags belong to ChainMail
-/// (chainmail/state_file.cpp).
+/// Flag of a state that is a list of numbers (tissue/number_file.h). Other flags belong to
+/// ChainMail (chainmail/state_file.cpp).
 inline constexpr std::uint32_t kStateOfNumbers = 1 << 8;
 
 class StateWriter {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Data beside the voxels that clients ask for: overlays, the rest field, the vessel, ways through
-// the lumen, a device's force. Each kind is a Feed, with its own state per client. In each step, the
-// hub calls all feeds in the same order:
+// the lumen, a device's force. Each kind is a Feed, with its own state per client. In each step,
+// the hub calls all feeds in the same order:
 //
 //   take      messages of clients
 //   act       a feed's own commands to the scene
@@ -11,8 +11,8 @@
 //   refresh   everything else, while the volume is up to date
 //   add       messages that are due, per client; then sent or lost
 //
-// A feed may throw std::bad_alloc. The hub then refuses the message, or repeats the call in the next
-// step.
+// A feed may throw std::bad_alloc. The hub then refuses the message, or repeats the call in the
+// next step.
 
 #pragma once
 
