@@ -42,7 +42,7 @@ nlohmann::ordered_json quality_json(const TetQuality& q) {
             {"boundary_pieces", q.boundary.pieces},
             {"boundary_euler", q.boundary.euler},
             {"boundary_open_edges", q.boundary.open_edges},
-            {"boundary_crowded_edges", q.boundary.non_manifold_edges},
+            {"boundary_non_manifold_edges", q.boundary.non_manifold_edges},
             {"boundary_pinched_nodes", q.boundary.pinched_nodes}};
 }
 

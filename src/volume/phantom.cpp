@@ -136,10 +136,10 @@ Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& a
                              const Progress& progress) {
     std::size_t which = 0;
     while (which < kNames.size() && kNames[which] != settings.name) ++which;
-    if (const Status s = check(settings, phantom_rows()); !s.ok())
-        return invalid("phantom " + s.error().message);
-    for (const auto check : {check_size, check_spacing, check_direction})
-        if (const Status status = check(settings); !status.ok()) return status.error();
+    for (const auto check_field : {check_size, check_spacing, check_direction})
+        if (const Status status = check_field(settings); !status.ok()) return status.error();
+    if (const Status status = check(settings, phantom_rows()); !status.ok())
+        return invalid("phantom " + status.error().message);
 
     try {
         phantom::Model model = kModels[which]();

@@ -22,7 +22,7 @@ const std::string kScene =
     "[catheter]\nlength_mm = 60\nbend_n_mm2 = 20\ntip_bend_n_mm2 = 2\ntip_mm = 10\n"
     "[entry]\nplace_mm = [0, 0, 3]\ndirection = [0, 0, 1]\ninserted_mm = 2\n"
     "[way]\nfile = \"c.vtp\"\n"
-    "[simulation]\nmost_steps = 20\nbox_mm = 10\n"
+    "[simulation]\nmax_steps = 20\nbox_mm = 10\n"
     "[[script]]\ninsert_mm_s = 100\nrotate_deg_s = 90\nbend_deg = [30, 10]\nfor_s = 0.003\n"
     "[[script]]\nfollow = true\ninsert_mm_s = -100\nfor_s = 0.002\n";
 
@@ -148,7 +148,7 @@ File scan_file(const test::NrrdFile& scan) {
 const std::string kHand =
     "[catheter]\nlength_mm = 40\n"
     "[entry]\nplace_mm = [0, 0, 5]\ndirection = [0, 0, 1]\ninserted_mm = 2\n"
-    "[simulation]\nmost_steps = 20\n[[script]]\ninsert_mm_s = 100\nfor_s = 0.003\n";
+    "[simulation]\nmax_steps = 20\n[[script]]\ninsert_mm_s = 100\nfor_s = 0.003\n";
 const std::string kSurfaceScene =
     "[vessel]\nsurface = \"t.obj\"\nends = \"c.vtp\"\nlayers = 1\ncell_mm = 2\n" + kHand;
 const std::string kScanScene =
