@@ -64,7 +64,8 @@ void OverlayFeed::set(Client& client, const Wish& wish) {
 void OverlayFeed::add(Client& client, std::vector<Outgoing>& batch) {
     const auto found = m_subscriptions.find(client.info.number);
     if (found == m_subscriptions.end()) return;
-    auto& [kind, delivery] = found->second;
+    const OverlayKind kind = found->second.kind;
+    Delivery& delivery = found->second.delivery;
     // Voxels have priority.
     if (client.delivery.is_due() || !delivery.is_due() || !delivery.may_send() || m_left <= 0)
         return;
