@@ -24,17 +24,17 @@ constexpr Vec3i kSmall{20, 10, 10}, kLarge{40, 20, 20};
 PbdParts block(Vec3i cells) {
     PbdParts parts = *pbd_of_mesh(five_tet_block(cells, 0.25),
                                   {.edge_compliance = 1e-5, .volume_compliance = 1e-9});
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        parts.inverse_masses[n] = parts.places[n].x == 0 ? 0 : 1;
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        parts.inverse_masses[n] = parts.positions[n].x == 0 ? 0 : 1;
     return parts;
 }
 
 class NaiveBlock {
   public:
     explicit NaiveBlock(const PbdParts& parts) {
-        for (std::size_t n = 0; n < parts.places.size(); ++n)
-            m_particles.push_back({as_float(parts.places[n]),
-                                   as_float(parts.places[n]),
+        for (std::size_t n = 0; n < parts.positions.size(); ++n)
+            m_particles.push_back({as_float(parts.positions[n]),
+                                   as_float(parts.positions[n]),
                                    {0, 0, 0},
                                    float(parts.inverse_masses[n])});
         for (const PbdDistance& d : parts.distances)
@@ -177,9 +177,9 @@ void pbd_volume(benchmark::State& state) {
         [&] {
             if (!plain->step(1, arena).ok()) state.SkipWithError("unstable");
         });
-    std::vector<Vec3d> places(parts.places.size());
-    body->get_positions(places);
-    const VolumeChange change = volume_change(parts, places);
+    std::vector<Vec3d> positions(parts.positions.size());
+    body->get_positions(positions);
+    const VolumeChange change = volume_change(parts, positions);
     turns.count(double(parts.solids.size()) * double(state.range(0)));
     state.counters["total_%"] = 100 * change.total;
     state.counters["mean_%"] = 100 * change.mean;

@@ -96,8 +96,8 @@ class RodInTube {
     }
     static PbdBody make_body(const VesselWall& wall) {
         PbdParts parts;
-        parts.places = wall.mesh.nodes_mm;
-        parts.inverse_masses.assign(parts.places.size(), 0);
+        parts.positions = wall.mesh.nodes_mm;
+        parts.inverse_masses.assign(parts.positions.size(), 0);
         auto body = PbdBody::create(std::move(parts), {.time_step = kContactStep, .sub_steps = 1});
         if (!body) std::abort();
         return std::move(*body);

@@ -79,9 +79,9 @@ void pbd_vessel(benchmark::State& state) {
             pulse(vessel, plain_step++, *plain);
             if (!plain->step(1, one).ok()) state.SkipWithError("unstable");
         });
-    std::vector<Vec3d> places(vessel.parts.places.size());
-    body->get_positions(places);
-    const VolumeChange change = volume_change(vessel.parts, places);
+    std::vector<Vec3d> positions(vessel.parts.positions.size());
+    body->get_positions(positions);
+    const VolumeChange change = volume_change(vessel.parts, positions);
     mean = std::max(mean, change.mean);
     largest = std::max(largest, change.largest);
     turns.count(double(vessel.mesh.cells.size()));
@@ -121,10 +121,10 @@ void pbd_vessel_lasting(benchmark::State& state) {
             if (!without->step(1, arena).ok()) state.SkipWithError("unstable");
         });
     turns.count(double(vessel.mesh.cells.size()));
-    std::vector<Vec3d> places(vessel.parts.places.size());
+    std::vector<Vec3d> positions(vessel.parts.positions.size());
     const auto change = [&](const PbdBody& b) {
-        b.get_positions(places);
-        return volume_change(vessel.parts, places);
+        b.get_positions(positions);
+        return volume_change(vessel.parts, positions);
     };
     state.counters["steps/s"] =
         1e9 / (state.counters["ns/item"].value * double(vessel.mesh.cells.size()));
@@ -132,7 +132,7 @@ void pbd_vessel_lasting(benchmark::State& state) {
     const VolumeChange with = change(*body);
     state.counters["mean_%"] = 100 * with.mean;
     state.counters["largest_%"] = 100 * with.largest;
-    const Vec3d p = places[std::size_t(kVessel.node(0, 0, kVessel.along / 2))];
+    const Vec3d p = positions[std::size_t(kVessel.node(0, 0, kVessel.along / 2))];
     state.counters["inner_radius_mm"] = std::hypot(p.x, p.y);
 }
 BENCHMARK(pbd_vessel_lasting)

@@ -56,8 +56,8 @@ CutSurface parse_cut(const std::string& text) {
 
 CarveTool parse_carve(const std::string& text) {
     const std::string expected = "X,Y,Z[;X,Y,Z]:R in LPS mm";
-    const auto [places, radius] = halves_of(text, "--carve", expected);
-    const std::vector<Vec3d> points = parse_points(places, "--carve");
+    const auto [positions, radius] = halves_of(text, "--carve", expected);
+    const std::vector<Vec3d> points = parse_points(positions, "--carve");
     const double radius_mm = parse_numbers(radius, ',', 1, "--carve")[0];
     if (points.size() > 2 || !(radius_mm > 0))
         throw CLI::ValidationError("--carve", "expected " + expected + ", found '" + text + "'");

@@ -176,32 +176,32 @@ std::vector<Contestant> contestants_of(const Case& c, const ChainGraph& graph,
 }
 
 std::vector<Vec3d> places_of(const Contestant& contestant, std::int32_t count) {
-    std::vector<Vec3d> places;
-    places.reserve(std::size_t(count));
-    for (std::int32_t e = 0; e < count; ++e) places.push_back(contestant.displacement(e));
-    return places;
+    std::vector<Vec3d> positions;
+    positions.reserve(std::size_t(count));
+    for (std::int32_t e = 0; e < count; ++e) positions.push_back(contestant.displacement(e));
+    return positions;
 }
 
 Verdict judge(const Case& c, const ChainGraph& graph, const Contestant& contestant,
               std::span<const Vec3d> exact) {
     Verdict verdict;
     contestant.reset();
-    std::vector<Vec3d> places(std::size_t(graph.element_count()), Vec3d{0, 0, 0});
+    std::vector<Vec3d> positions(std::size_t(graph.element_count()), Vec3d{0, 0, 0});
     for (const Vec3d step : c.steps) {
         verdict.complete &= contestant.push(step);
         std::vector<Vec3d> next = places_of(contestant, graph.element_count());
         for (std::size_t e = 0; e < next.size(); ++e)
-            verdict.moved_elements += norm(next[e] - places[e]) > kNoticed;
-        places = std::move(next);
+            verdict.moved_elements += norm(next[e] - positions[e]) > kNoticed;
+        positions = std::move(next);
     }
-    verdict.links = check_links(graph, places, kNoticed);
+    verdict.links = check_links(graph, positions, kNoticed);
     std::int64_t away = 0;
     double sum = 0;
-    for (std::size_t e = 0; e < places.size(); ++e) {
-        const double distance = norm(places[e] - exact[e]);
+    for (std::size_t e = 0; e < positions.size(); ++e) {
+        const double distance = norm(positions[e] - exact[e]);
         verdict.max_distance = std::max(verdict.max_distance, distance);
         sum += distance;
-        away += norm(places[e]) > kNoticed || norm(exact[e]) > kNoticed;
+        away += norm(positions[e]) > kNoticed || norm(exact[e]) > kNoticed;
     }
     verdict.mean_distance = away > 0 ? sum / double(away) : 0;
     return verdict;
@@ -289,10 +289,10 @@ std::string compare(const BenchOptions& o, const TaskArena& arena, bool heteroge
     const Contestant exact = graph_contestant(c, *graph, arena);
     for (const Vec3d step : c.steps)
         if (!exact.push(step)) return "bench: the exact solver did not apply the push";
-    const std::vector<Vec3d> places = places_of(exact, graph->element_count());
+    const std::vector<Vec3d> positions = places_of(exact, graph->element_count());
     if (!o.json) print_heading(o, c);
     for (const Contestant& contestant : contestants)
-        print(o, c, contestant, judge(c, *graph, contestant, places));
+        print(o, c, contestant, judge(c, *graph, contestant, positions));
     return {};
 }
 

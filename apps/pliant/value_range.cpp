@@ -68,11 +68,11 @@ template <class T>
 std::array<double, kRankCount> values_of_ranks(const VoxelArray<T>& voxels,
                                                const std::array<std::uint64_t, kRankCount>& ranks) {
     const auto upper = count_upper(voxels);
-    std::array<Place, kRankCount> places;
+    std::array<Place, kRankCount> positions;
     std::map<std::size_t, std::vector<std::uint64_t>> lower;
     for (std::size_t r = 0; r < kRankCount; ++r) {
-        places[r] = find_rank(upper, ranks[r]);
-        lower[places[r].half];
+        positions[r] = find_rank(upper, ranks[r]);
+        lower[positions[r].half];
     }
     if constexpr (sizeof(T) > 2) {
         std::vector<std::uint64_t*> tables(kHalves);
@@ -89,9 +89,9 @@ std::array<double, kRankCount> values_of_ranks(const VoxelArray<T>& voxels,
     }
     std::array<double, kRankCount> values{};
     for (std::size_t r = 0; r < kRankCount; ++r) {
-        auto key = std::uint32_t(places[r].half << 16);
+        auto key = std::uint32_t(positions[r].half << 16);
         if constexpr (sizeof(T) > 2)
-            key |= std::uint32_t(find_rank(lower[places[r].half], places[r].rank).half);
+            key |= std::uint32_t(find_rank(lower[positions[r].half], positions[r].rank).half);
         values[r] = value_of(key, T{});
     }
     return values;

@@ -85,11 +85,11 @@ Status Frames::add(const CatheterScene& scene) {
     const auto name = [&](const char* what, const char* ending) {
         return std::string(what) + number + ending;
     };
-    const auto places = scene.wall_positions();
-    std::vector<Vec3d> moved = places;
+    const auto positions = scene.wall_positions();
+    std::vector<Vec3d> moved = positions;
     for (std::size_t n = 0; n < moved.size(); ++n)
-        moved[n] = places[n] - scene.wall().mesh.nodes_mm[n];
-    const TetMesh wall{places, scene.wall().mesh.cells};
+        moved[n] = positions[n] - scene.wall().mesh.nodes_mm[n];
+    const TetMesh wall{positions, scene.wall().mesh.cells};
     const TriangleMesh ghost{scene.ghost_positions(), scene.wall().ghost.cells};
     m_wall.push_back({time, name("wall", ".vtu")});
     m_ghost.push_back({time, name("ghost", ".vtp")});

@@ -251,13 +251,13 @@ void add_subsequent(Page& page, const TaskArena& arena) {
     Scenario s = cube_scenario(settings, arena);
     s.push({kFace_mm, kThesisPush_mm});
     std::vector<Image> pictures{relief(s, "one push", arena)};
-    const std::pair<const char*, Vec3d> places[] = {{"the middle again", {0, 0, 0}},
-                                                    {"upper left", {-7, 0, 7}},
-                                                    {"farther to the upper left", {-14, 0, 9}}};
+    const std::pair<const char*, Vec3d> positions[] = {{"the middle again", {0, 0, 0}},
+                                                       {"upper left", {-7, 0, 7}},
+                                                       {"farther to the upper left", {-14, 0, 9}}};
     std::vector<std::vector<std::string>> rows{{"the middle",
                                                 text_of(s.reports[0].step_fraction, 3),
                                                 text_of(s.reports[0].moved_elements)}};
-    for (const auto& [name, away] : places) {
+    for (const auto& [name, away] : positions) {
         const PushReport& report = s.push({kFace_mm + away + Vec3d{0, 1, 0}, kThesisPush_mm});
         rows.push_back({name, text_of(report.step_fraction, 3), text_of(report.moved_elements)});
     }

@@ -80,7 +80,7 @@ Colour colour_of(Rgb8 c) {
 
 ColourStatistics measure_colours(const Image& image, double field) {
     std::vector<Colour> colours;
-    std::vector<std::array<int, 2>> places;
+    std::vector<std::array<int, 2>> positions;
     std::int64_t clipped = 0;
     const auto at = [&](int i, int j) {
         return image.pixels[std::size_t(j) * std::size_t(image.width) + std::size_t(i)];
@@ -91,7 +91,7 @@ ColourStatistics measure_colours(const Image& image, double field) {
             const double v = (2 * j + 1.0 - image.height) / image.height;
             if (u * u + v * v > field * field || value_of_pixel(at(i, j)) < 0.15) continue;
             colours.push_back(colour_of(at(i, j)));
-            places.push_back({i, j});
+            positions.push_back({i, j});
             clipped += value_of_pixel(at(i, j)) >= 250 / 255.0;
         }
     const auto median_of = [&](double Colour::*quantity) {
@@ -108,7 +108,7 @@ ColourStatistics measure_colours(const Image& image, double field) {
     const GreenAround green(image);
     std::int64_t highlights = 0;
     for (std::size_t n = 0; n < colours.size(); ++n) {
-        const auto [i, j] = places[n];
+        const auto [i, j] = positions[n];
         highlights += value_of_pixel(at(i, j)) >= 0.8 &&
                       colours[n].saturation < 0.75 * s.median.saturation &&
                       at(i, j).g >= 1.15 * green.mean(i, j);

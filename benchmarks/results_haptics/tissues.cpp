@@ -72,11 +72,11 @@ class PbdBlock {
                                                      .poisson_ratio = 0.4}));
         const Vec3d middle{0.02, 0.02, 0.04};
         std::size_t top = 0;
-        for (std::size_t n = 0; n < parts.places.size(); ++n) {
-            if (parts.places[n].z < 1e-9) parts.inverse_masses[n] = 0;
-            if (norm(parts.places[n] - middle) < norm(parts.places[top] - middle)) top = n;
+        for (std::size_t n = 0; n < parts.positions.size(); ++n) {
+            if (parts.positions[n].z < 1e-9) parts.inverse_masses[n] = 0;
+            if (norm(parts.positions[n] - middle) < norm(parts.positions[top] - middle)) top = n;
         }
-        surface = parts.places[top];
+        surface = parts.positions[top];
         const auto node = std::int32_t(top);
         parts.attachments.push_back({.nodes = {node, node, node, node},
                                      .weights = {1, 0, 0, 0},

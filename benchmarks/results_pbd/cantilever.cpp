@@ -26,8 +26,8 @@ double sag_of_solids(int along, int across, const TaskArena& arena) {
                                                             .solids = true,
                                                             .young_modulus = kCantilever.young,
                                                             .poisson_ratio = kCantilever.nu}));
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        if (parts.places[n].x == 0) parts.inverse_masses[n] = 0;
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        if (parts.positions[n].x == 0) parts.inverse_masses[n] = 0;
     auto body = value_of(PbdBody::create(parts, {.time_step = 0.005,
                                                  .sub_steps = 250 * across,
                                                  .gravity = {0, 0, -kCantilever.gravity},
@@ -36,9 +36,9 @@ double sag_of_solids(int along, int across, const TaskArena& arena) {
     must(body.step(40, arena));
     double sum = 0;
     int count = 0;
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        if (std::abs(parts.places[n].x - 0.2) < 1e-9) {
-            sum -= body.position(std::int32_t(n)).z - parts.places[n].z;
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        if (std::abs(parts.positions[n].x - 0.2) < 1e-9) {
+            sum -= body.position(std::int32_t(n)).z - parts.positions[n].z;
             ++count;
         }
     return 1e3 * sum / count;

@@ -29,8 +29,8 @@ Rgb8 scaled(Rgb8 c, double by) {
     return {byte(c.r), byte(c.g), byte(c.b)};
 }
 
-double volume_of(const TetMesh& mesh, std::span<const Vec3d> places, std::size_t cell) {
-    const auto p = [&](std::size_t n) { return places[std::size_t(mesh.cells[cell][n])]; };
+double volume_of(const TetMesh& mesh, std::span<const Vec3d> positions, std::size_t cell) {
+    const auto p = [&](std::size_t n) { return positions[std::size_t(mesh.cells[cell][n])]; };
     return dot(cross(p(1) - p(0), p(2) - p(0)), p(3) - p(0)) / 6;
 }
 
@@ -85,14 +85,14 @@ CornerValues distances_of(const TetMesh& mesh, std::span<const Vec3d> a, std::sp
     return values;
 }
 
-CornerValues displacements_of(const TetMesh& mesh, std::span<const Vec3d> places) {
-    return distances_of(mesh, places, mesh.nodes_mm);
+CornerValues displacements_of(const TetMesh& mesh, std::span<const Vec3d> positions) {
+    return distances_of(mesh, positions, mesh.nodes_mm);
 }
 
-CornerValues volume_changes_of(const TetMesh& mesh, std::span<const Vec3d> places) {
+CornerValues volume_changes_of(const TetMesh& mesh, std::span<const Vec3d> positions) {
     CornerValues values;
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
-        const double change = volume_of(mesh, places, c) / volume_of(mesh, mesh.nodes_mm, c) - 1;
+        const double change = volume_of(mesh, positions, c) / volume_of(mesh, mesh.nodes_mm, c) - 1;
         values.push_back({change, change, change, change});
     }
     return values;
@@ -202,8 +202,8 @@ void Cutaway::triangle(const std::array<Corner, 3>& t, const Shade& shade) {
         }
 }
 
-void Cutaway::wall(const TetMesh& mesh, std::span<const Vec3d> places, const CornerValues& values,
-                   const Colouring& colouring) {
+void Cutaway::wall(const TetMesh& mesh, std::span<const Vec3d> positions,
+                   const CornerValues& values, const Colouring& colouring) {
     const auto fan = [&](std::span<const Valued> corners, const Shade& shade) {
         for (std::size_t n = 2; n < corners.size(); ++n)
             triangle({corner_of(corners[0].p, corners[0].value),
@@ -214,7 +214,7 @@ void Cutaway::wall(const TetMesh& mesh, std::span<const Vec3d> places, const Cor
     for (const Face& face : boundary_of(mesh)) {
         std::array<Valued, 3> t;
         for (std::size_t n = 0; n < 3; ++n)
-            t[n] = {places[std::size_t(mesh.cells[face.cell][face.corners[n]])],
+            t[n] = {positions[std::size_t(mesh.cells[face.cell][face.corners[n]])],
                     values[face.cell][face.corners[n]]};
         std::vector<Valued> kept;
         for (std::size_t n = 0; n < 3; ++n) {
@@ -229,7 +229,7 @@ void Cutaway::wall(const TetMesh& mesh, std::span<const Vec3d> places, const Cor
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
         std::vector<Valued> behind, before, cut;
         for (std::size_t n = 0; n < 4; ++n) {
-            const Valued corner{places[std::size_t(mesh.cells[c][n])], values[c][n]};
+            const Valued corner{positions[std::size_t(mesh.cells[c][n])], values[c][n]};
             (before_cut(corner.p) <= 0 ? behind : before).push_back(corner);
         }
         // In an order in which neighbours differ in one corner, so that it is a polygon.
@@ -241,19 +241,19 @@ void Cutaway::wall(const TetMesh& mesh, std::span<const Vec3d> places, const Cor
             }
         fan(cut, [&](double value, double) { return colouring(value); });
     }
-    const auto edge = cut_edge(mesh, places);
+    const auto edge = cut_edge(mesh, positions);
     m_edges.insert(m_edges.end(), edge.begin(), edge.end());
 }
 
 std::vector<std::array<Point2, 2>> Cutaway::cut_edge(const TetMesh& mesh,
-                                                     std::span<const Vec3d> places) const {
+                                                     std::span<const Vec3d> positions) const {
     std::vector<std::array<Point2, 2>> edges;
     for (const Face& face : boundary_of(mesh)) {
         std::vector<Point2> ends;
         for (std::size_t n = 0; n < 3; ++n) {
             const auto& cell = mesh.cells[face.cell];
-            const Valued a{places[std::size_t(cell[face.corners[n]])], 0};
-            const Valued b{places[std::size_t(cell[face.corners[(n + 1) % 3]])], 0};
+            const Valued a{positions[std::size_t(cell[face.corners[n]])], 0};
+            const Valued b{positions[std::size_t(cell[face.corners[(n + 1) % 3]])], 0};
             const double u = before_cut(a.p), v = before_cut(b.p);
             if ((u <= 0) == (v <= 0)) continue;
             const Vec3d p = between(a, b, u, v).p;
@@ -269,18 +269,18 @@ bool Cutaway::is_seen(Point2 p) const {
            p.y <= m_camera.high.y;
 }
 
-void Cutaway::outline(const TetMesh& mesh, std::span<const Vec3d> places) {
-    m_outline = cut_edge(mesh, places);
+void Cutaway::outline(const TetMesh& mesh, std::span<const Vec3d> positions) {
+    m_outline = cut_edge(mesh, positions);
 }
 
-void Cutaway::wire(std::span<const Vec3d> places, double radius_mm, Rgb8 colour) {
+void Cutaway::wire(std::span<const Vec3d> positions, double radius_mm, Rgb8 colour) {
     constexpr double kStep_mm = 0.1;
     const double scale = m_camera.px_per_mm * kSamples, radius = radius_mm * scale;
-    for (std::size_t n = 1; n < places.size(); ++n) {
-        const Vec3d along = places[n] - places[n - 1];
+    for (std::size_t n = 1; n < positions.size(); ++n) {
+        const Vec3d along = positions[n] - positions[n - 1];
         const int count = std::max(1, int(norm(along) / kStep_mm));
         for (int k = 0; k <= count; ++k) {
-            const Corner c = corner_of(places[n - 1] + (double(k) / count) * along, 0);
+            const Corner c = corner_of(positions[n - 1] + (double(k) / count) * along, 0);
             for (int y = int(c.y - radius); y <= int(c.y + radius); ++y)
                 for (int x = int(c.x - radius); x <= int(c.x + radius); ++x) {
                     const double u = (x + 0.5 - c.x) / radius, v = (c.y - y - 0.5) / radius;

@@ -37,11 +37,11 @@ struct Camera {
 /// A value at each corner of each tetrahedron.
 using CornerValues = std::vector<std::array<double, 4>>;
 /// Displacements from rest [mm].
-CornerValues displacements_of(const TetMesh& mesh, std::span<const Vec3d> places);
+CornerValues displacements_of(const TetMesh& mesh, std::span<const Vec3d> positions);
 /// Distances of the nodes between two states [mm].
 CornerValues distances_of(const TetMesh& mesh, std::span<const Vec3d> a, std::span<const Vec3d> b);
 /// Relative changes of volume, the same at all corners.
-CornerValues volume_changes_of(const TetMesh& mesh, std::span<const Vec3d> places);
+CornerValues volume_changes_of(const TetMesh& mesh, std::span<const Vec3d> positions);
 
 using Colouring = std::function<Rgb8(double)>;
 /// Tissue that is held.
@@ -58,14 +58,14 @@ class Cutaway {
     explicit Cutaway(const Camera& camera);
 
     /// Draws the half of a wall behind the plane, and its cut.
-    void wall(const TetMesh& mesh, std::span<const Vec3d> places, const CornerValues& values,
+    void wall(const TetMesh& mesh, std::span<const Vec3d> positions, const CornerValues& values,
               const Colouring& colouring);
     /// A wire of round sections.
-    void wire(std::span<const Vec3d> places, double radius_mm, Rgb8 colour);
+    void wire(std::span<const Vec3d> positions, double radius_mm, Rgb8 colour);
     /// Draws a whole body of tetrahedra, with the edges of its surface.
     void body(const TetMesh& mesh, Rgb8 colour);
     /// Draws the edge of a wall's cut as a red line, for example at rest.
-    void outline(const TetMesh& mesh, std::span<const Vec3d> places);
+    void outline(const TetMesh& mesh, std::span<const Vec3d> positions);
     /// With axes. @param title  a line above it
     Image image(std::string_view title) const;
 
@@ -83,7 +83,7 @@ class Cutaway {
     /// Positive in front of the plane [mm].
     double before_cut(Vec3d p) const;
     std::vector<std::array<Point2, 2>> cut_edge(const TetMesh& mesh,
-                                                std::span<const Vec3d> places) const;
+                                                std::span<const Vec3d> positions) const;
 
     Camera m_camera;
     Vec3d m_right, m_up, m_toward;

@@ -40,13 +40,13 @@ Rod pressing_rod() {
                                  .damping = 50}));
 }
 
-double thinnest_of(const VesselWall& wall, std::span<const Vec3d> places) {
+double thinnest_of(const VesselWall& wall, std::span<const Vec3d> positions) {
     double thinnest = 1e9;
     const auto& rest = wall.mesh.nodes_mm;
     for (std::size_t a = 0; a < rest.size(); ++a) {
         if (!is_inner(rest[a]) || rest[a].z < 5 || rest[a].z > kLength_mm - 5) continue;
         for (std::size_t b = 0; b < rest.size(); ++b)
-            if (is_outer(rest[b])) thinnest = std::min(thinnest, norm(places[a] - places[b]));
+            if (is_outer(rest[b])) thinnest = std::min(thinnest, norm(positions[a] - positions[b]));
     }
     return thinnest;
 }
@@ -84,8 +84,8 @@ PressedVessel pressed_vessel() {
     for (PbdBend& b : vessel.parts.bends) b.stiffness = kBend;
     for (PbdVolume& v : vessel.parts.volumes) v.stiffness = kVolume;
     const double area = 2 * std::numbers::pi * (kInner_mm + kThickness_mm) * 0.75 / 40;
-    for (std::size_t n = 0; n < vessel.parts.places.size(); ++n) {
-        const Vec3d p = vessel.parts.places[n];
+    for (std::size_t n = 0; n < vessel.parts.positions.size(); ++n) {
+        const Vec3d p = vessel.parts.positions[n];
         if (p.z < 0.1 || p.z > kLength_mm - 0.1) vessel.parts.inverse_masses[n] = 0;
         if (is_outer(p))
             vessel.parts.attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
@@ -113,13 +113,13 @@ PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg
         must(contact.step(1, rod, body, arena));
     }
     PressedRun run;
-    run.wall_mm.resize(vessel.parts.places.size());
+    run.wall_mm.resize(vessel.parts.positions.size());
     body.get_positions(run.wall_mm);
     for (int n = 0; n <= kSegments; ++n) run.wire_mm.push_back(rod.position(n));
     run.change = volume_change(vessel.parts, run.wall_mm);
     count_cells(vessel.wall.mesh, run);
     for (std::size_t n = 0; n < run.wall_mm.size(); ++n)
-        run.moved_mm = std::max(run.moved_mm, norm(run.wall_mm[n] - vessel.parts.places[n]));
+        run.moved_mm = std::max(run.moved_mm, norm(run.wall_mm[n] - vessel.parts.positions[n]));
     run.thinnest_mm = thinnest_of(vessel.wall, run.wall_mm);
     return run;
 }

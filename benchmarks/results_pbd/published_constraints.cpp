@@ -41,7 +41,7 @@ double slope(std::array<Vec3d, 4> x, std::size_t node, int axis) {
 /// One violated constraint on four free particles.
 PbdParts one_constraint(Numbers& random, PbdKind kind) {
     PbdParts parts;
-    parts.places = tetrahedron(random);
+    parts.positions = tetrahedron(random);
     for (int n = 0; n < 4; ++n) parts.inverse_masses.push_back(random.real(0.2, 2));
     if (kind == PbdKind::Distance) parts.distances = {{.nodes = {0, 1}, .rest_length = 0.3}};
     if (kind == PbdKind::Bend) parts.bends = {{.nodes = {0, 1, 2, 3}, .rest_angle = 0.1}};
@@ -57,7 +57,7 @@ Cases gradient_cases() {
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
         Numbers random(seed);
         PbdParts parts;
-        parts.places = tetrahedron(random);
+        parts.positions = tetrahedron(random);
         parts.inverse_masses.assign(4, 1);
         parts.volumes = {{.nodes = {0, 1, 2, 3}, .rest_volume = 0.25, .compliance = 1e-2}};
         auto body = value_of(PbdBody::create(
@@ -97,7 +97,7 @@ Cases momentum_cases() {
             const PbdParts parts = one_constraint(random, k.kind);
             auto body = value_of(PbdBody::create(
                 parts, {.time_step = 0.1, .sub_steps = 1, .precision = PbdPrecision::Double}));
-            std::vector<Vec3d> x = parts.places;
+            std::vector<Vec3d> x = parts.positions;
             if (k.kind == PbdKind::Solid)  // at rest there would be no force
                 for (std::size_t n = 0; n < 4; ++n) {
                     x[n] = x[n] + random.vector(0.2);
@@ -141,8 +141,8 @@ Cases turned_cases() {
         const Vec3d shift = random.vector(0.1);
         for (const PbdPrecision numbers : {PbdPrecision::Double, PbdPrecision::Float}) {
             auto body = value_of(PbdBody::create(parts, {.time_step = 1e-3, .precision = numbers}));
-            for (std::size_t n = 0; n < parts.places.size(); ++n)
-                must(body.set_state(std::int32_t(n), rotated(turn, parts.places[n]) + shift,
+            for (std::size_t n = 0; n < parts.positions.size(); ++n)
+                must(body.set_state(std::int32_t(n), rotated(turn, parts.positions[n]) + shift,
                                     {0, 0, 0}));
             must(body.step(1, one_thread()));
             // Relative to the force of a strain of 1 on a tetrahedron's face.

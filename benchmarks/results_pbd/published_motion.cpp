@@ -105,7 +105,7 @@ class ChainByNewton {
 };
 
 double period_of_a_spring(int iterations) {
-    PbdParts parts{.places = {{0, 0, 0}, {1.5, 0, 0}}, .inverse_masses = {0, 1}};
+    PbdParts parts{.positions = {{0, 0, 0}, {1.5, 0, 0}}, .inverse_masses = {0, 1}};
     parts.distances = {{.nodes = {0, 1}, .rest_length = 1, .compliance = 1e-3}};
     const double step = 5e-4;
     auto body = value_of(
@@ -141,7 +141,7 @@ Cases chain_cases() {
     const Vec3d g{0, 0, -9.81};
     PbdParts parts;
     for (int n = 0; n <= kLinks; ++n) {
-        parts.places.push_back({double(n), 0, 0});
+        parts.positions.push_back({double(n), 0, 0});
         parts.inverse_masses.push_back(n == 0 ? 0 : 1);
         if (n > 0) parts.distances.push_back({.nodes = {n - 1, n}, .compliance = alpha});
     }
@@ -193,11 +193,11 @@ Cases drop_cases() {
         auto body =
             value_of(PbdBody::create(parts, {.sub_steps = c.sub_steps, .gravity = {0, 0, -10}}));
         must(body.step(600, one_thread()));
-        std::vector<Vec3d> places(parts.places.size());
-        body.get_positions(places);
-        const VolumeChange change = volume_change(parts, places);
+        std::vector<Vec3d> positions(parts.positions.size());
+        body.get_positions(positions);
+        const VolumeChange change = volume_change(parts, positions);
         double lowest = 0;
-        for (const Vec3d& p : places) lowest = std::min(lowest, p.z);
+        for (const Vec3d& p : positions) lowest = std::min(lowest, p.z);
         const std::string after = "block of 3840 tetrahedra fallen to the floor, sub-steps " +
                                   std::to_string(c.sub_steps);
         Case volume{12,

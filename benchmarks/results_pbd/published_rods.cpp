@@ -161,21 +161,22 @@ Cases arc_cases() {
                                     .damping = 20}));
     must(rod.load_moment(13, {0, 400 * per_joint, 0}));
     must(rod.step(1000));
-    double bends = 0, places = 0, aside = 0;
+    double bends = 0, positions = 0, aside = 0;
     double angle = per_joint / 2;  // the base's joint is half as long
     Vec3d place{0, 0, 0};
     for (int i = 0; i < 14; ++i) {
         const Vec3d expected{0, i == 0 ? per_joint / 2 : per_joint, 0};
         bends += std::pow(norm(rod.turn(i) - expected), 2);
         place = place + 0.1 * Vec3d{std::sin(angle), 0, std::cos(angle)};
-        places += std::pow(norm(rod.position(i + 1) - place), 2);
+        positions += std::pow(norm(rod.position(i + 1) - place), 2);
         angle += per_joint;
         aside = std::max(aside, std::abs(rod.position(i + 1).y));
     }
-    return {at_most(8, "arc of 60°, 14 segments: bends, root mean square [°]",
-                    std::sqrt(bends / 14) * 180 / pi, 0.12),
-            at_most(8, "the same: centre-line over length", std::sqrt(places / 14) / length, 1e-3),
-            at_most(8, "the same: out of its plane, over length", aside / length, 1e-4)};
+    return {
+        at_most(8, "arc of 60°, 14 segments: bends, root mean square [°]",
+                std::sqrt(bends / 14) * 180 / pi, 0.12),
+        at_most(8, "the same: centre-line over length", std::sqrt(positions / 14) / length, 1e-3),
+        at_most(8, "the same: out of its plane, over length", aside / length, 1e-4)};
 }
 
 Cases ring_cases() {

@@ -44,10 +44,10 @@ Cases overlap_cases() {
         mesh.cells.resize(20514);  // of 20520; 5898 nodes
         OverlapSearch search(mesh);
         for (const double moved : {0.0, 0.3}) {  // a second search in the same table
-            std::vector<Vec3d> places = mesh.nodes_mm;
-            for (Vec3d& p : places) p = p + random.vector(moved);
-            const auto found = search.find(places);
-            const auto expected = all_pairs(mesh, places);
+            std::vector<Vec3d> positions = mesh.nodes_mm;
+            for (Vec3d& p : positions) p = p + random.vector(moved);
+            const auto found = search.find(positions);
+            const auto expected = all_pairs(mesh, positions);
             const bool equal =
                 std::equal(found.begin(), found.end(), expected.begin(), expected.end());
             // Number of pairs both found and expected; zero would be no test.

@@ -113,7 +113,7 @@ Cases tube_cases() {
         for (int k = 0; k < 2; ++k)
             for (int a = 0; a < kAround; ++a) {
                 nodes.push_back(a + layer * k);
-                const Vec3d out = parts.places[std::size_t(nodes.back())];
+                const Vec3d out = parts.positions[std::size_t(nodes.back())];
                 const double area = 2 * inner * std::sin(std::numbers::pi / kAround) * height / 2;
                 forces.push_back((pressure * area / inner) * Vec3d{out.x, out.y, 0});
             }

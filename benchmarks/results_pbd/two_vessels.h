@@ -17,17 +17,18 @@
 namespace pliant::results {
 
 /// Without bounding boxes, so that nothing can be missed.
-inline std::vector<NodeInCell> all_pairs(const TetMesh& mesh, std::span<const Vec3d> places) {
+inline std::vector<NodeInCell> all_pairs(const TetMesh& mesh, std::span<const Vec3d> positions) {
     std::vector<NodeInCell> found;
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
         const auto& cell = mesh.cells[c];
-        const Vec3d o = places[std::size_t(cell[0])];
+        const Vec3d o = positions[std::size_t(cell[0])];
         Mat3d edges{};
-        for (std::size_t n = 0; n < 3; ++n) edges.columns[n] = places[std::size_t(cell[n + 1])] - o;
+        for (std::size_t n = 0; n < 3; ++n)
+            edges.columns[n] = positions[std::size_t(cell[n + 1])] - o;
         if (!(std::abs(determinant(edges)) > 0)) continue;
         const Mat3d inverse = pliant::inverse(edges);
-        for (std::size_t n = 0; n < places.size(); ++n) {
-            const Vec3d beta = inverse * (places[n] - o);
+        for (std::size_t n = 0; n < positions.size(); ++n) {
+            const Vec3d beta = inverse * (positions[n] - o);
             if (beta.x >= 0 && beta.y >= 0 && beta.z >= 0 && beta.x + beta.y + beta.z <= 1 &&
                 std::count(cell.begin(), cell.end(), std::int32_t(n)) == 0)
                 found.push_back({std::int32_t(c), std::int32_t(n)});

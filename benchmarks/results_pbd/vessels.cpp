@@ -41,7 +41,7 @@ constexpr double kPush_mm = 4;
 const LegendEntry kAtRest{"edge of the cut at rest", {kRed, 1.4}};
 
 /// A cut across the vessel's middle, coloured by changes of volume.
-Image across(const Tube& tube, const TetMesh& mesh, const std::vector<Vec3d>& places,
+Image across(const Tube& tube, const TetMesh& mesh, const std::vector<Vec3d>& positions,
              std::string_view title) {
     Cutaway cutaway({.right = 0,
                      .up = 1,
@@ -51,13 +51,14 @@ Image across(const Tube& tube, const TetMesh& mesh, const std::vector<Vec3d>& pl
                      .cut_mm = 0.51 * tube.length,
                      .tick_mm = 5,
                      .bar_mm = 2});
-    cutaway.wall(mesh, places, volume_changes_of(mesh, places), signed_to(kFull_percent / 100));
+    cutaway.wall(mesh, positions, volume_changes_of(mesh, positions),
+                 signed_to(kFull_percent / 100));
     cutaway.outline(mesh, mesh.nodes_mm);
     return cutaway.image(title);
 }
 
 /// A cut along the vessel, beside the nodes in the plane of its axis.
-Image along(const TetMesh& mesh, const std::vector<Vec3d>& places, const CornerValues& values,
+Image along(const TetMesh& mesh, const std::vector<Vec3d>& positions, const CornerValues& values,
             double largest_mm, std::string_view title) {
     Cutaway cutaway({.right = 2,
                      .up = 0,
@@ -67,15 +68,15 @@ Image along(const TetMesh& mesh, const std::vector<Vec3d>& places, const CornerV
                      .cut_mm = 0.3,
                      .tick_mm = 5,
                      .bar_mm = 5});
-    cutaway.wall(mesh, places, values, shaded_to(largest_mm));
+    cutaway.wall(mesh, positions, values, shaded_to(largest_mm));
     cutaway.outline(mesh, mesh.nodes_mm);
     return cutaway.image(title);
 }
 
 std::vector<Vec3d> places_of(const PbdBody& body) {
-    std::vector<Vec3d> places(std::size_t(body.particle_count()));
-    body.get_positions(places);
-    return places;
+    std::vector<Vec3d> positions(std::size_t(body.particle_count()));
+    body.get_positions(positions);
+    return positions;
 }
 
 /// Forces of a pressure of 1 on the inner nodes at rest.
@@ -87,7 +88,7 @@ void press(const Tube& tube, const PbdParts& parts, double pressure, PbdBody& bo
     for (int k = 0; k <= tube.along; ++k)
         for (int a = 0; a < tube.around; ++a) {
             const std::int32_t n = tube.node(a, 0, k);
-            const Vec3d p = parts.places[std::size_t(n)];
+            const Vec3d p = parts.positions[std::size_t(n)];
             nodes.push_back(n);
             forces.push_back((pressure * area / tube.inner) * Vec3d{p.x, p.y, 0});
         }
@@ -105,11 +106,11 @@ Image with_legend(std::span<const Image> pictures, const Image& bar) {
 struct Radii {
     double inner = 0, outer = 0;
 };
-Radii radii_of(const Tube& tube, const std::vector<Vec3d>& places) {
+Radii radii_of(const Tube& tube, const std::vector<Vec3d>& positions) {
     Radii radii;
     for (int a = 0; a < tube.around; ++a) {
-        const Vec3d p = places[std::size_t(tube.node(a, 0, tube.along / 2))];
-        const Vec3d q = places[std::size_t(tube.node(a, tube.across, tube.along / 2))];
+        const Vec3d p = positions[std::size_t(tube.node(a, 0, tube.along / 2))];
+        const Vec3d q = positions[std::size_t(tube.node(a, tube.across, tube.along / 2))];
         radii.inner += std::hypot(p.x, p.y) / tube.around;
         radii.outer += std::hypot(q.x, q.y) / tube.around;
     }
@@ -179,7 +180,7 @@ struct Push {
                 // Surrounding tissue: outer nodes are attached to their rest positions.
                 const std::int32_t outer = tube.node(a, tube.across, k);
                 parts.attachments.push_back({.nodes = {outer, 0, 0, 0},
-                                             .target = parts.places[std::size_t(outer)],
+                                             .target = parts.positions[std::size_t(outer)],
                                              .compliance = 5e-3});
                 const std::int32_t inner = tube.node(a, 0, k);
                 if (norm(mesh.nodes_mm[std::size_t(inner)] - tip) < 2.5) pushed.push_back(inner);
@@ -188,9 +189,9 @@ struct Push {
 };
 
 struct PushRun {
-    std::vector<std::vector<Vec3d>> places;  ///< after each millimetre
-    std::vector<bool> is_held;               ///< [tetrahedron]
-    double share = 1, ms = 0;                ///< active tetrahedra; processor time
+    std::vector<std::vector<Vec3d>> positions;  ///< after each millimetre
+    std::vector<bool> is_held;                  ///< [tetrahedron]
+    double share = 1, ms = 0;                   ///< active tetrahedra; processor time
 };
 /// @param reach  of the boxes; 0: the whole wall moves
 PushRun run_push(const Push& push, double reach, const TaskArena& arena) {
@@ -210,7 +211,7 @@ PushRun run_push(const Push& push, double reach, const TaskArena& arena) {
             must(body.set_state(n, p + Vec3d{kPush_mm * step / 256, 0, 0}, {0, 0, 0}));
         }
         run.ms += processor_ms_of([&] { must(body.step(1, arena)); });
-        if (step % 64 == 0) run.places.push_back(places_of(body));
+        if (step % 64 == 0) run.positions.push_back(places_of(body));
     }
     return run;
 }
@@ -223,23 +224,25 @@ double farthest_of(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
 
 void draw_push(Page& page, const Push& push, const PushRun& all, const PushRun& local) {
     std::vector<Image> frames;
-    for (std::size_t n = 0; n < all.places.size(); ++n)
-        frames.push_back(along(push.mesh, all.places[n], displacements_of(push.mesh, all.places[n]),
-                               kPush_mm, "pushed by " + text_of(std::int64_t(n + 1)) + " mm"));
+    for (std::size_t n = 0; n < all.positions.size(); ++n)
+        frames.push_back(along(push.mesh, all.positions[n],
+                               displacements_of(push.mesh, all.positions[n]), kPush_mm,
+                               "pushed by " + text_of(std::int64_t(n + 1)) + " mm"));
     page.picture("push-all", "the pushed vessel cut open, all of it active",
                  with_legend(frames, shade_bar(kPush_mm, 0, "displacement [mm]")));
-    CornerValues moved = displacements_of(push.mesh, local.places.back());
+    CornerValues moved = displacements_of(push.mesh, local.positions.back());
     for (std::size_t c = 0; c < moved.size(); ++c)
         if (local.is_held[c]) moved[c].fill(std::numeric_limits<double>::quiet_NaN());
     constexpr double kFull_um = 100;
     const LegendEntry entries[] = {kAtRest, {"held", {kHeld, 1}, LegendEntry::Mark::Box}};
     const Image left[] = {
-        along(push.mesh, local.places.back(), moved, kPush_mm, "boxes within 12 mm"),
+        along(push.mesh, local.positions.back(), moved, kPush_mm, "boxes within 12 mm"),
         shade_bar(kPush_mm, 0, "displacement [mm]")};
-    const Image right[] = {along(push.mesh, local.places.back(),
-                                 distances_of(push.mesh, all.places.back(), local.places.back()),
-                                 kFull_um / 1000, "difference from all active"),
-                           shade_bar(kFull_um, 0, "distance [µm]")};
+    const Image right[] = {
+        along(push.mesh, local.positions.back(),
+              distances_of(push.mesh, all.positions.back(), local.positions.back()),
+              kFull_um / 1000, "difference from all active"),
+        shade_bar(kFull_um, 0, "distance [µm]")};
     const Image both[] = {column_of(left), column_of(right)};
     const Image parts[] = {row_of(both), legend_of(entries, 600)};
     page.picture("push-local", "boxes within 12 mm active, and the difference from all",
@@ -271,10 +274,10 @@ void add_pressure(Page& page, const TaskArena& arena) {
         for (const double pressure : pressures) {
             press(tube, parts, pressure, body);
             must(body.step(128, arena));
-            const std::vector<Vec3d> places = places_of(body);
-            pictures.push_back(across(tube, mesh, places, text_of(pressure, 0) + " Pa"));
-            const VolumeChange change = volume_change(all, places);
-            const Radii radii = radii_of(tube, places);
+            const std::vector<Vec3d> positions = places_of(body);
+            pictures.push_back(across(tube, mesh, positions, text_of(pressure, 0) + " Pa"));
+            const VolumeChange change = volume_change(all, positions);
+            const Radii radii = radii_of(tube, positions);
             rows.push_back({volumes ? "with" : "without", text_of(pressure, 0),
                             text_of(radii.inner, 2), text_of(radii.outer - radii.inner, 2),
                             text_of(100 * change.total, 3), text_of(100 * change.mean, 3),
@@ -309,7 +312,7 @@ void add_push(Page& page, const TaskArena& arena) {
         {"all", "100", "", "", text_of(all.ms / 256, 2), "1"}};
     for (const double reach : {2.0, 6.0, 12.0, 18.0}) {
         const PushRun local = run_push(push, reach, arena);
-        const double largest = farthest_of(local.places.back(), all.places.back());
+        const double largest = farthest_of(local.positions.back(), all.positions.back());
         if (reach == 12) draw_push(page, push, all, local);
         rows.push_back({text_of(reach, 0), text_of(100 * local.share, 1), text_of(largest, 3),
                         text_of(100 * largest / kPush_mm, 1), text_of(local.ms / 256, 2),

@@ -7,8 +7,8 @@
 //   ───────┴───────────────────────────────┴──────  y = 20 mm, the wall
 //             4 mm deep, 6 mm wide (z)
 //
-// The shape bounds what a tool takes hold of; the sphere around it bounds the search. Each of the
-// library's tissues understands it.
+// The shape contains the elements that the tool grabs; a sphere around it bounds the search. Each
+// of the library's tissues understands it.
 //
 //   own_tool            prints how much each push moved
 //   own_tool --check    and exits with 1 if elements beside the spatula were taken

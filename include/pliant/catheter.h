@@ -5,11 +5,14 @@
 // of tetrahedra, and contact is solved within its Newton steps. With `local`, only the boxes of the
 // wall near the wire move.
 //
+// @code
 //   auto wall = wall_around_centreline(centreline, {.thickness_mm = 1.5}, arena);
 //   auto scene = CatheterScene::create(*wall, {.entry = entry_at(wall->ends[1])});
 //   scene->command({.insert_mm_s = 50, .bend_first_deg = 20});
-//   scene->step(1000, arena);                                  // of a millisecond each
-//   scene->measures().force_n, scene->wire_positions(), scene->wall_positions()
+//   scene->step(1000, arena);                  // of a millisecond each
+//   double force_n = scene->measures().force_n;
+//   draw(scene->wire_positions(), scene->wall_positions());
+// @endcode
 //
 // docs/vessel.md has the model, its limits, and `pliant vessel`.
 
@@ -207,9 +210,11 @@ class WayPilot {
 // `reach_mm`. The deformation is a control lattice (resample.h), so the deformed volume, its
 // fields and pictures come as with every tissue.
 //
+// @code
 //   auto carried = CarriedScan::create(volume, wall.mesh, {}, arena);
 //   carried->update(scene.wall_positions());
 //   Result<Deformed> deformed = deform_volume(carried->scan());
+// @endcode
 
 struct CarriedScanSettings {
     double reach_mm = 20;  ///< distance from the wall's nodes
@@ -245,9 +250,11 @@ class CarriedScan {
 // The scene file of `pliant vessel` and `pliant serve`, and the construction of its scene.
 // docs/vessel.md lists its keys.
 //
+// @code
 //   auto file = read_vessel_file("aorta.toml");
 //   auto made = make_vessel(*file, arena);
 //   auto scene = CatheterScene::create(std::move(made->wall), made->settings);
+// @endcode
 //
 // If memory runs out, functions return LimitExceeded.
 
@@ -306,7 +313,12 @@ Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena) n
 
 /// Plays the acts of a scene file in order:
 ///
-///   while (script.next(scene, command)) { scene.command(command); scene.step(1, arena); }
+/// @code
+///   while (script.next(scene, command)) {
+///       scene.command(command);
+///       scene.step(1, arena);
+///   }
+/// @endcode
 /// Thread safety: concurrent reads.
 class VesselScript {
   public:

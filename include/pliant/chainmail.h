@@ -17,9 +17,11 @@
 // Calls that return a Result or Status don't throw. An error, LimitExceeded for lack of memory
 // included, leaves displacements, history, settings and a drag unchanged.
 //
+// @code
 //   const TaskArena arena;
 //   auto tissue = ChainMail::create(volume, {}, arena);
 //   auto report = tissue->push({.point_mm = {-13.5, 116, -421}, .push_mm = {6, 0, 0}});
+// @endcode
 
 #pragma once
 
@@ -81,7 +83,7 @@ class ChainMail final : public MovingScan {
     /// @param reach_mm  expected length of the drag along each axis, 0…500; multiplied by the scale
     ///                  setting. A longer drag repeats the precomputation on the way.
     /// @returns InvalidArgument that names reach_mm, or an error of push
-    Result<GrabReport> grab(const Push& place, double reach_mm);
+    Result<GrabReport> grab(const Push& at, double reach_mm);
     /// Grabs the given elements.
     Result<GrabReport> grab_elements(std::span<const Vec3i> elements, double reach_mm);
     /// Moves the grabbed elements to an offset from their positions when grabbed [mm, LPS],

@@ -5,10 +5,12 @@
 // models. Small displacements of isotropic, possibly mixed materials on 8-node hexahedra;
 // docs/fem.md has the equations.
 //
+// @code
 //   ElasticSolid solid{hex_mesh({.size = {10, 10, 10}}), {{.young_modulus_pa = 6e5,
 //                                                          .poisson_ratio = 0.45}}};
 //   auto solver = ElasticSolver::create(solid, supports, {}, arena);   // assembles, factors
 //   auto at_rest = solver->solve({.forces = {{node, {0, 0, -10}}}});   // quick, again and again
+// @endcode
 //
 // Lengths are in mm, moduli and stresses in Pa, forces in N.
 

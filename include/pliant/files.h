@@ -4,10 +4,12 @@
 // Atomic output of several files. Each file is written to a temporary folder beside its target. All
 // are renamed once everything is written and synced to the disk.
 //
-//     StagedFiles files;
-//     const auto picture = files.stage("view.png");         // .pliant-out-Xa81Qe/0/view.png
-//     …                                                     // write to it
-//     const Status done = files.commit();                   // view.png
+// @code
+//   StagedFiles files;
+//   const auto picture = files.stage("view.png");  // .pliant-out-Xa81Qe/0/view.png
+//   if (!picture || !render(*picture).ok()) return;
+//   const Status done = files.commit();            // view.png
+// @endcode
 //
 // A process that is killed leaves old or new files, and a temporary folder. The next process that
 // stages a file there removes the folder, or completes an interrupted commit. Temporary folders of

@@ -5,10 +5,12 @@
 // [Choi2004, 3.2]. The reference consists of displacements of the network's nodes under some loads,
 // computed by finite elements (fit.h) or measured.
 //
-//   auto box = fit_box({.young_modulus_pa = 6e5, .poisson_ratio = 0.45, …}, arena);
+// @code
+//   auto box = fit_box({.young_modulus_pa = 6e5, .poisson_ratio = 0.45}, arena);
 //   auto found = fit(box->problem, GaussNewton{}, arena);
-//   found->values[0]                    // stiffness of the first group
-//   found->at.cases[0].average_percent  // distance of nodes from the reference
+//   double stiffness = found->values[0];                        // of the first group
+//   double distance = found->at.cases[0].average_percent;       // of nodes from the reference
+// @endcode
 //
 // The parameters are one value per group. It multiplies the stiffness, bulk and damping that the
 // parts give for the group's links, cells and nodes. All methods search over the logarithms of the

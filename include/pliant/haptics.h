@@ -275,10 +275,12 @@ class ChainMailFeel {
 
 // A simulated force-feedback device and a simulated hand, for tests of stability without hardware.
 //
+// @code
 //   VirtualDevice device({.damping_n_s_m = 0.5, .hand = active_hand({0, 0, 2}, 10)});
 //   run_haptics(device, {.settings = {.max_stiffness_n_m = 800}, .update_periods = 33},
-//               60'000, [](Vec3d tool_mm) { return model_of_contact(…); });
-//   device.passivity_j();                            // never below 0: the hand gains no energy
+//               60'000, [](Vec3d tool_mm) { return model_of_contact(tool_mm); });
+//   double energy_j = device.passivity_j();          // never below 0: the hand gains no energy
+// @endcode
 //
 // The device is one mass with viscous and Coulomb friction, isotropic. The servo sees its position
 // quantised by the encoder, and holds its force for a period [Colgate1997, Abbott2005].
@@ -365,11 +367,13 @@ HapticState run_haptics(VirtualDevice& device, const HapticRun& run, std::int64_
 
 // The servo thread, and the devices that it can run.
 //
+// @code
 //   auto device = open_haptic_device("virtual:active");          // or "./libmaker.so"
 //   auto servo = HapticServo::start(std::move(*device), {});
 //   // 30 times a second:
 //   (*servo)->post(*checked_model(model, (*servo)->largest_stiffness_n_m()));
 //   const HapticRecord now = (*servo)->latest();  // position of the tool, and its force
+// @endcode
 //
 // The thread takes no lock, doesn't allocate and prints nothing. Models reach it by one atomic
 // exchange. It writes its records to a ring that every thread may read.

@@ -4,11 +4,12 @@
 // Materials of a ChainMail: the limits that elements set for the links around them, by voxel value,
 // by label, or by direction.
 //
-//   auto labels = std::make_shared<const Volume>(…);  // same grid as the scan
+// @code
 //   ChainMailSettings settings;
-//   settings.labels = labels;
+//   settings.labels = std::make_shared<const Volume>(label_map);  // same grid as the scan
 //   settings.label_materials = {{.values = {7}, .law = LabelLaw::Immobile},
 //                               {.values = {3, 4}, .factor = {1, 0.2, 0.2}}};
+// @endcode
 
 #pragma once
 

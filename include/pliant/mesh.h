@@ -12,9 +12,11 @@
 //      0───────1                        4     −t: 0 3 2 1
 //                                       5     +t: 4 5 6 7
 //
+// @code
 //   const HexMesh block = hex_mesh({.size = {10, 10, 10}, .spacing_mm = {1, 1, 1}});
-//   if (const Status s = check_mesh(block); !s) …s.error().message
-//   write_vtu("block.vtu", block, {{{"displacement_mm", u}}});
+//   if (const Status s = check_mesh(block); !s.ok()) std::puts(s.error().message.c_str());
+//   write_vtu("block.vtu", block, {{{"displacement_mm", displacements}}});
+// @endcode
 
 #pragma once
 
@@ -157,9 +159,10 @@ Status write_vtu(const std::filesystem::path& path, const TriangleMesh& mesh,
 // triangles' angles. With these normals, (x − nearest)·normal has the correct sign everywhere
 // around a closed surface.
 //
+// @code
 //   const auto distance = SurfaceDistance::create(surface);   // closed, oriented
-//   if (!distance) …distance.error().message
-//   distance->signed_mm({0, 0, 0})   // negative inside
+//   if (distance) std::printf("%g\n", distance->signed_mm({0, 0, 0}));  // negative inside
+// @endcode
 
 /// Edge statistics of a triangle surface.
 struct SurfaceTopology {
@@ -223,8 +226,10 @@ class SurfaceDistance {
 // World coordinates are LPS and written as such (SPACE=LPS, as 3D Slicer does). A file that
 // declares RAS is converted. All counts of a file are checked before memory is allocated.
 //
+// @code
 //   const auto surface = read_surface("aorta.vtp");
-//   if (!surface) …surface.error().message
+//   if (!surface) std::puts(surface.error().message.c_str());
+// @endcode
 
 /// Contents of a file, as far as Pliant uses them. Polygons are split into fans of triangles.
 struct MeshData {
@@ -288,8 +293,10 @@ Status write_pvd(const std::filesystem::path& path, std::span<const SeriesFile> 
 // Self-collision of a deforming mesh: finds nodes inside of tetrahedra that don't contain them,
 // where bodies or parts of one interpenetrate. Uses spatial hashing of a grid [Teschner2003].
 //
+// @code
 //   OverlapSearch search(mesh);                  // two vessels in one mesh
-//   for (const NodeInCell& n : search.find(places)) …n.node, n.cell
+//   for (const NodeInCell& n : search.find(positions)) show(n.node, n.cell);
+// @endcode
 
 struct NodeInCell {
     std::int32_t cell, node;
@@ -304,18 +311,18 @@ class OverlapSearch {
     explicit OverlapSearch(const TetMesh& mesh);
 
     /// Returns pairs by cell, then by node, valid until the next call. A node on a face is inside;
-    /// a node with a position that isn't finite is skipped. @pre places.size() is the number of the
-    /// mesh's nodes
-    std::span<const NodeInCell> find(std::span<const Vec3d> places);
+    /// a node with a position that isn't finite is skipped. @pre positions.size() is the number of
+    /// the mesh's nodes
+    std::span<const NodeInCell> find(std::span<const Vec3d> positions);
 
   private:
     struct Entry {
         Vec3i cell;
         std::int32_t next;  ///< node with the same hash, or −1
     };
-    Vec3i cell_of(Vec3d place) const;
+    Vec3i cell_of(Vec3d position) const;
     std::size_t slot_of(Vec3i cell) const;
-    void test(std::int32_t cell, std::span<const Vec3d> places);
+    void test(std::int32_t cell, std::span<const Vec3d> positions);
 
     std::vector<std::array<std::int32_t, 4>> m_cells;
     double m_per_length = 1;
@@ -327,7 +334,7 @@ class OverlapSearch {
 
 /// Whether a position is inside of a tetrahedron or on its boundary; false if the tetrahedron is
 /// flat.
-bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners);
+bool is_inside_tetrahedron(Vec3d position, const std::array<Vec3d, 4>& corners);
 
 // Quality and boundary of tetrahedral meshes, and points embedded in them.
 
@@ -398,9 +405,11 @@ std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mes
 // All dihedral angles are between 10.7° and 164.8° for every function. Sharp edges of the solid are
 // rounded off; parts thinner than a cell may be lost.
 //
+// @code
 //   const auto ball = [](Vec3d x) { return 10 - norm(x); };
 //   const auto mesh = stuff_isosurface(ball, {.begin_mm = {-11, -11, -11}, .end_mm = {11, 11, 11},
 //                                             .cell_mm = 1}, arena);
+// @endcode
 
 /// Positive inside of the solid, zero on its surface, continuous. Called from many threads.
 using LevelFunction = std::function<double(Vec3d x_mm)>;

@@ -4,11 +4,13 @@
 // Position-based dynamics: particles and constraints, projected one after the other in small
 // sub-steps [Mueller2007, Macklin2016, Macklin2019].
 //
+// @code
 //   PbdParts parts = *pbd_of_mesh(mesh, {.density = 1000, .edge_compliance = 1e-5});
 //   parts.inverse_masses[0] = 0;                                // held
 //   auto body = PbdBody::create(std::move(parts), {.time_step = 0.005, .sub_steps = 10});
 //   body->step(100, arena);
-//   Vec3d place = body->position(7);
+//   Vec3d position = body->position(7);
+// @endcode
 //
 // Any consistent units apply. docs/pbd.md defines each constraint and its cost.
 
@@ -82,7 +84,7 @@ struct PbdPlane {
 };
 
 struct PbdParts {
-    std::vector<Vec3d> places{};           ///< rest positions
+    std::vector<Vec3d> positions{};        ///< rest positions
     std::vector<double> inverse_masses{};  ///< 0: fixed
     std::vector<PbdDistance> distances{};
     std::vector<PbdBend> bends{};
@@ -187,7 +189,7 @@ struct VolumeChange {
     double mean = 0;     ///< mean of the absolute relative changes
     double largest = 0;  ///< largest absolute relative change
 };
-/// Volume change of the parts' volumes and solids. @pre positions.size() == parts.places.size()
+/// Volume change of the parts' volumes and solids. @pre positions.size() == parts.positions.size()
 VolumeChange volume_change(const PbdParts& parts, std::span<const Vec3d> positions);
 
 /// Material for pbd_of_mesh.
@@ -216,10 +218,12 @@ TetMesh five_tet_block(Vec3i cells, double side);
 //   base ●──────●──────●──────●   nodes x₀ … x_n; segment i, from x_i to x_{i+1}, has orientation
 //         q₀     q₁     q₂        q_i, whose third axis points along it; base: x₀ and a frame
 //
+// @code
 //   auto rod = Rod::create({.segments = 50, .length = 1, .bend_stiffness = 1});
 //   rod->set_base({0, 0, 0.01}, rotation_by({0, 0, 1}));  // pushed and turned
-//   rod->steer(0.5, 0);                                // bends the rest shape of the tip
+//   rod->steer(0.5, 0);                          // bends the rest shape of the tip
 //   rod->step(100);
+// @endcode
 //
 // Any consistent units apply; docs/pbd.md has the energy.
 
@@ -277,10 +281,10 @@ class Rod {
     const RodSettings& settings() const;
 
     /// Moves the base, and the frame to which the first segment is joined.
-    Status set_base(Vec3d place, Rotation frame);
+    Status set_base(Vec3d position, Rotation frame);
     /// Holds the last node, and joins the last segment to a frame, until release_tip(). A ring is a
     /// rod with both ends held together.
-    Status hold_tip(Vec3d place, Rotation frame);
+    Status hold_tip(Vec3d position, Rotation frame);
     void release_tip();
     /// Sets the rest shape of the tip: a total bend of `angle`, towards the axis at `direction`
     /// from the first axis about the rod.
@@ -326,8 +330,10 @@ class Rod {
 //   │    │ ▒▒▒│▒▒▒ │    │   d/3 around it. Boxes near the catheter are active (▒), and so are
 //   └────┴────┴────┴────┘   their tetrahedra. The particles of other tetrahedra are held
 //
+// @code
 //   auto boxes = PbdBoxes::create(wall.mesh, {.side = 10});
-//   boxes->update(positions_of_the_rod, 2, body);      // before each step
+//   boxes->update(rod_positions, 2, body);      // before each step
+// @endcode
 //
 // Deviations from the paper: the whole catheter activates boxes, not only its tip. Particles become
 // movable gradually, and an inactive box stays awake until it has come to rest, so that motion is
@@ -356,7 +362,7 @@ class PbdBoxes {
 
     /// Wakes the boxes within reach of the positions, and lets others fall asleep. The body
     /// consists of the mesh's nodes; all are held before the first call.
-    Status update(std::span<const Vec3d> places, double reach, PbdBody& body);
+    Status update(std::span<const Vec3d> positions, double reach, PbdBody& body);
 
     /// Returns the active boxes and the particles in transition to movable.
     std::vector<std::int32_t> state() const;
@@ -364,7 +370,7 @@ class PbdBoxes {
     Status restore(std::span<const std::int32_t> state, PbdBody& body);
 
     Vec3i box_counts() const { return m_counts; }  ///< Eq. 9
-    Vec3i box_at(Vec3d place) const;               ///< clamped to the nearest box
+    Vec3i box_at(Vec3d position) const;            ///< clamped to the nearest box
     std::int32_t linear_index(Vec3i box) const;    ///< Eq. 10
     std::int32_t hash(Vec3i box) const;            ///< Eq. 12
     std::span<const std::int32_t> tetrahedra(std::int32_t linear_index) const;
@@ -379,7 +385,7 @@ class PbdBoxes {
     };
     PbdBoxes() = default;
     void mark(Vec3i box);
-    void mark_around(std::span<const Vec3d> places, double reach);
+    void mark_around(std::span<const Vec3d> positions, double reach);
     Status wake(std::size_t box, bool active, PbdBody& body);
     Status blend_in(PbdBody& body);
     void keep() noexcept;
@@ -418,11 +424,13 @@ class PbdBoxes {
 //      (══●════●═)       rod: points nearer than its radius to the ghost are separated, both sides
 //                        in proportion to their inverse masses; friction acts along the ghost
 //
+// @code
 //   auto contact = RodContact::create(wall.mesh, wall.ghost, wall.ghost_positions,
 //                                     {.radius = 0.5, .friction = 0.1});
-//   rod.set_base(…);
-//   contact->step(1, rod, body, arena);                 // instead of rod.step and body.step
-//   for (const WallTouch& t : contact->touches()) …t.force
+//   rod.set_base({0, 0, 0.01}, rotation_by({0, 0, 1}));
+//   contact->step(1, rod, body, arena);          // instead of rod.step and body.step
+//   for (const WallTouch& t : contact->touches()) show(t.force);
+// @endcode
 //
 // The rod starts in the lumen, or beyond one of its open ends.
 
@@ -438,9 +446,9 @@ struct WallTouch {
     std::int32_t segment = 0;
     double along = 0;  ///< 0 at the segment's first node, 1 at its second
     std::int32_t triangle = 0;
-    Vec3d place{0, 0, 0};   ///< on the ghost surface
-    Vec3d normal{0, 0, 0};  ///< from the wall to the rod's axis
-    Vec3d force{0, 0, 0};   ///< on the rod, including friction
+    Vec3d position{0, 0, 0};  ///< on the ghost surface
+    Vec3d normal{0, 0, 0};    ///< from the wall to the rod's axis
+    Vec3d force{0, 0, 0};     ///< on the rod, including friction
 };
 
 /// Thread safety: concurrent reads.

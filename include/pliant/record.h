@@ -5,14 +5,18 @@
 // a line of text. The default is the struct's own. Files, messages, range checks, help texts, the
 // tables of docs/ and the page's types are generated from the rows.
 //
+// @code
 //   ChainMailSettings settings;
 //   Status changed = apply({{"offset", 0.1}, {"limits", "rounded"}}, chainmail_rows(), settings);
+// @endcode
 //
 // A table is an array of rows. setting() takes the member, or the path of members to it:
 //
+// @code
 //   constexpr Setting<MySettings> kFields[] = {
 //       setting<&MySettings::stiffness_pa>({.name = "stiffness_pa", .unit = "Pa", .low = 1,
 //                                         .high = 1e9, .text = "Young's modulus"})};
+// @endcode
 
 #pragma once
 
@@ -73,6 +77,7 @@ struct SettingInfo {
     double low = -std::numeric_limits<double>::infinity();  ///< range of each number
     double high = std::numeric_limits<double>::infinity();
     bool above_low = false;      ///< whether low is excluded
+    bool below_high = false;     ///< whether high is excluded
     int count = 0;               ///< length of Numbers
     std::string_view choices{};  ///< separated by '|'
     std::string_view text{};     ///< meaning, one line

@@ -10,10 +10,12 @@
 // element by element, each within its links, its movement limit and the tools. The lattice is valid
 // after every single move, so relaxation may stop at any time:
 //
+// @code
 //   while (!closed) {
 //       draw(tissue);
 //       auto report = tissue.relax({.budget_ms = 4, .tools = {tip}, .held = touched});
 //   }
+// @endcode
 //
 // A slice continues the previous one if nothing else changed: many short slices give the same bits
 // as one long slice. docs/chainmail.md, "Relaxation", has the details.

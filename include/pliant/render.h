@@ -129,10 +129,12 @@ struct RayHit {
 /// builds the min/max bricks for empty-space skipping; a change of the threshold needs no rebuild.
 /// Keeps references: volume and arena must outlive it, at a constant address.
 ///
-///   RayCaster caster(live.volume(), arena);          // a LiveDeformation
-///   tissue.push(…);
-///   if (const auto update = live->update()) caster.update(update->boxes);
+/// @code
+///   RayCaster caster(live.volume(), arena);  // a LiveDeformation
+///   tissue.push({.point_mm = point, .push_mm = {5, 0, 0}});
+///   if (const auto update = live.update()) caster.update(update->boxes);
 ///   show(caster.endoscope_view(endoscope, 512, 512));
+/// @endcode
 /// Thread safety: concurrent reads.
 class RayCaster {
   public:

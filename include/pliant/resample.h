@@ -61,10 +61,12 @@ struct LiveUpdate {
 
 /// Incrementally updated deformed scan.
 ///
+/// @code
 ///   Result<LiveDeformation> live = LiveDeformation::create(tissue);
-///   tissue.push(…);
+///   tissue.push({.point_mm = point, .push_mm = {5, 0, 0}});
 ///   if (const Result<LiveUpdate> update = live->update())
 ///       for (const Box3i& box : update->boxes) show(live->volume(), box);
+/// @endcode
 ///
 /// The first update writes all deformed voxels. Each later one writes only the voxels that changed
 /// cells have left or entered. After any number of updates, the volume is bit-identical to
@@ -244,11 +246,12 @@ class RestField {
 
     /// Follows an update. The result is bit-identical to a new field.
     ///
+    /// @code
     ///   live.keep_sources(true);
-    ///   RestField rest(grid);  rest.update(live, everything that is deformed);
-    ///   …
-    ///   const Result<LiveUpdate> update = live.update();
-    ///   rest.update(live, update->boxes);
+    ///   auto rest = RestField::create(tissue, *deform_volume(tissue, Mapping::Cells, true));
+    ///   const Result<LiveUpdate> update = live.update();  // after a push
+    ///   rest->update(live, update->boxes);
+    /// @endcode
     ///
     /// Call it after each update of live, even one without boxes: a closed cut changes no voxel,
     /// but its tissue is raw. Another tissue of the same scan needs a new field.

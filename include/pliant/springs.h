@@ -4,10 +4,12 @@
 // Tissue as a mass-spring network that moves in time steps, by force transmittal [Choi2004] or by
 // one of three solvers for comparison.
 //
+// @code
 //   auto tissue = SpringTissue::create(std::move(*network), {.depth = 10});
-//   tissue->load(std::array{55}, std::array{Vec3d{0, 0, -10}});     // the tool's force
+//   tissue->load(std::array{55}, std::array{Vec3d{0, 0, -10}});  // the tool's force
 //   tissue->step(100, arena);
-//   Vec3d place = tissue->position(55);
+//   Vec3d position = tissue->position(55);
+// @endcode
 //
 // Force transmittal traverses the links breadth-first from the nodes in contact, to a depth of n
 // layers. In each step only these nodes move, by central differences, layer by layer:
@@ -159,9 +161,11 @@ class SpringNetwork {
 
 // Networks from lattices, meshes and scans.
 //
+// @code
 //   auto parts = springs_of_lattice({.size = {10, 10, 10}, .stiffness = {2575, 2575, 2575}});
 //   for (int n = 0; n < 100; ++n) parts->nodes[n].fixed = true;   // the bottom layer
 //   auto network = SpringNetwork::create(std::move(*parts));
+// @endcode
 //
 // For an isotropic material with Lamé constants λ and µ: a cubic lattice of spacing a, with edges
 // and face diagonals of stiffness k, has C₁₂ = C₄₄ = k/a. So k = µa, and the volume energy adds the

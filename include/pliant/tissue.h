@@ -6,13 +6,11 @@
 // A tissue of your own implements it too, and is then resampled, rendered, felt, undone, recorded,
 // replayed and served like them.
 //
-// The minimal tissue of your own (examples/own_tissue):
+// The minimal tissue of your own (examples/own_tissue) derives from NodeTissue and has
 //
-//   class Jelly final : public pliant::NodeTissue {
-//       …  volume(), deformation(), arena()   the scan, and the positions of its elements
-//       …  push(), release(), sweep()         tools, and motion by itself
-//       …  state(), set_state()               numbers for undo, files and checkpoints
-//   };
+//   volume(), deformation(), arena()   the scan, and the positions of its elements
+//   push(), release(), sweep()         tools, and motion by itself
+//   state(), set_state()               numbers for undo, files and checkpoints
 //
 // A tissue has no clock: its state depends on the calls alone, and is the same for any number of
 // threads. A call that returns an error has changed nothing. Calls come from one thread at a time.
@@ -207,10 +205,12 @@ using MakeTissue =
 // A scan deformed by springs: a network of control nodes over a region of the scan [Choi2004,
 // 4.2.2] moves by force transmittal, and the voxels are embedded in its cells.
 //
+// @code
 //   auto tissue = SpringDeformation::create(volume, {.cell_mm = 8}, arena);
-//   (*tissue)->push(1, {.point_mm = place, .push_mm = {5, 0, 0}});   // tool 1 grabs
+//   auto push = (*tissue)->push(1, {.point_mm = point, .push_mm = {5, 0, 0}});  // tool 1 grabs
 //   while (!(*tissue)->step(20)->settled) continue;
 //   Result<Deformed> deformed = deform_volume(**tissue);
+// @endcode
 //
 // A tool holds its nodes until it lets go. Time advances only in steps, so the result depends on
 // the calls alone. It is bit-identical for any number of threads.
@@ -304,13 +304,15 @@ class SpringDeformation : public MovingScan {
 // Virtual endoscopy in one call per frame [Draeger2005, 4.4]: the eye moves, tissue makes way, the
 // volume follows.
 //
+// @code
 //   auto endoscopy = EyeDeformation::create(scan, {}, arena);
 //   while (running) {
 //       auto moved = (*endoscopy)->deform(eye, wanted_eye());
-//       if (!moved) …                          // one line; nothing has changed
-//       eye = moved->eye_mm;                   // never in tissue
+//       if (!moved) break;      // moved.error(): one line; nothing has changed
+//       eye = moved->eye_mm;    // never in tissue
 //       for (const Box3i& box : moved->boxes) show((*endoscopy)->volume(), box);
 //   }
+// @endcode
 
 struct EyeSettings {
     double radius_mm = 2;   ///< sphere around the eye that stays free, above 0

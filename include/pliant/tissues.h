@@ -3,8 +3,10 @@
 
 // The library's tissues behind the interface of tissue.h.
 //
+// @code
 //   auto tissue = make_springs(scan, {.cell_mm = 8}, arena);
-//   auto report = (*tissue)->push(1, {.point_mm = place, .push_mm = {5, 0, 0}});
+//   auto report = (*tissue)->push(1, {.point_mm = point, .push_mm = {5, 0, 0}});
+// @endcode
 //
 //   "chainmail"  a lattice of limits: pushed at once, relaxed on request (chainmail.h)
 //   "springs"    a mass-spring lattice (tissue.h)

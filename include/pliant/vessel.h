@@ -12,9 +12,11 @@
 //
 // The lumen comes from a centreline with radii, from a triangle surface, or from a scan.
 //
-//   auto wall = wall_around_surface(surface, {.thickness_mm = 1.5}, arena);
-//   if (!wall) …wall.error().message
-//   wall->mesh, wall->ghost, wall->ghost_positions
+// @code
+//   auto wall = wall_around_surface(surface, ends, {.thickness_mm = 1.5}, arena);
+//   if (!wall) std::puts(wall.error().message.c_str());
+//   else draw(wall->ghost, wall->ghost_positions);
+// @endcode
 //
 // If memory runs out, functions that return a Result return LimitExceeded.
 

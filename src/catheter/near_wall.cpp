@@ -21,8 +21,8 @@ constexpr int kPlaces = 3;
 
 std::array<Vec3d, 3> corners_of(const GhostSurface& ghost, std::int32_t triangle) {
     const auto& t = ghost.triangles()[std::size_t(triangle)];
-    return {ghost.places()[std::size_t(t[0])], ghost.places()[std::size_t(t[1])],
-            ghost.places()[std::size_t(t[2])]};
+    return {ghost.positions()[std::size_t(t[0])], ghost.positions()[std::size_t(t[1])],
+            ghost.positions()[std::size_t(t[2])]};
 }
 
 /// Rejection test by the bounding sphere of the triangle.
@@ -40,7 +40,7 @@ SegmentOutside outside_of(const Wire& wire, std::int32_t segment) {
     const auto s = std::size_t(segment);
     const bool is_first = segment == wire.first();
     const double along = is_first ? wire.guide_end() : 0;
-    const auto &x = wire.places(), &before = wire.places_before();
+    const auto &x = wire.positions(), &before = wire.places_before();
     return {segment,  is_first,
             along,    (1 - along) * x[s] + along * x[s + 1],
             x[s + 1], {before[s], before[s + 1]}};

@@ -248,8 +248,8 @@ bool RodWire::is_good() const {
 
 void RodWire::exchange(StateNumbers& state) {
     Wire::exchange(state);
-    state.places(m_spin);
-    state.places(m_rest);
+    state.positions(m_spin);
+    state.positions(m_rest);
     for (Rotation& q : m_q) state.turn(q);
 }
 

@@ -211,13 +211,13 @@ std::int64_t CatheterScene::inverted_tetrahedra() const noexcept {
 }
 
 std::span<const Vec3d> CatheterScene::wire_positions() const {
-    return m_impl->wire.places();
+    return m_impl->wire.positions();
 }
 std::int32_t CatheterScene::first_inserted() const {
     return m_impl->wire.first();
 }
 Vec3d CatheterScene::tip_mm() const {
-    return m_impl->wire.places().back();
+    return m_impl->wire.positions().back();
 }
 Rotation CatheterScene::tip_frame() const {
     return m_impl->wire.tip_frame();
@@ -226,15 +226,15 @@ TetMesh CatheterScene::catheter_mesh() const {
     return m_impl->wire.mesh();
 }
 std::vector<Vec3d> CatheterScene::wall_positions() const {
-    std::vector<Vec3d> places(std::size_t(m_impl->body.particle_count()));
-    m_impl->body.get_positions(places);
-    return places;
+    std::vector<Vec3d> positions(std::size_t(m_impl->body.particle_count()));
+    m_impl->body.get_positions(positions);
+    return positions;
 }
 std::vector<Vec3d> CatheterScene::ghost_positions() const {
     const TetMesh now{wall_positions(), m_impl->wall.mesh.cells};
-    std::vector<Vec3d> places;
-    for (const Embedded& e : m_impl->wall.ghost_positions) places.push_back(place_of(e, now));
-    return places;
+    std::vector<Vec3d> positions;
+    for (const Embedded& e : m_impl->wall.ghost_positions) positions.push_back(place_of(e, now));
+    return positions;
 }
 const PbdBody& CatheterScene::body() const {
     return m_impl->body;

@@ -72,7 +72,7 @@ struct CatheterScene::Impl {
                                   ///< again
     CatheterCommand command;
     Progress now, kept;
-    std::vector<Vec3d> places;
+    std::vector<Vec3d> positions;
 
     using Cell = std::array<std::int32_t, 4>;
     Vec3d rest_place(std::int32_t node) const { return wall.mesh.nodes_mm[std::size_t(node)]; }
@@ -102,10 +102,10 @@ struct CatheterScene::Impl {
             now.awake = std::int32_t(wall.mesh.cells.size());
             return Ok{};
         }
-        const auto& x = wire.places();
-        places.assign(x.begin() + wire.first(), x.end());
+        const auto& x = wire.positions();
+        positions.assign(x.begin() + wire.first(), x.end());
         const double reach = settings.reach_mm + settings.catheter.radius_mm;
-        if (const Status s = boxes->update(places, reach, body); !s.ok()) return s;
+        if (const Status s = boxes->update(positions, reach, body); !s.ok()) return s;
         // Particles at the start of their blend are still held in this step.
         if (now.awake != boxes->active_tetrahedra()) contact.wake(body, arena);
         now.awake = boxes->active_tetrahedra();

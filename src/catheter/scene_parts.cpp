@@ -90,7 +90,7 @@ Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double se
     const auto lumen = vessel::with_lids(wall.ghost);
     if (!lumen) return lumen.error();
     if (!vessel::is_inside(*lumen, entry.position_mm))
-        return invalid("[entry] place_mm: expected a place in the vessel's lumen, found " +
+        return invalid("[entry] place_mm: expected a position in the vessel's lumen, found " +
                        text_of(entry.position_mm) + " outside of it");
     const Vec3d ahead = normalized(entry.direction);
     const int pieces = int(std::ceil(entry.inserted_mm / segment_mm));
@@ -127,11 +127,11 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
                                          .young_modulus = tissue.young_modulus_pa,
                                          .poisson_ratio = tissue.poisson_ratio});
     if (!parts) return parts.error();
-    const auto& places = wall.mesh.nodes_mm;
+    const auto& positions = wall.mesh.nodes_mm;
     const double edge = mean_edge_mm(wall.mesh);
     for (const VesselEnd& end : wall.ends)
-        for (std::size_t n = 0; n < places.size(); ++n) {
-            const Vec3d from = places[n] - end.centre_mm;
+        for (std::size_t n = 0; n < positions.size(); ++n) {
+            const Vec3d from = positions[n] - end.centre_mm;
             if (std::abs(dot(from, end.outward)) < edge && norm(from) < 3 * end.radius_mm + 5)
                 parts->inverse_masses[n] = 0;
         }
@@ -142,24 +142,24 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
     const auto lumen = SurfaceDistance::create(*closed);
     if (!lumen) return lumen.error();
     const auto faces = boundary_faces(wall.mesh);
-    std::vector<double> area(places.size(), 0);
-    std::vector<std::uint8_t> inner(places.size(), 0), seen(places.size(), 0);
+    std::vector<double> area(positions.size(), 0);
+    std::vector<std::uint8_t> inner(positions.size(), 0), seen(positions.size(), 0);
     for (const auto& f : faces)
         for (const std::int32_t n : f)
             if (!std::exchange(seen[std::size_t(n)], std::uint8_t(1)))
                 inner[std::size_t(n)] =
-                    lumen->nearest(places[std::size_t(n)], 0.5 * edge).triangle >= 0;
+                    lumen->nearest(positions[std::size_t(n)], 0.5 * edge).triangle >= 0;
     for (const auto& f : faces) {
-        const Vec3d a = places[std::size_t(f[0])], b = places[std::size_t(f[1])],
-                    c = places[std::size_t(f[2])];
+        const Vec3d a = positions[std::size_t(f[0])], b = positions[std::size_t(f[1])],
+                    c = positions[std::size_t(f[2])];
         if (inner[std::size_t(f[0])] && inner[std::size_t(f[1])] && inner[std::size_t(f[2])])
             continue;
         for (const std::int32_t n : f) area[std::size_t(n)] += 0.5 * norm(cross(b - a, c - a)) / 3;
     }
-    for (std::size_t n = 0; n < places.size(); ++n)
+    for (std::size_t n = 0; n < positions.size(); ++n)
         if (area[n] > 0 && parts->inverse_masses[n] > 0)
             parts->attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
-                                          .target = places[n],
+                                          .target = positions[n],
                                           .compliance = 1 / (tissue.support_pa_per_mm * area[n])});
     return parts;
 }

@@ -17,7 +17,7 @@ struct CatheterState {
     std::int64_t steps = 0;
     std::int32_t awake = 0;
     std::unique_ptr<catheter::Wire> wire;
-    std::vector<Vec3d> places, velocities;
+    std::vector<Vec3d> positions, velocities;
     std::vector<std::int32_t> boxes;
 
     void exchange(catheter::StateNumbers& state) {
@@ -27,8 +27,8 @@ struct CatheterState {
         state.whole(steps);
         state.whole(awake);
         wire->exchange(state);
-        state.places(places);
-        state.places(velocities);
+        state.positions(positions);
+        state.positions(velocities);
         state.wholes_to_the_end(boxes);
     }
 };
@@ -45,7 +45,7 @@ std::vector<double> CatheterScene::state() const {
                         .steps = i.now.steps,
                         .awake = i.now.awake,
                         .wire = i.wire.copy(),
-                        .places = wall_positions(),
+                        .positions = wall_positions(),
                         .velocities = {},
                         .boxes = {}};
     for (std::int32_t n = 0; n < i.body.particle_count(); ++n)
@@ -72,7 +72,7 @@ Status CatheterScene::put(std::span<const double> numbers) {
     const auto count = std::size_t(i.body.particle_count());
     CatheterState state{.command = {},
                         .wire = i.wire.copy(),
-                        .places = std::vector<Vec3d>(count),
+                        .positions = std::vector<Vec3d>(count),
                         .velocities = std::vector<Vec3d>(count),
                         .boxes = {}};
     catheter::StateNumbers reading(numbers);
@@ -82,12 +82,12 @@ Status CatheterScene::put(std::span<const double> numbers) {
         return invalid("state: expected one of a scene with the same wall and catheter");
     if (const Status s = check_command(state.command); !s.ok()) return s;
     for (std::size_t n = 0; n < count; ++n)
-        if (const Status s = pbd::check_state(state.places[n], state.velocities[n]); !s.ok())
+        if (const Status s = pbd::check_state(state.positions[n], state.velocities[n]); !s.ok())
             return s;
     if (i.boxes)
         if (const Status s = i.boxes->restore(state.boxes, i.body); !s.ok()) return s;
     // The rest can't fail.
-    PbdRollback::put_all(i.body, state.places, state.velocities);
+    PbdRollback::put_all(i.body, state.positions, state.velocities);
     i.wire.assign(*state.wire);
     i.command = state.command;
     i.now.pace.set_wanted_s(state.sub_step_s);

@@ -49,7 +49,7 @@ class StateNumbers {
         if (!(std::abs(square - 1) <= kNotUnit)) m_good = false;
     }
     /// Exchanges all elements; the count is fixed.
-    void places(std::vector<Vec3d>& all) {
+    void positions(std::vector<Vec3d>& all) {
         for (Vec3d& v : all) place(v);
     }
     /// Exchanges all remaining numbers.

@@ -129,8 +129,8 @@ void TetWire::exchange(StateNumbers& state) {
     Wire::exchange(state);
     state.value(m_held_mm);
     state.value(m_held_rad);
-    state.places(m_nodes);
-    state.places(m_node_v);
+    state.positions(m_nodes);
+    state.positions(m_node_v);
 }
 
 }  // namespace pliant::catheter

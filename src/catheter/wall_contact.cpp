@@ -73,7 +73,7 @@ void WallContact::look_anew(const Wire& wire, const PbdBody& body, double durati
     const std::int64_t count = wire.segments() - m_first;
     m_near.resize(std::size_t(count));
     m_moves.resize(std::size_t(count));
-    const auto& x = wire.places();
+    const auto& x = wire.positions();
     const auto look_at = [&](std::int64_t from, std::int64_t to) {
         for (auto n = std::size_t(from); n < std::size_t(to); ++n) {
             const std::size_t s = n + std::size_t(m_first);
@@ -111,7 +111,7 @@ void WallContact::find_near_nodes() {
 /// Upper bound of the approach of a segment and a triangle since `look`.
 double WallContact::moved(const Wire& wire, std::int32_t segment) const {
     const auto s = std::size_t(segment);
-    const auto of = [&](std::size_t n) { return norm(wire.places()[n] - m_places_seen[n]); };
+    const auto of = [&](std::size_t n) { return norm(wire.positions()[n] - m_places_seen[n]); };
     return m_wall_moved + std::max(of(s), of(s + 1));
 }
 
@@ -165,7 +165,7 @@ std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body
 /// Computes the particles that bear a contact, and their unconstrained motion.
 void WallContact::rest_on(const NearWall::Found& found, const PbdBody& body, double h) {
     const auto& t = m_ghost.triangles()[std::size_t(found.triangle)];
-    const auto place = [&](std::size_t k) { return m_ghost.places()[std::size_t(t[k])]; };
+    const auto place = [&](std::size_t k) { return m_ghost.positions()[std::size_t(t[k])]; };
     const auto weights = mesh::weights_on_triangle(found.place, place(0), place(1), place(2));
     const std::size_t start = m_bearings.size();
     m_bearing_starts.push_back(std::int32_t(start));

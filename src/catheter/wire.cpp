@@ -48,8 +48,8 @@ void Wire::add_to(Hash64& hash) const {
 void Wire::exchange(StateNumbers& state) {
     state.value(m_inserted);
     state.value(m_turned);
-    state.places(m_x);
-    state.places(m_v);
+    state.positions(m_x);
+    state.positions(m_v);
     feed(m_inserted, m_turned);
     m_old_x = m_x;
 }

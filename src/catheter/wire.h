@@ -87,7 +87,7 @@ class Wire {
     virtual void finish() = 0;
 
     /// Positions of the nodes along the axis.
-    const std::vector<Vec3d>& places() const { return m_x; }
+    const std::vector<Vec3d>& positions() const { return m_x; }
     const std::vector<Vec3d>& places_before() const { return m_old_x; }
     const std::vector<Vec3d>& velocities() const { return m_v; }
     /// Frame of the tip: the third axis points ahead, the tip bends about the first two.

@@ -99,8 +99,8 @@ bool is_whole(double number) {
 }
 
 bool is_in_range(const SettingInfo& field, double number) {
-    return std::isfinite(number) && number <= field.high &&
-           (field.above_low ? number > field.low : number >= field.low);
+    return std::isfinite(number) && (field.above_low ? number > field.low : number >= field.low) &&
+           (field.below_high ? number < field.high : number <= field.high);
 }
 
 }  // namespace
@@ -116,13 +116,17 @@ std::string expected_of(const SettingInfo& field) {
     const bool has_low = std::isfinite(field.low), has_high = std::isfinite(field.high);
     const std::string low = has_low ? bound_text(field.low) : "";
     const std::string high = has_high ? bound_text(field.high) : "";
+    const std::string above = field.above_low ? "above " + low : low + " or more";
+    const std::string below = field.below_high ? "below " + high : "up to " + high;
     std::string range;
-    if (has_low && has_high)
-        range = field.above_low ? "above " + low + ", up to " + high : low + " to " + high;
+    if (has_low && has_high && !field.above_low && !field.below_high)
+        range = low + " to " + high;
+    else if (has_low && has_high)
+        range = above + ", " + below;
     else if (has_low)
-        range = field.above_low ? "above " + low : low + " or more";
+        range = above;
     else if (has_high)
-        range = "up to " + high;
+        range = below;
     else
         return expected_kind(field);
     if (!field.unit.empty()) range.append(" ").append(field.unit);

@@ -80,7 +80,7 @@ struct StagedFiles::Impl {
         std::optional<OutputStream> stream{};
     };
     std::vector<std::unique_ptr<staging::Folder>> folders;
-    std::vector<Place> places;
+    std::vector<Place> positions;
 
     /// @returns a new folder in the temporary folder beside parent
     Result<fs::path> add(const fs::path& parent, const fs::path& target, const std::string& name) {
@@ -95,10 +95,10 @@ struct StagedFiles::Impl {
         }
         if (!error) {
             const std::string number = std::to_string((*known)->place_count());
-            places.push_back({known->get(), number, name, target});
+            positions.push_back({known->get(), number, name, target});
             fs::path place = (*known)->add_place(error);
             if (!error) return place;
-            places.pop_back();
+            positions.pop_back();
         }
         return unwritable(target, "the folder " + parent.string() + " can't be written (" +
                                       error.message() + ")");
@@ -109,11 +109,11 @@ struct StagedFiles::Impl {
         const fs::path temporary = fs::temp_directory_path(error);
         auto place = add(error ? fs::path("/tmp") : temporary, target, "output");
         if (!place) return place;
-        places.back().stream = std::move(stream);
+        positions.back().stream = std::move(stream);
         // Writers detect the file type by its name.
         const fs::path name = target.filename();
-        places.back().name = name == "-" ? "output" : name.string();
-        return *place / places.back().name;
+        positions.back().name = name == "-" ? "output" : name.string();
+        return *place / positions.back().name;
     }
 
     Result<std::vector<staging::Moves>> moves() const;
@@ -127,7 +127,7 @@ Result<std::vector<staging::Moves>> StagedFiles::Impl::moves() const {
         staging::Moves of{folder.get(), {}};
         // Data files precede the headers that name them.
         for (const bool outputs : {false, true})
-            for (const Place& place : places) {
+            for (const Place& place : positions) {
                 if (place.folder != folder.get() || place.stream) continue;
                 const fs::path staged = folder->path() / place.number;
                 std::vector<std::string> names;
@@ -157,8 +157,8 @@ Status StagedFiles::Impl::sync(const std::vector<staging::Moves>& all) const {
     for (const staging::Moves& of : all) count += of.moves.size();
     // New folders contain an unknown number of files.
     const bool one_by_one =
-        count <= kOneByOne &&
-        std::none_of(places.begin(), places.end(), [](const Place& p) { return p.name.empty(); });
+        count <= kOneByOne && std::none_of(positions.begin(), positions.end(),
+                                           [](const Place& p) { return p.name.empty(); });
     for (const staging::Moves& of : all) {
         std::error_code error;
         if (!one_by_one) error = sync_file_system(of.folder->path());
@@ -240,7 +240,7 @@ Status StagedFiles::commit() {
         auto all = m_impl->moves();
         if (!all) return all.error();
         if (Status s = m_impl->sync(*all); !s) return s;
-        for (const Impl::Place& place : m_impl->places)
+        for (const Impl::Place& place : m_impl->positions)
             if (place.stream)
                 if (Status s =
                         place.stream->write(place.folder->path() / place.number / place.name);

@@ -92,6 +92,10 @@ std::string text_of(Vec3d v) {
     return text_of(v.x) + ", " + text_of(v.y) + ", " + text_of(v.z);
 }
 
+std::string short_text(Vec3d v) {
+    return short_text(v.x) + ", " + short_text(v.y) + ", " + short_text(v.z);
+}
+
 std::string text_of_sizes(const std::vector<std::int64_t>& sizes) {
     std::string text;
     for (const std::int64_t size : sizes)

@@ -33,6 +33,7 @@ std::optional<std::vector<double>> numbers_from(std::string_view text, char sepa
 std::string text_of(double number);
 /// Text with at most six digits, for messages.
 std::string short_text(double number);
+std::string short_text(Vec3d v);
 /// "a, b, c"
 std::string text_of(Vec3d vector);
 std::string text_of(Vec3i vector);

@@ -70,6 +70,7 @@ SettingRows<ElasticSettings> elastic_rows() noexcept {
                                               .low = 0,
                                               .high = 1,
                                               .above_low = true,
+                                              .below_high = true,
                                               .text = "residual relative to the load, of conjugate "
                                                       "gradients"}),
         setting<&ElasticSettings::max_iterations>(

@@ -46,7 +46,7 @@ Result<std::vector<std::int32_t>> loaded_nodes(const FitBox& box, const FitBoxLo
     for (const auto& [n, place, along] :
          {std::tuple(0, load.across, first), std::tuple(1, load.along, second)}) {
         if (!(place >= 0 && place <= 1))
-            return bad_box("load " + load.name + ": expected a place from 0 to 1 on the face");
+            return bad_box("load " + load.name + ": expected a position from 0 to 1 on the face");
         if (load.nodes_across < 1 || load.nodes_across > box.size[along])
             return bad_box("load " + load.name + ": expected 1 to " +
                            std::to_string(box.size[along]) + " nodes across, found " +

@@ -15,14 +15,14 @@ constexpr std::size_t kBlockNodes = 24;
 }  // namespace
 
 struct DissectedCholesky::Graph {
-    std::span<const Vec3d> places;
+    std::span<const Vec3d> positions;
     std::vector<std::vector<std::int32_t>> neighbours;  ///< [node]
 };
 
-DissectedCholesky::DissectedCholesky(std::span<const Vec3d> places, const Joined& joined,
+DissectedCholesky::DissectedCholesky(std::span<const Vec3d> positions, const Joined& joined,
                                      std::span<const std::uint8_t> free)
-    : m_order(places.size(), -1) {
-    Graph graph{places, std::vector<std::vector<std::int32_t>>(places.size())};
+    : m_order(positions.size(), -1) {
+    Graph graph{positions, std::vector<std::vector<std::int32_t>>(positions.size())};
     for (const auto& nodes : joined)
         for (const std::int32_t a : nodes)
             for (const std::int32_t b : nodes)
@@ -32,7 +32,7 @@ DissectedCholesky::DissectedCholesky(std::span<const Vec3d> places, const Joined
         of_node.erase(std::unique(of_node.begin(), of_node.end()), of_node.end());
     }
     std::vector<std::int32_t> nodes;
-    for (std::size_t n = 0; n < places.size(); ++n)
+    for (std::size_t n = 0; n < positions.size(); ++n)
         if (free[n]) nodes.push_back(std::int32_t(n));
     int next = 0;
     if (!nodes.empty()) dissect(graph, std::move(nodes), next);
@@ -50,7 +50,7 @@ int DissectedCholesky::add_block(std::span<const std::int32_t> nodes, std::vecto
 /// @param next  next position in the order. @returns the last block of this part
 int DissectedCholesky::dissect(const Graph& graph, std::vector<std::int32_t> nodes, int& next) {
     if (nodes.size() <= kBlockNodes) return add_block(nodes, {}, next);
-    const auto place = [&](std::int32_t n) { return graph.places[std::size_t(n)]; };
+    const auto place = [&](std::int32_t n) { return graph.positions[std::size_t(n)]; };
     Vec3d low = place(nodes[0]), high = low;
     for (const std::int32_t n : nodes)
         for (int a = 0; a < 3; ++a) {
@@ -71,7 +71,7 @@ int DissectedCholesky::dissect(const Graph& graph, std::vector<std::int32_t> nod
             if (c > low[axis]) cut = std::min(cut, c);
     }
     enum : std::uint8_t { kElsewhere, kLeft, kRight };
-    std::vector<std::uint8_t> side(graph.places.size(), kElsewhere);
+    std::vector<std::uint8_t> side(graph.positions.size(), kElsewhere);
     for (const std::int32_t n : nodes) side[std::size_t(n)] = place(n)[axis] < cut ? kLeft : kRight;
     std::vector<std::int32_t> left, right, separator;
     for (const std::int32_t n : nodes) {

@@ -37,7 +37,7 @@ class DissectedCholesky {
     /// @param places  positions of all nodes
     /// @param joined  nodes of each link and cell
     /// @param free    [node]: whether the node has unknowns, three each
-    DissectedCholesky(std::span<const Vec3d> places, const Joined& joined,
+    DissectedCholesky(std::span<const Vec3d> positions, const Joined& joined,
                       std::span<const std::uint8_t> free);
 
     /// Position of each free node in the order of elimination; −1 for others. Unknowns are

@@ -113,17 +113,17 @@ std::vector<int> LinearNetwork::minimum_degree(const SpringParts& parts) const {
 std::vector<int> LinearNetwork::dissect(const SpringParts& parts,
                                         std::span<const std::uint8_t> held) {
     Impl& m = *m_impl;
-    std::vector<Vec3d> places;
+    std::vector<Vec3d> positions;
     std::vector<std::uint8_t> free;
     for (std::size_t n = 0; n < parts.nodes.size(); ++n) {
-        places.push_back(parts.nodes[n].rest);
+        positions.push_back(parts.nodes[n].rest);
         free.push_back(!held[n]);
     }
     DissectedCholesky::Joined joined;
     for (const SpringLink& link : parts.links) joined.push_back({link.a, link.b});
     for (const SpringCell& cell : parts.cells)
         joined.emplace_back(cell.nodes.begin(), cell.nodes.begin() + cell.node_count);
-    m.dissection.emplace(places, joined, free);
+    m.dissection.emplace(positions, joined, free);
     std::vector<int> place;
     for (std::size_t u = 0; u < m.unknowns.size(); ++u)
         if (m.unknowns[u] >= 0) place.push_back(3 * m.dissection->order()[u / 3] + int(u % 3));

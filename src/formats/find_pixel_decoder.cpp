@@ -16,10 +16,11 @@ namespace {
 
 /// Adds the folder of a program or library, and an installation's locations relative to bin, lib or
 /// lib/ARCHITECTURE.
-void add_places_near(const fs::path& folder, std::vector<fs::path>& places) {
+void add_places_near(const fs::path& folder, std::vector<fs::path>& positions) {
     for (const char* way : {".", "../libexec/pliant", "../lib/pliant", "../../libexec/pliant"}) {
         const fs::path place = (folder / way / kDecoderName).lexically_normal();
-        if (std::find(places.begin(), places.end(), place) == places.end()) places.push_back(place);
+        if (std::find(positions.begin(), positions.end(), place) == positions.end())
+            positions.push_back(place);
     }
 }
 
@@ -45,21 +46,21 @@ bool is_own_program(const fs::path& file) {
 }  // namespace
 
 std::vector<fs::path> decoder_places() {
-    std::vector<fs::path> places;
+    std::vector<fs::path> positions;
     std::error_code error;
     const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    if (!error && program.is_absolute()) add_places_near(program.parent_path(), places);
+    if (!error && program.is_absolute()) add_places_near(program.parent_path(), positions);
     if (const fs::path library = folder_of_library(); !library.empty())
-        add_places_near(library, places);
+        add_places_near(library, positions);
     const fs::path installed = fs::path(PLIANT_DECODER_FOLDER) / kDecoderName;
-    if (std::find(places.begin(), places.end(), installed) == places.end())
-        places.push_back(installed);
-    return places;
+    if (std::find(positions.begin(), positions.end(), installed) == positions.end())
+        positions.push_back(installed);
+    return positions;
 }
 
-Result<fs::path> find_pixel_decoder(const std::vector<fs::path>& places) {
+Result<fs::path> find_pixel_decoder(const std::vector<fs::path>& positions) {
     std::string list;
-    for (const fs::path& place : places) {
+    for (const fs::path& place : positions) {
         if (is_own_program(place)) return place;
         list += (list.empty() ? "" : ", ") + place.parent_path().string();
     }

@@ -104,7 +104,7 @@ Status read_listed_files(HeaderLines& lines, Fields& fields) {
 Result<Fields> read_fields(const fs::path& path) {
     HeaderLines lines(path);
     Fields fields;
-    std::map<std::string, std::size_t> places;  // positions in others
+    std::map<std::string, std::size_t> positions;  // positions in others
     for (;;) {
         auto text = lines.next();
         if (!text) return text.error();
@@ -123,13 +123,13 @@ Result<Fields> read_fields(const fs::path& path) {
         if (is_geometry(name) || is_remark(name)) {
             fields.values[name] = value;
         } else if (!name.empty() && !is_itk_key(name)) {
-            const auto [at, is_new] = places.emplace(name, fields.others.size());
+            const auto [at, is_new] = positions.emplace(name, fields.others.size());
             if (is_new)
                 fields.others.emplace_back(name, value);
             else
                 fields.others[at->second].second = value;
         }
-        if (places.size() > kMaxKeyValues)
+        if (positions.size() > kMaxKeyValues)
             return unreadable(path, "has more than " + std::to_string(kMaxKeyValues) + " keys");
         if (name != "ElementDataFile") continue;
         fields.header_bytes = lines.bytes_read();

@@ -39,7 +39,7 @@ std::vector<std::filesystem::path> decoder_places();
 /// Finds the first valid candidate. Programs of users other than this one and root, or with write
 /// permission for all, are ignored. @returns NotFound with all paths
 Result<std::filesystem::path> find_pixel_decoder(
-    const std::vector<std::filesystem::path>& places = decoder_places());
+    const std::vector<std::filesystem::path>& positions = decoder_places());
 
 class PixelDecoder {
   public:

@@ -66,7 +66,7 @@ class ReplayDevice : public HapticDevice {
         Vec3d position_mm{0, 0, 0};
         double roll_rad = 0;
     };
-    explicit ReplayDevice(std::vector<Place> places) : m_positions(std::move(places)) {}
+    explicit ReplayDevice(std::vector<Place> positions) : m_positions(std::move(positions)) {}
 
     std::string name() const override { return "replay"; }
     static constexpr double kFarthest_mm = 500;  ///< along an axis
@@ -120,7 +120,7 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
     std::ifstream stream(file);
     if (!stream)
         return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");
-    std::vector<ReplayDevice::Place> places;
+    std::vector<ReplayDevice::Place> positions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {
         if (line.empty() || line[0] == '#') continue;
@@ -141,10 +141,10 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
             return wrong(ErrorCode::Unreadable,
                          "line " + std::to_string(number) +
                              ": expected time_ns x y z [roll], within 500 mm and 4 rad");
-        places.push_back({place, values[4]});
+        positions.push_back({place, values[4]});
     }
-    if (places.empty()) return wrong(ErrorCode::Unreadable, "expected places, found none");
-    return std::unique_ptr<HapticDevice>(std::make_unique<ReplayDevice>(std::move(places)));
+    if (positions.empty()) return wrong(ErrorCode::Unreadable, "expected places, found none");
+    return std::unique_ptr<HapticDevice>(std::make_unique<ReplayDevice>(std::move(positions)));
 }
 
 }  // namespace

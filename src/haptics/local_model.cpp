@@ -50,7 +50,7 @@ Result<HapticModel> checked_model(HapticModel model, double largest_stiffness_n_
         const double length = norm(plane.normal);
         if (!is_finite(plane.point_mm) || !(length > 1e-6) || !std::isfinite(length))
             return bad_model("plane " + std::to_string(k) +
-                             ": expected a place and a normal with a length");
+                             ": expected a position and a normal with a length");
         plane.normal = (1 / length) * plane.normal;
     }
     if (!is_finite(model.anchor_mm)) return bad_model("anchor_mm: expected numbers");

@@ -16,8 +16,8 @@ constexpr std::int64_t kLost_ns = 500'000'000;
 
 class PosedDevice : public HapticDevice {
   public:
-    PosedDevice(std::shared_ptr<PosedPlaces> places, const char* name)
-        : m_positions(std::move(places)), m_name(name) {}
+    PosedDevice(std::shared_ptr<PosedPlaces> positions, const char* name)
+        : m_positions(std::move(positions)), m_name(name) {}
 
     std::string name() const override { return m_name; }
     HapticLimits limits() const override { return {8, 1000, 5, {200, 200, 200}}; }
@@ -55,9 +55,9 @@ Vec3d posed_step(Vec3d from_mm, Vec3d to_mm, double passed_s) {
     return from_mm + (1 - std::exp(-passed_s / kSmooth_s)) * (to_mm - from_mm);
 }
 
-std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> places,
+std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> positions,
                                                 const char* name) {
-    return std::make_unique<PosedDevice>(std::move(places), name);
+    return std::make_unique<PosedDevice>(std::move(positions), name);
 }
 
 }  // namespace pliant

@@ -27,7 +27,7 @@ struct PosedPlace {
 using PosedPlaces = TripleBuffer<PosedPlace>;
 
 /// @param name  of the device; a string literal
-std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> places,
+std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> positions,
                                                 const char* name = "browser");
 
 /// Smoothed motion towards the last supplied position. @param passed_s  since the last step

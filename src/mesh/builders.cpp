@@ -20,10 +20,10 @@ constexpr int kTetrahedra[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                                    {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
 
 std::vector<Vec3d> positions_mm(const HexLattice& lattice) {
-    std::vector<Vec3d> places(std::size_t(node_count(lattice)));
-    for (std::size_t n = 0; n < places.size(); ++n)
-        places[n] = node_position_mm(lattice, std::int32_t(n));
-    return places;
+    std::vector<Vec3d> positions(std::size_t(node_count(lattice)));
+    for (std::size_t n = 0; n < positions.size(); ++n)
+        positions[n] = node_position_mm(lattice, std::int32_t(n));
+    return positions;
 }
 
 }  // namespace

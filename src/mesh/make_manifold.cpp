@@ -85,18 +85,18 @@ void mark(const TetMesh& mesh, const std::vector<std::int32_t>& cells, std::vect
 std::int64_t make_manifold(TetMesh& mesh) {
     const std::size_t before = mesh.cells.size();
     for (;;) {
-        const Touching places = touching_places(boundary_faces(mesh));
-        if (places.nodes.empty() && places.edges.empty()) break;
+        const Touching positions = touching_places(boundary_faces(mesh));
+        if (positions.nodes.empty() && positions.edges.empty()) break;
         std::map<std::int32_t, std::vector<std::int32_t>> around;
-        for (const std::int32_t n : places.nodes) around[n];
-        for (const auto& [a, b] : places.edges) around[a];
+        for (const std::int32_t n : positions.nodes) around[n];
+        for (const auto& [a, b] : positions.edges) around[a];
         for (std::size_t c = 0; c < mesh.cells.size(); ++c)
             for (const std::int32_t n : mesh.cells[c])
                 if (const auto at = around.find(n); at != around.end())
                     at->second.push_back(std::int32_t(c));
         std::vector<bool> gone(mesh.cells.size(), false);
-        for (const std::int32_t n : places.nodes) mark(mesh, around[n], gone);
-        for (const auto& [a, b] : places.edges) {
+        for (const std::int32_t n : positions.nodes) mark(mesh, around[n], gone);
+        for (const auto& [a, b] : positions.edges) {
             std::vector<std::int32_t> cells = around[a];
             std::erase_if(cells, [&mesh, other = b](std::int32_t c) {
                 const auto& cell = mesh.cells[std::size_t(c)];

@@ -88,40 +88,40 @@ std::size_t OverlapSearch::slot_of(Vec3i cell) const {
     return hash % m_heads.size();
 }
 
-std::span<const NodeInCell> OverlapSearch::find(std::span<const Vec3d> places) {
-    PLIANT_ASSERT(places.size() == m_nodes.size());
+std::span<const NodeInCell> OverlapSearch::find(std::span<const Vec3d> positions) {
+    PLIANT_ASSERT(positions.size() == m_nodes.size());
     m_found.clear();
     ++m_stamp;
-    for (std::size_t n = 0; n < places.size(); ++n) {
-        if (!is_finite(places[n])) continue;
-        const Vec3i cell = cell_of(places[n]);
+    for (std::size_t n = 0; n < positions.size(); ++n) {
+        if (!is_finite(positions[n])) continue;
+        const Vec3i cell = cell_of(positions[n]);
         const std::size_t slot = slot_of(cell);
         if (m_stamps[slot] != m_stamp) m_heads[slot] = -1;
         m_stamps[slot] = m_stamp;
         m_nodes[n] = {cell, m_heads[slot]};
         m_heads[slot] = std::int32_t(n);
     }
-    for (std::size_t c = 0; c < m_cells.size(); ++c) test(std::int32_t(c), places);
+    for (std::size_t c = 0; c < m_cells.size(); ++c) test(std::int32_t(c), positions);
     return m_found;
 }
 
-void OverlapSearch::test(std::int32_t cell, std::span<const Vec3d> places) {
+void OverlapSearch::test(std::int32_t cell, std::span<const Vec3d> positions) {
     const auto& nodes = m_cells[std::size_t(cell)];
     std::array<Vec3d, 4> corners;
-    for (std::size_t n = 0; n < 4; ++n) corners[n] = places[std::size_t(nodes[n])];
+    for (std::size_t n = 0; n < 4; ++n) corners[n] = positions[std::size_t(nodes[n])];
     const Box box = box_of(corners);
     if (!is_finite(box.low) || !is_finite(box.high)) return;
     const auto first = m_found.size();
     const auto test_node = [&](std::int32_t n) {
         if (std::find(nodes.begin(), nodes.end(), n) == nodes.end() &&
-            is_inside_tetrahedron(places[std::size_t(n)], corners))
+            is_inside_tetrahedron(positions[std::size_t(n)], corners))
             m_found.push_back({cell, n});
     };
     const Vec3i low = cell_of(box.low), high = cell_of(box.high);
     double count = 1;
     for (int a = 0; a < 3; ++a) count *= double(high[a]) - low[a] + 1;
-    if (count > double(places.size())) {  // an elongated box: more cells than nodes
-        for (std::size_t n = 0; n < places.size(); ++n) test_node(std::int32_t(n));
+    if (count > double(positions.size())) {  // an elongated box: more cells than nodes
+        for (std::size_t n = 0; n < positions.size(); ++n) test_node(std::int32_t(n));
         return;
     }
     for (int k = low.z; k <= high.z; ++k)

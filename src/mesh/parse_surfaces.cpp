@@ -17,9 +17,9 @@ void turn_if_ras(MeshData& mesh, std::string_view comments) {
 }
 
 /// Makes a mesh of triangles with three separate corners each.
-Result<MeshData> corners_to_mesh(const std::vector<double>& places) {
+Result<MeshData> corners_to_mesh(const std::vector<double>& positions) {
     MeshData mesh;
-    if (const Status s = set_nodes(mesh, places); !s) return s.error();
+    if (const Status s = set_nodes(mesh, positions); !s) return s.error();
     for (std::size_t n = 0; n + 2 < mesh.nodes_mm.size(); n += 3)
         mesh.triangles.push_back({std::int32_t(n), std::int32_t(n + 1), std::int32_t(n + 2)});
     return mesh;
@@ -28,19 +28,20 @@ Result<MeshData> corners_to_mesh(const std::vector<double>& places) {
 Result<MeshData> parse_text_stl(std::string_view file) {
     TextCursor text(file);
     const std::string_view title = text.line();
-    std::vector<double> places;
+    std::vector<double> positions;
     while (!text.at_end()) {
         if (text.word() != "vertex") continue;
         for (int a = 0; a < 3; ++a) {
             const auto value = text.number<double>();
             if (!value)
-                return unreadable("vertex " + std::to_string(places.size() / 3) +
+                return unreadable("vertex " + std::to_string(positions.size() / 3) +
                                   " has something that is no number");
-            places.push_back(*value);
+            positions.push_back(*value);
         }
     }
-    if (places.size() % 9 != 0) return unreadable("the last facet has fewer than three vertices");
-    auto mesh = corners_to_mesh(places);
+    if (positions.size() % 9 != 0)
+        return unreadable("the last facet has fewer than three vertices");
+    auto mesh = corners_to_mesh(positions);
     if (mesh) turn_if_ras(*mesh, title);
     return mesh;
 }
@@ -186,14 +187,14 @@ Result<MeshData> parse_stl(std::string_view file) {
         const auto count =
             value_at<std::uint32_t>(file.data() + 80, std::endian::native == std::endian::big);
         if (file.size() == kHead + kFacet * std::size_t(count)) {
-            std::vector<double> places;
-            places.reserve(9 * std::size_t(count));
+            std::vector<double> positions;
+            positions.reserve(9 * std::size_t(count));
             for (std::size_t f = 0; f < count; ++f) {
                 const auto corners = numbers_of<double>(file.substr(kHead + kFacet * f + 12, 36),
                                                         NumberType::Float32, false);
-                places.insert(places.end(), corners.begin(), corners.end());
+                positions.insert(positions.end(), corners.begin(), corners.end());
             }
-            auto mesh = corners_to_mesh(places);
+            auto mesh = corners_to_mesh(positions);
             if (mesh) turn_if_ras(*mesh, file.substr(0, 80));
             return mesh;
         }
@@ -205,7 +206,7 @@ Result<MeshData> parse_stl(std::string_view file) {
 
 Result<MeshData> parse_obj(std::string_view file) {
     TextCursor text(file);
-    std::vector<double> places;
+    std::vector<double> positions;
     CellList faces, lines;
     std::vector<std::int64_t> nodes;
     std::string comments;
@@ -220,16 +221,16 @@ Result<MeshData> parse_obj(std::string_view file) {
                 if (!value)
                     return unreadable("line " + std::to_string(number) +
                                       ": expected three numbers behind v");
-                places.push_back(*value);
+                positions.push_back(*value);
             }
         if (keyword == "f" || keyword == "l") {
             nodes.clear();
-            while (!words.at_end()) nodes.push_back(obj_node(words.word(), places.size() / 3));
+            while (!words.at_end()) nodes.push_back(obj_node(words.word(), positions.size() / 3));
             (keyword == "f" ? faces : lines).add(nodes);
         }
     }
     MeshData mesh;
-    if (const Status s = set_nodes(mesh, places); !s) return s.error();
+    if (const Status s = set_nodes(mesh, positions); !s) return s.error();
     if (const Status s = faces.add_to(mesh, 7); !s) return s.error();
     if (const Status s = lines.add_to(mesh, 4); !s) return s.error();
     turn_if_ras(mesh, comments);

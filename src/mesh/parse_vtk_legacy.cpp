@@ -216,9 +216,9 @@ Status Legacy::section(const std::string& keyword) {
         if (!points) return points.error();
         const std::string type(m_text.word());
         m_text.line();
-        const auto places = numbers<double>(3 * *points, type);
-        if (!places) return places.error();
-        return set_nodes(m_mesh, *places);
+        const auto positions = numbers<double>(3 * *points, type);
+        if (!positions) return positions.error();
+        return set_nodes(m_mesh, *positions);
     }
     if (keyword == "CELLS" || keyword == "LINES" || keyword == "POLYGONS" ||
         keyword == "VERTICES" || keyword == "TRIANGLE_STRIPS")

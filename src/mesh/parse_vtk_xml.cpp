@@ -310,10 +310,10 @@ Status Document::read_piece(const pugi::xml_node& piece, MeshData& mesh) {
     const std::uint64_t points = piece.attribute("NumberOfPoints").as_ullong(0);
     if (points > std::uint64_t(1) << 31) return unreadable("more than 2147483648 points");
     if (points == 0) return Ok{};
-    const auto places = array<double>(piece.child("Points").child("DataArray"), 3 * points);
-    if (!places) return places.error();
+    const auto positions = array<double>(piece.child("Points").child("DataArray"), 3 * points);
+    if (!positions) return positions.error();
     MeshData part;
-    if (const Status s = set_nodes(part, *places); !s) return s;
+    if (const Status s = set_nodes(part, *positions); !s) return s;
     if (const Status s =
             read_fields(piece.child("PointData"), std::size_t(points), mesh.nodes_mm.size(), part);
         !s)

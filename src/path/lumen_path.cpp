@@ -11,12 +11,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <string>
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "path/descent.h"
 #include "path/march.h"
 #include "render/field.h"
@@ -32,16 +32,6 @@ constexpr double kWorthIt = 1.01;  // relative growth of the clearance that just
 constexpr int kSmoothRounds = 12;  // in steps of half a voxel: a width of some 1.2 voxels
 constexpr double kTellWithinMm = 30;  // search radius around an end in the tissue, for the message
 
-std::string text_of(Vec3d p) {
-    char text[96];
-    std::snprintf(text, sizeof text, "%.1f,%.1f,%.1f", p.x, p.y, p.z);
-    return text;
-}
-std::string text_of(double number) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.1f", number);
-    return text;
-}
 struct NearVoxel {
     Vec3i voxel;
     double distance_mm;
@@ -82,7 +72,7 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
         const double last = volume.grid.size[a] - 1;
         if (!(place[a] >= -0.5 && place[a] <= last + 0.5))
             return about(name, ErrorCode::InvalidArgument,
-                         "expected a place in the scan, found " + text_of(point_mm));
+                         "expected a position in the scan, found " + short_text(point_mm));
         place[a] = std::clamp(place[a], 0.0, last);
     }
     if (!render::clear_corners(tiles, place).empty()) return place;
@@ -92,15 +82,17 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
         const Vec3d at{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
         // Beside a NaN voxel, a lumen voxel has no clear corner.
         if (render::clear_corners(tiles, at).empty())
-            return about(name, ErrorCode::InvalidArgument,
-                         "expected a place among finite voxel values, found " + text_of(point_mm));
+            return about(
+                name, ErrorCode::InvalidArgument,
+                "expected a position among finite voxel values, found " + short_text(point_mm));
         return at;
     }
-    const std::string how_far = near ? text_of(near->distance_mm) + " mm from the nearest lumen"
-                                     : "with no lumen within " + text_of(kTellWithinMm) + " mm";
+    const std::string how_far = near ? short_text(near->distance_mm) + " mm from the nearest lumen"
+                                     : "with no lumen within " + short_text(kTellWithinMm) + " mm";
     return about(name, ErrorCode::InvalidArgument,
-                 "expected a place in the lumen, found " + text_of(point_mm) + " in the tissue, " +
-                     how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
+                 "expected a position in the lumen, found " + short_text(point_mm) +
+                     " in the tissue, " + how_far + " at " + short_text(tiles.lumen().iso_hu) +
+                     " HU");
 }
 
 /// Removes points as far as the lumen and the spacing allow.
@@ -208,8 +200,8 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
     auto points = came ? render::descend(tiles, from, to) : std::vector<Vec3d>{};
     if (points.empty())
         return about("to", ErrorCode::NotFound,
-                     "expected a place in the lumen of the other end, found no way at " +
-                         text_of(settings.iso_hu) + " HU");
+                     "expected a position in the lumen of the other end, found no way at " +
+                         short_text(settings.iso_hu) + " HU");
     return points;
 }
 

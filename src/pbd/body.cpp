@@ -23,10 +23,10 @@ struct PbdBody::Impl {
     double kept_time_step = 0;
 
     Status check_particle(const char* what, std::int32_t particle) const {
-        if (particle >= 0 && std::size_t(particle) < parts.places.size()) return Ok{};
+        if (particle >= 0 && std::size_t(particle) < parts.positions.size()) return Ok{};
         return Error{ErrorCode::InvalidArgument, std::string(what) +
                                                      ": expected a particle below " +
-                                                     std::to_string(parts.places.size()) +
+                                                     std::to_string(parts.positions.size()) +
                                                      ", found " + std::to_string(particle)};
     }
 };
@@ -78,7 +78,7 @@ Status PbdBody::step(std::int32_t count, const TaskArena& arena) {
 }
 
 std::int32_t PbdBody::particle_count() const {
-    return std::int32_t(m_impl->parts.places.size());
+    return std::int32_t(m_impl->parts.positions.size());
 }
 Vec3d PbdBody::position(std::int32_t particle) const {
     PLIANT_ASSERT(particle >= 0 && particle < particle_count());
@@ -154,7 +154,7 @@ Vec3d PbdBody::attachment_force(std::int32_t attachment) const {
 std::vector<Vec3d> PbdBody::constraint_forces() const {
     const PbdParts& parts = m_impl->parts;
     const pbd::Solver& solver = *m_impl->solver;
-    std::vector<Vec3d> forces(parts.places.size(), Vec3d{0, 0, 0});
+    std::vector<Vec3d> forces(parts.positions.size(), Vec3d{0, 0, 0});
     const auto add = [&](std::int32_t node, double s, const pbd::Triple<double>& g) {
         Vec3d& f = forces[std::size_t(node)];
         f = f + s * Vec3d{g.x, g.y, g.z};
@@ -217,7 +217,7 @@ void PbdRollback::put_all(PbdBody& body, std::span<const Vec3d> positions,
 }
 
 VolumeChange volume_change(const PbdParts& parts, std::span<const Vec3d> positions) {
-    PLIANT_ASSERT(positions.size() == parts.places.size());
+    PLIANT_ASSERT(positions.size() == parts.positions.size());
     return pbd::volume_change_of(parts, [&](std::int32_t n) { return positions[std::size_t(n)]; });
 }
 

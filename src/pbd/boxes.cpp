@@ -133,10 +133,10 @@ void PbdBoxes::mark(Vec3i box) {
         m_is_wanted[std::size_t(m_of_hash[n])] = 1;
 }
 
-void PbdBoxes::mark_around(std::span<const Vec3d> places, double reach) {
+void PbdBoxes::mark_around(std::span<const Vec3d> positions, double reach) {
     std::fill(m_is_wanted.begin(), m_is_wanted.end(), std::uint8_t(0));
     const Vec3d around{reach, reach, reach};
-    for (const Vec3d& p : places)
+    for (const Vec3d& p : positions)
         for_each_box(box_at(p - around), box_at(p + around), [&](Vec3i box) { mark(box); });
 }
 
@@ -168,16 +168,16 @@ bool PbdBoxes::is_settled(std::size_t box, const PbdBody& body) const {
     return true;
 }
 
-Status PbdBoxes::update(std::span<const Vec3d> places, double reach, PbdBody& body) {
+Status PbdBoxes::update(std::span<const Vec3d> positions, double reach, PbdBody& body) {
     if (std::size_t(body.particle_count()) != m_rest.size())
         return invalid("update: expected a body of " + std::to_string(m_rest.size()) +
                        " particles, found " + std::to_string(body.particle_count()));
     if (!(std::isfinite(reach) && reach >= 0)) return invalid("reach: expected 0 or more");
-    for (const Vec3d& p : places)
+    for (const Vec3d& p : positions)
         if (!is_finite(p)) return invalid("update: expected places of three numbers");
     const Status listed = attempt([&]() -> Status {
         m_blends.reserve(m_rest.size());
-        mark_around(places, reach);
+        mark_around(positions, reach);
         m_changed_count = 0;
         m_changed.clear();
         for (std::size_t box = 0; box < m_is_active.size(); ++box) {

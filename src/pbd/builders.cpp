@@ -90,7 +90,7 @@ Result<PbdParts> pbd_of_mesh(const TetMesh& mesh, const PbdMaterial& material) {
         return Error{ErrorCode::InvalidArgument,
                      "density: expected one above 0, found " + std::to_string(material.density)};
     PbdParts parts;
-    parts.places = mesh.nodes_mm;
+    parts.positions = mesh.nodes_mm;
     std::vector<double> masses(mesh.nodes_mm.size(), 0);
     for (const auto& cell : mesh.cells) {
         const double mass = material.density * pbd::tetrahedron_volume(cell, mesh.nodes_mm);

@@ -28,7 +28,7 @@ struct Checker {
     std::size_t index;
 
     Status nodes(std::span<const std::int32_t> found) const {
-        const auto count = parts.places.size();
+        const auto count = parts.positions.size();
         for (std::size_t n = 0; n < found.size(); ++n) {
             if (found[n] < 0 || std::size_t(found[n]) >= count)
                 return bad_part(
@@ -51,7 +51,7 @@ struct Checker {
         return Ok{};
     }
     Status volume(const std::array<std::int32_t, 4>& tetrahedron) const {
-        const double found = tetrahedron_volume(tetrahedron, parts.places);
+        const double found = tetrahedron_volume(tetrahedron, parts.positions);
         if (found > 0 && std::isfinite(found)) return Ok{};
         return bad_part(what, index,
                         "a volume above 0, found " + short_text(found) +
@@ -97,10 +97,10 @@ struct Checker {
                 return bad_part(what, index, "weights that are numbers");
             if (a.weights[n] == 0) continue;
             any = true;
-            if (a.nodes[n] < 0 || std::size_t(a.nodes[n]) >= parts.places.size())
+            if (a.nodes[n] < 0 || std::size_t(a.nodes[n]) >= parts.positions.size())
                 return bad_part(what, index,
-                                "nodes below " + std::to_string(parts.places.size()) + ", found " +
-                                    std::to_string(a.nodes[n]));
+                                "nodes below " + std::to_string(parts.positions.size()) +
+                                    ", found " + std::to_string(a.nodes[n]));
         }
         if (!any) return bad_part(what, index, "a weight that isn't 0");
         if (!is_finite(a.target)) return bad_part(what, index, "a target of three numbers");
@@ -145,15 +145,15 @@ Status check_state(Vec3d position, Vec3d velocity) {
 
 Status check_parts(const PbdParts& parts, PbdMethod method) {
     constexpr std::size_t kMost = std::size_t(1) << 29;
-    if (parts.places.empty() || parts.places.size() > kMost)
+    if (parts.positions.empty() || parts.positions.size() > kMost)
         return invalid("places: expected 1 to " + std::to_string(kMost) + ", found " +
-                       std::to_string(parts.places.size()));
-    if (parts.inverse_masses.size() != parts.places.size())
+                       std::to_string(parts.positions.size()));
+    if (parts.inverse_masses.size() != parts.positions.size())
         return invalid("inverse_masses: expected one for each of " +
-                       std::to_string(parts.places.size()) + " places, found " +
+                       std::to_string(parts.positions.size()) + " places, found " +
                        std::to_string(parts.inverse_masses.size()));
-    for (std::size_t n = 0; n < parts.places.size(); ++n) {
-        if (!is_finite(parts.places[n])) return bad_part("place", n, "three numbers");
+    for (std::size_t n = 0; n < parts.positions.size(); ++n) {
+        if (!is_finite(parts.positions[n])) return bad_part("place", n, "three numbers");
         if (const Status s = check_inverse_mass("particle", n, parts.inverse_masses[n]); !s.ok())
             return s;
     }

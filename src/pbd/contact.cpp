@@ -132,9 +132,9 @@ void RodContact::Impl::find(double wall_moved) {
         ghost.near(low, high, near);
         for (const std::int32_t t : near) {
             const auto& nodes = ghost.triangles()[std::size_t(t)];
-            const Vec3d p[3] = {ghost.places()[std::size_t(nodes[0])],
-                                ghost.places()[std::size_t(nodes[1])],
-                                ghost.places()[std::size_t(nodes[2])]};
+            const Vec3d p[3] = {ghost.positions()[std::size_t(nodes[0])],
+                                ghost.positions()[std::size_t(nodes[1])],
+                                ghost.positions()[std::size_t(nodes[2])]};
             bool apart = false;
             for (int c = 0; c < 3; ++c)
                 apart |= std::max({p[0][c], p[1][c], p[2][c]}) < low[c] ||
@@ -186,7 +186,7 @@ void RodContact::Impl::add(std::int32_t segment, std::int32_t triangle, const Ne
 
 void RodContact::Impl::weigh(Touch& t, const Rod& rod_, const PbdBody& body, double h) {
     const auto& nodes = ghost.triangles()[std::size_t(t.triangle)];
-    const auto place = [&](std::size_t k) { return ghost.places()[std::size_t(nodes[k])]; };
+    const auto place = [&](std::size_t k) { return ghost.positions()[std::size_t(nodes[k])]; };
     const auto weights = mesh::weights_on_triangle(t.place, place(0), place(1), place(2));
     t.count = 0;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -43,7 +43,7 @@ class GhostSurface {
 
     void mark() { m_marked = m_positions; }
 
-    std::span<const Vec3d> places() const { return m_positions; }
+    std::span<const Vec3d> positions() const { return m_positions; }
     std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }
     const Ride& ride(std::int32_t node) const { return m_rides[std::size_t(node)]; }
     void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const {

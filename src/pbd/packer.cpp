@@ -11,8 +11,8 @@ namespace pliant::pbd {
 Packer::Packer(const std::vector<std::int32_t>& particle_of, const PbdParts& parts)
     : m_particle_of(particle_of),
       m_parts(parts),
-      m_packs_of(parts.places.size(), 0),
-      m_pair_of(parts.places.size(), -1) {}
+      m_packs_of(parts.positions.size(), 0),
+      m_pair_of(parts.positions.size(), -1) {}
 
 PackRange Packer::pack(std::span<const std::int32_t> members, int kind, std::int32_t spare,
                        KindPlan& to) {

@@ -41,10 +41,10 @@ struct Cells {
 };
 
 /// Mean domain size seen by a particle.
-double particles_of_domain(const Cells& cells, const std::vector<Vec3d>& places,
+double particles_of_domain(const Cells& cells, const std::vector<Vec3d>& positions,
                            std::vector<std::int64_t>& keys) {
-    keys.resize(places.size());
-    for (std::size_t n = 0; n < places.size(); ++n) keys[n] = cells(places[n], 0);
+    keys.resize(positions.size());
+    for (std::size_t n = 0; n < positions.size(); ++n) keys[n] = cells(positions[n], 0);
     std::sort(keys.begin(), keys.end());
     double sum = 0;
     for (std::size_t n = 0, end = 0; n < keys.size(); n = end) {
@@ -54,9 +54,9 @@ double particles_of_domain(const Cells& cells, const std::vector<Vec3d>& places,
     return sum / double(keys.size());
 }
 
-Cells find_cells(const std::vector<Vec3d>& places, std::int32_t domain_particles) {
-    Vec3d low = places[0], high = low;
-    for (const Vec3d& p : places)
+Cells find_cells(const std::vector<Vec3d>& positions, std::int32_t domain_particles) {
+    Vec3d low = positions[0], high = low;
+    for (const Vec3d& p : positions)
         for (int a = 0; a < 3; ++a) {
             low[a] = std::min(low[a], p[a]);
             high[a] = std::max(high[a], p[a]);
@@ -69,7 +69,7 @@ Cells find_cells(const std::vector<Vec3d>& places, std::int32_t domain_particles
     for (;;) {
         for (int a = 0; a < 3; ++a)
             cells.per_length[a] = extent[a] > 0 ? cells.count[a] / extent[a] : 0;
-        const double found = particles_of_domain(cells, places, keys);
+        const double found = particles_of_domain(cells, positions, keys);
         int widest = 0;
         for (int a = 1; a < 3; ++a)
             if (extent[a] * cells.count[widest] > extent[widest] * cells.count[a]) widest = a;
@@ -86,9 +86,10 @@ struct Member {
 };
 
 void number_particles(const Cells& cells, const PbdParts& parts, Plan& plan) {
-    const auto count = parts.places.size();
+    const auto count = parts.positions.size();
     std::vector<std::pair<std::int64_t, std::int32_t>> order(count);
-    for (std::size_t n = 0; n < count; ++n) order[n] = {cells(parts.places[n], 0), std::int32_t(n)};
+    for (std::size_t n = 0; n < count; ++n)
+        order[n] = {cells(parts.positions[n], 0), std::int32_t(n)};
     std::sort(order.begin(), order.end());
     plan.particle_of.resize(count);
     for (std::size_t n = 0; n < count; ++n)
@@ -105,7 +106,7 @@ std::vector<Member> take_whole(const Cells& cells, const PbdParts& parts, int ph
     for (const Member& member : members) {
         const auto nodes = nodes_of(parts, member.kind, std::size_t(member.constraint));
         const auto cell_of = [&](std::int32_t n) {
-            return phase == kPhases ? 0 : cells(parts.places[std::size_t(n)], phase);
+            return phase == kPhases ? 0 : cells(parts.positions[std::size_t(n)], phase);
         };
         const std::int64_t cell = cell_of(nodes[0]);
         const bool whole = std::all_of(nodes.begin(), nodes.end(),
@@ -172,8 +173,8 @@ std::span<const std::int32_t> nodes_of(const PbdParts& parts, int kind, std::siz
 
 Plan make_plan(const PbdParts& parts, std::int32_t domain_particles) {
     Plan plan;
-    if (parts.places.empty()) return plan;
-    const Cells cells = find_cells(parts.places, domain_particles);
+    if (parts.positions.empty()) return plan;
+    const Cells cells = find_cells(parts.positions, domain_particles);
     number_particles(cells, parts, plan);
     std::vector<Member> left;
     for (int kind = 0; kind < kKinds; ++kind) {

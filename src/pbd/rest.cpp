@@ -12,13 +12,14 @@ namespace pliant::pbd {
 namespace {
 
 Vec3d place(const PbdParts& parts, std::int32_t node) {
-    return parts.places[std::size_t(node)];
+    return parts.positions[std::size_t(node)];
 }
 
 }  // namespace
 
-double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes, std::span<const Vec3d> places) {
-    const auto at = [&](std::size_t n) { return places[std::size_t(nodes[n])]; };
+double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes,
+                          std::span<const Vec3d> positions) {
+    const auto at = [&](std::size_t n) { return positions[std::size_t(nodes[n])]; };
     return pliant::dot(pliant::cross(at(1) - at(0), at(2) - at(0)), at(3) - at(0)) / 6;
 }
 
@@ -39,7 +40,7 @@ double rest_angle(const PbdParts& parts, const PbdBend& bend) {
 
 double rest_volume(const PbdParts& parts, const PbdVolume& volume) {
     return volume.rest_volume >= 0 ? volume.rest_volume
-                                   : tetrahedron_volume(volume.nodes, parts.places);
+                                   : tetrahedron_volume(volume.nodes, parts.positions);
 }
 
 SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid) {

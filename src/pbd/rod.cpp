@@ -61,7 +61,7 @@ const RodSettings& Rod::settings() const {
 }
 
 Status Rod::set_base(Vec3d place, Rotation frame) {
-    if (!is_finite(place)) return invalid("set_base: expected a place of three numbers");
+    if (!is_finite(place)) return invalid("set_base: expected a position of three numbers");
     const auto good = checked("set_base", frame);
     if (!good.ok()) return good.error();
     m_impl->x[0] = place;
@@ -70,7 +70,7 @@ Status Rod::set_base(Vec3d place, Rotation frame) {
 }
 
 Status Rod::hold_tip(Vec3d place, Rotation frame) {
-    if (!is_finite(place)) return invalid("hold_tip: expected a place of three numbers");
+    if (!is_finite(place)) return invalid("hold_tip: expected a position of three numbers");
     const auto good = checked("hold_tip", frame);
     if (!good.ok()) return good.error();
     Impl& rod = *m_impl;

@@ -40,8 +40,8 @@ class SolverOf final : public Solver {
         m_x.assign(numbers, 0);
         m_before.assign(numbers, 0);
         m_v.assign(numbers, 0);
-        for (std::size_t n = 0; n < parts.places.size(); ++n) {
-            put(m_x, std::int32_t(n), parts.places[n] - m_origin);
+        for (std::size_t n = 0; n < parts.positions.size(); ++n) {
+            put(m_x, std::int32_t(n), parts.positions[n] - m_origin);
             m_x[at(std::int32_t(n)) + 3] = Real(parts.inverse_masses[n]);
         }
         m_good_x = m_x;
@@ -118,7 +118,7 @@ class SolverOf final : public Solver {
     }
     std::uint64_t hash() const override {
         Hash64 hash;
-        for (std::size_t n = 0; n < m_parts.places.size(); ++n)
+        for (std::size_t n = 0; n < m_parts.positions.size(); ++n)
             hash.add(std::span<const Real>(m_x.data() + at(std::int32_t(n)), 3));
         return hash.value();
     }
@@ -174,8 +174,8 @@ class SolverOf final : public Solver {
     }
     /// Sets the origin to the middle of the body, where floats are finest.
     void choose_origin() {
-        Vec3d low = m_parts.places[0], high = low;
-        for (const Vec3d& p : m_parts.places)
+        Vec3d low = m_parts.positions[0], high = low;
+        for (const Vec3d& p : m_parts.positions)
             for (int c = 0; c < 3; ++c) {
                 low[c] = std::min(low[c], p[c]);
                 high[c] = std::max(high[c], p[c]);
@@ -486,7 +486,7 @@ class SolverOf final : public Solver {
 
     /// Moves particles out of the planes, and back along them within the friction limit.
     void project_planes(const TaskArena& arena) {
-        const auto count = std::int64_t(m_parts.places.size());
+        const auto count = std::int64_t(m_parts.positions.size());
         for_each(arena, count, kGrain, [&](std::int64_t begin, std::int64_t end) {
             for (const PbdPlane& plane : m_parts.planes) {
                 const Vec3d normal = normalized(plane.normal), point = plane.point - m_origin;

@@ -60,7 +60,8 @@ double rest_length(const PbdParts& parts, const PbdDistance& distance);
 double rest_angle(const PbdParts& parts, const PbdBend& bend);
 double rest_volume(const PbdParts& parts, const PbdVolume& volume);
 /// Volume at the given positions; negative: inverted.
-double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes, std::span<const Vec3d> places);
+double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes,
+                          std::span<const Vec3d> positions);
 
 /// @returns InvalidArgument that names the part and its number
 Status check_parts(const PbdParts& parts, PbdMethod method);

@@ -19,11 +19,11 @@ struct Box {
     }
 };
 
-Box box_of(std::span<const Vec3d> places, const std::array<std::int32_t, 3>& t, double margin) {
-    const Vec3d first = places[std::size_t(t[0])], m{margin, margin, margin};
+Box box_of(std::span<const Vec3d> positions, const std::array<std::int32_t, 3>& t, double margin) {
+    const Vec3d first = positions[std::size_t(t[0])], m{margin, margin, margin};
     Box box{first, first};
-    box.add(places[std::size_t(t[1])]);
-    box.add(places[std::size_t(t[2])]);
+    box.add(positions[std::size_t(t[1])]);
+    box.add(positions[std::size_t(t[2])]);
     return {box.low - m, box.high + m};
 }
 
@@ -45,12 +45,12 @@ TriangleGrid::Range TriangleGrid::cubes_of(Vec3d low, Vec3d high) const {
     return range;
 }
 
-void TriangleGrid::fill(std::span<const Vec3d> places,
+void TriangleGrid::fill(std::span<const Vec3d> positions,
                         std::span<const std::array<std::int32_t, 3>> triangles, double margin) {
-    Box all = box_of(places, triangles[0], margin);
+    Box all = box_of(positions, triangles[0], margin);
     double extent = 0;
     for (const auto& t : triangles) {
-        const Box box = box_of(places, t, margin);
+        const Box box = box_of(positions, t, margin);
         all.add(box.low);
         all.add(box.high);
         const Vec3d size = box.high - box.low;
@@ -72,7 +72,7 @@ void TriangleGrid::fill(std::span<const Vec3d> places,
                 for (int i = r.low.x; i <= r.high.x; ++i) body(index_of(i, j, k));
     };
     const auto range_of = [&](const std::array<std::int32_t, 3>& t) {
-        const Box box = box_of(places, t, margin);
+        const Box box = box_of(positions, t, margin);
         return cubes_of(box.low, box.high);
     };
     for (const auto& t : triangles)

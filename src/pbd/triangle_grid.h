@@ -20,8 +20,8 @@ namespace pliant::pbd {
 class TriangleGrid {
   public:
     /// Fills the grid with the triangles' present positions and a margin.
-    void fill(std::span<const Vec3d> places, std::span<const std::array<std::int32_t, 3>> triangles,
-              double margin);
+    void fill(std::span<const Vec3d> positions,
+              std::span<const std::array<std::int32_t, 3>> triangles, double margin);
 
     /// Finds all triangles that intersect the box, and some others, in ascending order.
     /// @param[out] found  is cleared first

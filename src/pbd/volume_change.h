@@ -33,7 +33,8 @@ VolumeChange volume_change_of(const PbdParts& parts, const Place& place) {
         change.largest = std::max(change.largest, relative);
     };
     for (const PbdVolume& v : parts.volumes) add(v.nodes, rest_volume(parts, v));
-    for (const PbdSolid& s : parts.solids) add(s.nodes, tetrahedron_volume(s.nodes, parts.places));
+    for (const PbdSolid& s : parts.solids)
+        add(s.nodes, tetrahedron_volume(s.nodes, parts.positions));
     if (count == 0) return change;
     change.total = sum / rest_sum - 1;
     change.mean /= count;

@@ -74,18 +74,19 @@ std::vector<Place> deep_places(const render::CoarseVolume& coarse,
     std::stable_sort(peaks.begin(), peaks.end(), [](const Place& a, const Place& b) {
         return std::min(a.radius_mm, kWideMm) > std::min(b.radius_mm, kWideMm);
     });
-    std::vector<Place> places;
+    std::vector<Place> positions;
     const Vec3d s = coarse.spacing_mm;
     for (const Place& peak : peaks) {
         const Vec3i p = coarse.cell(peak.cell);
-        const bool crowded = std::any_of(places.begin(), places.end(), [&](const Place& other) {
-            const Vec3i d = coarse.cell(other.cell) - p;
-            return norm({d.x * s.x, d.y * s.y, d.z * s.z}) < std::min(peak.radius_mm, kWideMm);
-        });
-        if (!crowded) places.push_back(peak);
-        if (places.size() >= std::size_t(kMaxPlaces)) break;
+        const bool crowded =
+            std::any_of(positions.begin(), positions.end(), [&](const Place& other) {
+                const Vec3i d = coarse.cell(other.cell) - p;
+                return norm({d.x * s.x, d.y * s.y, d.z * s.z}) < std::min(peak.radius_mm, kWideMm);
+            });
+        if (!crowded) positions.push_back(peak);
+        if (positions.size() >= std::size_t(kMaxPlaces)) break;
     }
-    return places;
+    return positions;
 }
 
 /// Candidate directions; for each the indices of the directions in its picture, and in the middle
@@ -150,7 +151,7 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
 
 /// Scores all positions, and searches around the best ones with more directions.
 std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
-                                std::vector<Place> places, double iso_hu, Polarity polarity) {
+                                std::vector<Place> positions, double iso_hu, Polarity polarity) {
     Endoscope endoscope;
     endoscope.iso_hu = iso_hu;
     endoscope.polarity = polarity;
@@ -160,18 +161,18 @@ std::optional<Endoscope> search(const render::VolumeRays& rays, const render::Co
             return world_from_voxel(rays.volume.grid,
                                     voxel_of_cell(coarse, rays.volume.grid, place.cell));
         };
-        rays.arena.for_each(std::int64_t(places.size()), 2, [&](auto begin, auto end) {
+        rays.arena.for_each(std::int64_t(positions.size()), 2, [&](auto begin, auto end) {
             for (auto i = std::size_t(begin); i < std::size_t(end); ++i)
-                places[i].view = best_view(rays, eye(places[i]), places[i].radius_mm, iso_hu,
-                                           polarity, directions);
+                positions[i].view = best_view(rays, eye(positions[i]), positions[i].radius_mm,
+                                              iso_hu, polarity, directions);
         });
-        std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+        std::stable_sort(positions.begin(), positions.end(), [](const Place& a, const Place& b) {
             return a.view.score > b.view.score;
         });
-        if (places.size() > std::size_t(kept)) places.resize(std::size_t(kept));
-        if (places.empty() || !(places[0].view.score > 0)) return std::nullopt;
-        endoscope.eye_mm = eye(places[0]);
-        endoscope.look = places[0].view.direction;
+        if (positions.size() > std::size_t(kept)) positions.resize(std::size_t(kept));
+        if (positions.empty() || !(positions[0].view.score > 0)) return std::nullopt;
+        endoscope.eye_mm = eye(positions[0]);
+        endoscope.look = positions[0].view.direction;
     }
     endoscope.up = render::natural_up(endoscope.look);
     return endoscope;
@@ -196,8 +197,8 @@ std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Pol
     for (const Stage& stage : stages(iso_hu, polarity)) {
         const auto mask =
             render::lumen_mask(coarse, stage.threshold_hu, polarity, stage.allow_outside);
-        const auto places = deep_places(coarse, render::wall_distance_mm(coarse, mask, arena));
-        if (auto found = search(rays, coarse, places, stage.wall_hu, polarity)) {
+        const auto positions = deep_places(coarse, render::wall_distance_mm(coarse, mask, arena));
+        if (auto found = search(rays, coarse, positions, stage.wall_hu, polarity)) {
             found->iso_hu = iso_hu;
             return found;
         }

@@ -242,15 +242,15 @@ Status ControlLattice::place(std::span<const Vec3d> displacements_mm) noexcept {
 
 template <class Shift>
 std::array<Vec3d, 8> ControlLattice::Impl::corners(Vec3i cell, const Shift& shift) const {
-    std::array<Vec3d, 8> places;
+    std::array<Vec3d, 8> positions;
     for (int c = 0; c < 8; ++c) {
         const Vec3i node = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
         const Vec3d u = shift(node_at(node));
         for (int a = 0; a < 3; ++a)
-            places[std::size_t(c)][a] =
+            positions[std::size_t(c)][a] =
                 grid.first[a] + grid.cell[a] * node[a] + u[a] / scan.grid.spacing_mm[a];
     }
-    return places;
+    return positions;
 }
 
 std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
@@ -259,14 +259,14 @@ std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
     std::optional<ControlPlace> found;
     for_each_in({{0, 0, 0}, m.grid.size - Vec3i{1, 1, 1}}, [&](Vec3i cell) {
         if (found) return;
-        const std::array<Vec3d, 8> places =
+        const std::array<Vec3d, 8> positions =
             m.corners(cell, [&](std::size_t n) { return m.shift_mm(n); });
         for (int a = 0; a < 3; ++a) {
             const auto [low, high] = std::minmax_element(
-                places.begin(), places.end(), [a](Vec3d p, Vec3d q) { return p[a] < q[a]; });
+                positions.begin(), positions.end(), [a](Vec3d p, Vec3d q) { return p[a] < q[a]; });
             if (point[a] < (*low)[a] - 1e-6 || point[a] > (*high)[a] + 1e-6) return;
         }
-        const auto at = TrilinearCell(places).locate(point);
+        const auto at = TrilinearCell(positions).locate(point);
         if (!at) return;
         found = ControlPlace{{}, *at};
         for (int c = 0; c < 8; ++c)

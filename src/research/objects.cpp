@@ -123,11 +123,11 @@ Result<int> ObjectSpace::Impl::add_object(Volume volume, const ChainMailSettings
     const PlacedLattice own_place = placed(added);
     for (std::size_t n = 0; n < objects.size(); ++n)
         if (const auto e = find_overlap(own_place, placed(objects[n]), arena))
-            return invalid(name + ": expected a place of its own, but element " + text_of(*e) +
+            return invalid(name + ": expected a position of its own, but element " + text_of(*e) +
                            " overlaps object " + std::to_string(n));
     for (std::size_t n = 0; n < walls.size(); ++n)
         if (const auto e = find_behind(own_place, walls[n]))
-            return invalid(name + ": expected a place before the walls, but element " +
+            return invalid(name + ": expected a position before the walls, but element " +
                            text_of(*e) + " is behind wall " + std::to_string(n));
     objects.push_back(std::move(added));
     return int(objects.size()) - 1;

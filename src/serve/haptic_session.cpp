@@ -76,8 +76,8 @@ Result<OpenedDevice> HapticDevices::open(const std::string& name) const {
     if (name == kSpaceMouse || std::find(kVirtual.begin(), kVirtual.end(), name) != kVirtual.end())
         return opened(open_haptic_device(name));
     if (name == kBrowser) {
-        auto places = std::make_shared<PosedPlaces>();
-        return OpenedDevice{make_posed_device(places), places};
+        auto positions = std::make_shared<PosedPlaces>();
+        return OpenedDevice{make_posed_device(positions), positions};
     }
     for (const std::string& given : m_given)
         if (name == name_of_given(given)) return opened(open_haptic_device(given));
@@ -96,7 +96,7 @@ Result<std::unique_ptr<HapticSession>> HapticSession::start(const HapticsMessage
     session->m_tool = tool;
     session->m_wish = wish;
     session->m_device = wish.device;
-    session->m_positions = std::move(opened.places);
+    session->m_positions = std::move(opened.positions);
     const HapticLimits limits = opened.device->limits();
     session->m_largest_force_n = limits.max_force_n;
     HapticWorkspace workspace{.rotation = frame_of(wish.look, wish.up),

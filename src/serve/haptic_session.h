@@ -31,8 +31,8 @@ namespace pliant::serve {
 
 struct OpenedDevice {
     std::unique_ptr<HapticDevice> device;
-    std::shared_ptr<PosedPlaces> places;  ///< set if the client supplies the position; null for
-                                          ///< others
+    std::shared_ptr<PosedPlaces> positions;  ///< set if the client supplies the position; null for
+                                             ///< others
 };
 
 /// Devices that a client may choose by name: built-in ones, and those on the command line. So a

@@ -27,10 +27,10 @@ struct Bounds {
     Mat3d stiffness{}, damping{};
 };
 
-Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const Vec3d> places) {
+Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const Vec3d> positions) {
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
     const auto place = [&](std::int32_t n) {
-        return places.empty() ? rest(n) : places[std::size_t(n)];
+        return positions.empty() ? rest(n) : positions[std::size_t(n)];
     };
     Bounds bounds;
     for (const auto& neighbour : network.neighbours(i)) {
@@ -60,12 +60,12 @@ Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const V
 
 }  // namespace
 
-double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> places) {
+double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> positions) {
     double shortest = kNone;
     for (std::int32_t i = 0; i < network.node_count(); ++i) {
         const SpringNode& node = network.nodes()[std::size_t(i)];
         if (node.fixed) continue;
-        const Bounds bounds = bounds_of(network, i, places);
+        const Bounds bounds = bounds_of(network, i, positions);
         const double lambda = largest_eigenvalue(bounds.stiffness, Scaling::Reciprocal) / node.mass;
         const double gamma = largest_eigenvalue(bounds.damping, Scaling::Reciprocal) / node.mass;
         // h²λ + 2hγ = 4, in a form without cancellation.

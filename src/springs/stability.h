@@ -15,6 +15,6 @@ constexpr void add_outer(Mat3d& m, Vec3d v, double weight) {
 
 /// SpringNetwork::stable_time_step for a deformed shape. @param places  [node]; empty: the rest
 /// shape
-double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> places);
+double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> positions);
 
 }  // namespace pliant

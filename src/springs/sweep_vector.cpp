@@ -84,13 +84,13 @@ struct List {
 };
 
 template <bool Damped, int N, class Place>
-HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&places)[N],
+HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&positions)[N],
                           const double* const (&blocks)[N]) {
     const D d;
     V dx[N], dy[N], dz[N], y[N];
-    for (int n = 0; n < N; ++n) dx[n] = hn::Sub(own.x, places[n](seen.x));
-    for (int n = 0; n < N; ++n) dy[n] = hn::Sub(own.y, places[n](seen.y));
-    for (int n = 0; n < N; ++n) dz[n] = hn::Sub(own.z, places[n](seen.z));
+    for (int n = 0; n < N; ++n) dx[n] = hn::Sub(own.x, positions[n](seen.x));
+    for (int n = 0; n < N; ++n) dy[n] = hn::Sub(own.y, positions[n](seen.y));
+    for (int n = 0; n < N; ++n) dz[n] = hn::Sub(own.z, positions[n](seen.z));
     for (int n = 0; n < N; ++n) y[n] = hn::Mul(dx[n], dx[n]);
     for (int n = 0; n < N; ++n) y[n] = hn::MulAdd(dy[n], dy[n], y[n]);
     for (int n = 0; n < N; ++n) y[n] = hn::MulAdd(dz[n], dz[n], y[n]);
@@ -101,7 +101,7 @@ HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&places)[N]
     if constexpr (Damped)
         for (int n = 0; n < N; ++n) {
             const auto moved = [&](V from, const double* now, const double* before) HWY_ATTR {
-                return hn::Sub(from, hn::Sub(places[n](now), places[n](before)));
+                return hn::Sub(from, hn::Sub(positions[n](now), positions[n](before)));
             };
             V along = hn::Mul(dx[n], moved(own.from_x, seen.x, seen.before_x));
             along = hn::MulAdd(dy[n], moved(own.from_y, seen.y, seen.before_y), along);

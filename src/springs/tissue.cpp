@@ -88,6 +88,7 @@ SettingRows<SpringSettings> spring_solver_rows() noexcept {
                                       .low = 0,
                                       .high = 1,
                                       .above_low = true,
+                                      .below_high = true,
                                       .text = "relative residual of implicit Euler"}),
         setting<&S::solve_iterations>(
             {.name = "solve_iterations", .low = 1, .text = "of implicit Euler, at most"}),
@@ -174,7 +175,7 @@ Status SpringTissue::move_held(std::span<const Vec3d> positions) noexcept {
     SpringState& state = m_impl->current();
     Status status = attempt([&]() -> Status {
         if (positions.size() != state.held.size())
-            return invalid("move_held: expected a place for each of " +
+            return invalid("move_held: expected a position for each of " +
                            std::to_string(state.held.size()) + " held nodes, found " +
                            std::to_string(positions.size()));
         for (const Vec3d place : positions)

@@ -40,9 +40,9 @@ Result<SpringStep> SpringTissue::Impl::step_explicit(std::int32_t count, const T
 
 /// Error about a step that was undone.
 Error SpringTissue::Impl::unstable() {
-    std::vector<Vec3d> places(std::size_t(network.node_count()));
-    for (std::size_t n = 0; n < places.size(); ++n) places[n] = state.place(std::int32_t(n));
-    const double longest = pliant::stable_time_step(network, places);
+    std::vector<Vec3d> positions(std::size_t(network.node_count()));
+    for (std::size_t n = 0; n < positions.size(); ++n) positions[n] = state.place(std::int32_t(n));
+    const double longest = pliant::stable_time_step(network, positions);
     if (longest < time_step)
         return {ErrorCode::InvalidArgument,
                 "time_step: expected at most " + short_text(longest) +

@@ -106,7 +106,7 @@ BodyTissue::BodyTissue(PbdBody body, std::unique_ptr<ControlLattice> lattice,
       m_lattice(std::move(lattice)),
       m_carried(std::move(carried)),
       m_cells(cells_of(m_body.parts())) {
-    const auto& rest = m_body.parts().places;
+    const auto& rest = m_body.parts().positions;
     for (const auto& cell : m_cells) m_rest_volumes.push_back(volume_of(cell, rest));
     m_edge_mm = mean_edge({rest, m_cells});
     m_positions.resize(rest.size());
@@ -123,7 +123,7 @@ Result<std::unique_ptr<Tissue>> BodyTissue::create(const Volume& scan, PbdBody b
     if (const Status s = pliant::check(settings, body_rows()); !s.ok()) return s.error();
     if (body.settings().volume_recovery > 0)
         return expected_error("volume_recovery", "0", text_of(body.settings().volume_recovery));
-    const TetMesh mesh{body.parts().places, cells_of(body.parts())};
+    const TetMesh mesh{body.parts().positions, cells_of(body.parts())};
     if (mesh.cells.empty())
         return expected_error("body", "volumes or solids", "a body without tetrahedra");
     for (std::size_t c = 0; c < mesh.cells.size(); ++c)
@@ -330,7 +330,7 @@ void BodyTissue::put(std::span<const Vec3d> positions, std::span<const Vec3d> ve
 
 /// Stops all nodes. A free body near its rest positions is moved to them.
 void BodyTissue::come_to_rest() noexcept {
-    const auto& rest = m_body.parts().places;
+    const auto& rest = m_body.parts().positions;
     double farthest = 0;
     m_body.get_positions(m_positions);
     for (std::size_t n = 0; n < rest.size(); ++n)
@@ -366,7 +366,7 @@ Status BodyTissue::reset() noexcept {
     m_tools.clear();
     set_masses();
     std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
-    put(m_body.parts().places, m_velocities);
+    put(m_body.parts().positions, m_velocities);
     m_settled = is_weightless();
     return Ok{};
 }
@@ -407,7 +407,7 @@ Status BodyTissue::set_state(std::span<const double> numbers) noexcept {
     return attempt([&]() -> Status {
         if (numbers.size() != 6 * m_positions.size())
             return invalid("expected position and velocity of as many particles");
-        const auto& rest = m_body.parts().places;
+        const auto& rest = m_body.parts().positions;
         std::vector<Vec3d> positions, velocities;
         bool is_home = true;
         for (std::size_t n = 0; n < numbers.size(); n += 6) {
@@ -437,7 +437,7 @@ std::uint64_t BodyTissue::hash() const {
 
 Status BodyTissue::show() const {
     if (m_is_shown) return Ok{};
-    const auto& rest = m_body.parts().places;
+    const auto& rest = m_body.parts().positions;
     for (std::size_t c = 0; c < m_carried.size(); ++c) {
         Vec3d sum{0, 0, 0};
         for (std::size_t k = 0; k < 4; ++k) {

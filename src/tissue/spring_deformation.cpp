@@ -39,10 +39,10 @@ Result<std::unique_ptr<SpringDeformation>> SpringDeformation::create(
 
 // Time.
 
-void SpringDeformation::Impl::put(std::span<const Vec3d> places) noexcept {
-    for (std::size_t n = 0; n < places.size(); ++n)
+void SpringDeformation::Impl::put(std::span<const Vec3d> positions) noexcept {
+    for (std::size_t n = 0; n < positions.size(); ++n)
         if (!is_fixed(std::int32_t(n)))
-            (void)tissue.set_state(std::int32_t(n), places[n], {0, 0, 0});
+            (void)tissue.set_state(std::int32_t(n), positions[n], {0, 0, 0});
 }
 
 /// Sets all velocities to zero.
@@ -165,9 +165,9 @@ const std::vector<Vec3d>& SpringDeformation::displacements_mm() const {
 }
 
 std::vector<Vec3d> SpringDeformation::positions_mm() const {
-    std::vector<Vec3d> places(std::size_t(m_impl->control->node_count()));
-    positions_mm(places);
-    return places;
+    std::vector<Vec3d> positions(std::size_t(m_impl->control->node_count()));
+    positions_mm(positions);
+    return positions;
 }
 
 void SpringDeformation::positions_mm(std::span<Vec3d> positions_mm) const noexcept {

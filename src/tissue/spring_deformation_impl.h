@@ -45,7 +45,7 @@ struct SpringDeformation::Impl {
     bool folds() noexcept;
     void stop() noexcept;
     void come_to_rest() noexcept;
-    void put(std::span<const Vec3d> places) noexcept;  ///< with zero velocity
+    void put(std::span<const Vec3d> positions) noexcept;  ///< with zero velocity
     /// Transfers the nodes' positions to the elements: when these are read, not in each step.
     Status show() noexcept;
 

@@ -163,8 +163,9 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
                                         .young_modulus = settings.young_modulus_pa,
                                         .poisson_ratio = settings.poisson_ratio});
         if (!parts) return parts.error();
-        for (std::size_t n = 0; n < parts->places.size(); ++n)
-            if (value_at(scan, parts->places[n]) > settings.fixed_hu) parts->inverse_masses[n] = 0;
+        for (std::size_t n = 0; n < parts->positions.size(); ++n)
+            if (value_at(scan, parts->positions[n]) > settings.fixed_hu)
+                parts->inverse_masses[n] = 0;
         auto body = PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s,
                                                         .sub_steps = settings.sub_steps,
                                                         .damping = settings.damping_per_s});

@@ -150,12 +150,12 @@ Result<TriangleMesh> ghost_of(const LumenShape& lumen, const WallSettings& setti
 
 void ride_on(const TetMesh& wall, const std::vector<VesselEnd>& ends, double thickness_mm,
              double cell_mm, const TaskArena& arena, TriangleMesh& ghost,
-             std::vector<Embedded>& places) {
+             std::vector<Embedded>& positions) {
     for (;;) {
-        places = embed(ghost.nodes_mm, wall, arena);
-        std::vector<bool> gone(places.size());
-        for (std::size_t n = 0; n < places.size(); ++n)
-            gone[n] = is_beside(places[n], ghost.nodes_mm[n], wall) &&
+        positions = embed(ghost.nodes_mm, wall, arena);
+        std::vector<bool> gone(positions.size());
+        for (std::size_t n = 0; n < positions.size(); ++n)
+            gone[n] = is_beside(positions[n], ghost.nodes_mm[n], wall) &&
                       outside_of_ends(ends, thickness_mm, ghost.nodes_mm[n]) < kRimCells * cell_mm;
         const auto removed = std::erase_if(ghost.cells, [&](const auto& t) {
             return std::any_of(t.begin(), t.end(),
@@ -165,7 +165,7 @@ void ride_on(const TetMesh& wall, const std::vector<VesselEnd>& ends, double thi
         ghost = part_of(ghost.nodes_mm, std::vector(ghost.cells));
         tidy_rims(ghost);
     }
-    for (Embedded& e : places) {
+    for (Embedded& e : positions) {
         for (double& w : e.weights)
             if (std::abs(w) < kRounding) w = 0;
         const double sum = std::accumulate(e.weights.begin(), e.weights.end(), 0.0);

@@ -32,7 +32,7 @@ bool is_beside(const Embedded& place, Vec3d ghost_node, const TetMesh& wall);
 /// @param[out] ghost, places
 void ride_on(const TetMesh& wall, const std::vector<VesselEnd>& ends, double thickness_mm,
              double cell_mm, const TaskArena& arena, TriangleMesh& ghost,
-             std::vector<Embedded>& places);
+             std::vector<Embedded>& positions);
 
 /// Distance from the nearest end's cut [mm]: negative beyond an end, in its neighbourhood.
 double outside_of_ends(const std::vector<VesselEnd>& ends, double thickness_mm, Vec3d x);

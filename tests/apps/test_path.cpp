@@ -93,8 +93,8 @@ TEST_F(PathTest, BadInputIsOneLineAndNoFile) {
         const char* arguments;
         const char* named;
     } cases[] = {
-        {"--from 0.3,-1.8,38 --to 40,40,40", "--to: expected a place in the lumen"},
-        {"--from 900,0,0 --to 22,1,-20", "--from: expected a place in the scan"},
+        {"--from 0.3,-1.8,38 --to 40,40,40", "--to: expected a position in the lumen"},
+        {"--from 900,0,0 --to 22,1,-20", "--from: expected a position in the scan"},
         {"--from 0.3,-1.8,38", "--to"},
         {"--from 0.3,-1.8 --to 22,1,-20", "--from"},
         {"--from 0.3,-1.8,38 --to 0.3,-1.8,38", "two different places"},

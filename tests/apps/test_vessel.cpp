@@ -112,9 +112,9 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
             "s.toml: [vessel] phantom: expected \"bend\" or \"arch\", found \"knot\"");
     refused("layers = 1", "cell_mm = 2",
             "[vessel] cell_mm: expected none beside phantom, which is swept in layers, found one");
-    refused(
-        "[0, 0, 5]", "[0, 9, 5]",
-        "s.toml: [entry] place_mm: expected a place in the vessel's lumen, found 0, 9, 5 outside");
+    refused("[0, 0, 5]", "[0, 9, 5]",
+            "s.toml: [entry] place_mm: expected a position in the vessel's lumen, found 0, 9, 5 "
+            "outside");
     refused("length_mm = 100", "length_mm = \"long\"",
             "[catheter] length_mm: expected a number, found \"long\"");
     refused("length_mm", "lenght_mm", "[catheter] lenght_mm: expected one of model, length_mm");

@@ -29,9 +29,9 @@ std::vector<CentrePoint> bent_way() {
                            .last_mm = 24});
 }
 std::vector<Vec3d> places_of(const std::vector<CentrePoint>& way) {
-    std::vector<Vec3d> places;
-    for (const CentrePoint& p : way) places.push_back(p.position_mm);
-    return places;
+    std::vector<Vec3d> positions;
+    for (const CentrePoint& p : way) positions.push_back(p.position_mm);
+    return positions;
 }
 VesselWall bent_tube() {
     return made(swept_tube(bent_way(), {.thickness_mm = 1.2, .layers = 2, .sectors = 12}));
@@ -51,7 +51,7 @@ CatheterSettings settings(double stiff = 20) {
 double deepest(const CatheterScene& scene) {
     const CatheterEntry& entry = scene.settings().entry;
     const TriangleMesh& ghost = scene.wall().ghost;
-    const auto places = scene.ghost_positions();
+    const auto positions = scene.ghost_positions();
     const auto x = scene.wire_positions();
     double most = -1e9;
     for (auto s = std::size_t(scene.first_inserted()); s + 1 < x.size(); ++s)
@@ -59,8 +59,8 @@ double deepest(const CatheterScene& scene) {
             const Vec3d p = (1 - k / 6.0) * x[s] + (k / 6.0) * x[s + 1];
             const bool in_guide = dot(p - entry.position_mm, entry.direction) < 0;
             if (in_guide && std::int32_t(s) == scene.first_inserted()) continue;
-            most =
-                std::max(most, scene.settings().catheter.radius_mm - inside_by(p, places, ghost));
+            most = std::max(most,
+                            scene.settings().catheter.radius_mm - inside_by(p, positions, ghost));
         }
     // The tetrahedra themselves: their nodes, and the middles of their edges.
     const TetMesh body = scene.catheter_mesh();
@@ -70,7 +70,7 @@ double deepest(const CatheterScene& scene) {
             for (std::size_t b = 0; b <= a; ++b) {
                 const Vec3d p = 0.5 * (at(cell[a]) + at(cell[b]));
                 if (cell[0] / 4 <= scene.first_inserted()) continue;
-                most = std::max(most, -inside_by(p, places, ghost));
+                most = std::max(most, -inside_by(p, positions, ghost));
             }
     return most;
 }
@@ -158,7 +158,7 @@ TEST(CatheterScene, OneOfTetrahedraStaysInside) {
 TEST(CatheterScene, OneOfTetrahedraLiesAsTheRodDoes) {
     const VesselWall wall = bent_tube();
     const TaskArena arena(1);
-    std::vector<Vec3d> places[2];
+    std::vector<Vec3d> positions[2];
     double contact[2] = {0, 0}, turned[2] = {0, 0};
     for (const bool body : {false, true}) {
         CatheterSettings s = of_tetrahedra(40);
@@ -169,7 +169,7 @@ TEST(CatheterScene, OneOfTetrahedraLiesAsTheRodDoes) {
             ASSERT_TRUE(scene.command({.insert_mm_s = n < 350 ? 200.0 : 0.0}).ok());
             ASSERT_TRUE(scene.step(1, arena).ok());
         }
-        places[body].assign(scene.wire_positions().begin(), scene.wire_positions().end());
+        positions[body].assign(scene.wire_positions().begin(), scene.wire_positions().end());
         contact[body] = scene.quick_measures().contact_n;
         const Vec3d before = rotated(scene.tip_frame(), {1, 0, 0});
         for (int n = 0; n < 400; ++n) {
@@ -181,8 +181,8 @@ TEST(CatheterScene, OneOfTetrahedraLiesAsTheRodDoes) {
         turned[body] = std::atan2(dot(cross(before, after), ahead), dot(before, after));
     }
     double apart = 0;
-    for (std::size_t n = 0; n < places[0].size(); ++n)
-        apart = std::max(apart, norm(places[0][n] - places[1][n]));
+    for (std::size_t n = 0; n < positions[0].size(); ++n)
+        apart = std::max(apart, norm(positions[0][n] - positions[1][n]));
     std::printf("apart %.3f mm, contact %.3f and %.3f N, tip turned by %.2f and %.2f\n", apart,
                 contact[0], contact[1], turned[0], turned[1]);
     EXPECT_LT(apart, 0.5);
@@ -402,7 +402,7 @@ TEST(CatheterScene, BeginsInTheLumenOrIsRefused) {
     s.entry.position_mm = {0, 4.5, 10};
     EXPECT_EQ(
         message(),
-        "[entry] place_mm: expected a place in the vessel's lumen, found 0, 4.5, 10 outside of "
+        "[entry] place_mm: expected a position in the vessel's lumen, found 0, 4.5, 10 outside of "
         "it");
     s.entry.position_mm = {0, 0, -300};
     EXPECT_EQ(message().find("[entry] place_mm: "), 0u);

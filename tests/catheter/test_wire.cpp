@@ -76,7 +76,7 @@ TEST(Wire, MovesAsTheRodDoes) {
         for (int n = 0; n <= 20; ++n) {
             const Vec3d rest = s.entry + (2.0 * n) * rotated(s.frame, {0, 0, 1});
             moved = std::max(moved, norm(rod->position(n) - rest));
-            off = std::max(off, norm(rod->position(n) - wire.places()[std::size_t(n)]));
+            off = std::max(off, norm(rod->position(n) - wire.positions()[std::size_t(n)]));
         }
         std::printf("moved %.3f mm, apart %.2e mm\n", moved, off);
         EXPECT_GT(moved, 0.5);
@@ -198,9 +198,9 @@ TEST(Wire, FrictionRoundACylinderIsTheCapstans) {
             wire.predict(h);
             std::vector<WireContact> contacts;
             const double ramp = std::min(1.0, n / 1000.0);
-            contacts.push_back(load_on(59, 1, {ramp * load, 0, 0}, wire.places().back()));
+            contacts.push_back(load_on(59, 1, {ramp * load, 0, 0}, wire.positions().back()));
             for (std::int32_t i = wire.first(); i < wire.segments(); ++i) {
-                Vec3d out = wire.places()[std::size_t(i) + 1] - centre;
+                Vec3d out = wire.positions()[std::size_t(i) + 1] - centre;
                 out.y = 0;
                 WireContact c;
                 c.segment = i;
@@ -240,8 +240,8 @@ TEST(Wire, NothingJumpsWhereSegmentsLeaveTheGuide) {
         ASSERT_TRUE(wire.is_good());
         if (n < 300) continue;  // the tip has been bent at once
         for (int i = wire.first(); i <= 50; ++i)
-            jump = std::max(
-                jump, norm(wire.places()[std::size_t(i)] - wire.places_before()[std::size_t(i)]));
+            jump = std::max(jump, norm(wire.positions()[std::size_t(i)] -
+                                       wire.places_before()[std::size_t(i)]));
         force = std::max(force, norm(wire.base_force()));
     }
     std::printf("largest movement %.4f mm, force %.1f uN\n", jump, force);

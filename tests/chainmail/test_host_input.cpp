@@ -153,10 +153,10 @@ TEST(HostLaws, RandomOnesHoldAndOneNumberOutOfItsRangeIsRefusedWithItsValue) {
         expect_refused(tissue.set_materials(settings), where);
         EXPECT_EQ(tissue.hash(), before);
         const std::array materials{bad};
-        const std::array<Vec3d, 2> places{Vec3d{0, 0, 0}, Vec3d{1, 2, 3}};
+        const std::array<Vec3d, 2> positions{Vec3d{0, 0, 0}, Vec3d{1, 2, 3}};
         const std::array<ChainEdge, 1> edges{ChainEdge{0, 1}};
         if (field != "yield") {  // graphs have none
-            EXPECT_FALSE(ChainGraph::create(places, materials, {}, edges).ok()) << field;
+            EXPECT_FALSE(ChainGraph::create(positions, materials, {}, edges).ok()) << field;
         }
     }
 }

@@ -109,9 +109,9 @@ TEST_F(DicomDecoder, OneThatHangsIsAnError) {
 TEST_F(DicomDecoder, OneThatIsMissingIsAnError) {
     const std::string message = error_of({m_folder / "none", 5});
     EXPECT_TRUE(message.starts_with("the decoder can't be started (")) << message;
-    const auto places = decoder_places();
-    ASSERT_GE(places.size(), 3u);
-    for (const fs::path& place : places) {
+    const auto positions = decoder_places();
+    ASSERT_GE(positions.size(), 3u);
+    for (const fs::path& place : positions) {
         EXPECT_TRUE(place.is_absolute()) << place;
         EXPECT_EQ(place.filename(), kDecoderName);
     }

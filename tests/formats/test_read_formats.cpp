@@ -101,13 +101,13 @@ TEST(ReadNrrd, EveryPlaceForTheDataIsFound) {
     expect_ramp(folder.write("text.nrrd", text.bytes()), -50, 7);
     NrrdFile beside;
     beside.blank_line = false;
-    const std::pair<const char*, const char*> places[] = {
+    const std::pair<const char*, const char*> positions[] = {
         {"one.nhdr", "data file: data.raw\n"},
         {"skip.nhdr", "line skip: 2\nbyte skip: 3\ndata file: head.raw\n"},
         {"end.nhdr", "byte skip: -1\ndata file: head.raw\n"},
         {"list.nhdr", "data file: LIST\nhalf1.raw\nhalf2.raw\n"},
         {"pattern.nhdr", "data file: half%d.raw 1 2 1\n"}};
-    for (const auto& [name, lines] : places) {
+    for (const auto& [name, lines] : positions) {
         beside.extra = lines;
         expect_small_values(folder.write(name, beside.bytes()));
     }

@@ -218,12 +218,12 @@ TEST(ReadDicom, SlicesInAnyOrderAreStackedByPosition) {
     Grid grid = oblique_grid(false);
     grid.spacing_mm = {0.25, 0.5, 2};  // exact in decimal text
     const auto& c = grid.direction.columns;
-    const int places[] = {2, 0, 1};  // file 0 holds slice 2, …
+    const int positions[] = {2, 0, 1};  // file 0 holds slice 2, …
     for (int file = 0; file < 3; ++file) {
         test::DicomFile slice;
         slice.rows = 4;
         slice.columns = 5;
-        const int k = places[file];
+        const int k = positions[file];
         const Vec3d position = world_from_voxel(grid, {0, 0, double(k)});
         slice.position = {position.x, position.y, position.z};
         slice.orientation = {c[0].x, c[0].y, c[0].z, c[1].x, c[1].y, c[1].z};

@@ -180,11 +180,11 @@ TEST(PosedDevice, GoesSmoothlyToWhereItIsSaidToBe) {
 }
 
 TEST(PosedDevice, IsLostWhereNobodySaysAnything) {
-    const auto places = std::make_shared<PosedPlaces>();
-    const auto device = make_posed_device(places);
+    const auto positions = std::make_shared<PosedPlaces>();
+    const auto device = make_posed_device(positions);
     HapticReading reading;
     EXPECT_FALSE(device->read(reading));
-    places->write({1, {1, 2, 3}});  // long ago
+    positions->write({1, {1, 2, 3}});  // long ago
     EXPECT_FALSE(device->read(reading));
 }
 

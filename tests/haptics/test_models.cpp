@@ -251,12 +251,12 @@ TEST(Pbd, ABlockIsFeltThroughItsConstraintForces) {
     ASSERT_TRUE(parts.ok());
     std::int32_t top = 0;
     const Vec3d middle{0.02, 0.02, 0.04};
-    for (std::size_t n = 0; n < parts->places.size(); ++n) {
-        if (parts->places[n].z < 1e-9) parts->inverse_masses[n] = 0;
-        if (norm(parts->places[n] - middle) < norm(parts->places[std::size_t(top)] - middle))
+    for (std::size_t n = 0; n < parts->positions.size(); ++n) {
+        if (parts->positions[n].z < 1e-9) parts->inverse_masses[n] = 0;
+        if (norm(parts->positions[n] - middle) < norm(parts->positions[std::size_t(top)] - middle))
             top = std::int32_t(n);
     }
-    const Vec3d surface = parts->places[std::size_t(top)];
+    const Vec3d surface = parts->positions[std::size_t(top)];
     parts->attachments.push_back({.nodes = {top, top, top, top},
                                   .weights = {1, 0, 0, 0},
                                   .target = surface,

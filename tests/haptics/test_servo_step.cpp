@@ -132,7 +132,7 @@ TEST(CheckedModel, NamesWhatIsWrong) {
     HapticModel model = flat_wall(100);
     model.planes[0].normal = {0, 0, 0};
     EXPECT_EQ(message_of(model),
-              "haptic model: plane 0: expected a place and a normal with a length");
+              "haptic model: plane 0: expected a position and a normal with a length");
     model = flat_wall(100);
     model.plane_count = 9;
     EXPECT_EQ(message_of(model), "haptic model: expected 0 to 8 planes, found 9");

@@ -192,11 +192,11 @@ std::string vtu(Way way) {
 }
 
 std::string legacy(bool binary, bool five) {
-    const auto places =
+    const auto positions =
         binary ? bytes<double>(kPlaces, true) : std::string("0 0 0 1 0 0 0 1 0\n0 0 1 1 1 1.5");
     std::string text = std::string("# vtk DataFile Version ") + (five ? "5.1" : "3.0") + "\ntwo\n" +
                        (binary ? "BINARY" : "ASCII") +
-                       "\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n" + places + "\n";
+                       "\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n" + positions + "\n";
     if (five)
         text += "CELLS 3 8\nOFFSETS vtktypeint64\n" +
                 (binary ? bytes<std::int64_t>({0, 4, 8}, true) : "0 4 8") +

@@ -51,11 +51,11 @@ TEST(Overlap, PlacesThatAreFarAwayOrNoNumbersDoNoHarm) {
     TetMesh mesh;
     add_vessel(mesh, random, 8, 1, 6, {0, 0, 0}, {});
     OverlapSearch search(mesh);
-    std::vector<Vec3d> places = mesh.nodes_mm;
-    for (Vec3d& p : places) p = p + random.vector(1);
-    places[3].x = std::numeric_limits<double>::quiet_NaN();
-    places[5] = {1e300, -1e300, 0};
-    places[9] = {1e5, 2e5, -3e5};
+    std::vector<Vec3d> positions = mesh.nodes_mm;
+    for (Vec3d& p : positions) p = p + random.vector(1);
+    positions[3].x = std::numeric_limits<double>::quiet_NaN();
+    positions[5] = {1e300, -1e300, 0};
+    positions[9] = {1e5, 2e5, -3e5};
     // The cube of 1e300 overflows: points in such a tetrahedron are undecidable.
     const auto without_far = [&](std::span<const NodeInCell> all) {
         std::vector<NodeInCell> some;
@@ -65,8 +65,8 @@ TEST(Overlap, PlacesThatAreFarAwayOrNoNumbersDoNoHarm) {
         }
         return some;
     };
-    const auto expected = without_far(all_pairs(mesh, places));
-    EXPECT_EQ(without_far(search.find(places)), expected);
+    const auto expected = without_far(all_pairs(mesh, positions));
+    EXPECT_EQ(without_far(search.find(positions)), expected);
     EXPECT_GT(expected.size(), 0U);
 }
 

@@ -216,8 +216,8 @@ TEST_F(LumenPathErrors, AnEndInTheTissueSaysHowFarTheLumenIs) {
     ASSERT_FALSE(path);
     EXPECT_EQ(path.error().code, ErrorCode::InvalidArgument);
     EXPECT_EQ(path.error().message,
-              "to: expected a place in the lumen, found 60.0,8.0,16.0 in the tissue, 4.0 mm from "
-              "the nearest lumen at -500.0 HU");
+              "to: expected a position in the lumen, found 60, 8, 16 in the tissue, 4 mm from "
+              "the nearest lumen at -500 HU");
     settings.reach_mm = 4.1;
     const auto reached = find({5, 8, 8}, {60, 8, 16});
     ASSERT_TRUE(reached);
@@ -227,10 +227,10 @@ TEST_F(LumenPathErrors, AnEndInTheTissueSaysHowFarTheLumenIs) {
 TEST_F(LumenPathErrors, NamesTheEndAndTheReason) {
     EXPECT_EQ(find({5, 8, 8}, {60, 22, 22}).error().code, ErrorCode::NotFound);
     EXPECT_EQ(find({-4, 8, 8}, {60, 8, 8}).error().message,
-              "from: expected a place in the scan, found -4.0,8.0,8.0");
+              "from: expected a position in the scan, found -4, 8, 8");
     EXPECT_EQ(find({std::nan(""), 8, 8}, {60, 8, 8}).error().code, ErrorCode::InvalidArgument);
     settings.iso_hu = -3000;
-    EXPECT_NE(find({5, 8, 8}, {60, 8, 8}).error().message.find("no lumen within 30.0 mm"),
+    EXPECT_NE(find({5, 8, 8}, {60, 8, 8}).error().message.find("no lumen within 30 mm"),
               std::string::npos);
 }
 

@@ -31,7 +31,7 @@ Volume random_volume(test::Random& random, Vec3i size) {
 
 /// Threshold crossings between neighbours along an axis [mm along the grid's axes].
 std::vector<Vec3d> crossings(const Volume& volume, const Box3i& box, const LumenSide& lumen) {
-    std::vector<Vec3d> places;
+    std::vector<Vec3d> positions;
     const Vec3d s = volume.grid.spacing_mm;
     for (int z = box.begin.z; z < box.end.z; ++z)
         for (int y = box.begin.y; y < box.end.y; ++y)
@@ -45,9 +45,9 @@ std::vector<Vec3d> crossings(const Volume& volume, const Box3i& box, const Lumen
                     if (in == on) continue;
                     Vec3d place{double(x), double(y), double(z)};
                     place[a] += (lumen.iso_hu - v) / (w - v);
-                    places.push_back({place.x * s.x, place.y * s.y, place.z * s.z});
+                    positions.push_back({place.x * s.x, place.y * s.y, place.z * s.z});
                 }
-    return places;
+    return positions;
 }
 
 TEST(WallDistance, IsTheDistanceToTheNearestCrossingByBruteForce) {
@@ -63,7 +63,7 @@ TEST(WallDistance, IsTheDistanceToTheNearestCrossingByBruteForce) {
             box.begin[a] = random.whole(0, size[a] - 1);
             box.end[a] = random.whole(box.begin[a] + 1, size[a]);
         }
-        const auto places = crossings(volume, box, lumen);
+        const auto positions = crossings(volume, box, lumen);
         std::vector<float> found, alone;
         render::wall_distance(volume, box, lumen, TaskArena(4), found);
         render::wall_distance(volume, box, lumen, TaskArena(1), alone);
@@ -76,7 +76,7 @@ TEST(WallDistance, IsTheDistanceToTheNearestCrossingByBruteForce) {
             for (int y = box.begin.y; y < box.end.y; ++y)
                 for (int x = box.begin.x; x < box.end.x; ++x, ++at) {
                     double nearest = std::numeric_limits<double>::infinity();
-                    for (const Vec3d& p : places)
+                    for (const Vec3d& p : positions)
                         nearest = std::min(nearest, norm(p - Vec3d{x * s.x, y * s.y, z * s.z}));
                     if (std::isinf(nearest)) {
                         ASSERT_TRUE(std::isinf(found[at]));

@@ -92,8 +92,8 @@ TEST(AwakePacks, ProjectWhatMovesOnceEach) {
             const Vec3d middle{random.real(0, 16), random.real(0, 9), random.real(0, 7)};
             const double radius = round % 4 == 3 ? 100 : random.real(2, 7);
             std::vector<float> x(std::size_t(plan.particle_count) * 4, 0.0f);
-            for (std::size_t n = 0; n < parts.places.size(); ++n)
-                if (moves(parts.places[n], middle, radius, n, round % 4 == 2))
+            for (std::size_t n = 0; n < parts.positions.size(); ++n)
+                if (moves(parts.positions[n], middle, radius, n, round % 4 == 2))
                     x[std::size_t(plan.particle_of[n]) * 4 + 3] = 1;
             awake.update(x.data());
             for (const int kind : {kDistance, kSolid}) {
@@ -124,37 +124,37 @@ TEST(AwakePacks, ProjectWhatMovesOnceEach) {
 
 /// Steps of a body of which changing parts are held, then of all of it.
 std::uint64_t walked(const PbdParts& parts, const PbdSettings& settings, int threads,
-                     std::vector<Vec3d>& places) {
+                     std::vector<Vec3d>& positions) {
     const TaskArena arena(threads);
     PbdBody body = made(PbdBody::create(parts, settings));
     std::vector<std::int32_t> all;
     std::vector<Vec3d> forces;
-    for (std::size_t n = 0; n < parts.places.size(); ++n) {
+    for (std::size_t n = 0; n < parts.positions.size(); ++n) {
         all.push_back(std::int32_t(n));
-        forces.push_back({0, 0, parts.places[n].z == 7 ? -150.0 : 0.0});
+        forces.push_back({0, 0, parts.positions[n].z == 7 ? -150.0 : 0.0});
     }
     EXPECT_TRUE(body.load(all, forces).ok());
     for (int round = 0; round < 5; ++round) {
         const Vec3d middle{4.0 * round, 4, 6};
-        for (std::size_t n = 0; n < parts.places.size(); ++n)
+        for (std::size_t n = 0; n < parts.positions.size(); ++n)
             EXPECT_TRUE(
                 body.set_inverse_mass(std::int32_t(n),
-                                      round == 4 || moves(parts.places[n], middle, 5, n, false)
+                                      round == 4 || moves(parts.positions[n], middle, 5, n, false)
                                           ? parts.inverse_masses[n]
                                           : 0)
                     .ok());
         EXPECT_TRUE(body.step(round == 4 ? 150 : 8, arena).ok());
     }
-    places.resize(parts.places.size());
-    body.get_positions(places);
+    positions.resize(parts.positions.size());
+    body.get_positions(positions);
     return body.hash();
 }
 
 TEST(AwakePacks, EndWhereThePlanEndsWithAnyThreadsAndLanes) {
     const TetMesh block = five_tet_block({16, 9, 7}, 1);
     PbdParts parts = parts_of(block);
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        if (parts.places[n].z == 0) parts.inverse_masses[n] = 0;
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        if (parts.positions[n].z == 0) parts.inverse_masses[n] = 0;
     PbdSettings s{.time_step = 2e-3, .sub_steps = 10, .damping = 60, .domain_particles = 300};
     std::vector<Vec3d> planned, anew, other;
     walked(parts, s, 1, planned);
@@ -166,7 +166,7 @@ TEST(AwakePacks, EndWhereThePlanEndsWithAnyThreadsAndLanes) {
     double apart = 0, moved = 0;
     for (std::size_t n = 0; n < planned.size(); ++n) {
         apart = std::max(apart, norm(planned[n] - anew[n]));
-        moved = std::max(moved, norm(planned[n] - parts.places[n]));
+        moved = std::max(moved, norm(planned[n] - parts.positions[n]));
     }
     std::printf("moved %.4f, apart %.2e\n", moved, apart);
     EXPECT_GT(moved, 0.02);

@@ -59,14 +59,14 @@ TEST(Plan, EachConstraintComesOnceAndNoPackPairOrPhaseMeetsAParticleTwice) {
         PbdParts parts = random_block(
             random, {random.whole(1, 12), random.whole(1, 9), random.whole(1, 5)}, true);
         // And a few between distant particles.
-        const int last = int(parts.places.size()) - 1;
+        const int last = int(parts.positions.size()) - 1;
         for (int n = 0; n < 20; ++n) {
             const int a = random.whole(0, last), b = random.whole(0, last);
             if (a != b) parts.distances.push_back({.nodes = {a, b}});
         }
         const pbd::Plan plan = pbd::make_plan(parts, random.whole(1, 300));
         std::multiset<std::int32_t> numbers(plan.particle_of.begin(), plan.particle_of.end());
-        EXPECT_EQ(numbers.size(), parts.places.size());
+        EXPECT_EQ(numbers.size(), parts.positions.size());
         EXPECT_EQ(*numbers.rbegin(), last);
         std::vector<int> seen[pbd::kKinds];
         for (int kind = 0; kind < pbd::kKinds; ++kind)
@@ -153,20 +153,20 @@ INSTANTIATE_TEST_SUITE_P(All, Methods,
 TEST(Body, FloatsAreDoublesToFourDigits) {
     Random random(3);
     const PbdParts parts = random_block(random, {6, 4, 3}, false);
-    std::vector<Vec3d> places[2];
+    std::vector<Vec3d> positions[2];
     for (const bool wide : {false, true}) {
         auto body = PbdBody::create(
             parts, {.sub_steps = 4,
                     .gravity = {0, 0, -9.81},
                     .precision = wide ? PbdPrecision::Double : PbdPrecision::Float});
         ASSERT_TRUE(body->step(6, one_thread()).ok());
-        places[wide].resize(parts.places.size());
-        body->get_positions(places[wide]);
+        positions[wide].resize(parts.positions.size());
+        body->get_positions(positions[wide]);
     }
     double farthest = 0, moved = 0;
-    for (std::size_t n = 0; n < parts.places.size(); ++n) {
-        farthest = std::max(farthest, norm(places[0][n] - places[1][n]));
-        moved = std::max(moved, norm(places[1][n] - parts.places[n]));
+    for (std::size_t n = 0; n < parts.positions.size(); ++n) {
+        farthest = std::max(farthest, norm(positions[0][n] - positions[1][n]));
+        moved = std::max(moved, norm(positions[1][n] - parts.positions[n]));
     }
     EXPECT_GT(moved, 0.05);
     EXPECT_LT(farthest, 1e-4 * moved);
@@ -188,7 +188,7 @@ TEST(Body, NothingIsAllocatedInAStepAfterTheFirst) {
 }
 
 TEST(Body, ConstraintForcesOnAHeldNodeAreTheWeightOfWhatHangsFromIt) {
-    PbdParts parts{.places = {{0, 0, 0}, {0, 0, -1}, {0, 0, -2}}, .inverse_masses = {0, 1, 0.5}};
+    PbdParts parts{.positions = {{0, 0, 0}, {0, 0, -1}, {0, 0, -2}}, .inverse_masses = {0, 1, 0.5}};
     parts.distances = {{.nodes = {0, 1}, .compliance = 1e-3},
                        {.nodes = {1, 2}, .compliance = 1e-3}};
     auto body = PbdBody::create(
@@ -204,7 +204,7 @@ TEST(Body, ConstraintForcesOnAHeldNodeAreTheWeightOfWhatHangsFromIt) {
 }
 
 TEST(Body, WhatIsNoNumberAnyMoreIsRefusedAndTakenBack) {
-    PbdParts parts{.places = {{0, 0, 0}, {1, 0, 0}}, .inverse_masses = {1, 1}};
+    PbdParts parts{.positions = {{0, 0, 0}, {1, 0, 0}}, .inverse_masses = {1, 1}};
     parts.distances = {{.nodes = {0, 1}}};
     auto body = PbdBody::create(parts, {.gravity = {1e30, 0, 0}});
     ASSERT_TRUE(body.ok());
@@ -256,7 +256,7 @@ TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
         {"distance 0: expected a stiffness of 0 to 1, found 1.5",
          [](PbdParts& p, PbdSettings&) { p.distances[0].stiffness = 1.5; }},
         {"place 5: expected three numbers",
-         [&](PbdParts& p, PbdSettings&) { p.places[5].y = nan; }},
+         [&](PbdParts& p, PbdSettings&) { p.positions[5].y = nan; }},
         {"inverse_masses: expected one for each of 8 places, found 7",
          [](PbdParts& p, PbdSettings&) { p.inverse_masses.pop_back(); }},
         {"solid 0: expected a Poisson's ratio above 0 and below 0.5, found 0.5",
@@ -319,7 +319,7 @@ TEST(Body, AMeshBecomesItsEdgesItsCellsAndTheFoldsOfItsBoundary) {
     const TetMesh mesh = five_tet_block({20, 10, 10}, 0.25);
     const auto parts = pbd_of_mesh(mesh, {.density = 8, .bends = true});
     ASSERT_TRUE(parts.ok());
-    EXPECT_EQ(parts->places.size(), 2541U);  // as in the published block
+    EXPECT_EQ(parts->positions.size(), 2541U);  // as in the published block
     EXPECT_EQ(parts->volumes.size(), 10000U);
     EXPECT_EQ(parts->distances.size(), 13540U);
     // Euler: a closed surface of F triangles has 3F/2 edges; F is two for each square of the box.
@@ -335,11 +335,11 @@ std::vector<Vec3d> projected(const PbdParts& parts, const PbdSettings& settings,
                              const std::vector<Vec3d>& u) {
     PbdBody body = made(PbdBody::create(parts, settings));
     for (std::size_t n = 0; n < u.size(); ++n)
-        EXPECT_TRUE(body.set_state(std::int32_t(n), parts.places[n] + u[n], {0, 0, 0}).ok());
+        EXPECT_TRUE(body.set_state(std::int32_t(n), parts.positions[n] + u[n], {0, 0, 0}).ok());
     EXPECT_TRUE(body.step(1, TaskArena(1)).ok());
     std::vector<Vec3d> after(u.size());
     body.get_positions(after);
-    for (std::size_t n = 0; n < u.size(); ++n) after[n] = after[n] - parts.places[n];
+    for (std::size_t n = 0; n < u.size(); ++n) after[n] = after[n] - parts.positions[n];
     return after;
 }
 
@@ -361,7 +361,7 @@ TEST(PbdBody, ProjectionsToAndFroAreSymmetric) {
         double worst = 0;
         for (int pair = 0; pair < 5; ++pair) {
             std::vector<Vec3d> u, v;
-            for (std::size_t n = 0; n < parts.places.size(); ++n) {
+            for (std::size_t n = 0; n < parts.positions.size(); ++n) {
                 const double most = parts.inverse_masses[n] > 0 ? 1e-6 : 0;
                 u.push_back(random.vector(most));
                 v.push_back(random.vector(most));

@@ -23,19 +23,20 @@ namespace {
 using pbd::Corner;
 using Corners = Corner<double>[4];
 
-void set_corners(const Vec3d (&places)[4], Corners& p) {
-    for (int n = 0; n < 4; ++n) p[n] = {{places[n].x, places[n].y, places[n].z}, 1};
+void set_corners(const Vec3d (&positions)[4], Corners& p) {
+    for (int n = 0; n < 4; ++n) p[n] = {{positions[n].x, positions[n].y, positions[n].z}, 1};
 }
 Vec3d as_vec(const pbd::Triple<double>& t) {
     return {t.x, t.y, t.z};
 }
 
 /// Four places that are a tetrahedron of some volume.
-void random_tetrahedron(Random& random, Vec3d (&places)[4]) {
+void random_tetrahedron(Random& random, Vec3d (&positions)[4]) {
     double volume = 0;
     while (volume < 0.02) {
-        for (Vec3d& p : places) p = random.vector(1);
-        volume = dot(cross(places[1] - places[0], places[2] - places[0]), places[3] - places[0]);
+        for (Vec3d& p : positions) p = random.vector(1);
+        volume = dot(cross(positions[1] - positions[0], positions[2] - positions[0]),
+                     positions[3] - positions[0]);
     }
 }
 
@@ -63,21 +64,22 @@ TEST(Constraints, VolumeGradientsSumToZeroAndAgreeWithFiniteDifferences) {
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        Vec3d places[4];
-        random_tetrahedron(random, places);
+        Vec3d positions[4];
+        random_tetrahedron(random, positions);
         Corners p;
-        set_corners(places, p);
+        set_corners(positions, p);
         const auto c = pbd::volume_constraint(p, 0.25);
-        EXPECT_NEAR(c.value, volume(places) - 0.25, 1e-15);
+        EXPECT_NEAR(c.value, volume(positions) - 0.25, 1e-15);
         Vec3d sum{0, 0, 0};
         for (int n = 0; n < 4; ++n) {
             const Vec3d g = as_vec(c.g[n]);
             sum = sum + g;
-            EXPECT_LT(norm(g - derivative(volume, places, n)), 1e-6 * norm(g));
+            EXPECT_LT(norm(g - derivative(volume, positions, n)), 1e-6 * norm(g));
         }
         EXPECT_LT(norm(sum), 1e-12);
         // As the paper writes the first one [VesselPbd2016, Eq. 7].
-        const Vec3d paper = (1.0 / 6) * cross(places[3] - places[1], places[2] - places[1]);
+        const Vec3d paper =
+            (1.0 / 6) * cross(positions[3] - positions[1], positions[2] - positions[1]);
         EXPECT_LT(norm(as_vec(c.g[0]) - paper), 1e-14);
     }
 }
@@ -95,20 +97,20 @@ TEST(Constraints, BendGradientsAgreeWithFiniteDifferencesOfAnAngleFoundInAnother
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        Vec3d places[4];
-        random_tetrahedron(random, places);
-        if (seed % 2) std::swap(places[2], places[3]);
-        const double expected = angle(places);
+        Vec3d positions[4];
+        random_tetrahedron(random, positions);
+        if (seed % 2) std::swap(positions[2], positions[3]);
+        const double expected = angle(positions);
         if (std::abs(std::abs(expected) - std::numbers::pi) < 0.05 || std::abs(expected) < 0.01)
             continue;  // where this angle can't be differentiated by steps; the constraint's can
         ++signs[expected > 0];
         Corners p;
-        set_corners(places, p);
+        set_corners(positions, p);
         const auto c = pbd::bend_constraint(p, 0.0);
         EXPECT_NEAR(c.value, expected, 1e-9);
         for (int n = 0; n < 4; ++n) {
             const Vec3d g = as_vec(c.g[n]);
-            EXPECT_LT(norm(g - derivative(angle, places, n)), 1e-4 * (1 + norm(g))) << n;
+            EXPECT_LT(norm(g - derivative(angle, positions, n)), 1e-4 * (1 + norm(g))) << n;
         }
     }
     EXPECT_GT(signs[0], 50);
@@ -116,9 +118,9 @@ TEST(Constraints, BendGradientsAgreeWithFiniteDifferencesOfAnAngleFoundInAnother
 }
 
 TEST(Constraints, BendAnglesAreTakenTheShortWayRound) {
-    const Vec3d places[4] = {{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0}, {0.5, 0.99, 0.05}};
+    const Vec3d positions[4] = {{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0}, {0.5, 0.99, 0.05}};
     Corners p;
-    set_corners(places, p);
+    set_corners(positions, p);
     const double angle = pbd::bend_constraint(p, 0.0).value;
     EXPECT_GT(std::abs(angle), 3);
     const double other_side = angle > 0 ? -3.1 : 3.1;
@@ -143,10 +145,10 @@ TEST(Constraints, TheSolidsEnergyIsNeoHookesAndItsGradientsAreItsForces) {
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        Vec3d rest[4], places[4];
+        Vec3d rest[4], positions[4];
         random_tetrahedron(random, rest);
-        random_tetrahedron(random, places);
-        PbdParts parts{.places = {rest[0], rest[1], rest[2], rest[3]}};
+        random_tetrahedron(random, positions);
+        PbdParts parts{.positions = {rest[0], rest[1], rest[2], rest[3]}};
         const PbdSolid solid{{0, 1, 2, 3}, random.real(1, 10), random.real(0.1, 0.49)};
         const auto numbers = pbd::solid_numbers(parts, solid);
         pbd::Solid<double> s{};
@@ -166,12 +168,12 @@ TEST(Constraints, TheSolidsEnergyIsNeoHookesAndItsGradientsAreItsForces) {
             return volume * (0.5 * mu * (trace - 3) + 0.5 * lambda * j * j);
         };
         Corners p;
-        set_corners(places, p);
+        set_corners(positions, p);
         const auto c = pbd::solid_constraints(p, s);
         for (int n = 0; n < 4; ++n) {
             const Vec3d force = (c.h / numbers.h_compliance) * as_vec(c.gh[n]) +
                                 (c.e / numbers.e_compliance) * as_vec(c.ge[n]);
-            const Vec3d expected = derivative(energy, places, n);
+            const Vec3d expected = derivative(energy, positions, n);
             EXPECT_LT(norm(force - expected), 1e-6 * (norm(expected) + e)) << n;
         }
     }
@@ -180,10 +182,10 @@ TEST(Constraints, TheSolidsEnergyIsNeoHookesAndItsGradientsAreItsForces) {
 /// A body of one constraint between four free particles, far from its rest shape.
 PbdParts one_constraint(Random& random, PbdKind kind, double compliance) {
     PbdParts parts;
-    Vec3d places[4];
-    random_tetrahedron(random, places);
-    for (const Vec3d& p : places) {
-        parts.places.push_back(p);
+    Vec3d positions[4];
+    random_tetrahedron(random, positions);
+    for (const Vec3d& p : positions) {
+        parts.positions.push_back(p);
         parts.inverse_masses.push_back(1 / random.real(0.5, 2));
     }
     if (kind == PbdKind::Distance)
@@ -209,7 +211,7 @@ TEST_P(EachKind, AProjectionKeepsMomentumAndAngularMomentum) {
         auto body = PbdBody::create(
             parts, {.time_step = 0.1, .sub_steps = 1, .precision = PbdPrecision::Double});
         ASSERT_TRUE(body.ok()) << body.error().message;
-        std::vector<Vec3d> x = parts.places;
+        std::vector<Vec3d> x = parts.positions;
         if (GetParam() == PbdKind::Solid)  // at rest it would stay
             for (std::size_t n = 0; n < 4; ++n) {
                 x[n] = x[n] + random.vector(0.2);
@@ -246,7 +248,7 @@ TEST_P(EachKind, CollapsedAndHeldConstraintsMoveNothingAndStayNumbers) {
             }
             ASSERT_TRUE(body->step(2, arena).ok());
             for (std::int32_t n = 0; n < 4; ++n) {
-                const Vec3d expected = held ? parts.places[std::size_t(n)] : middle;
+                const Vec3d expected = held ? parts.positions[std::size_t(n)] : middle;
                 EXPECT_LT(norm(body->position(n) - expected), 1e-6) << n;
             }
         }
@@ -259,7 +261,7 @@ INSTANTIATE_TEST_SUITE_P(All, EachKind,
 TEST(Constraints, AStiffnessTakesItsShareAway) {
     const TaskArena arena(1);
     for (const double k : {0.0, 0.25, 1.0}) {
-        PbdParts parts{.places = {{0, 0, 0}, {3, 0, 0}}, .inverse_masses = {1, 0.5}};
+        PbdParts parts{.positions = {{0, 0, 0}, {3, 0, 0}}, .inverse_masses = {1, 0.5}};
         parts.distances = {{.nodes = {0, 1}, .rest_length = 1, .stiffness = k}};
         auto body = PbdBody::create(parts, {.sub_steps = 1, .method = PbdMethod::Stiffness});
         ASSERT_TRUE(body.ok());
@@ -272,7 +274,7 @@ TEST(Constraints, AStiffnessTakesItsShareAway) {
 TEST(Constraints, AnAttachmentPullsItsPointToTheTargetAndTellsTheForce) {
     const TaskArena arena(1);
     for (const double compliance : {0.0, 0.01}) {
-        PbdParts parts{.places = {{100, 0, 0}, {101, 0, 0}, {100, 1, 0}, {100, 0, 1}},
+        PbdParts parts{.positions = {{100, 0, 0}, {101, 0, 0}, {100, 1, 0}, {100, 0, 1}},
                        .inverse_masses = {1, 1, 1, 1}};
         const Vec3d target{100.5, 0.5, 0.75};
         parts.attachments = {{{0, 1, 2, 3}, {0.1, 0.2, 0.3, 0.4}, target, compliance}};
@@ -290,7 +292,7 @@ TEST(Constraints, AnAttachmentPullsItsPointToTheTargetAndTellsTheForce) {
         }
         // One particle at rest hangs from the target by its weight.
         parts.attachments[0].weights = {1, 0, 0, 0};
-        parts.attachments[0].target = parts.places[0];
+        parts.attachments[0].target = parts.positions[0];
         auto hanging = PbdBody::create(
             parts, {.gravity = g, .damping = 30, .precision = PbdPrecision::Double});
         ASSERT_TRUE(hanging->step(600, arena).ok());
@@ -306,7 +308,7 @@ TEST(Constraints, ASlopeHoldsABodyUpToItsFriction) {
     const TaskArena arena(1);
     for (const double angle : {0.2, 0.4}) {
         const double friction = std::tan(0.3), g = 10;
-        PbdParts parts{.places = {{0, 0, 0}}, .inverse_masses = {1}};
+        PbdParts parts{.positions = {{0, 0, 0}}, .inverse_masses = {1}};
         parts.planes = {{{0, 0, 0}, {std::sin(angle), 0, std::cos(angle)}, friction}};
         auto body = PbdBody::create(
             parts, {.time_step = 0.01, .gravity = {0, 0, -g}, .precision = PbdPrecision::Double});

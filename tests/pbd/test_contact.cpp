@@ -62,16 +62,16 @@ TEST(TriangleGrid, FindsAllThatBruteForceFinds) {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        std::vector<Vec3d> places;
+        std::vector<Vec3d> positions;
         std::vector<std::array<std::int32_t, 3>> triangles;
         const int count = random.whole(1, 400);
         for (int t = 0; t < count; ++t) {
             const Vec3d middle = random.vector(10);
-            for (int k = 0; k < 3; ++k) places.push_back(middle + random.vector(1));
+            for (int k = 0; k < 3; ++k) positions.push_back(middle + random.vector(1));
             triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
         }
         const double margin = 0.1;
-        grid.fill(places, triangles, margin);
+        grid.fill(positions, triangles, margin);
         std::vector<std::int32_t> found;
         for (int question = 0; question < 30; ++question) {
             const Vec3d middle = random.vector(12), half{random.real(0, 3), 1, 0.5};
@@ -81,7 +81,7 @@ TEST(TriangleGrid, FindsAllThatBruteForceFinds) {
             for (int t = 0; t < count; ++t) {
                 bool meets = true;
                 for (int c = 0; c < 3; ++c) {
-                    const auto at = [&](int k) { return places[std::size_t(3 * t + k)][c]; };
+                    const auto at = [&](int k) { return positions[std::size_t(3 * t + k)][c]; };
                     meets &= std::max({at(0), at(1), at(2)}) + margin >= middle[c] - half[c];
                     meets &= std::min({at(0), at(1), at(2)}) - margin <= middle[c] + half[c];
                 }
@@ -118,13 +118,13 @@ PbdBody body_of(const VesselWall& wall, double young_modulus, double step = kSte
                                              .young_modulus = young_modulus,
                                              .poisson_ratio = 0.45}));
         // Held by surrounding tissue.
-        for (std::size_t n = 0; n < parts.places.size(); n += 16)
+        for (std::size_t n = 0; n < parts.positions.size(); n += 16)
             parts.attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
-                                         .target = parts.places[n],
+                                         .target = parts.positions[n],
                                          .compliance = 1e-3});
     } else {
-        parts.places = wall.mesh.nodes_mm;
-        parts.inverse_masses.assign(parts.places.size(), 0);
+        parts.positions = wall.mesh.nodes_mm;
+        parts.inverse_masses.assign(parts.positions.size(), 0);
     }
     return made(
         PbdBody::create(std::move(parts), {.time_step = step, .sub_steps = 1, .damping = 20}));
@@ -146,13 +146,13 @@ RodSettings wire(double step = kStep) {
 double deepest(const Rod& rod, const VesselWall& wall, const PbdBody& body, double radius) {
     TetMesh now = wall.mesh;
     body.get_positions(now.nodes_mm);
-    std::vector<Vec3d> places;
-    for (const Embedded& e : wall.ghost_positions) places.push_back(place_of(e, now));
+    std::vector<Vec3d> positions;
+    for (const Embedded& e : wall.ghost_positions) positions.push_back(place_of(e, now));
     double most = -1e9;
     for (int s = 0; s < rod.settings().segments; ++s)
         for (int k = 0; k <= 8; ++k) {
             const Vec3d x = (1 - k / 8.0) * rod.position(s) + (k / 8.0) * rod.position(s + 1);
-            most = std::max(most, radius - inside_by(x, places, wall.ghost));
+            most = std::max(most, radius - inside_by(x, positions, wall.ghost));
         }
     return most;
 }

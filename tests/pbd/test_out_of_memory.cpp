@@ -22,8 +22,8 @@ PbdParts block() {
         five_tet_block({5, 4, 4}, 1),
         {.edge_compliance = 1e-4, .volume_compliance = 1e-4, .solids = true, .young_modulus = 1e3});
     PbdParts all = made(std::move(parts));
-    for (std::size_t n = 0; n < all.places.size(); ++n)
-        if (all.places[n].x < 0.5) all.inverse_masses[n] = 0;
+    for (std::size_t n = 0; n < all.positions.size(); ++n)
+        if (all.positions[n].x < 0.5) all.inverse_masses[n] = 0;
     return all;
 }
 

@@ -89,8 +89,8 @@ TEST(Published, TwoVesselsMeetAsEveryNodeWithEveryTetrahedron) {
 
 PbdParts held_block(Vec3i cells, const PbdMaterial& material) {
     PbdParts parts = *pbd_of_mesh(five_tet_block(cells, 0.25), material);
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        parts.inverse_masses[n] = parts.places[n].x == 0 ? 0 : 1;
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        parts.inverse_masses[n] = parts.positions[n].x == 0 ? 0 : 1;
     return parts;
 }
 
@@ -103,9 +103,9 @@ TEST(Published, TheTipOfTheBlockSagsAsInOtherPrograms) {
     ASSERT_TRUE(body->step(183, one_thread()).ok());  // 0.915 s
     double sag = 0;
     int nodes = 0;
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        if (parts.places[n].x == 5.0) {
-            sag += body->position(std::int32_t(n)).z - parts.places[n].z;
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        if (parts.positions[n].x == 5.0) {
+            sag += body->position(std::int32_t(n)).z - parts.positions[n].z;
             ++nodes;
         }
     ASSERT_EQ(nodes, 121);
@@ -122,20 +122,20 @@ TEST(Published, CellsOfAMillimetreComeBackFromBeingCrushed) {
                                                                      .solids = true,
                                                                      .young_modulus = 2e4,
                                                                      .poisson_ratio = 0.45});
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        if (parts.places[n].z == 0) parts.inverse_masses[n] = 0;
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        if (parts.positions[n].z == 0) parts.inverse_masses[n] = 0;
     auto body = PbdBody::create(parts, {.sub_steps = 20, .damping = 20});
     Random random(1);
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
         if (parts.inverse_masses[n] > 0) {
-            Vec3d low = parts.places[n] + random.vector(1e-4);
+            Vec3d low = parts.positions[n] + random.vector(1e-4);
             low.z *= 0.3;
             ASSERT_TRUE(body->set_state(std::int32_t(n), low, {0, 0, 0}).ok());
         }
     ASSERT_TRUE(body->step(300, one_thread()).ok());
     double farthest = 0;
-    for (std::size_t n = 0; n < parts.places.size(); ++n)
-        farthest = std::max(farthest, norm(body->position(std::int32_t(n)) - parts.places[n]));
+    for (std::size_t n = 0; n < parts.positions.size(); ++n)
+        farthest = std::max(farthest, norm(body->position(std::int32_t(n)) - parts.positions[n]));
     std::printf("crushed: back to %.2e m\n", farthest);
     EXPECT_LT(farthest, 1e-5);
 }

@@ -35,8 +35,8 @@ struct Vessel {
         parts = test::made(pbd_of_mesh(
             wall.mesh,
             {.density = 0.02, .edge_compliance = 1e-3, .bend_compliance = 1, .bends = true}));
-        for (std::size_t n = 0; n < parts.places.size(); ++n) {
-            const Vec3d p = parts.places[n];
+        for (std::size_t n = 0; n < parts.positions.size(); ++n) {
+            const Vec3d p = parts.positions[n];
             if (p.z < 1e-6 || p.z > kLength - 1e-6) parts.inverse_masses[n] = 0;
             if (std::hypot(p.x, p.y) > kInner + 1e-3) continue;
             inner.push_back(std::int32_t(n));
@@ -51,9 +51,9 @@ struct Vessel {
         EXPECT_TRUE(body.load(inner, all).ok());
     }
     VolumeChange change(const PbdBody& body) const {
-        std::vector<Vec3d> places(parts.places.size());
-        body.get_positions(places);
-        return volume_change(parts, places);
+        std::vector<Vec3d> positions(parts.positions.size());
+        body.get_positions(positions);
+        return volume_change(parts, positions);
     }
     double inner_radius(const PbdBody& body) const {
         double sum = 0;
@@ -129,7 +129,7 @@ TEST(VolumeRecovery, IsTheSameForThreadsVectorsAndPacks) {
                 // Half of it is held, then less of it, then more.
                 for (const double held : {12.0, 6.0, 16.0}) {
                     for (std::int32_t n = 0; n < body.particle_count(); ++n) {
-                        const double z = vessel.parts.places[std::size_t(n)].z;
+                        const double z = vessel.parts.positions[std::size_t(n)].z;
                         const double w = vessel.parts.inverse_masses[std::size_t(n)];
                         ASSERT_TRUE(body.set_inverse_mass(n, z < held ? 0 : w).ok());
                     }

@@ -101,13 +101,13 @@ TEST(Changeable, WhatRestsAndMovesAgainIsWrittenEachTime) {
         const TaskArena arena(1 + int(seed % 2));
         const Volume volume = noise(random, {75, 30, 30});
         // So far apart that no brick is dirty because of both.
-        const Box3i places[3] = {
+        const Box3i positions[3] = {
             {{3, 4, 5}, {15, 25, 20}}, {{33, 4, 5}, {41, 25, 20}}, {{59, 3, 3}, {72, 20, 25}}};
         Lattice lattice(volume, {draeger_law({})}, 8, false);
         Volume deformed = volume;
         Scatter scatter(volume, arena);
         for (int update = 0; update < 30; ++update) {
-            for (const Box3i& place : places) {
+            for (const Box3i& place : positions) {
                 if (random.whole(0, 2) == 0) continue;
                 const double x = random.real(-1, 1), slope = random.real(-0.05, 0.05);
                 const double scale = random.whole(0, 3) == 0 ? 0 : 1;

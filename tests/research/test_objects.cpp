@@ -26,15 +26,15 @@ Volume block_at(Vec3d origin_mm, Vec3i size, int value = 40) {
 
 /// Positions of all elements along the grid's axes, in doubles.
 std::vector<Vec3d> places_of(const ChainMail& tissue) {
-    std::vector<Vec3d> places;
+    std::vector<Vec3d> positions;
     const Grid& grid = tissue.volume().grid;
     for_each_element(grid, [&](Vec3i e) {
         if (tissue.lattice().is_void(e)) return;
         const Vec3d x = world_from_voxel(grid, {double(e.x), double(e.y), double(e.z)}) +
                         tissue.displacement_mm(e);
-        places.push_back(lattice_from_world_vector(grid, x));
+        positions.push_back(lattice_from_world_vector(grid, x));
     });
-    return places;
+    return positions;
 }
 
 /// Largest penetration of two elements [mm], each measured on the axis of the smallest overlap;
@@ -90,12 +90,12 @@ struct Reference {
 
     /// @returns the last fraction k/count before the first overlap; 1: there is none
     double first_overlap(std::span<const Vec3i> elements, Vec3d push_mm, int count) {
-        const auto places = places_of(*other);
+        const auto positions = places_of(*other);
         for (int k = 1; k <= count; ++k) {
             const auto report = alone.push_elements(elements, double(k) / count * push_mm);
             EXPECT_TRUE(report.ok());
             const double deep = deepest_overlap(places_of(alone), alone.volume().grid.spacing_mm,
-                                                places, other->volume().grid.spacing_mm);
+                                                positions, other->volume().grid.spacing_mm);
             if (report->moved_elements > 0) {
                 EXPECT_TRUE(alone.undo().ok());
             }

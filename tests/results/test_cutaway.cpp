@@ -65,11 +65,11 @@ TEST(Cutaway, APlaneThroughNodesLeavesNothingOutsideOfTheWall) {
 
 TEST(Cutaway, ValuesAreDisplacementsAndChangesOfVolume) {
     const TetMesh mesh = bench::tube_mesh({.around = 8, .across = 1, .along = 2});
-    std::vector<Vec3d> places = mesh.nodes_mm;
-    for (Vec3d& p : places) p = 1.1 * p;
-    for (const auto& values : volume_changes_of(mesh, places))
+    std::vector<Vec3d> positions = mesh.nodes_mm;
+    for (Vec3d& p : positions) p = 1.1 * p;
+    for (const auto& values : volume_changes_of(mesh, positions))
         for (const double v : values) EXPECT_NEAR(v, 0.331, 1e-9);
-    const CornerValues moved = displacements_of(mesh, places);
+    const CornerValues moved = displacements_of(mesh, positions);
     for (std::size_t c = 0; c < moved.size(); ++c)
         for (std::size_t n = 0; n < 4; ++n)
             EXPECT_NEAR(moved[c][n], 0.1 * norm(mesh.nodes_mm[std::size_t(mesh.cells[c][n])]),

@@ -244,7 +244,7 @@ TEST(OutOfMemory, AServerGoesOnAndItsSessionIsReplayed) {
         const TaskArena arena(1);
         Random random(seed);
         auto scene = Scene::open(kCube, arena).value();
-        const Scene* const places = scene.get();  // of the scan, which stays
+        const Scene* const positions = scene.get();  // of the scan, which stays
         auto log = SessionLog::create(folder.path() / "s.pls", {kCube, scene->scan_hash()}).value();
         Hub hub(std::move(scene), std::move(log), 200);
         hub.keep_checkpoints(0.02, 0);
@@ -257,7 +257,7 @@ TEST(OutOfMemory, AServerGoesOnAndItsSessionIsReplayed) {
         hub.received(1, {++id, soft()});
         ASSERT_EQ(texts.answer(hub, id)["t"], "done");
         for (int n = 0; n < 120; ++n) {
-            Action action = random_action(*places, random);
+            Action action = random_action(*positions, random);
             switch (random.whole(0, 12)) {
                 case 0:
                     action = UndoCommand{};
@@ -306,7 +306,7 @@ TEST(OutOfMemory, AServerGoesOnAndItsSessionIsReplayed) {
         EXPECT_EQ(sums["t"], "checksum");
         owner.request_stop();
         owner.join();
-        const auto report = replay_session(folder.path() / "s.pls", arena, {}, false);
+        const auto report = replay_session(folder.path() / "s.pls", arena);
         ASSERT_TRUE(report.ok()) << report.error().message;
         EXPECT_GE(report->marks, 2);  // that of the checksum, and the last one
     }

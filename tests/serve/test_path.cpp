@@ -99,8 +99,9 @@ TEST_F(PathServerTest, ThatAreNotThereSayWhy) {
     a.say(wall);
     const Json tissue = answer(a, 1);
     EXPECT_EQ(tissue["code"], "out_of_range");
-    EXPECT_NE(tissue["message"].get<std::string>().find("path: to: expected a place in the lumen"),
-              std::string::npos)
+    EXPECT_NE(
+        tissue["message"].get<std::string>().find("path: to: expected a position in the lumen"),
+        std::string::npos)
         << tissue;
     a.say(question(2, {1e4, 0, 0}, kLeft));
     EXPECT_EQ(answer(a, 2)["code"], "out_of_range");

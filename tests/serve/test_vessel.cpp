@@ -386,7 +386,7 @@ Json patiently(TestClient& client, const std::function<bool(const Json&)>& holds
 
 /// A client's copy from the frames, decoded as in the protocol.
 struct Copy {
-    std::vector<Vec3f> rest, places;
+    std::vector<Vec3f> rest, positions;
     std::vector<std::uint32_t> corners;
     std::vector<Vec3f> catheter;
     float radius = 0;
@@ -414,7 +414,7 @@ struct Copy {
         for (std::uint32_t n = 0; n < 3 * cells; ++n)
             corners.push_back(take<std::uint32_t>(bytes, at));
         for (const std::uint32_t n : corners) ASSERT_LT(n, nodes);
-        places = rest;
+        positions = rest;
     }
     void take_vessel(const std::string& bytes) {
         ASSERT_EQ(bytes[4], 4);
@@ -427,10 +427,10 @@ struct Copy {
             for (auto& number : run) number = take<std::uint32_t>(bytes, at);
         nodes_sent = 0;
         for (const auto& [first, count] : runs) {
-            ASSERT_LE(std::size_t(first) + count, places.size());
+            ASSERT_LE(std::size_t(first) + count, positions.size());
             for (std::uint32_t n = first; n < first + count; ++n, ++nodes_sent)
                 for (int a = 0; a < 3; ++a)
-                    places[n][a] = rest[n][a] + float_from_half(take<std::uint16_t>(bytes, at));
+                    positions[n][a] = rest[n][a] + float_from_half(take<std::uint16_t>(bytes, at));
         }
         ASSERT_EQ(at, bytes.size());
     }
@@ -450,7 +450,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     frames.update(*scene->catheter());
     EXPECT_GT(frames.version(), first);
     early.take_vessel(*frames.since(first, 1, 1));
-    const std::size_t all = early.places.size();
+    const std::size_t all = early.positions.size();
     EXPECT_GT(early.nodes_sent, 0U);
     EXPECT_LT(early.nodes_sent, all);
     // Nothing has happened since.
@@ -462,7 +462,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     early.take_vessel(*frames.since(second, 1, 1));
     late.take_surface(*frames.surface(1, 1));
     late.take_vessel(*frames.since(0, 1, 1));
-    EXPECT_EQ(early.places, late.places);
+    EXPECT_EQ(early.positions, late.positions);
     EXPECT_EQ(early.catheter, late.catheter);
     // As the simulation has it: half floats of a displacement below 4 mm are 0.002 mm apart.
     const MadeVessel& made = *scene->loaded()->vessel;
@@ -471,7 +471,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     ASSERT_EQ(late.corners.size(), 3 * made.wall.ghost.cells.size());
     for (std::size_t n = 0; n < all; ++n)
         for (int a = 0; a < 3; ++a)
-            EXPECT_NEAR(late.places[n][a], made.wall.ghost.nodes_mm[n][a] + view.moved_mm[n][a],
+            EXPECT_NEAR(late.positions[n][a], made.wall.ghost.nodes_mm[n][a] + view.moved_mm[n][a],
                         1e-3 + 1e-3 * std::abs(view.moved_mm[n][a]));
     EXPECT_EQ(late.catheter.size(), view.catheter_mm.size());
     EXPECT_NEAR(norm(scene->catheter()->view().catheter_mm.back() -
@@ -533,9 +533,9 @@ TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
         Copy other;
         other.take_surface(late.surface);
         for (const std::string& frame : late.vessels) other.take_vessel(frame);
-        EXPECT_EQ(other.places, copy.places);
+        EXPECT_EQ(other.positions, copy.positions);
         EXPECT_EQ(other.catheter, copy.catheter);
-        EXPECT_NE(copy.places, copy.rest);
+        EXPECT_NE(copy.positions, copy.rest);
     }
     const auto report = replay_session(session, m_arena);
     ASSERT_TRUE(report.ok()) << report.error().message;

@@ -117,9 +117,9 @@ TEST(Statics, WhereALatticeSnapsThroughThereIsAnEquilibriumBehindItAndFoldedCell
         const Status status = tissue.find_equilibrium(1e-7);
         ASSERT_TRUE(status.ok()) << status.error().message;
         EXPECT_EQ(tissue.folded_cells(), newton < -35 ? 9 : 0);
-        std::vector<Vec3d> places;
+        std::vector<Vec3d> positions;
         for (std::int32_t n = 0; n < 1000; ++n) {
-            places.push_back(tissue.position(n));
+            positions.push_back(tissue.position(n));
             const bool loaded = n == 944 || n == 945 || n == 954 || n == 955;
             const auto reaction = tissue.reaction(std::array{n}, ReactionLaw::Held);
             if (n >= 100) {
@@ -137,7 +137,7 @@ TEST(Statics, WhereALatticeSnapsThroughThereIsAnEquilibriumBehindItAndFoldedCell
         Random random(5);
         for (int turn = 0; turn < 20; ++turn) {
             for (std::int32_t n = 100; n < 1000; ++n) {
-                const Vec3d off = places[std::size_t(n)] + random.vector(1e-4);
+                const Vec3d off = positions[std::size_t(n)] + random.vector(1e-4);
                 ASSERT_TRUE(tissue.set_state(n, off, {0, 0, 0}).ok());
             }
             EXPECT_GT(potential(), least) << turn;

@@ -58,8 +58,8 @@ class Bodies : public testing::Test {
                                           .solids = true,
                                           .young_modulus = 15e3,
                                           .poisson_ratio = 0.45});
-        for (std::size_t n = 0; n < parts->places.size(); ++n)
-            if (parts->places[n].z < 7.5) parts->inverse_masses[n] = 0;
+        for (std::size_t n = 0; n < parts->positions.size(); ++n)
+            if (parts->positions[n].z < 7.5) parts->inverse_masses[n] = 0;
         return std::move(PbdBody::create(std::move(*parts),
                                          {.time_step = m_settings.time_step_s, .damping = 5}))
             .value();
@@ -286,7 +286,8 @@ TEST_F(Bodies, RefuseBadInputInALineAndKeepTheirState) {
     for (Vec3d& node : away.nodes_mm) node = node + Vec3d{100, 0, 0};
     EXPECT_EQ(make_body(m_scan, away, m_settings, m_arena).error().field, "mesh");
     auto chain = PbdBody::create(
-        {.places = {{9, 9, 9}, {10, 9, 9}}, .inverse_masses = {1, 1}, .distances = {{{0, 1}}}}, {});
+        {.positions = {{9, 9, 9}, {10, 9, 9}}, .inverse_masses = {1, 1}, .distances = {{{0, 1}}}},
+        {});
     ASSERT_TRUE(chain.ok());
     EXPECT_EQ(make_body(m_scan, std::move(*chain), m_settings, m_arena).error().field, "body");
 }

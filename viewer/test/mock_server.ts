@@ -53,7 +53,7 @@ type Message = Record<string, any>;
 function tubeWay(from: Vec3, to: Vec3): object | string {
     for (const [name, end] of Object.entries({ from, to }))
         if (norm(sub(end, tubeCentre(end[2]))) > kTubeRadius + 5)
-            return `path: ${name}: expected a place in the lumen, found one in the tissue`;
+            return `path: ${name}: expected a position in the lumen, found one in the tissue`;
     const count = Math.max(Math.ceil(Math.abs(to[2] - from[2]) / 2), 1);
     const points = Array.from({ length: count + 1 }, (_, i) =>
         tubeCentre(from[2] + (i / count) * (to[2] - from[2])),

@@ -19,10 +19,12 @@
 // neighbours is the special case in which d has one component: its graph gives the same bits as
 // ChainMail.
 //
+// @code
 //   const auto graph =
 //       graph_of_lattice({.size = {20, 20, 1}, .materials = {limits}}, Neighbours::All);
-//   auto tissue = GraphChainMail::create(*graph);
-//   auto report = tissue->push(std::array{210}, {3, 0, 0}, arena);
+//   GraphChainMail tissue(*graph);
+//   auto report = tissue.push(std::array{210}, {3, 0, 0}, arena);
+// @endcode
 
 #pragma once
 

@@ -8,8 +8,10 @@
 // rest, most orderings find the exact move. With several materials they leave links outside of
 // their limits (docs/published_orderings.md). Use them for comparisons only.
 //
+// @code
 //   auto lists = make_ordering(lattice, Ordering::GibsonLists);
 //   OrderingReport report = (*lists)->push(std::array{element}, {0, 0, 3});
+// @endcode
 
 #pragma once
 
