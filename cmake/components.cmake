@@ -30,7 +30,7 @@ set(PLIANT_render_RECIPES highway)
 set(PLIANT_render_HEADERS)
 
 set(PLIANT_serve_NEEDS core io models render)
-set(PLIANT_serve_RECIPES lz4)
+set(PLIANT_serve_RECIPES lz4 openssl)
 set(PLIANT_serve_HEADERS boost nlohmann_json)
 
 # Adds to a list of components those that they need, and puts the list in order. Other names stay

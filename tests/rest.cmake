@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
 
+pliant_test(material SOURCES test_settings.cpp)
+pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
 pliant_test(core
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
@@ -28,6 +30,18 @@ pliant_test(mesh
             test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
+pliant_test(research SOURCES test_graph.cpp test_objects.cpp test_orderings.cpp)
+pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
+pliant_test(fem
+    SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp
+            test_multigrid.cpp test_published.cpp test_solvers.cpp)
+pliant_test(tissue
+    SOURCES ../support/count_allocations.cpp test_eye_deformation.cpp test_out_of_memory.cpp
+            test_spring_deformation.cpp test_tissues.cpp test_state_kinds.cpp)
+pliant_test(catheter
+    SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
+            test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
+            test_tet_wire.cpp test_wire.cpp)
 pliant_test(vessel
     SOURCES ../support/count_allocations.cpp test_out_of_memory.cpp test_soundness.cpp
             test_wall.cpp)
@@ -70,9 +84,11 @@ pliant_test(session
 pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
             test_fairness.cpp test_files.cpp test_haptic_catheter.cpp test_haptics.cpp
-            test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_own_tissue.cpp
-            test_path.cpp test_recording.cpp test_rest_field.cpp test_server.cpp test_vessel.cpp
-    LIBRARIES nlohmann_json::nlohmann_json)
+            test_hostile.cpp test_network.cpp test_out_of_memory.cpp test_overlay.cpp
+            test_own_tissue.cpp test_path.cpp test_playback.cpp test_recording.cpp
+            test_rest_field.cpp
+            test_server.cpp test_vessel.cpp
+    LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL)
 target_include_directories(test_serve PRIVATE ${PROJECT_SOURCE_DIR}/examples)
 target_compile_definitions(test_serve PRIVATE
     PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>"

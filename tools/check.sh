@@ -59,14 +59,15 @@ compile_and_test() { # PRESET [a command that runs the given one]
     run_ctest "$@"
 }
 
-# What takes longest in chainmail's tests, and was run with GCC: half of their time.
-readonly clang_leaves_out=RandomSequences.*:Drag.IsBitForBitAPushOfTheSameElementsByTheSameSteps:\
+# The longest tests of rooms with vector code, which pass with GCC before: half of the time.
+readonly clang_leaves_out=*RandomSequences.*:*OutOfMemory.*:RodContact.*:PbdBoxes.*:\
+Drag.IsBitForBitAPushOfTheSameElementsByTheSameSteps:\
 RelaxSteps.DragThatRelaxesBetweenItsStepsEqualsPushesThatDo:\
 Relax.EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep:\
 History.UndoAndRedoGiveTheSameBitsAfterAnySteps
 
 compile_and_test_with_clang() {
-    GTEST_FILTER="-*$clang_leaves_out" compile_and_test clang
+    GTEST_FILTER="-$clang_leaves_out" compile_and_test clang
 }
 
 run_ctest() { # PRESET [a command that runs the given one]
@@ -91,8 +92,9 @@ build_example() { # EXAMPLE PREFIX [CMake arguments…]
 
 # What the component `models` must not need, by CMake's names and by those of files. To build it,
 # the headers of Eigen and toml++ are needed, to use it not.
-readonly not_for_models=(Boost CLI11 GDCM NLopt PNG ZLIB nlohmann_json pugixml)
-readonly no_files_for_models='boost|gdcm|nlopt|png|/libz\.|pugi|toml|pliant_(io|fit|render|serve)'
+readonly not_for_models=(Boost CLI11 GDCM NLopt OpenSSL PNG ZLIB nlohmann_json pugixml)
+readonly no_files_for_models='boost|lib(ssl|crypto)|gdcm|nlopt|png|/libz\.|pugi|toml'\
+'|pliant_(io|fit|render|serve)'
 
 # CMake's arguments that hide packages.
 without() { # PACKAGE…

@@ -7,11 +7,10 @@
 #include <pliant/render.h>
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
-#include <utility>
 
 #include "look.h"
+#include "output_names.h"
 
 namespace pliant::app {
 namespace {
@@ -19,20 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
-
-/// @param endings  allowed extensions; empty: all
-Status check_name(const std::string& option, const fs::path& path,
-                  const std::vector<std::string>& endings) {
-    std::string expected, found = path.extension().string();
-    for (char& c : found) c = char(std::tolower(static_cast<unsigned char>(c)));
-    for (const std::string& ending : endings) {
-        if (found == ending) return Ok{};
-        expected += (expected.empty() ? "" : " or ") + ending;
-    }
-    if (endings.empty()) return Ok{};
-    return Error{ErrorCode::InvalidArgument, option + ": expected a name that ends in " + expected +
-                                                 ", found " + path.string()};
-}
 
 /// Draws before and after, with the same camera and the same sections through the pushed point.
 Image before_and_after(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
@@ -78,51 +63,18 @@ Status write_text(const fs::path& path, const std::string& text) {
 
 }  // namespace
 
-namespace {
-
-/// Resolves links. If that fails, the path is unchanged, and staging reports the error.
-fs::path whole_path(const fs::path& path) {
-    std::error_code error;
-    fs::path whole = fs::weakly_canonical(path, error);
-    return error ? path : whole;
-}
-
-}  // namespace
-
 Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
-    struct Item {
-        const char* option;
-        const std::string& name;
-        fs::path& staged;
-        std::vector<std::string> endings;
-    };
-    const Item items[] = {
+    const OutputName names[] = {
         {"--out", o.out, outputs.out, {".nrrd", ".nhdr", ".vti"}},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
         {"--jacobian", o.jacobian, outputs.jacobian, {".nrrd", ".nhdr"}},
         {"--strain", o.strain, outputs.strain, {".nrrd", ".nhdr"}},
-        {"--report", o.report, outputs.report, {}},
+        {"--report", o.report, outputs.report},
         {"--png", o.png, outputs.png, {".png"}},
         {"--save-state", o.save_state, outputs.state, {".plst"}},
     };
-    std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", whole_path(o.file)}};
-    for (const Item& item : items) {
-        if (item.name.empty()) continue;
-        if (const Status status = check_name(item.option, item.name, item.endings); !status.ok())
-            return status;
-        const fs::path place = whole_path(item.name);
-        for (const auto& [option, other] : taken)
-            if (place == other)
-                return Error{ErrorCode::InvalidArgument,
-                             std::string(item.option) + ": expected a file of its own, found " +
-                                 item.name + ", which is " + option};
-        taken.emplace_back(item.option, place);
-        const auto staged = outputs.files.stage(item.name);
-        if (!staged.ok()) return staged.error();
-        item.staged = *staged;
-    }
-    return Ok{};
+    return stage_names(names, o.file, outputs.files);
 }
 
 namespace {

@@ -164,7 +164,8 @@ struct ServeOptions {
     std::string series;
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
-    std::string session;
+    std::string host = "127.0.0.1", certificate, key, url;
+    std::string session, replay;
     double checkpoint_s = 30;
     int spring_nodes = 32;
     bool no_open = false;
@@ -174,6 +175,7 @@ struct ServeOptions {
 
 struct ReplayOptions {
     std::string session;
+    std::string out, displacement, transform, save_state;  ///< of the last state; empty: none
     bool from_checkpoint = false;
     bool json = false;
     int threads = 0;

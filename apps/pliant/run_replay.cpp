@@ -3,26 +3,74 @@
 
 // pliant replay: replays a recorded session; a different result is an error.
 
-#include <pliant/serve.h>
+#include <pliant/files.h>
+#include <pliant/resample.h>
 #include <pliant/session.h>
 
 #include <cinttypes>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 
 #include "options.h"
+#include "output_names.h"
 #include "progress.h"
 
 namespace pliant::app {
 
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReplayOutputs {
+    StagedFiles files;
+    fs::path out, displacement, transform, state;
+};
+
+Status write_outputs(const ReplayOutputs& outputs, const Tissue& tissue) {
+    if (!outputs.out.empty() || !outputs.transform.empty()) {
+        const auto deformed = deform_volume(tissue, Mapping::Cells, !outputs.transform.empty());
+        if (!deformed) return deformed.error();
+        if (!outputs.out.empty())
+            if (Status s = write_volume(outputs.out, deformed->volume); !s.ok()) return s;
+        if (!outputs.transform.empty()) {
+            Status s = write_vector_field(outputs.transform, deformed->volume.grid,
+                                          FieldKind::Resampling, inverse_slices(*deformed));
+            if (!s.ok()) return s;
+        }
+    }
+    if (!outputs.displacement.empty()) {
+        const auto slices = displacement_slices(tissue);
+        if (!slices) return slices.error();
+        Status s = write_vector_field(outputs.displacement, tissue.volume().grid,
+                                      FieldKind::Modeling, *slices);
+        if (!s.ok()) return s;
+    }
+    return outputs.state.empty() ? Ok{} : tissue.save_state(outputs.state);
+}
+
+}  // namespace
+
 int run_replay(const ReplayOptions& options) {
+    ReplayOutputs outputs;
+    const OutputName names[] = {
+        {"--out", options.out, outputs.out, {".nrrd", ".nhdr", ".vti"}},
+        {"--displacement", options.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
+        {"--transform", options.transform, outputs.transform, {".nrrd", ".nhdr"}},
+        {"--save-state", options.save_state, outputs.state, {".plst"}},
+    };
+    if (const Status s = stage_names(names, options.session, outputs.files); !s.ok())
+        return bad_input(s.error().message);
     const TaskArena arena(options.threads);
     std::optional<ProgressBar> bar(std::in_place, "replay");
-    const auto report = replay_session(
-        options.session, arena, [&](double fraction) { bar->show(fraction); },
-        options.from_checkpoint);
+    const ReplaySettings settings{
+        .from_checkpoint = options.from_checkpoint,
+        .progress = [&](double fraction) { bar->show(0.9 * fraction); },
+        .finish = [&](const Tissue& tissue) { return write_outputs(outputs, tissue); }};
+    const auto report = replay_session(options.session, arena, settings);
     bar.reset();
     if (!report.ok()) return bad_input(report.error().message);
+    if (const Status s = outputs.files.commit(); !s.ok()) return bad_input(s.error().message);
     const char* format =
         options.json ? "{\"from_checkpoint\": %d, \"commands\": %" PRId64 ", \"marks\": %" PRId64
                        ", \"cut_off_bytes\": %" PRIu64 ", \"volume_hash\": \"%016" PRIx64

@@ -113,7 +113,12 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
     ServerSettings settings{.file = options.file,
                             .series = options.series,
                             .port = options.port,
+                            .host = options.host,
+                            .certificate = options.certificate,
+                            .key = options.key,
+                            .url = options.url,
                             .session = options.session,
+                            .replay = options.replay,
                             .checkpoint_s = options.checkpoint_s,
                             .haptic_devices = options.haptics,
                             .max_spring_nodes = options.spring_nodes};

@@ -22,9 +22,21 @@ void add_serve(CLI::App& app, ServeOptions& o) {
          },
          "port on this machine; 0: any free one (default 8765, or any free one)")
         ->check(CLI::Range(0, 65535));
+    const char* const network = "For other machines (docs/classroom.md)";
+    c->add_option("--host", o.host,
+                  "address to listen on (default 127.0.0.1: this machine only); 0.0.0.0: the "
+                  "network too, with a certificate")
+        ->group(network);
+    c->add_option("--certificate", o.certificate, "PEM file, with the certificates that sign it")
+        ->group(network);
+    c->add_option("--key", o.key, "PEM file with its private key")->group(network);
+    c->add_option("--url", o.url, "address of the page if a proxy stands in front of the server")
+        ->group(network);
     c->add_option("--session", o.session,
                   "record the session in this file, or continue it. Scans that are opened in the "
                   "page are kept beside it, in SESSION.scans");
+    c->add_option("--replay", o.replay,
+                  "watch this session instead of a live scene: a time line, any speed, any camera");
     c->add_option("--checkpoint", o.checkpoint_s,
                   "with a session: save its state after so many seconds of work, which bounds the "
                   "time to open it (default 30)")
@@ -41,7 +53,8 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->footer(
         "Other scans are opened, and the deformed one is saved, in the page.\n"
         "Examples:\n  pliant serve scan.nrrd --session scan.pls\n  pliant serve "
-        "scenes/vessel_phantom.toml");
+        "scenes/vessel_phantom.toml\n  pliant serve scan.nrrd --host 0.0.0.0 --certificate "
+        "class.pem --key class.key");
 }
 
 void add_replay(CLI::App& app, ReplayOptions& o) {
@@ -49,9 +62,16 @@ void add_replay(CLI::App& app, ReplayOptions& o) {
     c->add_option("SESSION", o.session, "file of pliant serve --session")->required();
     c->add_flag("--from-checkpoint", o.from_checkpoint,
                 "start from the checkpoint before the last, as pliant serve does");
+    c->add_option("--out", o.out, "scan as the session left it (.nrrd, .nhdr or .vti)");
+    c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
+    c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
+    c->add_option("--save-state", o.save_state, "state of the tissue (.plst)");
     c->add_flag("--json", o.json, "one JSON object");
     add_threads(c, o.threads);
-    c->footer("Example:\n  pliant replay scan.pls");
+    c->footer(
+        "Examples:\n"
+        "  pliant replay scan.pls\n"
+        "  pliant replay scan.pls --out pushed.nrrd --displacement moved.nrrd");
 }
 
 void add_bench(CLI::App& app, BenchOptions& o) {

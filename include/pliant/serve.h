@@ -3,10 +3,12 @@
 
 // A server for browsers: several people view, push and cut one scene.
 //
+// @code
 //   const TaskArena arena;
 //   auto server = Server::start({.file = "/data/scan.nrrd"}, arena);
 //   std::puts(server->link().c_str());
 //   server->wait();
+// @endcode
 //
 // docs/protocol.md defines the messages.
 
@@ -32,8 +34,20 @@ struct ServerSettings {
     std::string series{};  ///< DICOM series, for a folder with several
     Vec3i phantom_size{128, 128, 128};
     int port = 0;  ///< 0: a free port
-    /// File of the session: it is continued and recorded there. Empty: no recording.
+    /// Address of this machine to listen on, such as 0.0.0.0 for all of them. Others than the
+    /// loopback's need a certificate, since links are secrets.
+    std::string host = "127.0.0.1";
+    /// PEM files: the certificate with those that sign it, and its private key. Empty: plain HTTP.
+    std::string certificate{}, key{};
+    /// URL of the page if a proxy stands in front of the server: https://name[:port][/path].
+    /// Requests for this name are answered too, and the links begin with it.
+    std::string url{};
+    /// File of the session: it is continued and recorded there. Its links stay the same. Empty: no
+    /// recording.
     std::filesystem::path session{};
+    /// File of a session that is watched: clients can't change the scene, but its time. Then file
+    /// and session are empty.
+    std::filesystem::path replay{};
     int rate_hz = 60;  ///< maximum steps of the scene per second, 1…1000
     /// Interval of checkpoints in seconds of work. They are saved beside the session and bound the
     /// time to reopen it. ≥ 0
@@ -56,9 +70,9 @@ SettingRows<ServerSettings> server_rows() noexcept;
 /// Thread safety: one thread, but stop() may be called on any.
 class Server {
   public:
-    /// Loads the scan, replays the session if there is one, and listens on 127.0.0.1. Keeps a
-    /// reference: the arena must outlive it.
-    /// @returns an error about the scan, the session or the port
+    /// Loads the scan, replays the session if there is one, and listens. Keeps a reference: the
+    /// arena must outlive it.
+    /// @returns an error about the scan, the session, host, port, certificate, key or url
     static Result<Server> start(const ServerSettings& settings, const TaskArena& arena) noexcept;
     /// Stops the server.
     ~Server();

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 
 #pragma GCC visibility push(default)
 namespace pliant {
@@ -26,14 +27,20 @@ struct ReplayReport {
     std::uint64_t tissue_hash = 0;  ///< ChainMail::hash
 };
 
+struct ReplaySettings {
+    /// Starts at the last but one checkpoint if it is valid, as Server::start does. Otherwise
+    /// everything is replayed, and the state compared at each mark.
+    bool from_checkpoint = false;
+    MakeTissue own_tissue{};  ///< the server's, for a session that used it
+    Progress progress{};
+    /// Called with the tissue after the last record. Its error becomes the replay's.
+    std::function<Status(const Tissue& tissue)> finish{};
+};
+
 /// Replays a recorded session without a server.
-/// @param from_checkpoint  starts at the last but one checkpoint if it is valid, as Server::start
-///                         does; otherwise replays everything and compares the state at each mark
-/// @param own_tissue  the server's, for a session that used it
 /// @returns NotFound; Unreadable if the file is damaged or a result differs from the recording
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
-                                    const Progress& progress = {}, bool from_checkpoint = false,
-                                    const MakeTissue& own_tissue = {});
+                                    const ReplaySettings& settings = {});
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -113,6 +113,22 @@ struct VesselMessage {
 struct RestMessage {
     bool on = false;
 };
+/// The client's camera, for those that follow it. Without fields: there is none.
+struct CameraMessage {
+    struct Pose {
+        Vec3d eye_mm{0, 0, 0}, look{0, 1, 0}, up{0, 0, 1};
+    };
+    std::optional<Pose> pose{};
+};
+/// Requests the camera of another client, or cancels that.
+struct FollowMessage {
+    std::uint32_t client = 0;  ///< 0: none
+};
+/// Controls a session that is watched. Empty fields don't change.
+struct ReplayMessage {
+    std::optional<bool> is_playing{};
+    std::optional<double> speed{}, at_ms{};
+};
 /// Empty fields take the scene's values.
 struct PathMessage {
     Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
@@ -122,12 +138,13 @@ struct PathMessage {
 };
 
 /// Commands to the scene come first, then messages that the server answers itself.
-using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
-                            CarveCommand, RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand,
-                            MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, TissueCommand,
-                            DepthCommand, DriveCommand, HelloMessage, ToolMessage, ChecksumMessage,
-                            SeenMessage, PingMessage, OverlayMessage, PathMessage, HapticsMessage,
-                            HapticPoseMessage, VesselMessage, RestMessage>;
+using Action =
+    std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
+                 RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand, MaterialsCommand,
+                 IsoCommand, UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand,
+                 HelloMessage, ToolMessage, ChecksumMessage, SeenMessage, PingMessage,
+                 OverlayMessage, PathMessage, HapticsMessage, HapticPoseMessage, VesselMessage,
+                 RestMessage, CameraMessage, FollowMessage, ReplayMessage>;
 
 struct Message {
     std::uint32_t id = 0;

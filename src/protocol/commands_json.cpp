@@ -136,6 +136,7 @@ class Fields {
         if (m_failure) return {};
         return std::move(*value);
     }
+    void require(const char* key) { find(key, false); }
     template <class T>
     void settings(SettingRows<T> rows, T& object) {
         for (const Setting<T>& row : rows)
@@ -242,6 +243,12 @@ Action read_tissue(Fields& f) {
     f.settings(spring_rows(), choice.springs);
     return tissue;
 }
+Action read_depth(Fields& f) {
+    DepthCommand depth;
+    f.require("layers");
+    f.settings(depth_rows(), depth);
+    return depth;
+}
 Action read_drive(Fields& f) {
     DriveCommand drive;
     f.settings(drive_rows(), drive);
@@ -278,6 +285,19 @@ Action read_seen(Fields& f) {
     seen.format = f.whole("format", 1, kFormatVoxels);
     return seen;
 }
+Action read_camera(Fields& f) {
+    if (!f.has("eye")) return CameraMessage{};
+    return CameraMessage{CameraMessage::Pose{.eye_mm = f.vector("eye", kMaxPlaceMm),
+                                             .look = f.direction("look"),
+                                             .up = f.direction("up")}};
+}
+Action read_replay(Fields& f) {
+    ReplayMessage replay;
+    if (f.has("playing")) replay.is_playing = f.flag("playing", {});
+    if (f.has("speed")) replay.speed = f.number("speed", kMinReplaySpeed, kMaxReplaySpeed);
+    if (f.has("at_ms")) replay.at_ms = f.number("at_ms", 0, 1e12);
+    return replay;
+}
 Action read_overlay(Fields& f) {
     return OverlayMessage{OverlayKind(f.choice("kind", {"none", "displacement", "jacobian"}))};
 }
@@ -310,7 +330,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, plus slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 29> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 32> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false, 0); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -332,7 +352,7 @@ const std::array<std::pair<const char*, Reader>, 29> kReaders = {{
     {"undo", nothing<UndoCommand>},
     {"redo", nothing<RedoCommand>},
     {"tissue", read_tissue},
-    {"depth", [](Fields& f) -> Action { return DepthCommand{int(f.number("layers", 0, 64))}; }},
+    {"depth", read_depth},
     {"catheter", read_drive},
     {"hello", read_hello},
     {"tool", read_tool},
@@ -348,6 +368,9 @@ const std::array<std::pair<const char*, Reader>, 29> kReaders = {{
      }},
     {"vessel", [](Fields& f) -> Action { return VesselMessage{f.flag("on", {})}; }},
     {"rest", [](Fields& f) -> Action { return RestMessage{f.flag("on", {})}; }},
+    {"camera", read_camera},
+    {"follow", [](Fields& f) -> Action { return FollowMessage{f.whole("client", 0, {})}; }},
+    {"replay", read_replay},
     {"slide", [](Fields& f) { return read_push(f, true, 0.01); }},
 }};
 
@@ -406,7 +429,7 @@ void write(Json& o, const TissueCommand& c) {
     put(o, c.choice.springs, spring_rows());
 }
 void write(Json& o, const DepthCommand& c) {
-    o["layers"] = c.layers;
+    put(o, c, depth_rows());
 }
 void write(Json& o, const DriveCommand& c) {
     put(o, c, drive_rows());
@@ -416,6 +439,20 @@ void write(Json& o, const VesselMessage& c) {
 }
 void write(Json& o, const RestMessage& c) {
     o["on"] = c.on;
+}
+void write(Json& o, const CameraMessage& c) {
+    if (!c.pose) return;
+    o["eye"] = json_of(c.pose->eye_mm);
+    o["look"] = json_of(c.pose->look);
+    o["up"] = json_of(c.pose->up);
+}
+void write(Json& o, const FollowMessage& c) {
+    o["client"] = c.client;
+}
+void write(Json& o, const ReplayMessage& c) {
+    if (c.is_playing) o["playing"] = *c.is_playing;
+    if (c.speed) o["speed"] = *c.speed;
+    if (c.at_ms) o["at_ms"] = *c.at_ms;
 }
 void write(Json& o, const HelloMessage& c) {
     o["protocol"] = c.protocol;

@@ -21,16 +21,19 @@ inline constexpr int kCloseFull = 4004;
 inline constexpr int kCloseReplaced = 4005;
 
 // Clients.
-inline constexpr int kMaxClients = 32;          ///< connected
-inline constexpr std::size_t kMaxPlaces = 64;   ///< including clients that may come back
-inline constexpr std::size_t kMaxWaiting = 64;  ///< waiting commands of a client
-inline constexpr std::size_t kMaxTexts = 1000;  ///< unread answers of a client
+inline constexpr int kMaxClients = 32;                ///< connected
+inline constexpr std::size_t kMaxPlaces = 64;         ///< including clients that may come back
+inline constexpr std::size_t kMaxWaiting = 64;        ///< waiting commands of a client
+inline constexpr std::size_t kMaxWaitingCameras = 8;  ///< texts before which none is added
+inline constexpr std::size_t kMaxTexts = 1000;        ///< unread answers of a client
 inline constexpr std::chrono::seconds kHelloTime{5};
 inline constexpr std::chrono::seconds kStallTime{15};
 inline constexpr std::chrono::seconds kAwayTime{120};
 
 // Messages of a client.
 inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;
+inline constexpr int kMaxDepthLayers = 64;
+inline constexpr double kMinReplaySpeed = 0.01, kMaxReplaySpeed = 100;
 inline constexpr double kMessagesPerSecond = 240, kMessageBurst = 600;
 inline constexpr double kBytesPerSecond = 1 << 20, kByteBurst = 4 << 20;
 inline constexpr int kMaxUntaken = 64;  ///< messages that the scene's owner has not processed

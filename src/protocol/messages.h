@@ -25,6 +25,8 @@ struct DicomSeries;
 
 namespace pliant::serve {
 
+struct CameraMessage;
+
 /// Description of the scan for a new client.
 struct VolumeInfo {
     std::uint32_t id = 1;
@@ -106,6 +108,7 @@ struct Welcome {
     std::uint64_t open_bytes = 0;  ///< size limit of an uploaded scan
     int spring_nodes = 32;         ///< limit along an axis
     std::vector<std::string> haptic_devices{};
+    bool is_watched = false;  ///< a recorded session, which clients don't change
 };
 
 struct Checksums {
@@ -125,6 +128,23 @@ std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t 
 std::string checksum_text(std::uint32_t id, const Checksums& sums);
 std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume,
                       const LumenPath& path);
+/// A camera that is followed; without a pose: it is gone.
+std::string camera_text(std::uint32_t client, const CameraMessage& camera);
+/// State of a session that is watched.
+struct ReplayState {
+    double at_ms = 0, length_ms = 0, speed = 1;
+    bool is_playing = false;
+    bool is_seeking = false;  ///< on the way to a time
+    std::string failure{};    ///< reason of an end
+};
+std::string replay_text(const ReplayState& state);
+/// A command of a session on its time line.
+struct TimelineMark {
+    double at_ms = 0;
+    std::uint32_t client = 0;
+    std::string name{};
+};
+std::string replay_marks_text(std::span<const TimelineMark> marks);
 /// List of series as JSON.
 std::string series_text(std::span<const DicomSeries> list);
 std::string pong_text(std::uint32_t id);

@@ -138,8 +138,10 @@ std::string hex_text(std::uint64_t number, int digits) {
 
 std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                          const SharedState& state) {
-    const Json features = {"save",   "open",    "overlay", "path",
-                           "tissue", "haptics", "vessel",  "rest"};
+    const Json features =
+        welcome.is_watched ? Json{"save", "overlay", "path", "vessel", "rest", "follow", "replay"}
+                           : Json{"save",    "open",   "overlay", "path",  "tissue",
+                                  "haptics", "vessel", "rest",    "follow"};
     Json json = json_of(welcome.client);
     json.update({{"t", "welcome"},
                  {"protocol", kProtocolVersion},
@@ -202,6 +204,35 @@ std::string checksum_text(std::uint32_t id, const Checksums& sums) {
                          {"voxels", hex_text(sums.voxels, 8)},
                          {"volume", hex_text(sums.volume, 16)},
                          {"tissue", hex_text(sums.tissue, 16)}});
+}
+
+std::string camera_text(std::uint32_t client, const CameraMessage& camera) {
+    Json text = {{"t", "camera"}, {"client", client}};
+    if (camera.pose) {
+        text["eye"] = json_of(camera.pose->eye_mm);
+        text["look"] = json_of(camera.pose->look);
+        text["up"] = json_of(camera.pose->up);
+    }
+    return text_of_json(text);
+}
+
+std::string replay_text(const ReplayState& state) {
+    Json text = {{"t", "replay"},
+                 {"at_ms", std::round(state.at_ms)},
+                 {"length_ms", std::round(state.length_ms)},
+                 {"speed", state.speed},
+                 {"playing", state.is_playing},
+                 {"seeking", state.is_seeking}};
+    if (!state.failure.empty()) text["failure"] = state.failure;
+    return text_of_json(text);
+}
+
+std::string replay_marks_text(std::span<const TimelineMark> marks) {
+    Json list = Json::array();
+    for (const TimelineMark& mark : marks)
+        list.push_back(
+            {{"at_ms", std::round(mark.at_ms)}, {"client", mark.client}, {"do", mark.name}});
+    return text_of_json({{"t", "replay_marks"}, {"marks", list}});
 }
 
 std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume,

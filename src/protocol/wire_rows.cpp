@@ -28,6 +28,14 @@ constexpr Setting<IsoCommand> kIso[] = {
          .text = "rising: tissue is brighter than the lumen; falling: darker"}),
 };
 
+constexpr Setting<DepthCommand> kDepth[] = {
+    setting<&DepthCommand::layers>({.name = "layers",
+                                    .unit = "layers",
+                                    .low = 0,
+                                    .high = kMaxDepthLayers,
+                                    .text = "layers beyond the contact that move"}),
+};
+
 constexpr Setting<DriveCommand> kDrive[] = {
     setting<&DriveCommand::insert_mm_s>({.name = "insert_mm_s",
                                          .unit = "mm/s",
@@ -58,6 +66,9 @@ SettingRows<TissueChoice> tissue_rows() noexcept {
 }
 SettingRows<IsoCommand> iso_rows() noexcept {
     return kIso;
+}
+SettingRows<DepthCommand> depth_rows() noexcept {
+    return kDepth;
 }
 SettingRows<DriveCommand> drive_rows() noexcept {
     return kDrive;

@@ -16,6 +16,8 @@ namespace pliant::serve {
 SettingRows<TissueChoice> tissue_rows() noexcept;
 /// Rows of the visible surface.
 SettingRows<IsoCommand> iso_rows() noexcept;
+/// Rows of the depth that forces reach.
+SettingRows<DepthCommand> depth_rows() noexcept;
 /// Rows of the hand's motion.
 SettingRows<DriveCommand> drive_rows() noexcept;
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 namespace pliant::serve {
 
@@ -43,18 +44,68 @@ std::optional<std::string> decoded(std::string_view query_value) {
     return text;
 }
 
-bool is_own_host(std::string_view host, int port) {
-    const std::string number = ":" + std::to_string(port);
-    for (const std::string name : {"127.0.0.1", "localhost", "[::1]"}) {
-        if (host == name + number) return true;
-        if (port == 80 && host == name) return true;
-    }
-    return false;
+namespace {
+
+constexpr std::string_view kHttp = "http://", kHttps = "https://";
+
+std::string in_lower_case(std::string_view text) {
+    std::string lower(text);
+    for (char& c : lower)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    return lower;
 }
 
-bool is_own_origin(std::string_view origin, int port) {
-    constexpr std::string_view kScheme = "http://";
-    return origin.starts_with(kScheme) && is_own_host(origin.substr(kScheme.size()), port);
+/// An origin as browsers write it. @param authority  host, or host:port
+std::string origin_of(std::string_view scheme, std::string_view authority) {
+    const std::string_view default_port = scheme == kHttps ? ":443" : ":80";
+    if (authority.ends_with(default_port)) authority.remove_suffix(default_port.size());
+    return in_lower_case(std::string(scheme).append(authority));
+}
+
+bool is_host_character(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("-._:[]").find(c) != std::string_view::npos;
+}
+
+}  // namespace
+
+OwnOrigins::OwnOrigins(std::string_view scheme, int port) {
+    for (const char* name : {"127.0.0.1", "localhost", "[::1]"}) add(scheme, name, port);
+}
+
+void OwnOrigins::add(std::string_view scheme, std::string_view host, int port) {
+    std::string origin =
+        origin_of(std::string(scheme) + "://", std::string(host) + ":" + std::to_string(port));
+    if (!has(origin)) m_origins.push_back(std::move(origin));
+}
+
+bool OwnOrigins::add_url(std::string_view url) {
+    const std::string_view scheme = url.starts_with(kHttps) ? kHttps : kHttp;
+    if (!url.starts_with(scheme)) return false;
+    url.remove_prefix(scheme.size());
+    const std::string_view authority = url.substr(0, url.find('/'));
+    if (authority.empty() || !std::all_of(authority.begin(), authority.end(), is_host_character))
+        return false;
+    m_origins.push_back(origin_of(scheme, authority));
+    return true;
+}
+
+bool OwnOrigins::has_host(std::string_view host) const {
+    return !host.empty() && (has(origin_of(kHttp, host)) || has(origin_of(kHttps, host)));
+}
+
+bool OwnOrigins::has(std::string_view origin) const {
+    return std::find(m_origins.begin(), m_origins.end(), origin) != m_origins.end();
+}
+
+std::string OwnOrigins::websockets() const {
+    std::string sources;
+    for (const std::string& origin : m_origins) {
+        if (origin.find('[') != std::string::npos) continue;  // no source of a policy
+        sources +=
+            (sources.empty() ? "ws" : " ws") + origin.substr(std::string_view("http").size());
+    }
+    return sources;
 }
 
 bool is_same_secret(std::string_view a, std::string_view b) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocol/limits.h"
 
@@ -22,11 +23,28 @@ std::string_view query_value(std::string_view target, std::string_view key);
 /// Percent-decodes a query value; '+' is a space. @returns nullopt for malformed input
 std::optional<std::string> decoded(std::string_view query_value);
 
-/// Whether a Host header names this machine and port, in any spelling of a browser. Guards against
-/// DNS rebinding: a page of another site sends its own name.
-bool is_own_host(std::string_view host, int port);
-/// Whether an Origin header names a page of this server.
-bool is_own_origin(std::string_view origin, int port);
+/// The origins ("https://host:port") under which browsers reach the server. Guards against DNS
+/// rebinding: a page of another site sends its own name.
+class OwnOrigins {
+  public:
+    /// This machine's loopback names. @param scheme  "http" or "https"
+    OwnOrigins(std::string_view scheme, int port);
+
+    /// @param host  a name, an IPv4 address, or an IPv6 address in brackets
+    void add(std::string_view scheme, std::string_view host, int port);
+    /// Adds the origin of a URL. @returns false if it isn't http(s)://host[:port][/path]
+    bool add_url(std::string_view url);
+
+    /// Whether a Host header has one of the names, in any spelling of a browser.
+    bool has_host(std::string_view host) const;
+    /// Whether an Origin header names a page of this server.
+    bool has(std::string_view origin) const;
+    /// WebSocket sources of a content security policy; some browsers don't count them to 'self'.
+    std::string websockets() const;
+
+  private:
+    std::vector<std::string> m_origins;  ///< in lower case, without a scheme's own port
+};
 /// Constant-time comparison.
 bool is_same_secret(std::string_view a, std::string_view b);
 

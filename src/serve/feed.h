@@ -51,6 +51,11 @@ class FeedHost {
                             std::string_view name) noexcept = 0;
     /// Carries out and records a command.
     virtual Outcome act(std::uint32_t client, const Action& action) = 0;
+    /// Carries out a command or sweeps of a session that is watched.
+    virtual Outcome play(std::uint32_t client, const Action& action) = 0;
+    virtual Status play_sweeps(int count) = 0;
+    /// Replaces the scene by another state of the same scan. @returns the old one
+    virtual std::unique_ptr<Scene> exchange(std::unique_ptr<Scene> scene) = 0;
     /// Highest number of a client or a device's tool so far.
     virtual std::uint32_t& last_client() = 0;
     /// Notes that this step did work.

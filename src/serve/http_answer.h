@@ -8,20 +8,18 @@
 #include "serve/hidden_boost.h"
 
 #include <boost/beast/http.hpp>
-#include <string>
+
+#include "serve/door.h"
 
 namespace pliant::serve {
 
-inline void set_common_fields(boost::beast::http::fields& fields, int port) {
+inline void set_common_fields(boost::beast::http::fields& fields, const OwnOrigins& own) {
     namespace http = boost::beast::http;
-    const std::string own = "127.0.0.1:" + std::to_string(port);
-    const std::string local = "localhost:" + std::to_string(port);
     fields.set(http::field::server, "pliant");
     fields.set("Content-Security-Policy",
                "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: "
-               "data:; media-src 'self' blob:; worker-src 'self' blob:; connect-src 'self' "
-               "ws://" +
-                   own + " ws://" + local +
+               "data:; media-src 'self' blob:; worker-src 'self' blob:; connect-src 'self' " +
+                   own.websockets() +
                    "; object-src 'none'; base-uri 'none'; form-action 'none'; "
                    "frame-ancestors 'none'");
     fields.set("X-Content-Type-Options", "nosniff");

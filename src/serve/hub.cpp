@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <thread>
 
 #include "protocol/limits.h"
@@ -43,6 +44,12 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
     if (update)
         for (const Box3i& box : update->boxes) m_deformed.mark(box);
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
+}
+
+void Hub::watch(SessionFile session, const TaskArena& arena) {
+    m_playback.load(std::move(session), arena);
+    // Numbers of clients are different from the session's.
+    m_last_client = std::max(m_last_client, m_playback.last_client());
 }
 
 void Hub::keep_checkpoints(double seconds, int so_far) {
@@ -207,13 +214,19 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
     } catch (const std::bad_alloc&) {
         return ran_out;
     }
-    Outcome outcome = m_scene->carry_out(client, action);
+    Outcome outcome = play(client, action);
     record.refused = !outcome.ok();
     if (!outcome.ran_out)
         note(std::move(record));
     else if (outcome.ended_step)
         note(SessionBreak{client});
     if (m_scene->take_lost()) note(SessionLost{m_scene->steps()});
+    return outcome;
+}
+
+/// Carries out a command.
+Outcome Hub::play(std::uint32_t client, const Action& action) {
+    Outcome outcome = m_scene->carry_out(client, action);
     m_worked = true;
     const bool moves_nothing =
         std::holds_alternative<IsoCommand>(action) || std::holds_alternative<EyeCommand>(action);
@@ -226,6 +239,25 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
     m_solve_ms += outcome.solve_ms;
     m_moved_elements += outcome.moved_elements.value_or(0);
     return outcome;
+}
+
+Status Hub::play_sweeps(int count) {
+    for (int n = 0; n < count; ++n) {
+        const Result<double> took_ms = m_scene->sweep();
+        if (!took_ms.ok()) return took_ms.error();
+        m_solve_ms += *took_ms;
+    }
+    m_worked = m_moved = true;
+    return Ok{};
+}
+
+std::unique_ptr<Scene> Hub::exchange(std::unique_ptr<Scene> scene) {
+    scene->set_volume_id(m_scene->info().id);
+    m_exchanged = m_deformed;
+    std::swap(m_scene, scene);
+    for (Feed* feed : m_feeds) feed->change_tissue();
+    m_worked = m_moved = true;
+    return scene;
 }
 
 void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
@@ -263,6 +295,7 @@ void Hub::measure_force() {
 /// positions by commands, which a session records, only while it relaxes, and only where tissue at
 /// rest would close over an endoscope.
 void Hub::tell_eyes() {
+    if (m_playback.is_on()) return;  // the session has them
     if (!m_scene->is_relaxing() || !m_scene->tissue().traits().closes_at_rest) return;
     for (Client& client : m_clients) {
         const ToolPose& tool = client.tool;
@@ -277,6 +310,7 @@ void Hub::tell_eyes() {
 }
 
 void Hub::relax() {
+    if (m_playback.is_on()) return;
     // A model with simulated time runs in real time, if it can.
     const double each_ms = m_scene->sweep_time_ms();
     const double passed_ms = m_was_moving ? ms_between(m_relaxed_at, m_now) : each_ms;
@@ -327,18 +361,21 @@ void Hub::resample() {
     m_is_behind = true;
     const Result<LiveUpdate> update = m_scene->update();
     if (!update) return;
-    for (const Box3i& box : update->boxes) m_deformed.mark(box);
+    std::vector<Box3i> boxes(update->boxes.begin(), update->boxes.end());
+    for (const Box3i& box : boxes) m_deformed.mark(box);
+    const auto exchanged = m_exchanged.take(std::numeric_limits<std::int64_t>::max());
+    boxes.insert(boxes.end(), exchanged.begin(), exchanged.end());
     bool all_follow = true;
     for (Feed* feed : m_feeds) {
         bool follows = false;
-        guarded("owner", [&] { follows = feed->follow(update->boxes); });
+        guarded("owner", [&] { follows = feed->follow(boxes); });
         all_follow = all_follow && follows;
     }
     m_is_behind = !all_follow;
-    if (update->boxes.empty()) return;
+    if (boxes.empty()) return;
     ++m_step;
     for (Client& client : m_clients)
-        for (const Box3i& box : update->boxes) client.delivery.mark(box);
+        for (const Box3i& box : boxes) client.delivery.mark(box);
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update->resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());
@@ -374,11 +411,21 @@ void Hub::note(SessionRecord record) noexcept {
     if (!m_log) return;
     if (log_is_ready()) {
         try {
+            note_time();
             return m_log->add(record);
         } catch (const std::bad_alloc&) {
         }
     }
     m_unlogged.push_back(std::move(record));  // reserved: no work while records wait
+}
+
+/// Records the time that has passed, for those who watch the session later.
+void Hub::note_time() {
+    if (m_noted_at == Clock::time_point{}) m_noted_at = m_now;
+    const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(m_now - m_noted_at);
+    if (passed < kSessionTick) return;
+    m_log->add(SessionWait{int(std::min<std::int64_t>(passed.count(), kMaxWait_ms))});
+    m_noted_at += passed;
 }
 
 /// Whether all changes of the scene are recorded, at least in memory. If not, no command may be

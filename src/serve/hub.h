@@ -27,11 +27,13 @@
 #include <variant>
 #include <vector>
 
+#include "serve/camera_feed.h"
 #include "serve/client.h"
 #include "serve/device_feed.h"
 #include "serve/feed.h"
 #include "serve/overlay_feed.h"
 #include "serve/path_feed.h"
+#include "serve/playback_feed.h"
 #include "serve/rest_feed.h"
 #include "serve/vessel_feed.h"
 #include "session/guarded.h"
@@ -59,6 +61,9 @@ class Hub final : private FeedHost {
     void keep_checkpoints(double seconds, int so_far);
     /// Limits the spring nodes along an axis. Call it before run().
     void bound_springs(int nodes) { m_max_spring_nodes = nodes; }
+    /// Plays a recorded session instead of a live scene. Call it before run().
+    /// @pre the scene is the session's last one, at rest, and there is no log
+    void watch(SessionFile session, const TaskArena& arena);
     /// Offers devices beside the built-in ones. Call it before run().
     void offer_devices(HapticDevices devices) { m_device.offer(std::move(devices)); }
 
@@ -143,6 +148,7 @@ class Hub final : private FeedHost {
     void measure_updates(int sweeps, double each_ms, double passed_ms);
     void resample();
     void note(SessionRecord record) noexcept;
+    void note_time();
     bool log_is_ready() noexcept;
     void write_log();
     void checkpoint();
@@ -154,7 +160,7 @@ class Hub final : private FeedHost {
     void add_boxes(Client& client, std::vector<Outgoing>& batch);
     const Checksums* current_checksums();
 
-    // What feeds see.
+    // FeedHost.
     Scene& scene() override { return *m_scene; }
     std::list<Client>& clients() override { return m_clients; }
     std::uint32_t step() const override { return m_step; }
@@ -166,6 +172,9 @@ class Hub final : private FeedHost {
     void tell_later(ConnectionId connection, std::uint32_t id,
                     std::string_view name) noexcept override;
     Outcome act(std::uint32_t client, const Action& action) override;
+    Outcome play(std::uint32_t client, const Action& action) override;
+    Status play_sweeps(int count) override;
+    std::unique_ptr<Scene> exchange(std::unique_ptr<Scene> scene) override;
     std::uint32_t& last_client() override { return m_last_client; }
     void worked() override { m_worked = true; }
 
@@ -192,6 +201,7 @@ class Hub final : private FeedHost {
     std::unique_ptr<SessionLog> m_log;
     bool m_is_recorded = true;              ///< whether the session's file has all records
     Clock::time_point m_flush_at{};         ///< time of the last write
+    Clock::time_point m_noted_at{};         ///< time of the last SessionWait
     std::vector<SessionRecord> m_unlogged;  ///< records that wait for memory
     double m_checkpoint_ms = 0;             ///< work between two checkpoints
     double m_unsaved_ms = 0;                ///< work since the last checkpoint
@@ -225,13 +235,17 @@ class Hub final : private FeedHost {
     std::uint64_t m_tools_version = 0;
     SharedFrames m_frames;             ///< boxes of voxels, encoded in this step
     DirtyBlocks m_deformed;            ///< voxels that were ever deformed
+    DirtyBlocks m_exchanged;           ///< voxels of a scene that was exchanged
     Clock::time_point m_sources_at{};  ///< last use of the sources of deformed voxels
     DeviceFeed m_device{*this};
     OverlayFeed m_overlays{*this};
     RestFeed m_rest{*this};
     VesselFeed m_vessel{*this};
     PathFeed m_paths{*this};
-    std::array<Feed*, 5> m_feeds{&m_device, &m_overlays, &m_rest, &m_vessel, &m_paths};
+    CameraFeed m_cameras{*this};
+    PlaybackFeed m_playback{*this};
+    std::array<Feed*, 7> m_feeds{&m_device, &m_overlays, &m_rest,    &m_vessel,
+                                 &m_paths,  &m_cameras,  &m_playback};
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

@@ -146,7 +146,8 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
                               .rate_hz = int(std::chrono::seconds(1) / m_period),
                               .open_bytes = m_open_bytes,
                               .spring_nodes = m_max_spring_nodes,
-                              .haptic_devices = m_device.devices().names()},
+                              .haptic_devices = m_device.devices().names(),
+                              .is_watched = m_playback.is_on()},
                              m_scene->info(), shared_state()));
 }
 
@@ -180,6 +181,11 @@ void Hub::answer(Client& client, Message message) {
             say(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
     } else if (is_command(message.action)) {
         queue(client, std::move(message));
+    } else if (m_playback.is_on() && std::holds_alternative<HapticsMessage>(message.action)) {
+        say(client, outcome_text(message.id, "haptics", 0,
+                                 {.error_code = "watched",
+                                  .message = "haptics: expected a live scene, found a session "
+                                             "that is watched"}));
     } else {
         for (Feed* feed : m_feeds)
             if (feed->take(client, message)) return;
@@ -191,6 +197,8 @@ void Hub::queue(Client& client, Message message) {
     const auto refuse = [&](const char* code, const std::string& why) {
         say(client, outcome_text(message.id, name, 0, {.error_code = code, .message = why}));
     };
+    if (m_playback.is_on())
+        return refuse("watched", name + ": expected a live scene, found a session that is watched");
     if (client.info.view)
         return refuse("view_only", name + ": expected the role control, found view");
     if (client.scene_step)
@@ -235,6 +243,7 @@ void Hub::park(Client& client) {
 
 /// An absent client holds no tissue.
 void Hub::release(Client& client) {
+    if (m_playback.is_on()) return;
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
     if (m_scene->has_eye(client.info.number)) act(client.info.number, EyeCommand{});
     client.eye = {};

@@ -44,7 +44,7 @@ SharedState Hub::shared_state() const {
     m_scene->describe(state);
     state.overlay_ms = m_overlays.last_ms();
     state.step = m_step;
-    state.recorded = m_log && m_is_recorded;
+    state.recorded = m_playback.is_on() || (m_log && m_is_recorded);
     for (const Client& client : m_clients)
         if (client.connection) state.clients.push_back(client.info);
     std::sort(state.clients.begin(), state.clients.end(),
@@ -64,6 +64,7 @@ void Hub::refresh_tools() {
     for (const Client& client : m_clients)
         if (client.connection && client.tool.kind != ToolKind::None) tools.push_back(client.tool);
     if (const auto tool = m_device.tool()) tools.push_back(*tool);
+    for (const auto& [number, tool] : m_playback.tools()) tools.push_back(tool);
     std::sort(tools.begin(), tools.end(),
               [](const ToolPose& a, const ToolPose& b) { return a.client < b.client; });
     if (tools == m_tools && m_tools_version > 0) return;

@@ -44,9 +44,10 @@ class WebSocketConnection;
 }  // namespace
 
 struct Network::Impl {
-    Impl(Hub& h, Tokens t, TransferSettings s)
+    Impl(Hub& h, Tokens t, TransferSettings s, std::unique_ptr<Tls> front)
         : hub(h),
           tokens(std::move(t)),
+          tls(std::move(front)),
           acceptor(context),
           grace(context),
           transfers(context, h, tokens, std::move(s)) {}
@@ -59,6 +60,9 @@ struct Network::Impl {
     Hub& hub;
     const Tokens tokens;
     asio::io_context context{1};
+    const std::unique_ptr<Tls> tls;  ///< null: plain HTTP
+    std::optional<OwnOrigins> own;   ///< set before the first connection
+    std::string url;
     tcp::acceptor acceptor;
     asio::steady_timer grace;
     int port = 0;
@@ -273,18 +277,18 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
     void answer(const Request& request) {
         const std::string_view target = view_of(request.target());
-        const int port = m_network.port;
+        const OwnOrigins& own = *m_network.own;
         const auto origin = request.find(http::field::origin);
         if (request.count(http::field::host) != 1 || request.count(http::field::origin) > 1)
             return refuse_last(http::status::bad_request, "Host, Origin: expected one of each");
-        if (!is_own_host(view_of(request[http::field::host]), port))
-            return refuse(request, http::status::forbidden, "Host: expected this machine's name");
-        if (origin != request.end() && !is_own_origin(view_of(origin->value()), port))
+        if (!own.has_host(view_of(request[http::field::host])))
+            return refuse(request, http::status::forbidden, "Host: expected this server's name");
+        if (origin != request.end() && !own.has(view_of(origin->value())))
             return refuse(request, http::status::forbidden, "Origin: expected this server's page");
         if (Transfers::takes(path_of(target)))
             return m_network.transfers.begin({std::move(m_stream), std::move(m_buffer),
                                               std::make_unique<BodyParser>(std::move(*m_parser)),
-                                              port});
+                                              own});
         if (!m_parser->is_done())
             return refuse_last(http::status::bad_request, "expected a body with files only");
         if (path_of(target) == "/ws") return upgrade(request, query_value(target, "token"));
@@ -324,7 +328,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     }
 
     void reply(const Request& request, Response response) {
-        set_common_fields(response, m_network.port);
+        set_common_fields(response, *m_network.own);
         response.keep_alive(request.keep_alive());
         response.content_length(response.body().size());
         if (request.method() == http::verb::head) response.body().clear();
@@ -352,7 +356,11 @@ void Network::Impl::accept() {
         if (stopping) return;
         if (!error) {
             // A failure closes one connection only.
-            guarded("network", [&] { welcome(std::move(socket)); });
+            guarded("network", [&] {
+                if (!tls) return welcome(std::move(socket));
+                tls->greet(std::move(socket),
+                           [this](tcp::socket plain) { welcome(std::move(plain)); });
+            });
             return accept();
         }
         // Perhaps no descriptors are left; retry after a moment.
@@ -386,20 +394,57 @@ void Network::Impl::end_if_empty() {
     if (stopping && clients.empty()) context.stop();
 }
 
-Result<std::unique_ptr<Network>> Network::listen(int port, Tokens tokens, Hub& hub,
+namespace {
+
+/// The host of a URL for an address.
+std::string host_of(const asio::ip::address& address) {
+    return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+}
+
+std::string page_url(const std::string& url, const Tls* tls, const asio::ip::address& place,
+                     int port) {
+    if (!url.empty()) return url.ends_with('/') ? url : url + "/";
+    std::string host = place.is_unspecified() ? "127.0.0.1" : host_of(place);
+    if (tls && !tls->names().empty()) host = tls->names().front();
+    return (tls ? "https://" : "http://") + host + ":" + std::to_string(port) + "/";
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Network>> Network::listen(Address address, Tokens tokens, Hub& hub,
                                                  TransferSettings transfers) {
-    auto impl = std::make_unique<Impl>(hub, std::move(tokens), std::move(transfers));
-    const tcp::endpoint place(asio::ip::address_v4::loopback(), std::uint16_t(port));
     error_code error;
-    impl->acceptor.open(place.protocol(), error);
+    const asio::ip::address place = asio::ip::make_address(address.host, error);
+    if (error)
+        return about(
+            "host", ErrorCode::InvalidArgument,
+            "expected an address of this machine, such as 0.0.0.0 for all, found " + address.host);
+    if (!place.is_loopback() && !address.tls)
+        return about("host", ErrorCode::InvalidArgument,
+                     "expected a certificate too, since links are secrets, found " + address.host +
+                         " without one");
+    const bool has_tls = address.tls != nullptr;
+    auto impl = std::make_unique<Impl>(hub, std::move(tokens), std::move(transfers),
+                                       std::move(address.tls));
+    const tcp::endpoint endpoint(place, std::uint16_t(address.port));
+    impl->acceptor.open(endpoint.protocol(), error);
     if (!error) impl->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error) impl->acceptor.bind(place, error);
+    if (!error) impl->acceptor.bind(endpoint, error);
     if (!error) impl->acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error)
         return about("port", ErrorCode::InvalidArgument,
-                     "expected one that can be listened to, found " + std::to_string(port) + ": " +
-                         error.message());
+                     "expected one that can be listened to, found " + std::to_string(address.port) +
+                         ": " + error.message());
     impl->port = impl->acceptor.local_endpoint(error).port();
+    const char* const scheme = has_tls ? "https" : "http";
+    impl->own.emplace(scheme, impl->port);
+    if (!place.is_unspecified()) impl->own->add(scheme, host_of(place), impl->port);
+    if (has_tls)
+        for (const std::string& name : impl->tls->names()) impl->own->add(scheme, name, impl->port);
+    if (!address.url.empty() && !impl->own->add_url(address.url))
+        return about("url", ErrorCode::InvalidArgument,
+                     "expected http(s)://name[:port][/path], found " + address.url);
+    impl->url = page_url(address.url, impl->tls.get(), place, impl->port);
     impl->accept();
     return std::unique_ptr<Network>(new Network(std::move(impl)));
 }
@@ -410,12 +455,16 @@ Network::~Network() = default;
 int Network::port() const {
     return m_impl->port;
 }
+const std::string& Network::url() const {
+    return m_impl->url;
+}
 
 void Network::run() {
     // A handler without memory is lost, and with it at most its connection.
     while (!guarded("network", [&] { m_impl->context.run(); })) continue;
     // Connections refer to the context, so they are destroyed before it.
     m_impl->clients.clear();
+    if (m_impl->tls) m_impl->tls->close();
 }
 
 void Network::stop() {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// HTTP and WebSocket on one local port.
+// HTTP and WebSocket on one port.
 //
 // One thread serves all connections. It is independent of the scene: it authenticates requests,
 // reads messages within their limits, passes on well-formed ones, and writes the owner's batches.
@@ -17,30 +17,38 @@
 
 #include "serve/client.h"
 #include "serve/hub.h"
+#include "serve/tls.h"
+#include "serve/tokens.h"
 #include "serve/upload.h"
 
 namespace pliant::serve {
-
-/// Secrets of the links with control and view permission.
-struct Tokens {
-    std::string control, view;
-};
 
 struct TransferSettings {
     UploadSettings uploads;
     const TaskArena& arena;                          ///< arena of opened scenes
     std::shared_ptr<const MakeTissue> own_tissue{};  ///< tissue of opened scenes; null: ChainMail
+    bool may_open = true;                            ///< false: a session is watched
+};
+
+/// Where the server listens, and the names under which browsers reach it.
+struct Address {
+    std::string host = "127.0.0.1";  ///< an address of this machine
+    int port = 0;                    ///< 0: a free port
+    std::unique_ptr<Tls> tls{};      ///< null: plain HTTP
+    std::string url{};               ///< of the page, if a proxy stands in front of the server
 };
 
 class Network final : public Outlet {
   public:
-    /// Listens on 127.0.0.1. Keeps references: hub and arena must outlive it.
-    /// @param port  0: a free port
-    static Result<std::unique_ptr<Network>> listen(int port, Tokens tokens, Hub& hub,
+    /// Keeps references: hub and arena must outlive it.
+    /// @returns an error about host, port or url
+    static Result<std::unique_ptr<Network>> listen(Address address, Tokens tokens, Hub& hub,
                                                    TransferSettings transfers);
     ~Network() override;
 
     int port() const;
+    /// The page, for browsers on the network if they can reach it; ends in a slash.
+    const std::string& url() const;
     /// Serves until stop().
     void run();
     /// Thread-safe. Closing handshakes get half a second.

@@ -8,7 +8,7 @@
 
 #include <condition_variable>
 #include <mutex>
-#include <random>
+#include <optional>
 #include <system_error>
 #include <thread>
 
@@ -43,19 +43,13 @@ struct Server::Impl {
 
 namespace {
 
-std::string random_token() {
-    std::random_device device;
-    std::string text;
-    for (int n = 0; n < 4; ++n) text += serve::hex_text(device(), 8);
-    return text;
-}
-
 struct OpenedScene {
     std::unique_ptr<serve::Scene> scene;
     std::unique_ptr<serve::SessionLog> log;
     std::vector<std::string> notes;
     int checkpoints = 0;  ///< number in the session
     std::shared_ptr<const MakeTissue> own_tissue{};
+    std::optional<serve::SessionFile> watched{};
 };
 
 std::string name_of(const serve::SceneSource& source) {
@@ -100,7 +94,35 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
     return opened;
 }
 
+/// Opens the last scene of a session that is watched, at rest.
+Result<OpenedScene> open_watched(const ServerSettings& settings, const TaskArena& arena) {
+    const std::string name = settings.replay.string();
+    if (!settings.file.empty() || !settings.session.empty())
+        return about("replay", ErrorCode::InvalidArgument,
+                     "expected neither a scan nor a session beside it, found " +
+                         (settings.file.empty() ? settings.session.string() : settings.file));
+    auto file = serve::read_session(settings.replay);
+    if (!file.ok()) return file.error();
+    if (settings.own_tissue)
+        file->use_tissue(std::make_shared<const MakeTissue>(settings.own_tissue));
+    auto scene = serve::open_recorded(file->scene, arena);
+    if (!scene.ok()) return Error{scene.error().code, name + ": " + scene.error().message};
+    OpenedScene opened{.scene = std::move(*scene),
+                       .log = {},
+                       .notes = {},
+                       .checkpoints = 0,
+                       .own_tissue = {},
+                       .watched = {}};
+    if (file->scene_records > 0)
+        opened.notes.push_back(name + ": has several scans; the last one is watched");
+    if (file->cut_off_bytes > 0)
+        opened.notes.push_back(name + ": the last line was not finished and is left out");
+    opened.watched = std::move(*file);
+    return opened;
+}
+
 Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& arena) {
+    if (!settings.replay.empty()) return open_watched(settings, arena);
     std::error_code error;
     serve::SceneSource source{.series = settings.series, .phantom_size = settings.phantom_size};
     if (settings.own_tissue)
@@ -115,7 +137,8 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
                        .log = {},
                        .notes = {},
                        .checkpoints = 0,
-                       .own_tissue = source.own_tissue};
+                       .own_tissue = source.own_tissue,
+                       .watched = {}};
     const serve::SessionHeader header{source, opened.scene->scan_hash()};
     auto log = settings.session.empty() ? serve::SessionLog::create_nameless(header)
                                         : serve::SessionLog::create(settings.session, header);
@@ -159,6 +182,14 @@ SettingRows<ServerSettings> server_rows() noexcept {
         setting<&S::file>({.name = "file", .text = "scan; empty: the airway phantom"}),
         setting<&S::series>({.name = "series", .text = "DICOM series of a folder with several"}),
         setting<&S::port>({.name = "port", .low = 0, .high = 65535, .text = "0: a free port"}),
+        setting<&S::host>({.name = "host",
+                           .text = "address of this machine to listen on; 0.0.0.0: all, with a "
+                                   "certificate"}),
+        setting<&S::certificate>(
+            {.name = "certificate", .text = "PEM file, with the certificates that sign it"}),
+        setting<&S::key>({.name = "key", .text = "PEM file with the certificate's private key"}),
+        setting<&S::url>(
+            {.name = "url", .text = "of the page, if a proxy stands in front of the server"}),
         setting<&S::rate_hz>({.name = "rate_hz",
                               .unit = "Hz",
                               .low = 1,
@@ -177,13 +208,35 @@ SettingRows<ServerSettings> server_rows() noexcept {
     return kRows;
 }
 
+namespace {
+
+Result<serve::Address> address_of(const ServerSettings& settings) {
+    serve::Address address{
+        .host = settings.host, .port = settings.port, .tls = {}, .url = settings.url};
+    if (settings.certificate.empty() != settings.key.empty())
+        return about(settings.key.empty() ? "key" : "certificate", ErrorCode::InvalidArgument,
+                     "expected a file, since certificate and key belong together, found none");
+    if (settings.certificate.empty()) return address;
+    auto tls = serve::Tls::create(settings.certificate, settings.key);
+    if (!tls.ok()) return tls.error();
+    address.tls = std::move(*tls);
+    return address;
+}
+
+}  // namespace
+
 Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& arena) {
     if (const Status status = check(settings, server_rows()); !status.ok()) return status.error();
+    auto address = address_of(settings);
+    if (!address.ok()) return address.error();
     auto opened = open_scene(settings, arena);
     if (!opened.ok()) return opened.error();
+    auto tokens = settings.session.empty() ? Result<serve::Tokens>(serve::random_tokens())
+                                           : serve::tokens_of_session(settings.session);
+    if (!tokens.ok()) return tokens.error();
     auto impl = std::make_unique<Impl>();
     impl->notes = std::move(opened->notes);
-    impl->tokens = {random_token(), random_token()};
+    impl->tokens = std::move(*tokens);
     const serve::UploadSettings uploads = upload_settings(settings);
     if (uploads.keeps) serve::sweep_uploads(uploads.folder);
     impl->hub = std::make_unique<serve::Hub>(std::move(opened->scene), std::move(opened->log),
@@ -191,8 +244,10 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
     impl->hub->bound_springs(settings.max_spring_nodes);
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
-    auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub,
-                                          {uploads, arena, opened->own_tissue});
+    const bool is_watched = opened->watched.has_value();
+    if (is_watched) impl->hub->watch(std::move(*opened->watched), arena);
+    auto network = serve::Network::listen(std::move(*address), impl->tokens, *impl->hub,
+                                          {uploads, arena, opened->own_tissue, !is_watched});
     if (!network.ok()) return network.error();
     impl->network = std::move(*network);
     impl->network_thread = std::jthread([network = impl->network.get()] { network->run(); });
@@ -211,10 +266,10 @@ int Server::port() const {
     return m_impl->network->port();
 }
 std::string Server::link() const {
-    return "http://127.0.0.1:" + std::to_string(port()) + "/#token=" + m_impl->tokens.control;
+    return m_impl->network->url() + "#token=" + m_impl->tokens.control;
 }
 std::string Server::view_link() const {
-    return "http://127.0.0.1:" + std::to_string(port()) + "/#token=" + m_impl->tokens.view;
+    return m_impl->network->url() + "#token=" + m_impl->tokens.view;
 }
 const std::vector<std::string>& Server::notes() const {
     return m_impl->notes;

@@ -94,7 +94,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     boost::beast::tcp_stream m_stream;
     boost::beast::flat_buffer m_buffer;
     std::unique_ptr<BodyParser> m_parser;
-    int m_port;
+    const OwnOrigins& m_own;
     std::string m_target;
     std::array<char, 1 << 18> m_piece;
     std::string m_text;  ///< text being sent

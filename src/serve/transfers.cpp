@@ -87,7 +87,7 @@ Transfer::Transfer(Transfers::Desk& desk, Guest guest)
       m_stream(std::move(guest.stream)),
       m_buffer(std::move(guest.buffer)),
       m_parser(std::move(guest.parser)),
-      m_port(guest.port),
+      m_own(guest.own),
       m_target(m_parser->get().target()) {
     ++*m_count;
     m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());  // Upload has limits
@@ -112,6 +112,8 @@ void Transfer::begin() {
         return kind ? save(*kind) : answer(404, "there is no such file");
     }
     if (method != http::verb::post) return answer(405, "expected POST");
+    if (!m_desk.settings.may_open)
+        return answer(403, "open: expected a live scene, found a session that is watched");
     if (!may_control)
         return answer(403, "open: expected the link of those who may change the scene");
     open(path);
@@ -162,7 +164,7 @@ void Transfer::send_header(SaveKind kind, const std::string& failure) {
     }
     m_size = std::uint64_t(status.st_size);
     http::response<http::empty_body> response(http::status::ok, 11);
-    set_common_fields(response, m_port);
+    set_common_fields(response, m_own);
     response.set(http::field::content_type, "application/octet-stream");
     response.set(http::field::content_disposition,
                  "attachment; filename=\"" + std::string(name_of(kind)) + "\"");
@@ -196,7 +198,7 @@ void Transfer::send_piece() {
 
 void Transfer::answer(unsigned status, const std::string& line) {
     http::response<http::string_body> response(http::int_to_status(status), 11);
-    set_common_fields(response, m_port);
+    set_common_fields(response, m_own);
     response.set(http::field::content_type, "text/plain; charset=utf-8");
     response.body() = line + "\n";
     response.keep_alive(false);

@@ -23,6 +23,7 @@
 #include <memory>
 #include <string_view>
 
+#include "serve/door.h"
 #include "serve/network.h"
 
 namespace pliant::serve {
@@ -34,7 +35,7 @@ struct Guest {
     boost::beast::tcp_stream stream;
     boost::beast::flat_buffer buffer;
     std::unique_ptr<BodyParser> parser;
-    int port;
+    const OwnOrigins& own;  ///< outlives it
 };
 
 class Transfers {

@@ -7,7 +7,6 @@
 //
 // There are two files, written alternately. Opening uses the last checkpoint but one, so that steps
 // after it can still be undone.
-// since then can be undone, as it could before.
 
 #pragma once
 

@@ -109,23 +109,23 @@ Result<std::unique_ptr<Scene>> replay_all(const SessionFile& file, const TaskAre
 namespace pliant {
 
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
-                                    const Progress& progress, bool from_checkpoint,
-                                    const MakeTissue& own_tissue) {
+                                    const ReplaySettings& settings) {
     const auto named = [&](const Error& error) {
         return Error{error.code, path.string() + ": " + error.message};
     };
     auto file = serve::read_session(path);
     if (!file.ok()) return file.error();
-    if (own_tissue) file->use_tissue(std::make_shared<const MakeTissue>(own_tissue));
+    if (settings.own_tissue)
+        file->use_tissue(std::make_shared<const MakeTissue>(settings.own_tissue));
     ReplayReport report;
     std::unique_ptr<serve::Scene> scene;
-    if (from_checkpoint) {
+    if (settings.from_checkpoint) {
         auto reopened = serve::reopen(*file, path, arena);
         if (!reopened.ok()) return named(reopened.error());
         scene = std::move(reopened->scene);
         report.from_checkpoint = reopened->number;
     } else {
-        auto replayed = serve::replay_all(*file, arena, progress);
+        auto replayed = serve::replay_all(*file, arena, settings.progress);
         if (!replayed.ok()) return named(replayed.error());
         scene = std::move(*replayed);
     }
@@ -138,6 +138,8 @@ Result<ReplayReport> replay_session(const std::filesystem::path& path, const Tas
     }
     report.volume_hash = hash_volume(scene->deformed());
     report.tissue_hash = scene->tissue().hash();
+    if (settings.finish)
+        if (const Status s = settings.finish(scene->tissue()); !s.ok()) return s.error();
     return report;
 }
 

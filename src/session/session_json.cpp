@@ -200,6 +200,8 @@ std::string text_of(const SessionRecord& record) {
         return Json{{"client", broken->client}, {"do", "break"}}.dump();
     if (const auto* lost = std::get_if<SessionLost>(&record))
         return Json{{"do", "lost"}, {"steps", lost->steps}}.dump();
+    if (const auto* wait = std::get_if<SessionWait>(&record))
+        return Json{{"do", "wait"}, {"ms", wait->ms}}.dump();
     if (const auto* open = std::get_if<SessionOpen>(&record)) {
         Json json = json_of(open->scan);
         json["do"] = "open";
@@ -235,6 +237,11 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
         const int steps = whole_at(json, "steps", -1);
         if (steps < 0) return bad_session("lost: steps: expected 0 or more");
         return SessionRecord(SessionLost{steps});
+    }
+    if (name == "wait") {
+        const int ms = whole_at(json, "ms", -1);
+        if (ms < 0) return bad_session("wait: ms: expected 0 or more");
+        return SessionRecord(SessionWait{ms});
     }
     if (name == "break") {
         const int client = whole_at(json, "client", -1);

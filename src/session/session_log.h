@@ -11,6 +11,7 @@
 //   55d8… {"do":"open","source":{…},"scan":"…"}
 //   a2f7… {"client":1,"do":"break"}
 //   66b0… {"do":"lost","steps":12}
+//   2e19… {"do":"wait","ms":117}
 //
 // The number before each line is a checksum of the line and of the previous checksum. It detects
 // unfinished lines and modified ones. Marks record the state of the scene; a replay compares it.
@@ -26,6 +27,7 @@
 #include <pliant/result.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -82,8 +84,15 @@ struct SessionHeader {
 struct SessionOpen {
     SessionHeader scan;
 };
-using SessionRecord = std::variant<SessionCommand, SessionSweeps, SessionMark, SessionCheckpoint,
-                                   SessionForget, SessionBreak, SessionLost, SessionOpen>;
+/// Wall-clock time since the previous record of this kind, or the begin. A replay doesn't need it.
+struct SessionWait {
+    int ms = 0;
+};
+inline constexpr int kMaxWait_ms = 1'000'000'000;
+inline constexpr std::chrono::milliseconds kSessionTick{100};  ///< shortest wait
+using SessionRecord =
+    std::variant<SessionCommand, SessionSweeps, SessionMark, SessionCheckpoint, SessionForget,
+                 SessionBreak, SessionLost, SessionOpen, SessionWait>;
 
 std::string text_of(const SessionHeader& header);
 std::string text_of(const SessionRecord& record);

@@ -224,6 +224,58 @@ TEST_F(ServeProgramTest, AfterKill9ASessionHasAllButTheLastSecond) {
     }
 }
 
+TEST_F(ServeProgramTest, AReplayWritesWhatTheSessionLeft) {
+    Json left;
+    {
+        Program server(serve(), m_folder / "serve.txt");
+        const std::string link = server.link();
+        ASSERT_FALSE(link.empty()) << server.said();
+        TestClient client(port_of(link), link);
+        client.enter();
+        client.command({{"do", "push"}, {"point", {10, 0, 0}}, {"push", {3, 0, 0}}, {"radius", 3}});
+        client.command({{"do", "cut"}, {"line", {{-5, 9, 0}, {5, 9, 0}}}, {"depth", {0, 9, 0}}});
+        left = client.checked_checksum();
+        ASSERT_TRUE(left.is_object());
+        EXPECT_EQ(server.end(SIGTERM), 0);
+    }
+    const auto file = [&](const char* name) { return (m_folder / name).string(); };
+    Program replay({"replay", m_session.string(), "--out", file("left.nrrd"), "--displacement",
+                    file("u.nrrd"), "--transform", file("t.nrrd"), "--save-state", file("s.plst")},
+                   m_folder / "replay.txt");
+    ASSERT_EQ(replay.wait(), 0) << replay.said();
+    const auto hash_of = [](const std::string& name) {
+        const auto volume = read_volume(name);
+        EXPECT_TRUE(volume.ok());
+        char text[17];
+        std::snprintf(text, sizeof text, "%016lx",
+                      static_cast<unsigned long>(volume.ok() ? hash_volume(*volume) : 0));
+        return std::string(text);
+    };
+    EXPECT_EQ(hash_of(file("left.nrrd")), left["volume"]);
+    // The same from the state alone.
+    Program deform(
+        {"deform", m_scan.string(), "--load-state", file("s.plst"), "--out", file("again.nrrd"),
+         "--displacement", file("u2.nrrd"), "--transform", file("t2.nrrd")},
+        m_folder / "deform.txt");
+    ASSERT_EQ(deform.wait(), 0) << deform.said();
+    EXPECT_EQ(hash_of(file("again.nrrd")), left["volume"]);
+    for (const char* name : {"u", "t"})
+        EXPECT_EQ(bytes_of(file((std::string(name) + ".nrrd").c_str())),
+                  bytes_of(file((std::string(name) + "2.nrrd").c_str())));
+    // No session is replaced, and nothing is written if it can't be replayed.
+    Program wrong({"replay", m_session.string(), "--out", m_session.string() + ".nrrd",
+                   "--displacement", m_session.string()},
+                  m_folder / "wrong.txt");
+    EXPECT_EQ(wrong.wait(), 2);
+    std::string bytes = bytes_of(m_session);
+    bytes[bytes.size() / 2] ^= 1;
+    std::ofstream(m_session, std::ios::binary) << bytes;
+    Program damaged({"replay", m_session.string(), "--out", file("none.nrrd")},
+                    m_folder / "damaged.txt");
+    EXPECT_EQ(damaged.wait(), 2) << damaged.said();
+    EXPECT_FALSE(std::filesystem::exists(file("none.nrrd")));
+}
+
 TEST_F(ServeProgramTest, EndsOnASignalAndSaysWhatIsWrong) {
     {
         Program server(serve(), m_folder / "serve.txt");

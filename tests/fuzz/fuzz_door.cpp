@@ -24,11 +24,12 @@ void look_at(std::string_view target, std::string_view host, std::string_view or
                  "a value that stands in the target");
     if (!path.empty()) (void)serve::find_page_file(path.substr(1));
     const std::string known(host.substr(0, host.rfind(':')));
-    fuzz::expect(!serve::is_own_host(host, 8080) || known == "127.0.0.1" || known == "localhost" ||
-                     known == "[::1]",
-                 "this machine's names only", std::string(host));
-    fuzz::expect(!serve::is_own_origin(origin, 8080) || origin.starts_with("http://"),
-                 "this server's pages only", std::string(origin));
+    static const serve::OwnOrigins own("http", 8080);
+    fuzz::expect(
+        !own.has_host(host) || known == "127.0.0.1" || known == "localhost" || known == "[::1]",
+        "this machine's names only", std::string(host));
+    fuzz::expect(!own.has(origin) || origin.starts_with("http://"), "this server's pages only",
+                 std::string(origin));
     fuzz::expect(serve::is_same_secret(host, origin) == (host == origin), "equal secrets");
 }
 

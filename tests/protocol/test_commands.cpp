@@ -57,6 +57,10 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"overlay","kind":"none"})",
         R"({"do":"rest","id":6,"on":true})",
         R"({"do":"rest","on":false})",
+        R"({"do":"camera"})",
+        R"({"do":"camera","eye":[1,2,3],"look":[0,1,0],"up":[0,0,1]})",
+        R"({"do":"follow","id":9,"client":3})",
+        R"({"do":"follow","client":0})",
         R"({"do":"ping"})",
         R"({"do":"path","id":5,"from":[1,2,3],"to":[4,5.5,6],"reach":7})",
         R"({"do":"path","from":[1,2,3],"to":[4,5,6],"iso_hu":-600,"polarity":"falling"})",
@@ -159,6 +163,9 @@ TEST(Messages, ThatAreRubbishCloseTheConnection) {
              R"({"do":"overlay","kind":"strain"})",
              R"({"do":"overlay","kind":2})",
              R"({"do":"rest"})",
+             R"({"do":"camera","eye":[1,2,3]})",
+             R"({"do":"follow"})",
+             R"({"do":"follow","client":"Anna"})",
              R"({"do":"rest","on":"displacement"})",
              R"({"do":"haptics"})",
              R"({"do":"haptics","wish":"start","device":3,"position":[1,2,3]})",
@@ -252,18 +259,31 @@ TEST(Messages, OfAnyBytesAtAllDoNoHarm) {
 }
 
 TEST(Door, OpensForThisMachineOnly) {
+    const OwnOrigins own("http", 8765);
     for (const char* host : {"127.0.0.1:8765", "localhost:8765", "[::1]:8765"}) {
-        EXPECT_TRUE(is_own_host(host, 8765)) << host;
-        EXPECT_TRUE(is_own_origin("http://" + std::string(host), 8765)) << host;
+        EXPECT_TRUE(own.has_host(host)) << host;
+        EXPECT_TRUE(own.has("http://" + std::string(host))) << host;
     }
     for (const char* host : {"", "127.0.0.1", "127.0.0.1:8766", "evil.example:8765",
                              "127.0.0.1:8765.evil.example", "localhost.evil.example:8765"}) {
-        EXPECT_FALSE(is_own_host(host, 8765)) << host;
-        EXPECT_FALSE(is_own_origin("http://" + std::string(host), 8765)) << host;
+        EXPECT_FALSE(own.has_host(host)) << host;
+        EXPECT_FALSE(own.has("http://" + std::string(host))) << host;
     }
-    EXPECT_TRUE(is_own_host("localhost", 80));
-    EXPECT_FALSE(is_own_origin("https://localhost:8765", 8765));
-    EXPECT_FALSE(is_own_origin("null", 8765));
+    EXPECT_TRUE(OwnOrigins("http", 80).has_host("localhost"));
+    EXPECT_TRUE(OwnOrigins("https", 443).has("https://localhost"));
+    EXPECT_FALSE(own.has("https://localhost:8765"));
+    EXPECT_FALSE(own.has("null"));
+    EXPECT_EQ(own.websockets(), "ws://127.0.0.1:8765 ws://localhost:8765");
+    OwnOrigins proxied("http", 8765);
+    EXPECT_TRUE(proxied.add_url("https://Class.example.org:443/pliant/"));
+    EXPECT_TRUE(proxied.has_host("class.example.org"));
+    EXPECT_TRUE(proxied.has_host("class.example.org:443"));
+    EXPECT_TRUE(proxied.has("https://class.example.org"));
+    EXPECT_FALSE(proxied.has("http://class.example.org"));
+    EXPECT_FALSE(proxied.has_host("class.example.org.evil.example"));
+    for (const char* url : {"", "class.example.org", "ftp://class.example.org", "https://",
+                            "https://a b/", "https://a;b/", "https:///path"})
+        EXPECT_FALSE(proxied.add_url(url)) << url;
     EXPECT_TRUE(is_same_secret("abc", "abc"));
     EXPECT_FALSE(is_same_secret("abd", "abc"));
     EXPECT_FALSE(is_same_secret("", "abc"));

@@ -53,8 +53,10 @@ void TestClient::send_frame(int opcode, std::string_view payload) {
 }
 
 WsMessage TestClient::read() {
-    for (;;) {
-        const WsMessage gone{-1, ""};
+    const WsMessage gone{-1, ""};
+    // A server with nothing to say still pings.
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(kPatienceMs);
+    while (std::chrono::steady_clock::now() < end) {
         if (!fill(2)) return gone;
         const int opcode = m_buffer[0] & 15;
         std::size_t length = std::uint8_t(m_buffer[1]) & 127U, header = 2;
@@ -76,6 +78,7 @@ WsMessage TestClient::read() {
         if (opcode == 10) continue;
         return {opcode, std::move(payload)};
     }
+    return gone;
 }
 
 void TestClient::take_in_frame(const std::string& bytes) {
@@ -146,6 +149,7 @@ bool TestClient::take_in(const WsMessage& message, Json& text) {
     text = Json::parse(message.bytes, nullptr, false);
     EXPECT_TRUE(text.is_object()) << message.bytes.substr(0, 200);
     if (text["t"] == "state") state = text;
+    if (text["t"] == "replay_marks") marks = text["marks"];
     return true;
 }
 

@@ -85,7 +85,7 @@ class TestClient : public RawConnection {
     std::string tools;                 ///< the newest frame
     std::string surface;               ///< of a vessel, at rest
     std::vector<std::string> vessels;  ///< later frames, in order
-    Json state, welcome;
+    Json state, welcome, marks;
 
   private:
     bool take_in(const WsMessage& message, Json& text);

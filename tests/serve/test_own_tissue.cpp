@@ -44,7 +44,7 @@ TEST(OwnTissue, IsServedUndoneRecordedAndReplayed) {
         EXPECT_EQ(client.voxels, at_rest);
         EXPECT_EQ(client.command(push)["status"], "applied");
     }
-    const auto replayed = replay_session(session, arena, {}, false, example::Jelly::create);
+    const auto replayed = replay_session(session, arena, {.own_tissue = example::Jelly::create});
     ASSERT_TRUE(replayed.ok()) << replayed.error().message;
     EXPECT_GT(replayed->marks, 0);
     const std::int64_t releases = replayed->commands - 7;  // one, if the client was seen to leave

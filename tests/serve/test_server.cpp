@@ -348,5 +348,48 @@ TEST_F(ServerTest, RefusesPortsThatAreTaken) {
     EXPECT_FALSE(Server::start(same, m_arena).ok());
 }
 
+TEST_F(ServerTest, AFollowerHasTheLeadersCamera) {
+    auto server = Server::start({.phantom_size = {16, 16, 16}}, m_arena);
+    ASSERT_TRUE(server.ok());
+    auto leads = std::make_unique<TestClient>(server->port(), server->link());
+    TestClient& leader = *leads;
+    TestClient follower(server->port(), server->view_link());
+    leader.enter();
+    follower.enter();
+    const auto number = leader.welcome["client"].get<std::uint32_t>();
+    const auto own = follower.welcome["client"].get<std::uint32_t>();
+    const auto follow = [&](std::uint32_t client) {
+        return follower.command({{"do", "follow"}, {"client", client}});
+    };
+    EXPECT_EQ(follow(own)["code"], "out_of_range");
+    EXPECT_EQ(follow(99)["code"], "out_of_range");
+    Json camera = {{"do", "camera"}, {"eye", {1, 2, 3}}, {"look", {0, 1, 0}}, {"up", {0, 0, 1}}};
+    leader.say(camera);
+    EXPECT_EQ(follow(number)["t"], "done");
+    const auto next = [&] { return follower.until("camera"); };
+    const Json first = next();
+    EXPECT_EQ(first["client"], number);
+    EXPECT_EQ(first["eye"], camera["eye"]);
+    EXPECT_EQ(first["up"], camera["up"]);
+    camera["eye"] = {4, 5, 6};
+    leader.say(camera);
+    EXPECT_EQ(next()["eye"], camera["eye"]);
+    // No more of it after that.
+    EXPECT_EQ(follow(0)["t"], "done");
+    leader.say(camera);
+    leader.say({{"do", "ping"}});
+    leader.until("pong");
+    EXPECT_EQ(follow(number)["t"], "done");
+    EXPECT_EQ(next()["eye"], camera["eye"]);
+    leader.say({{"do", "camera"}});
+    EXPECT_FALSE(next().contains("eye"));
+    // A leader that goes is gone for the follower too.
+    leads.reset();
+    const Json gone = next();
+    EXPECT_EQ(gone["client"], number);
+    EXPECT_FALSE(gone.contains("eye"));
+    EXPECT_EQ(follow(number)["code"], "out_of_range");
+}
+
 }  // namespace
 }  // namespace pliant::test

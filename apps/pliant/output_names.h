@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Names of a command's output files: checked and staged together.
+
+#pragma once
+
+#include <pliant/files.h>
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace pliant::app {
+
+struct OutputName {
+    const char* option;
+    const std::string& name;             ///< empty: not requested
+    std::filesystem::path& staged;       ///< set by stage_names; unchanged if not requested
+    std::vector<std::string> endings{};  ///< allowed extensions; empty: all
+};
+
+/// @param input  the command's input file, which no output may replace
+/// @returns InvalidArgument for another extension, or a file that is named twice
+Status stage_names(std::span<const OutputName> outputs, const std::string& input,
+                   StagedFiles& files);
+
+}  // namespace pliant::app
