@@ -23,11 +23,12 @@ constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
 /// @param endings  allowed extensions; empty: all
 Status check_name(const std::string& option, const fs::path& path,
                   const std::vector<std::string>& endings) {
-    std::string expected, found = path.extension().string();
+    std::string expected, found = path.filename().string();
     for (char& c : found) c = char(std::tolower(static_cast<unsigned char>(c)));
     for (const std::string& ending : endings) {
-        if (found == ending) return Ok{};
-        expected += (expected.empty() ? "" : " or ") + ending;
+        if (found.ends_with(ending)) return Ok{};
+        const bool last = &ending == &endings.back();
+        expected += (expected.empty() ? "" : last ? " or " : ", ") + ending;
     }
     if (endings.empty()) return Ok{};
     return Error{ErrorCode::InvalidArgument, option + ": expected a name that ends in " + expected +
@@ -78,6 +79,11 @@ Status write_text(const fs::path& path, const std::string& text) {
 
 }  // namespace
 
+Status check_volume_name(const std::string& option, const std::string& name) {
+    const auto endings = volume_endings();
+    return check_name(option, name, {endings.begin(), endings.end()});
+}
+
 namespace {
 
 /// Resolves links. If that fails, the path is unchanged, and staging reports the error.
@@ -96,12 +102,13 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         fs::path& staged;
         std::vector<std::string> endings;
     };
+    const std::vector<std::string> scans(volume_endings().begin(), volume_endings().end());
     const Item items[] = {
-        {"--out", o.out, outputs.out, {".nrrd", ".nhdr", ".vti"}},
+        {"--out", o.out, outputs.out, scans},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
-        {"--jacobian", o.jacobian, outputs.jacobian, {".nrrd", ".nhdr"}},
-        {"--strain", o.strain, outputs.strain, {".nrrd", ".nhdr"}},
+        {"--jacobian", o.jacobian, outputs.jacobian, scans},
+        {"--strain", o.strain, outputs.strain, scans},
         {"--report", o.report, outputs.report, {}},
         {"--png", o.png, outputs.png, {".png"}},
         {"--save-state", o.save_state, outputs.state, {".plst"}},
@@ -148,7 +155,10 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
                      ProgressBar& bar) {
     const Encoding encoding = o.raw ? Encoding::Raw : Encoding::Gzip;
     const Deformed& deformed = result.deformed;
-    if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
+    if (Status s =
+            write_volume(outputs.out, result.single ? *result.single : deformed.volume, encoding);
+        !s.ok())
+        return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
         const Result<FieldSlices> slices = displacement_slices(scan);

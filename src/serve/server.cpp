@@ -102,7 +102,10 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
 
 Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& arena) {
     std::error_code error;
-    serve::SceneSource source{.series = settings.series, .phantom_size = settings.phantom_size};
+    serve::SceneSource source{.series = settings.series,
+                              .phantom_size = settings.phantom_size,
+                              .frame = settings.frame,
+                              .straighten = settings.straighten};
     if (settings.own_tissue)
         source.own_tissue = std::make_shared<const MakeTissue>(settings.own_tissue);
     if (!settings.file.empty())
