@@ -14,7 +14,7 @@ set(PLIANT_core_RECIPES tbb)
 set(PLIANT_core_HEADERS tomlplusplus)
 
 set(PLIANT_io_NEEDS core)
-set(PLIANT_io_RECIPES png pugixml zlib)
+set(PLIANT_io_RECIPES lz4 png pugixml zlib)
 set(PLIANT_io_HEADERS gdcm)
 
 set(PLIANT_models_NEEDS core)

@@ -9,17 +9,19 @@ pliant_test(core
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
     SOURCES test_check_volume.cpp test_phantom.cpp test_phantom_scene.cpp test_sample_linear.cpp
+            test_slices.cpp
             test_voxel_array.cpp)
 pliant_test(formats
     SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
             test_damaged_at_random.cpp test_dicom_codestreams.cpp test_dicom_decoder.cpp
-            test_dicom_folders.cpp test_dicom_pixels.cpp test_dicom_sandbox.cpp
-            test_dicom_series.cpp test_give_up.cpp test_headers.cpp test_mapped_scans.cpp
-            test_read_formats.cpp test_read_orientation.cpp test_recorded_scans.cpp
-            test_shared_scans.cpp test_vector_field.cpp test_voxel_builder.cpp
-            test_write_volume.cpp test_write_vti.cpp
-    LIBRARIES ZLIB::ZLIB)
+            test_dicom_folders.cpp test_dicom_frames.cpp test_dicom_pixels.cpp
+            test_dicom_sandbox.cpp test_dicom_series.cpp test_frames.cpp test_give_up.cpp
+            test_headers.cpp test_mapped_scans.cpp test_nifti_2.cpp test_read_formats.cpp
+            test_read_orientation.cpp test_read_vtk.cpp test_recorded_scans.cpp
+            test_shared_scans.cpp test_straighten.cpp test_vector_field.cpp test_voxel_builder.cpp
+            test_write_formats.cpp test_write_volume.cpp test_write_vti.cpp
+    LIBRARIES pliant_lz4 ZLIB::ZLIB)
 target_compile_definitions(test_formats PRIVATE
     PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
     PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/formats/data")

@@ -15,6 +15,7 @@ class App;
 namespace pliant::app {
 
 void add_info(CLI::App& app, InfoOptions& options);
+void add_convert(CLI::App& app, ConvertOptions& options);
 void add_phantom(CLI::App& app, PhantomOptions& options);
 void add_deform(CLI::App& app, DeformOptions& options);
 void add_render(CLI::App& app, RenderOptions& options);

@@ -48,8 +48,12 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
         ->type_name("X,Y,Z");
 }
 
-void add_series(CLI::App* command, std::string& series) {
-    command->add_option("--series", series, "DICOM series UID, where a folder has several");
+void add_scan(CLI::App* command, ScanChoice& scan) {
+    command->add_option("--series", scan.series, "DICOM series UID, where a folder has several");
+    command->add_option("--frame", scan.frame, "image of a 4-D file, from 0")
+        ->check(CLI::Range(0, 65535));
+    command->add_flag("--straighten", scan.straighten,
+                      "resample tilted, sheared or unequally spaced slices to a regular grid");
 }
 
 void add_threads(CLI::App* command, int& threads) {

@@ -24,7 +24,8 @@ Vec3d parse_vector(std::string_view text, const std::string& option);
 
 CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optional<Vec3d>& target,
                         const std::string& help);
-void add_series(CLI::App* command, std::string& series);
+/// Adds --series, --frame and --straighten.
+void add_scan(CLI::App* command, ScanChoice& scan);
 void add_threads(CLI::App* command, int& threads);
 /// Adds --style, --lining and --field.
 void add_look(CLI::App* command, LookOptions& look);

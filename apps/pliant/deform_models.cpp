@@ -81,6 +81,7 @@ Result<ChainMailSettings> chainmail_settings(const DeformOptions& o,
     settings.solver = o.solver == "heap" ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
     if (!o.labels.empty()) {
         auto labels = read_volume(o.labels);
+        if (labels.ok()) labels = with_doubled_slices(*labels);  // as the scan
         if (!labels.ok()) return Error{labels.error().code, "--labels: " + labels.error().message};
         settings.labels = std::make_shared<const Volume>(std::move(*labels));
     }

@@ -150,8 +150,9 @@ void add_models(CLI::App* c, DeformOptions& o) {
 
 void add_deform(CLI::App& app, DeformOptions& o) {
     auto* c = app.add_subcommand("deform", "Push the tissue of a scan and write the deformed scan");
-    c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
-    add_series(c, o.series);
+    c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI, VTI, VTK image, DICOM file or folder")
+        ->required();
+    add_scan(c, o.scan);
     add_actions(c, o);
     c->add_option_function<std::string>(
          "--tool",
@@ -182,7 +183,8 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         ->check(CLI::NonNegativeNumber)
         ->type_name("N");
     c->add_flag("--release", o.release, "relax without the tool (default: it holds its elements)");
-    c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr; .vti for ParaView)")->required();
+    c->add_option("--out", o.out, "deformed scan (.nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz or .vti)")
+        ->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");

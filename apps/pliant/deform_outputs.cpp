@@ -64,12 +64,13 @@ Status write_text(const fs::path& path, const std::string& text) {
 }  // namespace
 
 Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
+    const std::vector<std::string> scans = scan_endings();
     const OutputName names[] = {
-        {"--out", o.out, outputs.out, {".nrrd", ".nhdr", ".vti"}},
+        {"--out", o.out, outputs.out, scans},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
-        {"--jacobian", o.jacobian, outputs.jacobian, {".nrrd", ".nhdr"}},
-        {"--strain", o.strain, outputs.strain, {".nrrd", ".nhdr"}},
+        {"--jacobian", o.jacobian, outputs.jacobian, scans},
+        {"--strain", o.strain, outputs.strain, scans},
         {"--report", o.report, outputs.report},
         {"--png", o.png, outputs.png, {".png"}},
         {"--save-state", o.save_state, outputs.state, {".plst"}},
@@ -100,7 +101,10 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
                      ProgressBar& bar) {
     const Encoding encoding = o.raw ? Encoding::Raw : Encoding::Gzip;
     const Deformed& deformed = result.deformed;
-    if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
+    if (Status s =
+            write_volume(outputs.out, result.single ? *result.single : deformed.volume, encoding);
+        !s.ok())
+        return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
         const Result<FieldSlices> slices = displacement_slices(scan);

@@ -37,6 +37,7 @@ int run(int argc, char** argv) {
     app.set_version_flag("--version", PLIANT_VERSION);
     app.require_subcommand(1);
     InfoOptions info;
+    ConvertOptions convert;
     PhantomOptions phantom;
     DeformOptions deform;
     RenderOptions render;
@@ -49,6 +50,7 @@ int run(int argc, char** argv) {
     HapticsOptions haptics;
     VesselOptions vessel;
     add_info(app, info);
+    add_convert(app, convert);
     add_phantom(app, phantom);
     add_deform(app, deform);
     add_render(app, render);
@@ -63,8 +65,8 @@ int run(int argc, char** argv) {
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
-                         "', expected info, phantom, deform, render, mesh, path, serve, replay, "
-                         "bench, fit, haptics or vessel");
+                         "', expected info, convert, phantom, deform, render, mesh, path, serve, "
+                         "replay, bench, fit, haptics or vessel");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -73,6 +75,7 @@ int run(int argc, char** argv) {
         return bad_input(std::string(error.what()) + " (see pliant --help)");
     }
     if (app.got_subcommand("info")) return run_info(info);
+    if (app.got_subcommand("convert")) return run_convert(convert);
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
     if (app.got_subcommand("deform")) return run_deform(deform);
     if (app.got_subcommand("mesh")) return run_mesh(mesh);

@@ -12,6 +12,7 @@
 #include <pliant/record.h>
 #include <pliant/tool.h>
 #include <pliant/vec.h>
+#include <pliant/volume.h>
 
 #include <optional>
 #include <string>
@@ -24,10 +25,33 @@ namespace pliant::app {
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitBadInput = 2;
 
+/// Choice of a scan in a file or folder.
+struct ScanChoice {
+    std::string series;  ///< DICOM
+    std::optional<std::int64_t> frame;
+    bool straighten = false;
+
+    ReadOptions options() const {
+        ReadOptions options;
+        options.series_uid = series;
+        options.frame = frame;
+        options.straighten = straighten;
+        return options;
+    }
+};
+
 struct InfoOptions {
     std::string file;
-    std::string series;
+    ScanChoice scan;
     bool suggest_push = false;
+    bool json = false;
+};
+
+struct ConvertOptions {
+    std::string file;
+    ScanChoice scan;
+    std::string out;
+    bool raw = false;
     bool json = false;
 };
 
@@ -68,7 +92,7 @@ struct DeformOptions {
     std::optional<int> steps;                          ///< nullopt: until it is at rest
     std::string mesh;                                  ///< the body's tetrahedra
     std::string file;
-    std::string series;
+    ScanChoice scan;
     std::vector<DeformAction> actions;  ///< in the order of the command line
     double sphere_radius_mm = 0;        ///< 0: the point tool
     std::string config;
@@ -92,7 +116,7 @@ struct DeformOptions {
 
 struct RenderOptions {
     std::string file;
-    std::string series;
+    ScanChoice scan;
     std::string load_state;  ///< state of the tissue; empty: at rest
     std::string out;
     std::string path, movie;       ///< a flight along a curve; out and eye are then ignored
@@ -120,7 +144,7 @@ struct RenderOptions {
 
 struct PathOptions {
     std::string file;
-    std::string series;
+    ScanChoice scan;
     std::string out;
     Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
     double iso_hu = -500;
@@ -133,7 +157,7 @@ struct PathOptions {
 
 struct MeshOptions {
     std::string file;  ///< a scan, a surface, a centreline or tetrahedra
-    std::string series;
+    ScanChoice scan;
     std::string out, ghost, surface;  ///< outputs; none: only report on the file's mesh
     double thickness_mm = 1.5, cell_mm = 0, ghost_mm = 0;
     int layers = 2;
@@ -161,7 +185,7 @@ struct VesselOptions {
 
 struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
-    std::string series;
+    ScanChoice scan;
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
     std::string host = "127.0.0.1", certificate, key, url;
@@ -233,6 +257,7 @@ struct HapticsOptions {
 };
 
 int run_info(const InfoOptions& options);
+int run_convert(const ConvertOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
 int run_render(const RenderOptions& options);

@@ -3,6 +3,8 @@
 
 #include "output_names.h"
 
+#include <pliant/volume.h>
+
 #include <cctype>
 #include <utility>
 
@@ -11,18 +13,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Status check_name(const OutputName& output) {
-    const fs::path path = output.name;
-    std::string expected, found = path.extension().string();
+Status check_name(const std::string& option, const std::string& name,
+                  const std::vector<std::string>& endings) {
+    std::string expected, found = fs::path(name).filename().string();
     for (char& c : found) c = char(std::tolower(static_cast<unsigned char>(c)));
-    for (const std::string& ending : output.endings) {
-        if (found == ending) return Ok{};
-        expected += (expected.empty() ? "" : " or ") + ending;
+    for (const std::string& ending : endings) {
+        if (found.ends_with(ending)) return Ok{};
+        const bool last = &ending == &endings.back();
+        expected += (expected.empty() ? "" : last ? " or " : ", ") + ending;
     }
-    if (output.endings.empty()) return Ok{};
-    return Error{ErrorCode::InvalidArgument, std::string(output.option) +
-                                                 ": expected a name that ends in " + expected +
-                                                 ", found " + path.string()};
+    if (endings.empty()) return Ok{};
+    return Error{ErrorCode::InvalidArgument,
+                 option + ": expected a name that ends in " + expected + ", found " + name};
 }
 
 /// Resolves links. If that fails, the path is unchanged, and staging reports the error.
@@ -34,12 +36,22 @@ fs::path whole_path(const fs::path& path) {
 
 }  // namespace
 
+std::vector<std::string> scan_endings() {
+    const auto endings = volume_endings();
+    return {endings.begin(), endings.end()};
+}
+
+Status check_volume_name(const std::string& option, const std::string& name) {
+    return check_name(option, name, scan_endings());
+}
+
 Status stage_names(std::span<const OutputName> outputs, const std::string& input,
                    StagedFiles& files) {
     std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", whole_path(input)}};
     for (const OutputName& output : outputs) {
         if (output.name.empty()) continue;
-        if (const Status status = check_name(output); !status.ok()) return status;
+        if (const Status status = check_name(output.option, output.name, output.endings);
+            !status.ok()) return status;
         const fs::path place = whole_path(output.name);
         for (const auto& [option, other] : taken)
             if (place == other)

@@ -21,6 +21,12 @@ struct OutputName {
     std::vector<std::string> endings{};  ///< allowed extensions; empty: all
 };
 
+/// Extensions of scans, as write_volume takes them.
+std::vector<std::string> scan_endings();
+
+/// @returns InvalidArgument unless the name of a scan ends in one of them
+Status check_volume_name(const std::string& option, const std::string& name);
+
 /// @param input  the command's input file, which no output may replace
 /// @returns InvalidArgument for another extension, or a file that is named twice
 Status stage_names(std::span<const OutputName> outputs, const std::string& input,

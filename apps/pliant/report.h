@@ -31,7 +31,8 @@ struct DeformResult {
     std::optional<Advanced> advanced;  ///< nullopt: no time has passed
     Record figures;                    ///< Tissue::report(), and those of add_figures()
     Deformed deformed;
-    RestField rest;  ///< for a picture in the style real
+    std::optional<Volume> single;  ///< the deformed scan, if it has one slice
+    RestField rest;                ///< for a picture in the style real
     std::uint64_t hash = 0;
     std::vector<std::string> notes;
 };

@@ -23,6 +23,10 @@ namespace {
 
 constexpr std::int64_t kMaxSteps = 100'000;  ///< limit to come to rest
 
+bool has_one_slice(const Grid& grid) {
+    return std::min({grid.size.x, grid.size.y, grid.size.z}) == 1;
+}
+
 /// Number of an action's tool. Tissue that moves by itself would leave a tool that lets go, so each
 /// push has a tool of its own; else the last one stays.
 std::uint32_t tool_of(std::size_t action, const Tissue& tissue) {
@@ -176,8 +180,15 @@ int run_deform(const DeformOptions& options) {
         return bad_input(error.message);
     };
     ReadNotes read_notes;
-    const auto volume = read_volume(options.file, {options.series}, &read_notes);
+    auto volume = read_volume(options.file, options.scan.options(), &read_notes);
     if (!volume.ok()) return fail(volume.error());
+    const Grid read_grid = volume->grid;
+    if (has_one_slice(read_grid)) {
+        volume = with_doubled_slices(*volume);
+        if (!volume.ok()) return fail(volume.error());
+        read_notes.notes.push_back(
+            "one slice, doubled for the deformation; --out has one again, fields have two");
+    }
     result.notes.insert(result.notes.end(), read_notes.notes.begin(), read_notes.notes.end());
     bar->show(0.2);
     const TaskArena arena(options.threads);
@@ -203,6 +214,11 @@ int run_deform(const DeformOptions& options) {
     }
     result.deformed = std::move(*deformed);
     result.hash = hash_volume(result.deformed.volume) ^ tissue.hash();
+    if (has_one_slice(read_grid)) {
+        auto single = with_single_slices(result.deformed.volume, read_grid);
+        if (!single.ok()) return fail(single.error());
+        result.single = std::move(*single);
+    }
     bar->show(0.5);
     const auto save_state = [&](const std::filesystem::path& path) {
         return tissue.save_state(path);

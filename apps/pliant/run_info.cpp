@@ -52,6 +52,20 @@ Vec3d extent_mm(const Grid& grid) {
             grid.size.z * grid.spacing_mm.z};
 }
 
+Vec3d centre_of(const Grid& grid) {
+    return world_from_voxel(
+        grid, {0.5 * (grid.size.x - 1), 0.5 * (grid.size.y - 1), 0.5 * (grid.size.z - 1)});
+}
+
+Vec3d ras_of(Vec3d lps_mm) {
+    return {-lps_mm.x, -lps_mm.y, lps_mm.z};
+}
+
+WorldBox ras_box(const WorldBox& lps) {
+    return {{-lps.high_mm.x, -lps.high_mm.y, lps.low_mm.z},
+            {-lps.low_mm.x, -lps.low_mm.y, lps.high_mm.z}};
+}
+
 double memory_mb(const Volume& volume) {
     return double(voxel_count(volume.grid)) * (volume.is_16_bit() ? 2 : 4) / 1e6;
 }
@@ -89,6 +103,11 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     }
     json["orientation"] = orientation_of(grid);
     json["right_handed"] = determinant(grid.direction) > 0;
+    const WorldBox box = centre_bounds(grid);
+    const Vec3d centre = centre_of(grid);
+    json["bounds_mm"] = {{"lps", {list_of(box.low_mm), list_of(box.high_mm)}},
+                         {"ras", {list_of(ras_box(box).low_mm), list_of(ras_box(box).high_mm)}}};
+    json["centre_mm"] = {{"lps", list_of(centre)}, {"ras", list_of(ras_of(centre))}};
     json["oblique_angle_deg"] = oblique_angle_deg(grid);
     json["min_hu"] = range.min_hu;
     json["max_hu"] = range.max_hu;
@@ -108,6 +127,14 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     std::printf("%s\n", text.c_str());
 }
 
+/// "1…2, 3…4, 5…6"
+std::string bounds_text(const WorldBox& box) {
+    std::string text;
+    for (int a = 0; a < 3; ++a)
+        text += (a ? ", " : "") + digits(box.low_mm[a]) + "…" + digits(box.high_mm[a]);
+    return text;
+}
+
 void print_line(const char* name, const std::string& text) {
     constexpr std::size_t kMaxShownBytes = 300;
     std::printf("%-12s %s\n", name, printable(text, kMaxShownBytes).c_str());
@@ -125,6 +152,11 @@ void print_geometry(const Grid& grid) {
         orientation += ", oblique by " + digits(std::round(100 * angle) / 100) + " degrees";
     print_line("orientation", orientation);
     print_line("origin", digits(grid.origin_mm, ", ") + " mm (LPS)");
+    const Vec3d centre = centre_of(grid);
+    print_line("centre",
+               digits(centre, ", ") + " mm (LPS); " + digits(ras_of(centre), ", ") + " mm (RAS)");
+    print_line("bounds", bounds_text(centre_bounds(grid)) + " mm (LPS)");
+    print_line("", bounds_text(ras_box(centre_bounds(grid))) + " mm (RAS)");
 }
 
 /// Prints commands for this scan.
@@ -167,7 +199,7 @@ void print_text(const InfoOptions& options, const Volume& volume, const ReadNote
 int run_info(const InfoOptions& options) {
     ReadNotes notes;
     std::optional<ProgressBar> bar(std::in_place, "info");
-    const auto volume = read_volume(options.file, {options.series}, &notes);
+    const auto volume = read_volume(options.file, options.scan.options(), &notes);
     if (!volume) {
         bar.reset();
         return bad_input(volume.error().message);

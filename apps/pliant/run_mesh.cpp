@@ -166,7 +166,7 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
     if (!o.seed_mm && o.labels.empty())
         return Error{ErrorCode::InvalidArgument,
                      "expected --seed with --window, or --labels, for the lumen in a scan"};
-    const auto volume = read_volume(o.file, {o.series});
+    const auto volume = read_volume(o.file, o.scan.options());
     if (!volume) return volume.error();
     RegionSettings region{.low = o.low,
                           .high = o.high,

@@ -45,7 +45,7 @@ int run_path(const PathOptions& o) {
     settings.reach_mm = o.reach_mm;
     settings.spacing_mm = o.spacing_mm;
     std::optional<ProgressBar> bar(std::in_place, "path");
-    const auto volume = read_volume(o.file, {o.series});
+    const auto volume = read_volume(o.file, o.scan.options());
     if (!volume) {
         bar.reset();
         return bad_input(volume.error().message);

@@ -277,7 +277,7 @@ int run_render(const RenderOptions& options) {
         bar.reset();
         return bad_input(error.message);
     };
-    const auto volume = read_volume(options.file, {options.series});
+    const auto volume = read_volume(options.file, options.scan.options());
     if (!volume) return fail(volume.error());
     const TaskArena arena(options.threads);
     const Volume* shown = &*volume;

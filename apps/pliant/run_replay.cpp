@@ -54,7 +54,7 @@ Status write_outputs(const ReplayOutputs& outputs, const Tissue& tissue) {
 int run_replay(const ReplayOptions& options) {
     ReplayOutputs outputs;
     const OutputName names[] = {
-        {"--out", options.out, outputs.out, {".nrrd", ".nhdr", ".vti"}},
+        {"--out", options.out, outputs.out, scan_endings()},
         {"--displacement", options.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", options.transform, outputs.transform, {".nrrd", ".nhdr"}},
         {"--save-state", options.save_state, outputs.state, {".plst"}},

@@ -111,7 +111,7 @@ class Browser {
 
 Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
     ServerSettings settings{.file = options.file,
-                            .series = options.series,
+                            .series = options.scan.series,
                             .port = options.port,
                             .host = options.host,
                             .certificate = options.certificate,
@@ -121,7 +121,9 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .replay = options.replay,
                             .checkpoint_s = options.checkpoint_s,
                             .haptic_devices = options.haptics,
-                            .max_spring_nodes = options.spring_nodes};
+                            .max_spring_nodes = options.spring_nodes,
+                            .frame = options.scan.frame,
+                            .straighten = options.scan.straighten};
     auto server = Server::start(settings, arena);
     const bool port_is_taken = !server.ok() && server.error().field == "port";
     if (!port_is_taken || options.port_given) return server;

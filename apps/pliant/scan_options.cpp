@@ -9,20 +9,44 @@
 #include "common_options.h"
 
 namespace pliant::app {
+namespace {
+
+constexpr const char* kScanKinds =
+    "NRRD, MetaImage, NIfTI, VTI, VTK structured points, DICOM file or folder";
+
+}  // namespace
 
 void add_info(CLI::App& app, InfoOptions& o) {
     auto* c = app.add_subcommand("info", "Describe a scan");
-    c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
-    add_series(c, o.series);
+    c->add_option("FILE", o.file, kScanKinds)->required();
+    add_scan(c, o.scan);
     c->add_flag("--suggest-push", o.suggest_push, "a point on a wall that gives way");
     c->add_flag("--json", o.json, "one JSON object");
     c->footer("Example:\n  pliant info scan.nrrd --suggest-push");
 }
 
+void add_convert(CLI::App& app, ConvertOptions& o) {
+    auto* c = app.add_subcommand("convert", "Write a scan in another format");
+    c->add_option("FILE", o.file, kScanKinds)->required();
+    c->add_option("OUT", o.out,
+                  "file to write: .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz or .vti (ParaView)")
+        ->required();
+    add_scan(c, o.scan);
+    c->add_flag("--raw", o.raw, "no compression (NRRD, MetaImage; .nii never has any)");
+    c->add_flag("--json", o.json, "say what was written as one JSON object");
+    c->footer(
+        "Examples:\n"
+        "  pliant convert dicom/ scan.nii.gz\n"
+        "  pliant convert scan.nrrd scan.mha --raw\n"
+        "  pliant convert perfusion.nii.gz third.nrrd --frame 2\n"
+        "  pliant convert tilted/ straight.nrrd --straighten");
+}
+
 void add_phantom(CLI::App& app, PhantomOptions& o) {
     auto* c = app.add_subcommand("phantom", "Make a test scan from analytic shapes");
     c->add_option("NAME", o.name, "cube, layers, airway, sinus, vessel or knee")->required();
-    c->add_option("--out", o.out, "NRRD file to write")->required();
+    c->add_option("--out", o.out, "file to write (.nrrd, .nhdr, .mha, .nii.gz, .vti …)")
+        ->required();
     c->add_option_function<std::string>(
          "--size",
          [&o](const std::string& text) {
@@ -58,8 +82,8 @@ void add_phantom(CLI::App& app, PhantomOptions& o) {
 
 void add_render(CLI::App& app, RenderOptions& o) {
     auto* c = app.add_subcommand("render", "Draw the endoscope's view and the sections");
-    c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
-    add_series(c, o.series);
+    c->add_option("FILE", o.file, kScanKinds)->required();
+    add_scan(c, o.scan);
     c->add_option("--load-state", o.load_state,
                   "deform the scan by a state of deform --save-state (.plst)");
     c->add_option("--out", o.out, "PNG file to write");
@@ -131,8 +155,8 @@ void add_render(CLI::App& app, RenderOptions& o) {
 
 void add_path(CLI::App& app, PathOptions& o) {
     auto* c = app.add_subcommand("path", "Find the way through a lumen, along its middle");
-    c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
-    add_series(c, o.series);
+    c->add_option("FILE", o.file, kScanKinds)->required();
+    add_scan(c, o.scan);
     const auto add_place = [&](const std::string& name, Vec3d& target, const std::string& help) {
         c->add_option_function<std::string>(
              name, [&target, name](const std::string& text) { target = parse_vector(text, name); },
@@ -167,7 +191,7 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
     c->add_option("FILE", o.file,
                   "scan or label volume; surface or centreline (VTP, VTU, VTK, MSH, STL, OBJ, PLY)")
         ->required();
-    add_series(c, o.series);
+    add_scan(c, o.scan);
     auto* out = c->add_option("--out", o.out, "wall to write (.vtu); else FILE is only judged");
     c->add_option("--ghost", o.ghost, "its inner surface (.vtp, .stl, .obj, .ply)")->needs(out);
     c->add_option("--surface", o.surface, "the lumen's surface, of a scan (.vtp, .stl, .obj, .ply)")

@@ -11,9 +11,9 @@ namespace pliant::app {
 void add_serve(CLI::App& app, ServeOptions& o) {
     auto* c = app.add_subcommand("serve", "Fly and push in the browser, alone or together");
     c->add_option("FILE", o.file,
-                  "NRRD, MetaImage, NIfTI, DICOM folder, or the scene of a vessel, TOML "
+                  "a scan as of info, or the scene of a vessel, TOML "
                   "(default: the airway phantom)");
-    add_series(c, o.series);
+    add_scan(c, o.scan);
     c->add_option_function<int>(
          "--port",
          [&o](int port) {
@@ -62,7 +62,7 @@ void add_replay(CLI::App& app, ReplayOptions& o) {
     c->add_option("SESSION", o.session, "file of pliant serve --session")->required();
     c->add_flag("--from-checkpoint", o.from_checkpoint,
                 "start from the checkpoint before the last, as pliant serve does");
-    c->add_option("--out", o.out, "scan as the session left it (.nrrd, .nhdr or .vti)");
+    c->add_option("--out", o.out, "scan as the session left it (.nrrd, .mha, .nii.gz, .vti …)");
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--save-state", o.save_state, "state of the tissue (.plst)");
@@ -106,7 +106,8 @@ void add_vessel(CLI::App& app, VesselOptions& o) {
                   "folder for wall, ghost and catheter in time (.vtu, .vtp, .pvd)");
     c->add_option("--every", o.every, "steps from frame to frame (default 50)")
         ->check(CLI::Range(1, 1000000));
-    c->add_option("--volume", o.volume, "final scan, deformed with the wall (.nrrd, .nhdr, .vti)");
+    c->add_option("--volume", o.volume,
+                  "final scan, deformed with the wall (.nrrd, .mha, .nii.gz, .vti …)");
     auto* record = c->add_option("--record", o.record, "log of the hand's motion");
     c->add_option("--replay", o.replay, "replay a log instead of the scene's script")
         ->excludes(record);

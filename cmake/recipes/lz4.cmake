@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # LZ4. BSD-2-Clause (the library; its tools are GPL and not used). Packs the history's steps and the
-# files of a lattice's state. It comes without a CMake package on Debian and Ubuntu.
+# files of a lattice's state, and unpacks blocks of VTK's images. It comes without a CMake package
+# on Debian and Ubuntu.
 find_path(PLIANT_LZ4_INCLUDE_DIR lz4.h)
 find_library(PLIANT_LZ4_LIBRARY lz4)
 mark_as_advanced(PLIANT_LZ4_INCLUDE_DIR PLIANT_LZ4_LIBRARY)

@@ -23,6 +23,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,9 @@ struct ServerSettings {
     /// Tissue of one's own, served instead of ChainMail: called for each scan that is opened, on
     /// any thread. Clients may switch to the other models and back ("own").
     MakeTissue own_tissue{};
+    /// Reading of the scan (ReadOptions, volume.h).
+    std::optional<std::int64_t> frame{};
+    bool straighten = false;
 };
 SettingRows<ServerSettings> server_rows() noexcept;
 

@@ -94,6 +94,22 @@ constexpr Vec3d voxel_from_world(const Grid& g, Vec3d x_mm) {
     return {v.x / g.spacing_mm.x, v.y / g.spacing_mm.y, v.z / g.spacing_mm.z};
 }
 
+/// Box along the axes of the world.
+struct WorldBox {
+    Vec3d low_mm, high_mm;
+};
+/// Smallest box that contains all voxel centres [mm, LPS].
+constexpr WorldBox centre_bounds(const Grid& g) {
+    WorldBox box{g.origin_mm, g.origin_mm};
+    for (int a = 0; a < 3; ++a) {
+        const Vec3d axis =
+            (g.spacing_mm[a] * (g.size[a] - 1)) * g.direction.columns[std::size_t(a)];
+        for (int row = 0; row < 3; ++row)
+            (axis[row] < 0 ? box.low_mm : box.high_mm)[row] += axis[row];
+    }
+    return box;
+}
+
 // The values of a scan: one contiguous array that is cheap to copy.
 //
 //   scan.nrrd ──┬── the original: pages of the file, read on demand
@@ -284,6 +300,14 @@ Status check_volume(const Volume& volume, const std::string& name = "volume");
 /// Checks a grid alone.
 Status check_grid(const Grid& grid, const std::string& name = "volume");
 
+/// A scan of one slice has no cells between its voxels, so that nothing of it can be deformed. This
+/// doubles each axis with one voxel: two equal slices, half a spacing beside the original one.
+/// @returns a copy of a volume with more voxels along each axis; LimitExceeded if memory is short
+Result<Volume> with_doubled_slices(const Volume& volume) noexcept;
+/// Takes the first slice along each axis that with_doubled_slices has doubled.
+/// @param grid  of the volume before
+Result<Volume> with_single_slices(const Volume& doubled, const Grid& grid) noexcept;
+
 /// Trilinear interpolation at a continuous voxel index; voxels outside of the grid are air.
 float sample_linear(const Volume& volume, Vec3d ijk);
 
@@ -292,7 +316,7 @@ using Progress = std::function<void(double fraction)>;
 
 /// A reader's remarks on the volume.
 struct ReadNotes {
-    std::string format;              ///< "NRRD", "NIfTI", "MetaImage", "DICOM"
+    std::string format;              ///< "NRRD", "NIfTI", "MetaImage", "VTI", "VTK", "DICOM"
     std::string stored_type;         ///< "int16", "uint8", "float32", …
     std::vector<std::string> notes;  ///< changes and assumptions, one line each
 };
@@ -305,10 +329,16 @@ struct ReadOptions {
     /// Polled between pieces of a file, a few milliseconds each; true cancels the reading with
     /// LimitExceeded. May be empty.
     std::function<bool()> give_up{};
+    /// Image of a 4-D file to read, from 0; empty: the file must be 3-D, or hold one image.
+    std::optional<std::int64_t> frame{};
+    /// Resample (trilinear) to a regular grid if axes aren't perpendicular, or DICOM slices are
+    /// tilted, shifted, missing or not equally spaced. A note describes it. False: refused.
+    bool straighten = false;
 };
 
-/// Reads NRRD, NHDR, MetaImage, NIfTI, or a folder of DICOM slices (sorted by position along the
-/// slice normal). Compressed DICOM pixels are decoded by the separate program pliant-decode-pixels,
+/// Reads NRRD, MetaImage, NIfTI, VTI, VTK structured points, a multi-frame DICOM file, or a folder
+/// of DICOM slices (sorted by position along their normal). Folders in it are searched if it has no
+/// slices of its own. Compressed DICOM pixels are decoded by the program pliant-decode-pixels,
 /// which is searched beside the running program and in Pliant's installation. Voxels stored in a
 /// file in their memory layout (raw, 16-bit integers or floats, not scaled) are mapped instead of
 /// read. Such a file must not be truncated while the volume lives, nor written to in place
@@ -320,7 +350,19 @@ Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions&
 
 enum class Encoding { Gzip, Raw };
 
-/// Writes NRRD (.nrrd, or .nhdr with its data beside it), LPS, with the volume's key/value pairs.
+/// Name endings that write_volume accepts: ".nrrd", ".nhdr", ".nii", …
+std::span<const std::string_view> volume_endings() noexcept;
+
+/// Writes a volume in the format of its name's ending. Voxels keep their type and values.
+///
+///   .nrrd, .nhdr      LPS, with the volume's key/value pairs; .nhdr has its data beside it
+///   .mha, .mhd        likewise, without keys that MetaImage can't express
+///   .nii, .nii.gz     NIfTI-1, RAS; positions are rounded to 32-bit floats
+///   .vti              write_vti
+///
+/// @param encoding  of NRRD and MetaImage
+/// @returns Unwritable, also for another name; Unsupported if the format
+///          can't hold the volume
 Status write_volume(const std::filesystem::path& path, const Volume& volume,
                     Encoding encoding = Encoding::Gzip);
 

@@ -14,6 +14,7 @@
 #include "chainmail/grab.h"
 #include "chainmail/operation.h"
 #include "core/errors.h"
+#include "core/text.h"
 #include "field/field_state.h"
 #include "lattice/near_cells.h"
 #include "lattice/tool_touch.h"
@@ -198,14 +199,34 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
     return report;
 }
 
+namespace {
+
+bool is_between_voxels(const Grid& grid, Vec3d ijk) {
+    for (int a = 0; a < 3; ++a)
+        if (!(ijk[a] >= 0 && ijk[a] <= grid.size[a] - 1)) return false;
+    return true;
+}
+
+/// Error of a point outside of the scan: its bounds, and the point in RAS if that lies inside.
+Error outside_of_scan(const Grid& grid, Vec3d point_mm) {
+    const WorldBox box = centre_bounds(grid);
+    std::string text = "the point lies outside of the scan, which has";
+    for (int a = 0; a < 3; ++a)
+        text += std::string(a ? ", " : " ") + "xyz"[a] + " " + short_text(box.low_mm[a]) + "…" +
+                short_text(box.high_mm[a]);
+    text += " mm (LPS)";
+    const Vec3d turned{-point_mm.x, -point_mm.y, point_mm.z};
+    if (is_between_voxels(grid, voxel_from_world(grid, turned)))
+        text += "; did you mean " + short_text(turned.x) + "," + short_text(turned.y) + "," +
+                short_text(turned.z) + ", which is the point if it was given in RAS?";
+    return about("push", ErrorCode::InvalidArgument, text);
+}
+
+}  // namespace
+
 Result<std::vector<Vec3i>> ChainMail::Impl::elements_at(const Push& push) const {
     const Vec3d ijk = voxel_from_world(volume.grid, push.point_mm);
-    for (int a = 0; a < 3; ++a)
-        if (!(ijk[a] >= 0 && ijk[a] <= volume.grid.size[a] - 1))
-            return about("push", ErrorCode::InvalidArgument,
-                         "the point lies outside of the scan (voxel " + std::to_string(ijk.x) +
-                             ", " + std::to_string(ijk.y) + ", " + std::to_string(ijk.z) +
-                             "), expected 0 to size - 1 along each axis");
+    if (!is_between_voxels(volume.grid, ijk)) return outside_of_scan(volume.grid, push.point_mm);
     if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMovementMm))
         return about("push", ErrorCode::InvalidArgument, "expected a sphere radius of 0 to 500 mm");
     const double radius_mm = push.sphere_radius_mm;

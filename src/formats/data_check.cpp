@@ -69,6 +69,8 @@ Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& h
     std::uint64_t least = bytes;
     if (data.encoding == DataEncoding::Deflated)
         least = (least + data.inner_skip) / kMaxCompressionRatio;
+    if (data.encoding == DataEncoding::VtkArray && data.vtk.codec != VtkArray::Codec::None)
+        least /= kMaxCompressionRatio;
     if (data.encoding == DataEncoding::Text) least = 2 * (bytes / size_of(header.stored)) - 1;
     if (length < start || length - start < least)
         return unreadable(path, "ends early: " + what + " has " + std::to_string(length) +

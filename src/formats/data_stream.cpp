@@ -6,10 +6,12 @@
 #include "core/errors.h"
 #include "core/text.h"
 #include "formats/data_check.h"
+#include "formats/vtk_array_source.h"
 
 #include <zlib.h>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -115,15 +117,34 @@ class DataStream::Source {
   public:
     virtual ~Source() = default;
     virtual Status read(std::span<std::byte> out) = 0;
-    virtual Status finish() = 0;
+    /// Skips bytes without reading them. @returns false if they must be read
+    virtual bool jump(std::uint64_t) { return false; }
+    virtual Status finish() { return Ok{}; }
 };
 
-/// Numbers in text, separated by blanks and optional commas.
+/// An array of VTK's XML files.
+class DataStream::VtkSource final : public DataStream::Source {
+  public:
+    VtkSource(const fs::path& path, std::uint64_t start, const DataPlace& data,
+              std::uint64_t expected)
+        : m_array(path, start, data.vtk, data.swapped != (std::endian::native == std::endian::big),
+                  expected) {}
+    Status read(std::span<std::byte> out) override { return m_array.read(out); }
+
+  private:
+    VtkArraySource m_array;
+};
+
+/// Numbers in text, separated by blanks and optional commas. In XML a tag ends them.
 class DataStream::TextSource final : public DataStream::Source {
   public:
     TextSource(const fs::path& path, const fs::path& name, std::uint64_t start,
                const ImageHeader& header, std::uint64_t count)
-        : m_path(path), m_file(name, std::ios::binary), m_type(header.stored), m_count(count) {
+        : m_path(path),
+          m_file(name, std::ios::binary),
+          m_type(header.stored),
+          m_count(count),
+          m_in_xml(header.format == ImageFormat::Vti) {
         m_file.seekg(std::streamoff(start));
     }
     Status read(std::span<std::byte> out) override {
@@ -140,7 +161,6 @@ class DataStream::TextSource final : public DataStream::Source {
         }
         return Ok{};
     }
-    Status finish() override { return Ok{}; }
 
   private:
     /// Maximum length of a number's text [bytes].
@@ -150,11 +170,15 @@ class DataStream::TextSource final : public DataStream::Source {
         constexpr int kEnd = std::streambuf::traits_type::eof();
         const auto is_blank = [](int c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
         std::streambuf& source = *m_file.rdbuf();
+        m_word.clear();
+        if (m_tag_follows) return m_word;
         int c = source.sbumpc();
         while (is_blank(c)) c = source.sbumpc();
-        m_word.clear();
-        for (; c != kEnd && !is_blank(c) && m_word.size() < kMaxWord; c = source.sbumpc())
+        for (; c != kEnd && !is_blank(c) && m_word.size() < kMaxWord; c = source.sbumpc()) {
+            m_tag_follows = m_in_xml && c == '<';
+            if (m_tag_follows) break;
             m_word += char(c);
+        }
         std::string_view word = m_word;
         if (word.size() > 1 && word.ends_with(',')) word.remove_suffix(1);
         return word;
@@ -164,6 +188,7 @@ class DataStream::TextSource final : public DataStream::Source {
     std::ifstream m_file;
     Component m_type;
     std::uint64_t m_count, m_done = 0;
+    bool m_in_xml, m_tag_follows = false;
     std::string m_word;
 };
 
@@ -192,6 +217,11 @@ class DataStream::BytesSource final : public DataStream::Source {
             out = out.subspan(*count);
         }
         return Ok{};
+    }
+
+    bool jump(std::uint64_t bytes) override {
+        if (!m_deflated) m_file.seekg(std::streamoff(bytes), std::ios::cur);
+        return !m_deflated;
     }
 
     Status finish() override {
@@ -260,6 +290,8 @@ Status DataStream::open_next() {
     if (data.encoding == DataEncoding::Text)
         m_source = std::make_unique<TextSource>(m_path, name, *start, m_header,
                                                 m_bytes_per_file / size_of(m_header.stored));
+    else if (data.encoding == DataEncoding::VtkArray)
+        m_source = std::make_unique<VtkSource>(name, *start, data, m_bytes_per_file);
     else
         m_source = std::make_unique<BytesSource>(m_path, name, *start, deflated);
     m_left = m_bytes_per_file;
@@ -284,6 +316,23 @@ Status DataStream::read(std::span<std::byte> out) {
     }
     if (m_header.data.swapped && m_header.data.encoding != DataEncoding::Text)
         swap_bytes(out, size_of(m_header.stored));
+    return Ok{};
+}
+
+Status DataStream::skip(std::uint64_t bytes) {
+    std::vector<std::byte> skipped;
+    while (bytes > 0) {
+        if (m_left == 0)
+            if (Status status = open_next(); !status) return status;
+        std::uint64_t count = std::min(m_left, bytes);
+        if (!m_source->jump(count)) {
+            count = std::min<std::uint64_t>(count, kPieceBytes);
+            skipped.resize(std::size_t(count));
+            if (Status status = m_source->read(skipped); !status) return status;
+        }
+        m_left -= count;
+        bytes -= count;
+    }
     return Ok{};
 }
 

@@ -26,6 +26,8 @@ class DataStream {
 
     /// Reads the next bytes, a multiple of a number's size.
     Status read(std::span<std::byte> out);
+    /// Skips bytes, a multiple of a number's size.
+    Status skip(std::uint64_t bytes);
     /// Reads on to the checksum of compressed data, if it is near. Like a raw file, a compressed
     /// one may have excess data.
     Status finish();
@@ -34,6 +36,7 @@ class DataStream {
     class Source;
     class BytesSource;
     class TextSource;
+    class VtkSource;
 
     Status open_next();
 

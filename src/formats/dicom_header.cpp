@@ -30,6 +30,15 @@ constexpr OtherObject kOtherObjects[] = {
     {"1.2.840.10008.5.1.4.1.1.30", "a parametric map"},
 };
 
+/// Number of Frames; 1 if it isn't there, nullopt if it is none.
+std::optional<std::size_t> frame_count(const DicomWalk& tags) {
+    const std::string text = tags.text(kFrames);
+    if (trimmed(text).empty()) return 1;
+    const auto count = whole_number_from(trimmed(text));
+    if (!count || *count < 1) return std::nullopt;
+    return std::size_t(*count);
+}
+
 /// Checks the SOP class, the number of frames, and the photometric interpretation.
 Status check_object(const DicomWalk& tags, const fs::path& path) {
     const std::string sop_class = tags.text(kSopClass);
@@ -42,9 +51,14 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
                                      ", expected pixels without compression or in RLE, JPEG, "
                                      "JPEG-LS or JPEG 2000");
     const std::string text = tags.text(kFrames);
-    const std::string_view frames = trimmed(text);
-    if (const auto count = whole_number_from(frames); !frames.empty() && (!count || *count != 1))
-        return unsupported(path, "holds " + shown(frames) + " frames, expected one slice per file");
+    const auto frames = frame_count(tags);
+    if (!frames)
+        return unsupported(path,
+                           "holds " + shown(trimmed(text)) + " frames, expected a number ≥ 1");
+    if (*frames > 1 && tags.frame_values().size() != *frames)
+        return unsupported(path, "holds " + std::to_string(*frames) +
+                                     " frames without a position for each, expected Per-Frame "
+                                     "Functional Groups, or one slice per file");
     const int samples = tags.number(kSamples, 1);
     if (samples != 1)
         return unsupported(
@@ -60,7 +74,7 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
 }
 
 /// Checks that the pixel layout is valid and the pixels are complete.
-Status check_pixels(const DicomSlice& slice, bool in_fragments) {
+Status check_pixels(const DicomSlice& slice, bool in_fragments, std::size_t frames) {
     const DicomPixels& p = slice.pixels;
     const bool whole_bytes =
         p.bits_allocated == 8 || p.bits_allocated == 16 || p.bits_allocated == 32;
@@ -78,7 +92,7 @@ Status check_pixels(const DicomSlice& slice, bool in_fragments) {
     std::uint64_t found = 0;
     for (const FilePart& part : p.parts) found += part.bytes;
     const std::uint64_t expected = std::uint64_t(slice.rows) * std::uint64_t(slice.columns) *
-                                   std::uint64_t(p.bits_allocated / 8);
+                                   std::uint64_t(p.bits_allocated / 8) * frames;
     if (p.compressed() && found == 0) return unreadable(slice.path, "has no pixels");
     if (p.compressed() || found >= expected) return Ok{};
     return unreadable(slice.path, "has " + std::to_string(found) + " bytes of pixels, expected " +
@@ -94,11 +108,11 @@ Status take_pixels(const DicomWalk& tags, DicomSlice& slice) {
     pixels.high_bit = tags.number(kHighBit, pixels.bits_stored - 1);
     pixels.swapped_words = tags.has_swapped_words();
     pixels.parts = tags.pixel_parts();
-    return check_pixels(slice, tags.in_fragments());
+    return check_pixels(slice, tags.in_fragments(), frame_count(tags).value_or(1));
 }
 
 /// Reads an optional number. @returns false if it isn't finite
-bool take_number(const DicomWalk& tags, std::uint32_t tag, double& number) {
+bool take_number(const DicomValues& tags, std::uint32_t tag, double& number) {
     if (!tags.has(tag)) return true;
     const auto numbers = tags.decimals(tag, 1);
     if (numbers.empty() || !std::isfinite(numbers[0])) return false;
@@ -106,10 +120,14 @@ bool take_number(const DicomWalk& tags, std::uint32_t tag, double& number) {
     return true;
 }
 
-Status take_geometry(const DicomWalk& tags, DicomSlice& slice) {
+Status take_geometry(const DicomValues& tags, DicomSlice& slice) {
     const auto missing = [&](const char* name) {
-        return unreadable(slice.path, std::string("has no usable ") + name + ", expected one");
+        return unreadable(slice.path,
+                          std::string("has no usable ") + name +
+                              (slice.frame ? " of frame " + std::to_string(slice.frame) : "") +
+                              ", expected one");
     };
+    if (!take_number(tags, kSliceThickness, slice.thickness_mm)) slice.thickness_mm = 0;
     if (!take_number(tags, kSlope, slice.slope)) return missing("Rescale Slope");
     if (!take_number(tags, kIntercept, slice.intercept)) return missing("Rescale Intercept");
     if (slice.slope == 0) slice.slope = 1;  // some writers use 0 for no scaling
@@ -155,9 +173,56 @@ std::optional<Error> fault_of(const DicomWalk& tags, DicomSlice& slice, bool who
     if (!whole || (!tags.has_pixels() && has_plain_elements(tags.syntax_uid())))
         return unreadable(slice.path, "is damaged or ends early, expected a whole DICOM file");
     if (Status status = check_object(tags, slice.path); !status) return status.error();
-    if (Status status = take_geometry(tags, slice); !status) return status.error();
+    if (tags.frame_values().empty())
+        if (Status status = take_geometry(tags.values(), slice); !status) return status.error();
     if (Status status = take_pixels(tags, slice); !status) return status.error();
     return std::nullopt;
+}
+
+/// Makes a slice of each frame. @param slice  what the frames have in common, without a fault
+/// @returns one slice with a fault if a frame has no position or no pixels
+std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice& slice) {
+    const auto faulty = [&](Error fault) {
+        DicomSlice only = slice;
+        only.fault = std::move(fault);
+        return std::vector{std::move(only)};
+    };
+    const auto& values = tags.frame_values();
+    const std::size_t frames = frame_count(tags).value_or(1);
+    if (values.size() != frames)
+        return faulty(unsupported(slice.path, "has functional groups of " +
+                                                  std::to_string(values.size()) +
+                                                  " frames, expected " + std::to_string(frames)));
+    std::vector<std::vector<FilePart>> parts;
+    if (slice.pixels.compressed()) {
+        parts = tags.parts_of_frames(frames);
+        if (parts.empty())
+            return faulty(
+                unsupported(slice.path, "has " + std::to_string(slice.pixels.parts.size()) +
+                                            " fragments of " + std::to_string(frames) +
+                                            " compressed frames, expected one each or a table of "
+                                            "their offsets"));
+    }
+    const std::uint64_t bytes = std::uint64_t(slice.rows) * std::uint64_t(slice.columns) *
+                                std::uint64_t(slice.pixels.bits_allocated / 8);
+    const std::uint64_t start = slice.pixels.parts.front().start;
+    DicomSlice common = slice;
+    common.pixels.parts.clear();
+    std::vector<DicomSlice> slices;
+    for (std::size_t n = 0; n < frames; ++n) {
+        DicomSlice& frame = slices.emplace_back(common);
+        frame.frame = frames > 1 ? int(n) + 1 : 0;
+        DicomValues geometry = values[n];
+        geometry.add_missing(tags.shared_values());
+        // The position of all frames in one is none.
+        if (geometry.has(kPosition) || frames == 1) geometry.add_missing(tags.values());
+        if (Status status = take_geometry(geometry, frame); !status) return faulty(status.error());
+        if (!parts.empty())
+            frame.pixels.parts = std::move(parts[n]);
+        else
+            frame.pixels.parts = {{start + n * bytes, bytes}};
+    }
+    return slices;
 }
 
 }  // namespace
@@ -166,14 +231,14 @@ bool looks_like_dicom(const fs::path& path) {
     return start_of(path) != Start::Other;
 }
 
-std::optional<DicomSlice> read_dicom_slice(const fs::path& path) {
+std::vector<DicomSlice> read_dicom_slices(const fs::path& path) {
     const Start start = start_of(path);
-    if (start == Start::Other) return std::nullopt;
+    if (start == Start::Other) return {};
     DicomWalk tags(path);
     const bool whole = tags.walk(start == Start::Preamble);
-    if (start == Start::Plain && !tags.has_pixels()) return std::nullopt;
+    if (start == Start::Plain && !tags.has_pixels()) return {};
     const bool readable = has_plain_elements(tags.syntax_uid());
-    if (whole && readable && !tags.has_pixels() && !ought_to_have_pixels(tags)) return std::nullopt;
+    if (whole && readable && !tags.has_pixels() && !ought_to_have_pixels(tags)) return {};
     DicomSlice slice;
     slice.path = path;
     slice.series_uid = tags.text(kSeriesUid);
@@ -181,12 +246,12 @@ std::optional<DicomSlice> read_dicom_slice(const fs::path& path) {
     slice.rows = tags.number(kRows, 0);
     slice.columns = tags.number(kColumns, 0);
     slice.has_modality_lut = tags.has(kModalityLut);
-    if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1))
-        return std::nullopt;
+    if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1)) return {};
     // The walk has passed the UID's position if it reached the pixels.
     if (slice.series_uid.empty() && whole && readable) slice.series_uid = kNoSeriesUid;
     slice.fault = fault_of(tags, slice, whole);
-    return slice;
+    if (!slice.fault && !tags.frame_values().empty()) return slices_of_frames(tags, slice);
+    return {std::move(slice)};
 }
 
 }  // namespace pliant

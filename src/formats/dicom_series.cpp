@@ -28,47 +28,109 @@ struct SeriesFiles {
     std::optional<Error> fault;  ///< the first fault of its slices
 };
 
+/// Limits of the search in folders of folders.
+constexpr int kMaxFolderDepth = 12;
+constexpr std::size_t kMaxFilesSearched = 200'000;
+
+/// Maximum length of an UID; longer ones are cut off in lists.
+constexpr std::size_t kMaxUidBytes = 64;
+
 /// Contents of a folder.
 struct DicomFolder {
     std::map<std::string, SeriesFiles> series;
     std::vector<DicomSlice> strays;  ///< damaged before the series' UID
     std::size_t others = 0, folders = 0;
+    bool went_deeper = false;  ///< its folders were searched too
 
     bool is_empty() const { return series.empty() && strays.empty(); }
 };
 
-Result<DicomFolder> read_headers(const fs::path& folder) {
+bool is_dicomdir(const fs::path& file) {
+    return lower_case(file.filename().string()) == "dicomdir";
+}
+
+void add_slice(DicomSlice slice, DicomFolder& found) {
+    if (slice.series_uid.empty()) return found.strays.push_back(std::move(slice));
+    SeriesFiles& series = found.series[slice.series_uid];
+    if (!series.fault) series.fault = slice.fault;
+    series.slices.push_back(std::move(slice));
+}
+
+/// Files and folders of a folder, by name.
+struct FolderEntries {
+    std::vector<fs::path> files, folders;
+};
+
+Result<FolderEntries> list_folder(const fs::path& folder) {
     std::error_code error;
-    std::vector<fs::path> files;
-    DicomFolder found;
+    FolderEntries entries;
     for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
         std::error_code ignored;
-        if (at->is_regular_file(ignored)) files.push_back(at->path());
-        if (at->is_directory(ignored)) ++found.folders;
+        if (at->is_regular_file(ignored)) entries.files.push_back(at->path());
+        // A link may lead out of the folder, or back into it.
+        if (at->is_directory(ignored) && !at->is_symlink(ignored))
+            entries.folders.push_back(at->path());
     }
     if (error)
         return Error{ErrorCode::Unreadable,
                      folder.string() + ": can't be listed (" + error.message() + ")"};
-    std::sort(files.begin(), files.end());
-    for (const fs::path& file : files) {
-        auto slice = read_dicom_slice(file);
-        if (!slice) {
-            ++found.others;
-        } else if (slice->series_uid.empty()) {
-            found.strays.push_back(std::move(*slice));
-        } else {
-            SeriesFiles& series = found.series[slice->series_uid];
-            if (!series.fault) series.fault = slice->fault;
-            series.slices.push_back(std::move(*slice));
-        }
+    std::sort(entries.files.begin(), entries.files.end());
+    std::sort(entries.folders.begin(), entries.folders.end());
+    return entries;
+}
+
+/// Files below some folders, folder by folder.
+/// @returns LimitExceeded if there are too many
+Result<std::vector<fs::path>> files_below(const fs::path& folder,
+                                          const std::vector<fs::path>& folders) {
+    std::vector<fs::path> files;
+    std::vector<std::pair<fs::path, int>> open;
+    for (auto at = folders.rbegin(); at != folders.rend(); ++at) open.emplace_back(*at, 1);
+    for (std::size_t visited = 0; !open.empty(); ++visited) {
+        const auto [path, depth] = open.back();
+        open.pop_back();
+        auto entries = list_folder(path);
+        if (!entries) return entries.error();
+        files.insert(files.end(), entries->files.begin(), entries->files.end());
+        if (files.size() + visited > kMaxFilesSearched)
+            return Error{ErrorCode::LimitExceeded,
+                         folder.string() + ": holds more than " +
+                             std::to_string(kMaxFilesSearched) +
+                             " files in folders, expected the folder of a series"};
+        if (depth == kMaxFolderDepth) continue;
+        for (auto at = entries->folders.rbegin(); at != entries->folders.rend(); ++at)
+            open.emplace_back(*at, depth + 1);
     }
+    return files;
+}
+
+/// Looks into a folder, and below it if it has no slice.
+Result<DicomFolder> read_headers(const fs::path& folder) {
+    auto entries = list_folder(folder);
+    if (!entries) return entries.error();
+    DicomFolder found;
+    found.folders = entries->folders.size();
+    const auto look_at = [&](const std::vector<fs::path>& files) {
+        for (const fs::path& file : files) {
+            if (is_dicomdir(file)) continue;
+            auto slices = read_dicom_slices(file);
+            if (slices.empty()) ++found.others;
+            for (DicomSlice& slice : slices) add_slice(std::move(slice), found);
+        }
+    };
+    look_at(entries->files);
+    if (!found.is_empty() || entries->folders.empty()) return found;
+    const auto deeper = files_below(folder, entries->folders);
+    if (!deeper) return deeper.error();
+    found.went_deeper = true;
+    look_at(*deeper);
     return found;
 }
 
 Error no_images(const fs::path& folder, const DicomFolder& found) {
     std::string text = folder.string() + ": holds no DICOM images (" +
                        counted(found.others, "file") + " looked at";
-    if (found.folders) text += ", " + counted(found.folders, "folder") + " in it not looked into";
+    if (found.went_deeper) text += ", in folders below it too";
     return {ErrorCode::NotFound, text + ")"};
 }
 
@@ -92,8 +154,8 @@ std::vector<std::string> usable_series(const DicomFolder& folder) {
 std::string list_of(const DicomFolder& folder) {
     std::string list;
     for (const auto& [uid, series] : folder.series) {
-        list +=
-            (list.empty() ? "" : "; ") + shown(uid) + " (" + counted(series.slices.size(), "slice");
+        list += (list.empty() ? "" : "; ") + printable(uid, kMaxUidBytes) + " (" +
+                counted(series.slices.size(), "slice");
         if (const std::string text = description_of(series); !text.empty()) list += ", " + text;
         list += ")";
     }
@@ -102,6 +164,8 @@ std::string list_of(const DicomFolder& folder) {
 
 void note_left_out(const DicomFolder& folder, const std::string& chosen,
                    std::vector<std::string>& notes) {
+    if (folder.went_deeper)
+        notes.push_back("the folder has no slices itself; found in folders below it");
     if (folder.others)
         notes.push_back(counted(folder.others, "file") + " of the folder left out: no DICOM image");
     for (const auto& [uid, series] : folder.series)
@@ -143,6 +207,41 @@ Status check_memory(const fs::path& folder, const Grid& grid) {
     return Error{ErrorCode::LimitExceeded, folder.string() + ": not enough memory to read it"};
 }
 
+/// Reads the pixels of a series.
+Result<Volume> read_series(const fs::path& place, std::vector<DicomSlice> slices,
+                           const ReadOptions& options, ReadNotes& notes,
+                           const DecoderChoice& decoder) {
+    if (options.frame && *options.frame != 0)
+        return Error{ErrorCode::InvalidArgument,
+                     "--frame: found " + std::to_string(*options.frame) + ", expected none for " +
+                         place.string() + ", which holds one image"};
+    auto stack = stack_slices(place, slices, options.straighten, notes.notes);
+    if (!stack) return stack.error();
+    const Grid& grid = stack->grid;
+    if (Status status = check_size(place, {grid.size.x, grid.size.y, grid.size.z}); !status)
+        return status.error();
+    if (Status status = check_memory(place, grid); !status) return status.error();
+    notes.format = "DICOM";
+    const DicomPixels& pixels = slices.front().pixels;
+    notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
+    for (const DicomSlice& slice : slices)
+        if (slice.has_modality_lut) {
+            notes.notes.push_back("the Modality LUT Sequence is not applied");
+            break;
+        }
+    VoxelBuilder voxels(voxel_count(grid));
+    DicomPixelReader reader(slices, decoder);
+    double done = 0;
+    for (const DicomSlice& slice : slices) {
+        if (Status status = go_on(place, options, done++ / double(slices.size())); !status)
+            return status.error();
+        if (Status status = reader.read(slice, voxels); !status) return status.error();
+    }
+    Volume volume{grid, voxels.finish(notes.notes), {}};
+    if (!stack->irregular) return volume;
+    return straightened(place, volume, *stack->irregular, options, notes.notes);
+}
+
 }  // namespace
 
 Result<std::vector<DicomSeries>> list_series(const fs::path& folder) {
@@ -163,28 +262,28 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
     if (found->is_empty()) return no_images(folder, *found);
     auto slices = choose_series(folder, std::move(*found), options.series_uid, notes.notes);
     if (!slices) return slices.error();
-    auto grid = stack_slices(folder, *slices, notes.notes);
-    if (!grid) return grid.error();
-    if (Status status = check_size(folder, {grid->size.x, grid->size.y, grid->size.z}); !status)
-        return status.error();
-    if (Status status = check_memory(folder, *grid); !status) return status.error();
-    notes.format = "DICOM";
-    const DicomPixels& pixels = slices->front().pixels;
-    notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
-    for (const DicomSlice& slice : *slices)
-        if (slice.has_modality_lut) {
-            notes.notes.push_back("the Modality LUT Sequence is not applied");
-            break;
-        }
-    VoxelBuilder voxels(voxel_count(*grid));
-    DicomPixelReader reader(*slices, decoder);
-    double done = 0;
-    for (const DicomSlice& slice : *slices) {
-        if (Status status = go_on(folder, options, done++ / double(slices->size())); !status)
-            return status.error();
-        if (Status status = reader.read(slice, voxels); !status) return status.error();
+    return read_series(folder, std::move(*slices), options, notes, decoder);
+}
+
+Result<Volume> read_dicom_file(const fs::path& path, const ReadOptions& options, ReadNotes& notes,
+                               const DecoderChoice& decoder) {
+    if (is_dicomdir(path)) {
+        const fs::path folder = path.parent_path();
+        return read_dicom_folder(folder.empty() ? fs::path(".") : folder, options, notes, decoder);
     }
-    return Volume{*grid, voxels.finish(notes.notes), {}};
+    auto slices = read_dicom_slices(path);
+    if (slices.empty())
+        return Error{ErrorCode::Unsupported, path.string() + ": is DICOM without an image"};
+    if (slices.front().fault) return *slices.front().fault;
+    if (slices.size() == 1)
+        return Error{
+            ErrorCode::Unsupported,
+            path.string() + ": is a single DICOM slice, expected the folder of its series"};
+    if (!options.series_uid.empty() && options.series_uid != slices.front().series_uid)
+        return Error{ErrorCode::NotFound, path.string() + ": has no series " +
+                                              shown(options.series_uid) + ", expected --series " +
+                                              shown(slices.front().series_uid)};
+    return read_series(path, std::move(slices), options, notes, decoder);
 }
 
 }  // namespace pliant

@@ -1,18 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Reads the DICOM slices of a folder as a volume. An unusable file blocks its own series only; if
-// its series is unknown, it blocks every series that isn't chosen by name.
+// Reads the DICOM slices of a folder, or of a file of several frames, as a volume. Folders in a
+// folder are searched if it has no slices itself, up to a depth and a number of files. An unusable
+// file blocks its own series only; if its series is unknown, it blocks every series that isn't
+// chosen by name.
 
 #pragma once
 
 #include "formats/dicom_pixels.h"
 #include "formats/dicom_slice.h"
+#include "formats/straighten.h"
 
 #include <pliant/result.h>
 #include <pliant/volume.h>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,11 +33,24 @@ struct DicomSeries {
 /// Series of a folder to choose from, by their UIDs: the usable ones, or all if none is usable.
 Result<std::vector<DicomSeries>> list_series(const std::filesystem::path& folder);
 
+/// A sorted series.
+struct DicomStack {
+    Grid grid;
+    /// Positions of the slices, if they aren't those of the grid. The grid's size is the stack's.
+    std::optional<SliceStack> irregular{};
+};
+
 /// Sorts slices of one series along their normal.
-/// @param[out] notes  tolerated deviations
-/// @returns grid of the stack
-Result<Grid> stack_slices(const std::filesystem::path& folder, std::vector<DicomSlice>& slices,
-                          std::vector<std::string>& notes);
+/// @param straighten   slices that are tilted, shifted, missing or unequally spaced are irregular;
+///                     otherwise they are refused
+/// @param[out] notes  tolerated deviations, and those that make a stack irregular
+Result<DicomStack> stack_slices(const std::filesystem::path& folder,
+                                std::vector<DicomSlice>& slices, bool straighten,
+                                std::vector<std::string>& notes);
+
+/// Reads the frames of a file. The file DICOMDIR stands for its folder.
+Result<Volume> read_dicom_file(const std::filesystem::path& path, const ReadOptions& options,
+                               ReadNotes& notes, const DecoderChoice& decoder = {});
 
 /// Reads the DICOM slices of a folder.
 Result<Volume> read_dicom_folder(const std::filesystem::path& folder, const ReadOptions& options,

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The header of one DICOM image. An unusable file has a fault and its series, so that it blocks
-// only that series.
+// The header of one DICOM image: a file, or a frame of a file. An unusable file has a fault and its
+// series, so that it blocks only that series.
 
 #pragma once
 
@@ -42,16 +42,24 @@ struct DicomSlice {
     Vec3d row{};                      ///< unit vector along a row: the i axis
     Vec3d column{};                   ///< unit vector down a column: the j axis
     Vec3d spacing_mm{};               ///< x: between columns, y: between rows; z unused
+    double thickness_mm = 0;          ///< 0: unknown
+    int frame = 0;                    ///< from 1; 0: the file has one
     DicomPixels pixels;
     bool has_modality_lut = false;
     std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then
+
+    /// Name for messages.
+    std::string name() const {
+        return path.filename().string() + (frame ? " frame " + std::to_string(frame) : "");
+    }
 };
 
 /// Series name of files without an UID.
 inline constexpr const char* kNoSeriesUid = "none";
 
-/// @returns nullopt if the file is no DICOM image
-std::optional<DicomSlice> read_dicom_slice(const std::filesystem::path& path);
+/// Slices of a file: one, one for each frame, or one with a fault; none if the file is no DICOM
+/// image.
+std::vector<DicomSlice> read_dicom_slices(const std::filesystem::path& path);
 
 /// Whether a file starts like a DICOM file.
 bool looks_like_dicom(const std::filesystem::path& path);

@@ -37,8 +37,7 @@ constexpr double kSmallShiftMm = 0.02, kMaxLean = 1e-3, kMaxShiftPixels = 0.25;
 constexpr double kSameDirection = 1e-4;
 
 Status check_same_shape(const DicomSlice& first, const DicomSlice& slice) {
-    const std::string names =
-        first.path.filename().string() + " and " + slice.path.filename().string();
+    const std::string names = first.name() + " and " + slice.name();
     const auto differ = [&](const char* feature) {
         return unsupported(slice.path.parent_path(), std::string("the slices ") + names +
                                                          " differ in " + feature +
@@ -64,30 +63,42 @@ bool is_regular(const std::vector<double>& heights) {
 }
 
 /// @param heights  of the slices, sorted, along the normal [mm]
-Status check_gaps(const fs::path& folder, const std::vector<DicomSlice>& slices,
-                  const std::vector<double>& heights) {
+double usual_gap(const std::vector<double>& heights) {
     std::vector<double> gaps;
     for (std::size_t n = 1; n < heights.size(); ++n) gaps.push_back(heights[n] - heights[n - 1]);
-    std::vector<double> sorted = gaps;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2),
-                     sorted.end());
-    const double usual = sorted[sorted.size() / 2];
-    const bool regular = is_regular(heights);
-    for (std::size_t n = 0; n < gaps.size(); ++n) {
-        const std::string first = slices[n].path.filename().string();
-        const std::string second = slices[n + 1].path.filename().string();
-        if (gaps[n] < kSamePlaceMm)
-            return unsupported(folder,
-                               "two slices are at the same place: " + first + " and " + second);
-        const double steps = gaps[n] / usual;
-        if (regular || std::abs(steps - 1) <= kMaxGapDeviation) continue;
+    const auto middle = gaps.begin() + std::ptrdiff_t(gaps.size() / 2);
+    std::nth_element(gaps.begin(), middle, gaps.end());
+    return *middle;
+}
+
+/// Refuses two slices at one position.
+Status check_apart(const fs::path& folder, const std::vector<DicomSlice>& slices,
+                   const std::vector<double>& heights) {
+    for (std::size_t n = 1; n < heights.size(); ++n)
+        if (heights[n] - heights[n - 1] < kSamePlaceMm)
+            return unsupported(folder, "two slices are at the same place: " + slices[n - 1].name() +
+                                           " and " + slices[n].name());
+    return Ok{};
+}
+
+Status check_gaps(const fs::path& folder, const std::vector<DicomSlice>& slices,
+                  const std::vector<double>& heights) {
+    if (is_regular(heights)) return Ok{};
+    const double usual = usual_gap(heights);
+    for (std::size_t n = 0; n + 1 < heights.size(); ++n) {
+        const std::string first = slices[n].name();
+        const std::string second = slices[n + 1].name();
+        const double gap = heights[n + 1] - heights[n], steps = gap / usual;
+        if (std::abs(steps - 1) <= kMaxGapDeviation) continue;
         const std::string between = "between " + first + " and " + second;
         const double whole = std::round(steps);
         if (whole >= 2 && std::abs(steps - whole) <= kMaxGapDeviation * whole)
             return Error{ErrorCode::NotFound, folder.string() + ": slices are missing " + between +
-                                                  " (" + text_of(whole - 1) + " of them)"};
-        return unsupported(folder, "the slices are not equally spaced: " + text_of(gaps[n]) +
-                                       " mm " + between + ", elsewhere " + text_of(usual) + " mm");
+                                                  " (" + text_of(whole - 1) +
+                                                  " of them) (--straighten fills them)"};
+        return unsupported(folder, "the slices are not equally spaced: " + text_of(gap) + " mm " +
+                                       between + ", elsewhere " + text_of(usual) +
+                                       " mm (--straighten resamples them)");
     }
     return Ok{};
 }
@@ -132,7 +143,7 @@ Status check_straight(const fs::path& folder, const std::vector<DicomSlice>& sli
         return unsupported(folder, "the stack of slices leans by " +
                                        text_of(std::round(10 * kDegrees * std::atan(slope)) / 10) +
                                        " degrees (gantry tilt), expected slices that lie straight "
-                                       "above each other");
+                                       "above each other (--straighten resamples them)");
     }
     const double allowed = std::max(pixels_mm, kSmallShiftMm + kMaxLean * height);
     double largest = 0;
@@ -140,11 +151,11 @@ Status check_straight(const fs::path& folder, const std::vector<DicomSlice>& sli
     for (std::size_t n = 0; n < slices.size(); ++n) {
         const double off = norm(shifts[n] - lean.at(heights[n]));
         if (off > allowed)
-            return unsupported(folder, "the slice " + slices[n].path.filename().string() +
+            return unsupported(folder, "the slice " + slices[n].name() +
                                            " is shifted sideways by " +
                                            text_of(std::round(100 * off) / 100) +
                                            " mm, expected slices that lie straight above each "
-                                           "other");
+                                           "other (--straighten resamples them)");
         const double shift = norm(shifts[n]);
         largest = std::max(largest, shift);
         noted = noted || shift > kSmallShiftMm + kMaxLean * (heights[n] - heights.front());
@@ -155,17 +166,48 @@ Status check_straight(const fs::path& folder, const std::vector<DicomSlice>& sli
     return Ok{};
 }
 
+/// Positions of sorted slices as they are.
+SliceStack irregular_stack(const std::vector<DicomSlice>& slices, const Mat3d& axes,
+                           const std::vector<double>& heights) {
+    SliceStack stack;
+    stack.axes = axes;
+    stack.origin_mm = slices.front().position;
+    stack.step_i_mm = slices.front().spacing_mm.x;
+    stack.step_j_mm = slices.front().spacing_mm.y;
+    stack.heights_mm = heights;
+    stack.gap_mm = usual_gap(heights);
+    for (const DicomSlice& slice : slices) {
+        const Vec3d way = slice.position - stack.origin_mm;
+        stack.shifts_i_mm.push_back(dot(way, axes.columns[0]));
+        stack.shifts_j_mm.push_back(dot(way, axes.columns[1]));
+    }
+    return stack;
+}
+
+/// Spacing of a single slice along its normal.
+double thickness_of(const DicomSlice& slice, std::vector<std::string>& notes) {
+    const bool known = slice.thickness_mm >= kMinSpacingMm && slice.thickness_mm <= kMaxSpacingMm;
+    notes.push_back("one slice; " + (known ? "its thickness of " + text_of(slice.thickness_mm) +
+                                                 " mm is taken as the spacing"
+                                           : std::string("its spacing is taken as 1 mm")));
+    return known ? slice.thickness_mm : 1;
+}
+
+/// What straightening mends in a message that refuses a stack.
+std::string mended(const std::string& message, const fs::path& folder) {
+    std::string text = message.substr(std::min(message.size(), folder.string().size() + 2));
+    return text.substr(0, std::min(text.find(", expected"), text.find(" (--straighten")));
+}
+
 }  // namespace
 
-Result<Grid> stack_slices(const fs::path& folder, std::vector<DicomSlice>& slices,
-                          std::vector<std::string>& notes) {
+Result<DicomStack> stack_slices(const fs::path& folder, std::vector<DicomSlice>& slices,
+                                bool straighten, std::vector<std::string>& notes) {
     for (const DicomSlice& slice : slices)
         if (Status status = check_same_shape(slices.front(), slice); !status) return status.error();
-    if (slices.size() < 2)
-        return unsupported(folder, "the series has " + std::to_string(slices.size()) +
-                                       " slice, expected 2 or more");
     const DicomSlice first = slices.front();
-    Grid grid;
+    DicomStack stack;
+    Grid& grid = stack.grid;
     grid.direction = {{first.row, first.column, cross(first.row, first.column)}};
     if (!is_perpendicular(grid.direction))
         return unsupported(first.path, "Image Orientation (Patient) is (" + text_of(first.row) +
@@ -175,20 +217,29 @@ Result<Grid> stack_slices(const fs::path& folder, std::vector<DicomSlice>& slice
     const Vec3d normal = grid.direction.columns[2];
     std::sort(slices.begin(), slices.end(), [&](const DicomSlice& a, const DicomSlice& b) {
         const double da = dot(normal, a.position), db = dot(normal, b.position);
-        return da != db ? da < db : a.path < b.path;
+        if (da != db) return da < db;
+        return a.path != b.path ? a.path < b.path : a.frame < b.frame;
     });
     const Vec3d start = slices.front().position;
     std::vector<double> heights;
     for (const DicomSlice& slice : slices) heights.push_back(dot(normal, slice.position - start));
-    if (Status status = check_gaps(folder, slices, heights); !status) return status.error();
-    if (Status status = check_straight(folder, slices, normal, heights, notes); !status)
-        return status.error();
+    if (slices.size() > 1) {
+        if (Status status = check_apart(folder, slices, heights); !status) return status.error();
+        for (const Status& status : {check_gaps(folder, slices, heights),
+                                     check_straight(folder, slices, normal, heights, notes)}) {
+            if (status) continue;
+            if (!straighten) return status.error();
+            notes.push_back(mended(status.error().message, folder));
+            stack.irregular = irregular_stack(slices, grid.direction, heights);
+        }
+    }
     grid.size = {first.columns, first.rows, std::int32_t(slices.size())};
     grid.spacing_mm = {first.spacing_mm.x, first.spacing_mm.y,
-                       heights.back() / double(slices.size() - 1)};
+                       slices.size() > 1 ? heights.back() / double(slices.size() - 1)
+                                         : thickness_of(first, notes)};
     grid.origin_mm = start;
     if (Status status = check_grid(folder, grid); !status) return status.error();
-    return grid;
+    return stack;
 }
 
 }  // namespace pliant

@@ -43,12 +43,24 @@ constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
     {dicom_tags::kPixelRepresentation, "US"},
     {dicom_tags::kIntercept, "DS"},
     {dicom_tags::kSlope, "DS"},
-    {dicom_tags::kModalityLut, ""}};
+    {dicom_tags::kModalityLut, ""},
+    {dicom_tags::kSliceThickness, "DS"}};
+/// Sequences of functional groups: for all frames and for each; and those of their sequences that
+/// are read: Plane Position, Plane Orientation, Pixel Measures, Pixel Value Transformation.
+constexpr std::uint32_t kSharedGroups = 0x52009229, kFrameGroups = 0x52009230,
+                        kExtendedOffsets = 0x7fe00001;
+constexpr std::uint32_t kMacros[] = {0x00209113, 0x00209116, 0x00289110, 0x00289145};
+/// Their stored elements, all of type DS.
+constexpr std::uint32_t kFrameTags[] = {dicom_tags::kPosition,     dicom_tags::kOrientation,
+                                        dicom_tags::kPixelSpacing, dicom_tags::kSliceThickness,
+                                        dicom_tags::kIntercept,    dicom_tags::kSlope};
 /// Maximum length of a stored value, and maximum nesting of sequences.
 constexpr std::uint32_t kMaxValueBytes = 1024;
 constexpr int kMaxDepth = 32;
 /// Maximum number of a codestream's fragments.
 constexpr std::size_t kMaxFragments = std::size_t(1) << 20;
+/// Maximum number of frames of a file.
+constexpr std::size_t kMaxFrames = std::size_t(1) << 16;
 
 /// The type as a static string; empty for an unknown one.
 std::string_view known_type(const char* bytes) {
@@ -78,21 +90,26 @@ bool DicomWalk::walk(bool preamble) {
     return true;
 }
 
-std::string DicomWalk::text(std::uint32_t tag) const {
+const std::string* DicomValues::find(std::uint32_t tag) const {
     const auto found = m_values.find(tag);
-    if (found == m_values.end()) return {};
-    std::string value = found->second;
+    return found == m_values.end() ? nullptr : &found->second;
+}
+
+std::string DicomValues::text(std::uint32_t tag) const {
+    const std::string* const found = find(tag);
+    if (!found) return {};
+    std::string value = *found;
     while (!value.empty() && (value.back() == '\0' || value.back() == ' ')) value.pop_back();
     return value;
 }
 
 int DicomWalk::number(std::uint32_t tag, int otherwise) const {
-    const auto found = m_values.find(tag);
-    if (found == m_values.end() || found->second.size() < 2) return otherwise;
-    return int(u16(found->second.data()));
+    const std::string* const found = m_values.find(tag);
+    if (!found || found->size() < 2) return otherwise;
+    return int(u16(found->data()));
 }
 
-std::vector<double> DicomWalk::decimals(std::uint32_t tag, std::size_t count) const {
+std::vector<double> DicomValues::decimals(std::uint32_t tag, std::size_t count) const {
     auto numbers = numbers_from(text(tag), '\\');
     if (!numbers || numbers->size() != count) return {};
     return std::move(*numbers);
@@ -178,7 +195,63 @@ bool DicomWalk::read_element(Element& element) {
     return true;
 }
 
+/// Visits the elements of an item, or the items of a sequence, of known or unknown length.
+/// @param visit  reads or skips an element's value; false: the file is damaged
+template <class Visit>
+bool DicomWalk::each_element(const Element& outer, const Visit& visit) {
+    const std::uint32_t delimiter = outer.tag == kItem ? kItemEnd : kSequenceEnd;
+    if (!outer.nests && outer.length > m_size - std::min(m_at, m_size)) return false;
+    const std::uint64_t end = outer.nests ? m_size : m_at + outer.length;
+    while (m_at < end) {
+        Element element;
+        if (!read_element(element)) return false;
+        if (element.tag == delimiter) return outer.nests;
+        if (delimiter == kSequenceEnd && element.tag != kItem) return false;
+        if (!visit(element)) return false;
+    }
+    return !outer.nests && m_at == end;
+}
+
+bool DicomWalk::take_groups(const Element& sequence, bool for_each_frame) {
+    const bool is_explicit = m_explicit;
+    if (sequence.type == "UN") m_explicit = false;
+    const bool sound = each_element(sequence, [&](const Element& item) {
+        if (for_each_frame && m_frames.size() == kMaxFrames) return false;
+        DicomValues& values = for_each_frame ? m_frames.emplace_back() : m_shared;
+        return each_element(item, [&](const Element& element) {
+            const bool is_macro =
+                std::find(std::begin(kMacros), std::end(kMacros), element.tag) != std::end(kMacros);
+            return is_macro ? take_macro(element, values) : skip_value(element);
+        });
+    });
+    m_explicit = is_explicit;
+    return sound;
+}
+
+bool DicomWalk::take_macro(const Element& sequence, DicomValues& values) {
+    const bool is_explicit = m_explicit;
+    if (sequence.type == "UN") m_explicit = false;
+    const bool sound = each_element(sequence, [&](const Element& item) {
+        return each_element(
+            item, [&](const Element& element) { return take_frame_value(element, values); });
+    });
+    m_explicit = is_explicit;
+    return sound;
+}
+
+bool DicomWalk::take_frame_value(const Element& element, DicomValues& values) {
+    const bool is_kept = std::find(std::begin(kFrameTags), std::end(kFrameTags), element.tag) !=
+                         std::end(kFrameTags);
+    if (!is_kept || element.nests || element.length > kMaxValueBytes) return skip_value(element);
+    std::string& value = values[element.tag];
+    value.resize(element.length);
+    return read(value.data(), value.size());
+}
+
 bool DicomWalk::take_value(const Element& element) {
+    if (element.tag == kSharedGroups) return take_groups(element, false);
+    if (element.tag == kFrameGroups) return take_groups(element, true);
+    if (element.tag == kExtendedOffsets) return take_offsets(element);
     const auto kept = std::find_if(std::begin(kKept), std::end(kKept),
                                    [&](const auto& k) { return k.first == element.tag; });
     if (kept == std::end(kKept)) return element.nests ? skip_nested(element) : skip(element.length);
@@ -228,10 +301,52 @@ bool DicomWalk::take_fragments() {
         if (!read_element(item)) return false;
         if (item.tag == kSequenceEnd) return true;
         if (item.tag != kItem || item.nests) return false;
+        if (table_of_offsets) {
+            m_first_item = m_at + item.length;
+            if (m_offsets.empty() ? !take_offsets(item) : !skip(item.length)) return false;
+            continue;
+        }
         if (m_pixel_parts.size() == kMaxFragments) return false;
-        if (!table_of_offsets && item.length) m_pixel_parts.push_back({m_at, item.length});
+        if (item.length) m_pixel_parts.push_back({m_at, item.length});
         if (!skip(item.length)) return false;
     }
+}
+
+/// Reads the offsets of frames: 32-bit numbers in the first item of the pixels, 64-bit ones in the
+/// extended table. A table of more than the largest number of frames is skipped.
+bool DicomWalk::take_offsets(const Element& element) {
+    const std::size_t size = element.tag == kExtendedOffsets ? 8 : 4;
+    if (element.nests) return skip_nested(element);
+    if (element.length % size || element.length / size > kMaxFrames) return skip(element.length);
+    std::string bytes(element.length, '\0');
+    if (!read(bytes.data(), bytes.size())) return false;
+    m_offsets.clear();
+    for (std::size_t at = 0; at < bytes.size(); at += size) {
+        std::uint64_t offset = u32(&bytes[at]);
+        if (size == 8) offset |= std::uint64_t(u32(&bytes[at + 4])) << 32;
+        m_offsets.push_back(offset);
+    }
+    return true;
+}
+
+std::vector<std::vector<FilePart>> DicomWalk::parts_of_frames(std::size_t frames) const {
+    constexpr std::uint64_t kItemHeader = 8;
+    std::vector<std::vector<FilePart>> parts(frames);
+    if (m_pixel_parts.size() == frames) {
+        for (std::size_t n = 0; n < frames; ++n) parts[n] = {m_pixel_parts[n]};
+        return parts;
+    }
+    if (m_offsets.size() != frames || !std::is_sorted(m_offsets.begin(), m_offsets.end()))
+        return {};
+    for (const FilePart& part : m_pixel_parts) {
+        const std::uint64_t offset = part.start - kItemHeader - m_first_item;
+        const auto next = std::upper_bound(m_offsets.begin(), m_offsets.end(), offset);
+        if (next == m_offsets.begin()) return {};
+        parts[std::size_t(next - m_offsets.begin()) - 1].push_back(part);
+    }
+    for (const auto& some : parts)
+        if (some.empty()) return {};
+    return parts;
 }
 
 }  // namespace pliant

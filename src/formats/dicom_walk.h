@@ -6,6 +6,9 @@
 //   explicit   group(2) element(2) VR(2) length(2)   or   … VR(2) 0(2) length(4)
 //   implicit   group(2) element(2) length(4)
 //
+// A file of several frames has functional groups: a sequence with one item for all frames, and one
+// with an item for each. An item has sequences of one item each, such as that of the position.
+//
 // A length of 0xFFFFFFFF means items up to a delimiter. Compressed pixels have this form: an offset
 // table, then the fragments of a codestream. Only the elements of dicom_tags are stored.
 
@@ -33,13 +36,33 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080
                                kBitsAllocated = 0x00280100, kBitsStored = 0x00280101,
                                kHighBit = 0x00280102, kPixelRepresentation = 0x00280103,
                                kIntercept = 0x00281052, kSlope = 0x00281053,
-                               kModalityLut = 0x00283000;
+                               kModalityLut = 0x00283000, kSliceThickness = 0x00180050;
 }
 
 /// A range of a file.
 struct FilePart {
     std::uint64_t start = 0;  ///< [bytes] from the start of the file
     std::uint64_t bytes = 0;
+};
+
+/// Values of elements, by tag.
+class DicomValues {
+  public:
+    /// Value without padding; empty if there is none.
+    std::string text(std::uint32_t tag) const;
+    /// @returns empty unless there are exactly `count` numbers
+    std::vector<double> decimals(std::uint32_t tag, std::size_t count) const;
+    bool has(std::uint32_t tag) const { return m_values.contains(tag); }
+    std::string& operator[](std::uint32_t tag) { return m_values[tag]; }
+    /// Stored bytes; null if there are none.
+    const std::string* find(std::uint32_t tag) const;
+    /// Adds the values that are missing here.
+    void add_missing(const DicomValues& others) {
+        m_values.insert(others.m_values.begin(), others.m_values.end());
+    }
+
+  private:
+    std::map<std::uint32_t, std::string> m_values;
 };
 
 class DicomWalk {
@@ -51,12 +74,13 @@ class DicomWalk {
     ///          without plain ones (has_plain_elements).
     bool walk(bool preamble);
 
-    /// Value of an element without padding; empty if there is none.
-    std::string text(std::uint32_t tag) const;
+    const DicomValues& values() const { return m_values; }
+    std::string text(std::uint32_t tag) const { return m_values.text(tag); }
     int number(std::uint32_t tag, int otherwise) const;
-    /// @returns empty unless there are exactly `count` numbers
-    std::vector<double> decimals(std::uint32_t tag, std::size_t count) const;
-    bool has(std::uint32_t tag) const { return m_values.contains(tag); }
+    bool has(std::uint32_t tag) const { return m_values.has(tag); }
+    /// Values of the functional groups for all frames, and for each frame.
+    const DicomValues& shared_values() const { return m_shared; }
+    const std::vector<DicomValues>& frame_values() const { return m_frames; }
 
     const std::string& syntax_uid() const { return m_syntax_uid; }
     bool has_pixels() const { return m_has_pixels; }
@@ -64,6 +88,9 @@ class DicomWalk {
     bool in_fragments() const { return m_in_fragments; }
     /// Range of the uncompressed pixels, or the fragments of a codestream.
     const std::vector<FilePart>& pixel_parts() const { return m_pixel_parts; }
+    /// Fragments of each frame: by the table of offsets, or one each.
+    /// @returns empty if they can't be told apart
+    std::vector<std::vector<FilePart>> parts_of_frames(std::size_t frames) const;
     /// Whether the pixels' byte pairs are in big-endian order.
     bool has_swapped_words() const { return m_big && m_pixel_type != "OB"; }
 
@@ -85,6 +112,15 @@ class DicomWalk {
     bool read_element(Element& element);
     bool take_value(const Element& element);
     bool skip_nested(const Element& element);
+    bool skip_value(const Element& element) {
+        return element.nests ? skip_nested(element) : skip(element.length);
+    }
+    template <class Visit>
+    bool each_element(const Element& outer, const Visit& visit);
+    bool take_groups(const Element& sequence, bool for_each_frame);
+    bool take_macro(const Element& sequence, DicomValues& values);
+    bool take_frame_value(const Element& element, DicomValues& values);
+    bool take_offsets(const Element& element);
     bool skip_items(const Element& outer, int depth);
     bool take_pixels(const Element& element);
     bool take_fragments();
@@ -95,7 +131,10 @@ class DicomWalk {
     std::string m_syntax_uid;
     std::string_view m_pixel_type;
     std::vector<FilePart> m_pixel_parts;
-    std::map<std::uint32_t, std::string> m_values;
+    std::vector<std::uint64_t> m_offsets;  ///< of the frames, from the first fragment's item
+    std::uint64_t m_first_item = 0;        ///< position of that item
+    DicomValues m_values, m_shared;
+    std::vector<DicomValues> m_frames;
 };
 
 }  // namespace pliant

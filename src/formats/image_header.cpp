@@ -20,6 +20,10 @@ std::string_view name_of(ImageFormat format) {
             return "MetaImage";
         case ImageFormat::Nifti:
             return "NIfTI";
+        case ImageFormat::Vti:
+            return "VTI";
+        case ImageFormat::Vtk:
+            return "VTK";
     }
     return {};
 }
@@ -88,31 +92,46 @@ Status check_origin(const fs::path& path, Vec3d origin_mm) {
     return Ok{};
 }
 
-Status check_grid(const fs::path& path, const Grid& grid) {
-    for (int a = 0; a < 3; ++a) {
-        if (grid.size[a] < 2)
-            return unsupported(path, "has " + std::to_string(grid.size[a]) + " voxel along axis " +
-                                         std::to_string(a + 1) + ", expected 2 or more");
+Status check_grid(const fs::path& path, const Grid& grid, bool may_lean) {
+    for (int a = 0; a < 3; ++a)
         if (Status status = check_spacing(path, a, grid.spacing_mm[a]); !status) return status;
-    }
     if (Status status = check_origin(path, grid.origin_mm); !status) return status;
-    if (!is_perpendicular(grid.direction)) {
-        const auto& c = grid.direction.columns;
-        return unsupported(path, "axes point along (" + text_of(c[0]) + "), (" + text_of(c[1]) +
-                                     "), (" + text_of(c[2]) +
-                                     "), expected perpendicular directions");
-    }
-    return Ok{};
+    if (is_perpendicular(grid.direction)) return Ok{};
+    const auto& c = grid.direction.columns;
+    const std::string found = "axes point along (" + text_of(c[0]) + "), (" + text_of(c[1]) +
+                              "), (" + text_of(c[2]) + "), expected ";
+    constexpr double kMinVolume = 0.1;  // of the cell that unit vectors span: 84 degrees of shear
+    const double volume = std::abs(determinant(grid.direction));
+    if (!(volume >= kMinVolume && volume < 2))
+        return unsupported(path, found + "directions that span the space");
+    if (may_lean) return Ok{};
+    return unsupported(path,
+                       found + "perpendicular directions (--straighten resamples sheared scans)");
 }
 
-Status check_header(const fs::path& path, int components, ImageHeader& header) {
+void take_axes(ImageHeader& header) {
+    auto& sizes = header.sizes;
+    while (!sizes.empty() && sizes.size() < 3) sizes.push_back(1);
+    while (sizes.size() > 3 && sizes.back() == 1) sizes.pop_back();
+    if (sizes.size() != 4 || header.components != 1) return;
+    header.components = sizes[3];
+    header.has_frames = true;
+    header.data.voxels_before_component = 1;
+    for (std::size_t a = 0; a < 3; ++a)
+        header.data.voxels_before_component *= std::uint64_t(std::max<std::int64_t>(0, sizes[a]));
+    sizes.resize(3);
+}
+
+Status check_header(const fs::path& path, int components, ImageHeader& header, bool may_lean) {
     const auto& sizes = header.sizes;
     if (Status status = check_size(path, sizes); !status) return status;
-    if (header.components != components)
-        return unsupported(path, "holds " + std::to_string(header.components) +
+    const bool frames = header.has_frames || (header.is_list && components == 1);
+    const std::int64_t found = frames ? 1 : header.components;
+    if (found != components)
+        return unsupported(path, "holds " + std::to_string(found) +
                                      " numbers per voxel, expected " + std::to_string(components));
     header.grid.size = {std::int32_t(sizes[0]), std::int32_t(sizes[1]), std::int32_t(sizes[2])};
-    return check_grid(path, header.grid);
+    return check_grid(path, header.grid, may_lean);
 }
 
 }  // namespace pliant

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The header of an image file: NRRD, MetaImage or NIfTI. Each format has its own reader, which
-// refuses nonsense in one line before memory for the data is allocated. Reading a header opens no
-// data file: the caller first decides whether it may be opened.
+// The header of an image file: NRRD, MetaImage, NIfTI, VTI or VTK. Each format has its own reader,
+// which refuses nonsense in one line before memory for the data is allocated. Reading a header
+// opens no data file: the caller first decides whether it may be opened.
 
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace pliant {
 
-enum class ImageFormat { Nrrd, MetaImage, Nifti };
+enum class ImageFormat { Nrrd, MetaImage, Nifti, Vti, Vtk };
 
 /// Type of a stored number.
 enum class Component { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64 };
@@ -33,7 +33,16 @@ std::size_t size_of(Component component);
 enum class DataEncoding {
     Raw,
     Deflated,  ///< gzip or zlib
-    Text
+    Text,
+    VtkArray  ///< an array of VTK's XML files, with its length in front, in base64 or blocks
+};
+
+/// Encoding of an array in VTK's XML files.
+struct VtkArray {
+    enum class Codec { None, Zlib, Lz4 };
+    Codec codec = Codec::None;
+    bool base64 = false;
+    bool wide_counts = false;  ///< lengths have 64 bits, otherwise 32
 };
 
 /// Location of the data: one file, or several consecutive files with equal parts.
@@ -51,6 +60,7 @@ struct DataPlace {
     /// Consecutive numbers of one component before the next component's; 1 if the numbers of a
     /// voxel are adjacent.
     std::uint64_t voxels_before_component = 1;
+    VtkArray vtk{};
     bool rescaled = false;  ///< a voxel is slope · number + intercept
     double slope = 1, intercept = 0;
 };
@@ -59,6 +69,8 @@ struct ImageHeader {
     ImageFormat format = ImageFormat::Nrrd;
     std::vector<std::int64_t> sizes;      ///< voxels along each axis of space (or time)
     std::int64_t components = 1;          ///< numbers per voxel
+    bool has_frames = false;              ///< the components are the images of a 4-D file
+    bool is_list = false;                 ///< they are these, or the numbers of a vector
     Component stored = Component::Int16;  ///< type of the numbers in the file
     Grid grid;                            ///< LPS; its size is set if sizes are three valid numbers
     KeyValues key_values;
@@ -72,10 +84,12 @@ struct ImageHeader {
 Result<ImageHeader> read_nrrd_header(const std::filesystem::path& path);
 Result<ImageHeader> read_meta_header(const std::filesystem::path& path);
 Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
+Result<ImageHeader> read_vti_header(const std::filesystem::path& path);
+Result<ImageHeader> read_vtk_header(const std::filesystem::path& path);
 
-/// Checks that a grid is usable: two or more voxels along each axis, valid spacing, origin and
-/// directions.
-Status check_grid(const std::filesystem::path& path, const Grid& grid);
+/// Checks that a grid is usable: valid spacing, origin and directions.
+/// @param may_lean  axes need not be perpendicular, but must span the space
+Status check_grid(const std::filesystem::path& path, const Grid& grid, bool may_lean = false);
 /// Checks the range of a spacing. @param axis  0…2
 Status check_spacing(const std::filesystem::path& path, int axis, double spacing_mm);
 Status check_origin(const std::filesystem::path& path, Vec3d origin_mm);
@@ -83,9 +97,14 @@ Status check_origin(const std::filesystem::path& path, Vec3d origin_mm);
 Status check_counts(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
 /// Checks the counts, and that the image is 3-D.
 Status check_size(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
-/// Checks size, grid, and the number of components per voxel. Sets the grid's size.
+/// Takes the fourth axis of a file, the slowest one, for its images. Adds the missing axes of a 1-D
+/// or 2-D image.
+void take_axes(ImageHeader& header);
+/// Checks size, grid, and the number of components per voxel; those of a 4-D file don't count. Sets
+/// the grid's size.
 #pragma GCC visibility push(default)  // for other components
-Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
+Status check_header(const std::filesystem::path& path, int components, ImageHeader& header,
+                    bool may_lean = false);
 #pragma GCC visibility pop
 
 /// Whether ITK uses a key for header fields; such keys are not passed on.

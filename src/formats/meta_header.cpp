@@ -9,6 +9,7 @@
 #include "formats/data_check.h"
 #include "formats/header_lines.h"
 #include "formats/image_header.h"
+#include "formats/meta_writer.h"
 
 #include <algorithm>
 #include <bit>
@@ -158,7 +159,14 @@ Status read_sizes(const fs::path& path, const Fields& fields, ImageHeader& heade
     else if (count)
         header.components = *count;
     header.sizes = sizes;
-    return check_size(path, sizes);
+    if (Status status = check_counts(path, sizes); !status) return status;
+    take_axes(header);
+    return check_size(path, header.sizes);
+}
+
+/// NDims, of a header whose sizes are read.
+std::size_t axis_count(const Fields& fields) {
+    return split(fields.value({"DimSize"}), ' ').size();
 }
 
 Status read_type(const fs::path& path, const Fields& fields, ImageHeader& header) {
@@ -187,9 +195,11 @@ Status read_spacing(const fs::path& path, const Fields& fields, ImageHeader& hea
         return Ok{};
     }
     const auto spacing = numbers_from(text);
-    if (!spacing || spacing->size() != 3)
-        return bad_field(path, "ElementSpacing", text, "three numbers");
-    for (int a = 0; a < 3; ++a) {
+    const std::size_t axes = axis_count(fields);
+    if (!spacing || spacing->size() != axes)
+        return bad_field(path, "ElementSpacing", text,
+                         axes == 3 ? "three numbers" : std::to_string(axes) + " numbers");
+    for (int a = 0; a < int(std::min<std::size_t>(3, axes)); ++a) {
         header.grid.spacing_mm[a] = (*spacing)[std::size_t(a)];
         if (Status status = check_spacing(path, a, header.grid.spacing_mm[a]); !status)
             return status;
@@ -201,22 +211,25 @@ Status read_place(const fs::path& path, const Fields& fields, ImageHeader& heade
     // The first present field counts.
     const auto origin_text = fields.value({"ImagePosition", "Origin", "Offset", "Position"});
     const auto origin = numbers_from(origin_text);
-    if (!origin_text.empty() && (!origin || origin->size() != 3))
-        return bad_field(path, "Offset", origin_text, "three numbers");
-    if (origin_text.empty())
-        header.notes.push_back("no Offset; taken as (0, 0, 0)");
-    else
-        header.grid.origin_mm = {(*origin)[0], (*origin)[1], (*origin)[2]};
+    const std::size_t axes = axis_count(fields), used = std::min<std::size_t>(3, axes);
+    if (!origin_text.empty() && (!origin || origin->size() != axes))
+        return bad_field(path, "Offset", origin_text,
+                         axes == 3 ? "three numbers" : std::to_string(axes) + " numbers");
+    if (origin_text.empty()) header.notes.push_back("no Offset; taken as (0, 0, 0)");
+    for (std::size_t a = 0; a < used && origin; ++a)
+        if (!origin_text.empty()) header.grid.origin_mm[int(a)] = (*origin)[a];
     if (Status status = check_origin(path, header.grid.origin_mm); !status) return status;
 
     const auto matrix_text = fields.value({"TransformMatrix", "Rotation", "Orientation"});
     const auto matrix = numbers_from(matrix_text);
-    if (!matrix_text.empty() && (!matrix || matrix->size() != 9))
-        return bad_field(path, "TransformMatrix", matrix_text, "nine numbers");
+    if (!matrix_text.empty() && (!matrix || matrix->size() != axes * axes))
+        return bad_field(path, "TransformMatrix", matrix_text,
+                         axes == 3 ? "nine numbers" : std::to_string(axes * axes) + " numbers");
     if (matrix_text.empty())
         header.notes.push_back("no TransformMatrix; the axes are taken as L, P, S");
-    for (std::size_t a = 0; a < 3 && !matrix_text.empty(); ++a) {
-        const Vec3d axis{(*matrix)[3 * a], (*matrix)[3 * a + 1], (*matrix)[3 * a + 2]};
+    for (std::size_t a = 0; a < used && !matrix_text.empty(); ++a) {
+        Vec3d axis{};
+        for (std::size_t row = 0; row < used; ++row) axis[int(row)] = (*matrix)[axes * a + row];
         if (!(norm(axis) > 0) || !std::isfinite(norm(axis)))
             return bad_field(path, "TransformMatrix", matrix_text, "three directions");
         header.grid.direction.columns[a] = axis;
@@ -252,7 +265,8 @@ void find_data(const fs::path& path, const Fields& fields, ImageHeader& header) 
         data.files = {folder / fs::path(name)};
         return;
     }
-    if (lower != "local") data.expected_files = header.sizes[2];  // one per slice
+    if (lower != "local")  // one per slice
+        data.expected_files = header.sizes[2] * (header.has_frames ? header.components : 1);
 }
 
 void note_what_is_left_out(const Fields& fields, ImageHeader& header) {
@@ -266,6 +280,10 @@ void note_what_is_left_out(const Fields& fields, ImageHeader& header) {
 }
 
 }  // namespace
+
+bool is_meta_field(std::string_view name) {
+    return is_geometry(name) || is_remark(name);
+}
 
 Result<ImageHeader> read_meta_header(const fs::path& path) {
     auto fields = read_fields(path);

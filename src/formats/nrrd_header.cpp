@@ -40,6 +40,31 @@ Status read_sizes(const fs::path& path, const NrrdFields& fields, Axes& axes) {
     return check_counts(path, axes.sizes);
 }
 
+/// Index in axes.domain of the axis of time among four: the one of that kind or without a
+/// direction, or the last one.
+std::size_t time_axis(const NrrdFields& fields, const Axes& axes) {
+    const auto words = split(fields.field("kinds"), ' ');
+    const auto vectors = nrrd_vectors_from(fields.field("space directions"));
+    for (std::size_t n = 0; n < axes.domain.size(); ++n) {
+        const std::size_t a = axes.domain[n];
+        if (a < words.size() && lower_case(words[a]) == "time") return n;
+        if (vectors && vectors->size() == axes.sizes.size() && !(*vectors)[a]) return n;
+    }
+    return axes.domain.size() - 1;
+}
+
+/// Takes the axis of time of a 4-D image for its images.
+void take_time(const NrrdFields& fields, Axes& axes, ImageHeader& header) {
+    const auto time = std::ptrdiff_t(time_axis(fields, axes));
+    header.components = header.sizes[std::size_t(time)];
+    header.has_frames = true;
+    header.data.voxels_before_component = 1;
+    for (std::ptrdiff_t n = 0; n < time; ++n)
+        header.data.voxels_before_component *= std::uint64_t(header.sizes[std::size_t(n)]);
+    header.sizes.erase(header.sizes.begin() + time);
+    axes.domain.erase(axes.domain.begin() + time);
+}
+
 /// Classifies the axes: those of space and time, and at most one with the components of a voxel.
 Status sort_axes(const fs::path& path, const NrrdFields& fields, Axes& axes, ImageHeader& header) {
     const std::string_view text = fields.field("kinds");
@@ -60,10 +85,13 @@ Status sort_axes(const fs::path& path, const NrrdFields& fields, Axes& axes, Ima
         if (++component_axes > 1)
             return unsupported(path, "has two axes of components, expected one");
         header.components = axes.sizes[a];
+        header.is_list = lower_case(words[a]) == "list";  // sequences of 3D Slicer
         header.data.voxels_before_component = 1;
         for (const std::int64_t size : header.sizes)
             header.data.voxels_before_component *= std::uint64_t(size);
     }
+    if (component_axes == 0 && axes.domain.size() == 4) take_time(fields, axes, header);
+    while (header.sizes.size() < 3) header.sizes.push_back(1);
     return Ok{};
 }
 
@@ -109,7 +137,7 @@ Status place_by_spacings(const fs::path& path, const NrrdFields& fields, const A
     const auto spacings = numbers_from(text);
     if (!text.empty() && (!spacings || spacings->size() != axes.sizes.size()))
         return bad_nrrd_field(path, "spacings", text, "a number for each axis");
-    for (std::size_t a = 0; a < 3 && !text.empty(); ++a) {
+    for (std::size_t a = 0; a < axes.domain.size() && !text.empty(); ++a) {
         const double spacing_mm = (*spacings)[axes.domain[a]];
         if (Status status = check_spacing(path, int(a), spacing_mm); !status) return status;
         header.grid.spacing_mm[int(a)] = spacing_mm;
@@ -166,7 +194,7 @@ Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdS
     const Vec3d sign = sign_of(space);
     const auto unit_mm = millimetres_per_unit(path, fields.field("space units"));
     if (!unit_mm) return unit_mm.error();
-    for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t a = 0; a < axes.domain.size(); ++a) {
         const auto& vector = (*vectors)[axes.domain[a]];
         if (!vector) return bad_directions();
         const Vec3d step{(*vector)[0], (*vector)[1], (*vector)[2]};
@@ -178,6 +206,9 @@ Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdS
             grid.direction.columns[a][row] = sign[row] * ((1 / length) * step[row]);
         grid.spacing_mm[int(a)] = *unit_mm * length;
     }
+    if (axes.domain.size() == 2)
+        grid.direction.columns[2] =
+            normalized(cross(grid.direction.columns[0], grid.direction.columns[1]));
     note_space(fields, space, header);
     header.vector_sign = sign;
     const std::string_view origin_text = fields.field("space origin");
@@ -197,7 +228,7 @@ Status place_grid(const fs::path& path, const NrrdFields& fields, const Axes& ax
                   ImageHeader& header) {
     const auto space = read_space(path, fields);
     if (!space) return space.error();
-    if (axes.domain.size() != 3) return Ok{};  // refused later
+    if (axes.domain.size() > 3) return Ok{};  // refused later
     if (!fields.field("space directions").empty())
         return place_by_directions(path, fields, *space, axes, header);
     if (*space != NrrdSpace::Unnamed && !fields.field("spacings").empty())

@@ -3,31 +3,16 @@
 
 #include "formats/nrrd_writer.h"
 
-#include "core/descriptor.h"
 #include "core/text.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-#include <zlib.h>
-
-#include <algorithm>
 #include <bit>
-#include <cerrno>
-#include <cstring>
-#include <limits>
-#include <new>
 #include <string>
-#include <vector>
 
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kPieceBytes = 1 << 18;
 constexpr std::size_t kAlignment = 64;
-/// Fastest level: on scans and on sparse fields, higher levels cost three times the time for a few
-/// percent.
-constexpr int kGzipLevel = 1;
 
 bool is_detached(const fs::path& path) {
     return lower_case(path.extension().string()) == ".nhdr";
@@ -94,83 +79,8 @@ void finish_attached(std::string& header) {
 
 }  // namespace
 
-/// A file, with optional compression by zlib.
-class NrrdWriter::Sink {
-  public:
-    explicit Sink(const fs::path& path) : m_path(path) { open(path); }
-    ~Sink() {
-        close();
-        if (m_gzip) deflateEnd(&m_zlib);
-    }
-    Sink(const Sink&) = delete;
-    Sink& operator=(const Sink&) = delete;
-
-    void write(const void* bytes, std::size_t count) {
-        if (m_error == 0) m_error = write_all(m_file.number(), bytes, count);
-    }
-    /// Continues in another file.
-    void open(const fs::path& path) {
-        close();
-        if (m_error) return;
-        m_file = open_file(path, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-        if (!m_file.is_open()) m_error = errno;
-    }
-    void start_gzip() {
-        constexpr int kGzip = 15 + 16, kDefaultMemory = 8;
-        if (deflateInit2(&m_zlib, kGzipLevel, Z_DEFLATED, kGzip, kDefaultMemory,
-                         Z_DEFAULT_STRATEGY) != Z_OK)
-            throw std::bad_alloc();
-        m_gzip = true;
-        m_output.resize(kPieceBytes);
-    }
-    void add(std::span<const std::byte> numbers) {
-        if (!m_gzip) return write(numbers.data(), numbers.size());
-        while (!numbers.empty() && m_error == 0) {
-            const auto piece = numbers.first(std::min(numbers.size(), kMaxAtOnce));
-            m_zlib.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(piece.data()));
-            m_zlib.avail_in = uInt(piece.size());
-            deflate_all(Z_NO_FLUSH);
-            numbers = numbers.subspan(piece.size());
-        }
-    }
-    Status finish() {
-        if (m_gzip && m_error == 0) {
-            m_zlib.next_in = nullptr;
-            m_zlib.avail_in = 0;
-            deflate_all(Z_FINISH);
-        }
-        close();
-        if (m_error == 0) return Ok{};
-        return Error{ErrorCode::Unwritable,
-                     m_path.string() + ": can't be written (" + std::strerror(m_error) + ")"};
-    }
-
-  private:
-    static constexpr std::size_t kMaxAtOnce = std::size_t(1) << 30;
-
-    void deflate_all(int flush) {
-        do {
-            m_zlib.next_out = m_output.data();
-            m_zlib.avail_out = uInt(m_output.size());
-            deflate(&m_zlib, flush);
-            write(m_output.data(), m_output.size() - m_zlib.avail_out);
-        } while (m_zlib.avail_out == 0 && m_error == 0);
-    }
-    void close() {
-        const int error = m_file.close();
-        if (m_error == 0) m_error = error;
-    }
-
-    fs::path m_path;
-    Descriptor m_file;
-    int m_error = 0;  ///< errno of the first failure
-    bool m_gzip = false;
-    std::vector<Bytef> m_output;
-    z_stream m_zlib{};
-};
-
 NrrdWriter::NrrdWriter(const fs::path& path, const NrrdLayout& layout, Encoding encoding)
-    : m_sink(std::make_unique<Sink>(path)) {
+    : m_sink(path) {
     std::string header = header_text(layout, encoding);
     const bool detached = is_detached(path);
     fs::path data = path;
@@ -180,19 +90,18 @@ NrrdWriter::NrrdWriter(const fs::path& path, const NrrdLayout& layout, Encoding 
     } else {
         finish_attached(header);
     }
-    m_sink->write(header.data(), header.size());
-    if (detached) m_sink->open(data);
-    if (encoding == Encoding::Gzip) m_sink->start_gzip();
+    m_sink.write(header.data(), header.size());
+    if (detached) m_sink.open(data);
+    if (encoding == Encoding::Gzip) m_sink.start(Compression::Gzip);
 }
 
-NrrdWriter::~NrrdWriter() = default;
-
 void NrrdWriter::add(std::span<const std::byte> numbers) {
-    m_sink->add(numbers);
+    m_sink.add(numbers);
 }
 
 Status NrrdWriter::finish() {
-    return m_sink->finish();
+    m_sink.end_numbers();
+    return m_sink.finish();
 }
 
 }  // namespace pliant

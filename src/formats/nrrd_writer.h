@@ -8,9 +8,9 @@
 #pragma once
 
 #include "formats/image_header.h"
+#include "formats/image_sink.h"
 
 #include <filesystem>
-#include <memory>
 #include <span>
 
 namespace pliant {
@@ -27,9 +27,6 @@ class NrrdWriter {
   public:
     /// Starts a file in LPS under this exact name (.nhdr: with the data beside it).
     NrrdWriter(const std::filesystem::path& path, const NrrdLayout& layout, Encoding encoding);
-    ~NrrdWriter();
-    NrrdWriter(const NrrdWriter&) = delete;
-    NrrdWriter& operator=(const NrrdWriter&) = delete;
 
     /// Adds numbers in the byte order of this machine. Does nothing after a failure.
     void add(std::span<const std::byte> numbers);
@@ -37,8 +34,7 @@ class NrrdWriter {
     Status finish();
 
   private:
-    class Sink;
-    std::unique_ptr<Sink> m_sink;
+    ImageSink m_sink;
 };
 
 }  // namespace pliant

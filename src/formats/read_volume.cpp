@@ -10,6 +10,7 @@
 #include "formats/dicom_series.h"
 #include "formats/image_file.h"
 #include "formats/image_header.h"
+#include "formats/straighten.h"
 #include "formats/voxel_builder.h"
 
 #include <pliant/volume.h>
@@ -31,6 +32,8 @@ std::optional<ImageFormat> format_by_name(const fs::path& path) {
     if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return ImageFormat::Nrrd;
     if (name.ends_with(".mha") || name.ends_with(".mhd")) return ImageFormat::MetaImage;
     if (name.ends_with(".nii") || name.ends_with(".nii.gz")) return ImageFormat::Nifti;
+    if (name.ends_with(".vti")) return ImageFormat::Vti;
+    if (name.ends_with(".vtk")) return ImageFormat::Vtk;
     return std::nullopt;
 }
 
@@ -81,6 +84,14 @@ Status check_first_bytes(const fs::path& path, ImageFormat format) {
             expected = "gzip";
             break;
         }
+        case ImageFormat::Vti:
+            fits = start.find("<VTKFile") != start.npos;
+            expected = "'<?xml' or '<VTKFile'";
+            break;
+        case ImageFormat::Vtk:
+            fits = start.starts_with("# vtk DataFile");
+            expected = "'# vtk DataFile'";
+            break;
     }
     if (fits) return Ok{};
     return Error{ErrorCode::Unreadable, path.string() + ": is no " + std::string(name_of(format)) +
@@ -94,8 +105,11 @@ Error unknown_name(const fs::path& path) {
     const char* rename = start.starts_with("NRRD000")                          ? ".nrrd"
                          : start.find("NDims") != start.npos                   ? ".mha"
                          : start.size() > 347 && !start.compare(344, 3, "n+1") ? ".nii"
+                         : start.find("type=\"ImageData\"") != start.npos      ? ".vti"
                                                                                : nullptr;
-    const std::string known = ".nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz or a folder of DICOM slices";
+    const std::string known =
+        ".nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .vti, .vtk, a DICOM file of several frames or a "
+        "folder of DICOM slices";
     if (rename)
         return {ErrorCode::Unsupported,
                 path.string() + ": expected a name that ends in " + rename + ", for what it holds"};
@@ -114,6 +128,10 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
             return read_meta_header(path);
         case ImageFormat::Nifti:
             return read_nifti_header(path);
+        case ImageFormat::Vti:
+            return read_vti_header(path);
+        case ImageFormat::Vtk:
+            return read_vtk_header(path);
     }
     return unknown_name(path);
 }
@@ -164,6 +182,72 @@ void add_rescaled(const ImageHeader& header, const std::vector<double>& piece, s
     }
 }
 
+/// Stream of the numbers of one image in a file with one or several.
+class FrameStream {
+  public:
+    FrameStream(const fs::path& path, const ImageHeader& header, std::int64_t frame)
+        : m_stream(path, header),
+          m_size(size_of(header.stored)),
+          m_frames(std::size_t(header.components)),
+          m_frame(std::size_t(frame)),
+          m_run(std::size_t(header.data.voxels_before_component)) {}
+
+    /// @param out  a whole number of voxels
+    Status read(std::span<std::byte> out) {
+        if (m_frames == 1) return m_stream.read(out);
+        return m_run == 1 ? read_adjacent(out) : read_runs(out);
+    }
+    Status finish() { return m_stream.finish(); }
+
+  private:
+    /// The images' numbers of a voxel are adjacent.
+    Status read_adjacent(std::span<std::byte> out) {
+        constexpr std::size_t kMaxBytes = 1 << 20;
+        const std::size_t voxel = m_frames * m_size;
+        if (voxel > kMaxBytes) {
+            for (std::size_t at = 0; at < out.size(); at += m_size) {
+                if (Status s = m_stream.skip(m_frame * m_size); !s) return s;
+                if (Status s = m_stream.read(out.subspan(at, m_size)); !s) return s;
+                if (Status s = m_stream.skip((m_frames - m_frame - 1) * m_size); !s) return s;
+            }
+            return Ok{};
+        }
+        m_all.resize(std::max<std::size_t>(1, kMaxBytes / voxel) * voxel);
+        while (!out.empty()) {
+            const auto all =
+                std::span(m_all).first(std::min(m_all.size() / voxel, out.size() / m_size) * voxel);
+            if (Status s = m_stream.read(all); !s) return s;
+            for (std::size_t at = m_frame * m_size; at < all.size(); at += voxel) {
+                std::memcpy(out.data(), &all[at], m_size);
+                out = out.subspan(m_size);
+            }
+        }
+        return Ok{};
+    }
+    /// Runs of one image's numbers follow each other: a run of each image, and so on.
+    Status read_runs(std::span<std::byte> out) {
+        while (!out.empty()) {
+            if (m_left == 0) {
+                const std::size_t skipped = m_started ? m_frames - 1 : m_frame;
+                if (Status s = m_stream.skip(skipped * m_run * m_size); !s) return s;
+                m_left = m_run * m_size;
+                m_started = true;
+            }
+            const std::size_t count = std::min(m_left, out.size());
+            if (Status s = m_stream.read(out.first(count)); !s) return s;
+            m_left -= count;
+            out = out.subspan(count);
+        }
+        return Ok{};
+    }
+
+    DataStream m_stream;
+    std::size_t m_size, m_frames, m_frame, m_run;
+    std::size_t m_left = 0;  ///< bytes of the present run
+    bool m_started = false;
+    std::vector<std::byte> m_all;
+};
+
 /// Reads voxels piece by piece, without a second copy in memory.
 Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
                              const ReadOptions& options, ReadNotes& notes) {
@@ -171,7 +255,7 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
     const std::size_t size = size_of(header.stored), count = voxel_count(header.grid);
     if (!has_memory_for(count * sizeof(std::int16_t))) throw std::bad_alloc();
     VoxelBuilder voxels(count);
-    DataStream stream(path, header);
+    FrameStream stream(path, header, options.frame.value_or(0));
     std::vector<double> piece(kPieceBytes / sizeof(double));  // aligned for all types
     std::vector<double> scaled;
     if (header.data.rescaled) scaled.resize(kPieceBytes / (size < 8 ? 2 : 1) / size);
@@ -193,47 +277,72 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
 
 /// Maps the file's bytes if they have a volume's memory layout.
 template <class T>
-std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader& header) {
+std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader& header,
+                                        std::int64_t frame) {
     const DataPlace& data = header.data;
+    const std::size_t count = voxel_count(header.grid);
     if (data.encoding != DataEncoding::Raw || data.files.size() != 1 || data.swapped ||
-        data.rescaled)
+        data.rescaled || (header.components > 1 && data.voxels_before_component != count))
         return std::nullopt;
     const auto start = find_data_start(path, header, data.files[0]);
-    if (!start || voxel_count(header.grid) * sizeof(T) < kMinMappedBytes) return std::nullopt;
-    return VoxelArray<T>::mapped(data.files[0], *start, voxel_count(header.grid));
+    if (!start || count * sizeof(T) < kMinMappedBytes) return std::nullopt;
+    return VoxelArray<T>::mapped(data.files[0], *start + std::uint64_t(frame) * count * sizeof(T),
+                                 count);
 }
 
 Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header,
                            const ReadOptions& options, ReadNotes& notes) {
     if (!options.may_map) return stream_voxels(path, header, options, notes);
+    const std::int64_t frame = options.frame.value_or(0);
     if (header.stored == Component::Int16)
-        if (auto mapped = map_voxels<std::int16_t>(path, header)) return Voxels(std::move(*mapped));
+        if (auto mapped = map_voxels<std::int16_t>(path, header, frame))
+            return Voxels(std::move(*mapped));
     if (header.stored == Component::Float32)
-        if (auto mapped = map_voxels<float>(path, header); mapped && stay_floats(*mapped)) {
+        if (auto mapped = map_voxels<float>(path, header, frame); mapped && stay_floats(*mapped)) {
             make_finite(*mapped, notes.notes);
             return Voxels(std::move(*mapped));
         }
     return stream_voxels(path, header, options, notes);
 }
 
+/// Checks the choice of an image in a 4-D file.
+Status check_frame(const fs::path& path, const ImageHeader& header,
+                   const std::optional<std::int64_t>& frame) {
+    const std::int64_t frames = header.components;
+    const std::string valid = frames == 1 ? "0" : "0…" + std::to_string(frames - 1);
+    if (!frame && frames > 1)
+        return Error{ErrorCode::InvalidArgument, path.string() + ": holds " +
+                                                     std::to_string(frames) +
+                                                     " images, choose one with --frame " + valid};
+    if (!frame || (*frame >= 0 && *frame < frames)) return Ok{};
+    return Error{ErrorCode::InvalidArgument, "--frame: found " + std::to_string(*frame) +
+                                                 ", expected " + valid + " for " + path.string()};
+}
+
 Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options, ReadNotes& notes) {
     const auto format = format_by_name(path);
-    if (!format && looks_like_dicom(path))
-        return Error{ErrorCode::Unsupported,
-                     path.string() + ": is a single DICOM file, expected the folder of its series"};
+    if (!format && looks_like_dicom(path)) return read_dicom_file(path, options, notes);
     if (!format) return unknown_name(path);
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
-    if (Status status = check_header(path, 1, *header); !status) return status.error();
+    if (Status status = check_header(path, 1, *header, options.straighten); !status)
+        return status.error();
+    if (Status status = check_frame(path, *header, options.frame); !status) return status.error();
     if (Status status = check_data_files(path, header->data); !status) return status.error();
     if (Status status = check_data(path, *header); !status) return status.error();
     notes.format = name_of(*format);
     notes.stored_type = name_of(header->stored);
     notes.notes = std::move(header->notes);
-    note_lean(header->grid, notes.notes);
+    const bool leans = !is_perpendicular(header->grid.direction);
+    if (!leans) note_lean(header->grid, notes.notes);
     auto voxels = read_voxels(path, *header, options, notes);
     if (!voxels) return voxels.error();
-    return Volume{header->grid, std::move(*voxels), std::move(header->key_values)};
+    Volume volume{header->grid, std::move(*voxels), std::move(header->key_values)};
+    if (!leans) return volume;
+    notes.notes.push_back("the axes are sheared by " +
+                          short_text(std::round(100 * shear_degrees(volume.grid)) / 100) +
+                          " degrees");
+    return straightened(path, volume, stack_of(volume.grid), options, notes.notes);
 }
 
 }  // namespace

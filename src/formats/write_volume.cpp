@@ -1,36 +1,57 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Writes NRRD or VTI, staged, so that a file appears atomically.
+// Choice of the writer for a path. Files are staged, so that they appear atomically.
 
 #include "core/text.h"
+#include "formats/meta_writer.h"
+#include "formats/nifti_writer.h"
 #include "formats/nrrd_writer.h"
 
 #include <pliant/files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>
-#include <functional>
 #include <new>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::string_view kEndings[] = {".nrrd", ".nhdr",   ".mha", ".mhd",
+                                         ".nii",  ".nii.gz", ".vti"};
+
+/// The ending of a name that write_volume accepts; empty: none.
+std::string_view ending_of(const fs::path& path) {
+    const std::string name = lower_case(path.filename().string());
+    for (const std::string_view ending : kEndings)
+        if (name.ends_with(ending)) return ending;
+    return {};
+}
+
+/// "expected a name that ends in .a, .b or .c"
+Error wrong_ending(const fs::path& path, std::span<const std::string_view> endings) {
+    std::string list;
+    for (std::size_t n = 0; n < endings.size(); ++n)
+        list += std::string(n == 0                    ? ""
+                            : n + 1 == endings.size() ? " or "
+                                                      : ", ") +
+                std::string(endings[n]);
+    return {ErrorCode::Unwritable, path.string() + ": expected a name that ends in " + list};
+}
+
 /// @param add_numbers  passes all numbers to the writer; false on failure
+template <class Writer, class AddNumbers>
 Status write_staged(const fs::path& path, const NrrdLayout& layout, Encoding encoding,
-                    const std::function<bool(NrrdWriter&)>& add_numbers) {
-    const std::string extension = lower_case(path.extension().string());
-    if (extension != ".nrrd" && extension != ".nhdr")
-        return Error{ErrorCode::Unwritable,
-                     path.string() + ": expected a name that ends in .nrrd or .nhdr"};
+                    const AddNumbers& add_numbers) {
     try {
         StagedFiles files;
         const auto staged = files.stage(path);
         if (!staged) return staged.error();
-        NrrdWriter writer(*staged, layout, encoding);
+        Writer writer(*staged, layout, encoding);
         if (!add_numbers(writer))
             return Error{ErrorCode::Unreadable,
                          path.string() +
@@ -45,26 +66,45 @@ Status write_staged(const fs::path& path, const NrrdLayout& layout, Encoding enc
     }
 }
 
-}  // namespace
-
-Status write_volume(const fs::path& path, const Volume& volume, Encoding encoding) {
-    if (lower_case(path.extension().string()) == ".vti") return write_vti(path, volume);
-    if (Status s = check_volume(volume, path.string()); !s) return s;
+template <class Writer>
+Status write_voxels(const fs::path& path, const Volume& volume, Encoding encoding) {
     const Component component = volume.is_16_bit() ? Component::Int16 : Component::Float32;
-    return write_staged(
-        path, {volume.grid, component, 1, volume.key_values}, encoding, [&](NrrdWriter& writer) {
+    return write_staged<Writer>(
+        path, {volume.grid, component, 1, volume.key_values}, encoding, [&](Writer& writer) {
             const auto add = [&](auto piece) { writer.add(std::as_bytes(piece)); };
             return std::visit([&](const auto& voxels) { return voxels.for_each_piece(add); },
                               volume.voxels);
         });
 }
 
+}  // namespace
+
+std::span<const std::string_view> volume_endings() noexcept {
+    return kEndings;
+}
+
+Status write_volume(const fs::path& path, const Volume& volume, Encoding encoding) {
+    const std::string_view ending = ending_of(path);
+    if (ending.empty()) return wrong_ending(path, kEndings);
+    if (ending == ".vti") return write_vti(path, volume);
+    if (Status s = check_volume(volume, path.string()); !s) return s;
+    if (ending == ".mha" || ending == ".mhd")
+        return write_voxels<MetaWriter>(path, volume, encoding);
+    if (ending == ".nrrd" || ending == ".nhdr")
+        return write_voxels<NrrdWriter>(path, volume, encoding);
+    if (Status s = check_nifti_size(path, volume.grid); !s) return s;
+    return write_voxels<NiftiWriter>(path, volume, encoding);
+}
+
 Status write_vector_field(const fs::path& path, const Grid& grid, FieldKind kind,
                           const FieldSlices& fill_slice, Encoding encoding) {
+    constexpr std::string_view kFieldEndings[] = {".nrrd", ".nhdr"};
+    const std::string_view ending = ending_of(path);
+    if (ending != ".nrrd" && ending != ".nhdr") return wrong_ending(path, kFieldEndings);
     if (Status s = check_grid(grid, path.string()); !s) return s;
     const KeyValues key_values = {
         {"displacement field type", kind == FieldKind::Modeling ? "modeling" : "resampling"}};
-    return write_staged(
+    return write_staged<NrrdWriter>(
         path, {grid, Component::Float32, 3, key_values}, encoding, [&](NrrdWriter& writer) {
             std::vector<Vec3f> slice(std::size_t(grid.size.x) * std::size_t(grid.size.y));
             for (int k = 0; k < grid.size.z; ++k) {

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Gmsh's meshes, versions 2.2, 4.0 and 4.1, text or binary. Nodes have file-specific numbers, used
-// by cells. Sections are framed by $Name and $EndName; other sections are skipped.
+// Gmsh's meshes, versions 1 (text), 2.2, 4.0 and 4.1 (text or binary). Nodes have file-specific
+// numbers, used by cells. Sections are framed by $Name and $EndName, in version 1 by $NOD and
+// $ENDNOD, $ELM and $ENDELM; other sections are skipped.
 
 #include <algorithm>
 #include <array>
@@ -49,6 +50,7 @@ class Msh {
     Status read_place(std::int64_t node);
     Status read_nodes_2();
     Status read_nodes_4();
+    Status read_elements_1();
     Status read_elements_2();
     Status read_elements_4();
     Status add_element(std::int64_t type, std::size_t nodes, NumberType number);
@@ -145,6 +147,30 @@ const auto* find_type(std::int64_t gmsh) {
     return found == std::end(kTypes) ? nullptr : found;
 }
 
+Error unknown_type(std::int64_t type) {
+    return unsupported("an element of Gmsh's type " + std::to_string(type) +
+                       ", expected linear lines, polygons or tetrahedra");
+}
+
+/// An element of version 1: its number, type, two regions, number of nodes, and nodes.
+Status Msh::read_elements_1() {
+    const auto count = m_text.number<std::int64_t>().value_or(-1);
+    if (!can_follow(count, 8)) return unreadable("$ELM is shorter than it says");
+    for (std::int64_t done = 0; done < count; ++done) {
+        integer();
+        const std::int64_t type = integer();
+        integer();
+        integer();
+        const std::int64_t nodes = integer();
+        const auto* kind = find_type(type);
+        if (!kind) return unknown_type(type);
+        if (nodes != std::int64_t(kind->nodes))
+            return unreadable("$ELM is damaged at element " + std::to_string(done));
+        if (const Status s = add_element(type, kind->nodes, NumberType::Int32); !s) return s;
+    }
+    return Ok{};
+}
+
 Status Msh::read_elements_2() {
     const auto count = m_text.number<std::int64_t>().value_or(-1);
     m_text.line();
@@ -162,9 +188,7 @@ Status Msh::read_elements_2() {
             tags = integer();
         }
         const auto* kind = find_type(type);
-        if (!kind)
-            return unsupported("an element of Gmsh's type " + std::to_string(type) +
-                               ", expected linear lines, polygons or tetrahedra");
+        if (!kind) return unknown_type(type);
         if (own < 1 || own > count - done || tags < 0 || tags > 1000 || !can_follow(own, 4))
             return unreadable("$Elements is damaged at element " + std::to_string(done));
         for (std::int64_t n = 0; n < own; ++n, ++done) {
@@ -187,9 +211,7 @@ Status Msh::read_elements_4() {
         integer();
         const std::int64_t type = integer(), own = size();
         const auto* kind = find_type(type);
-        if (!kind)
-            return unsupported("an element of Gmsh's type " + std::to_string(type) +
-                               ", expected linear lines, polygons or tetrahedra");
+        if (!kind) return unknown_type(type);
         if (!can_follow(own, m_is_4_0 ? 8 : 16))
             return unreadable("$Elements is damaged in block " + std::to_string(b));
         for (std::int64_t n = 0; n < own; ++n) {
@@ -207,13 +229,19 @@ Result<MeshData> Msh::read() {
         Status s = Ok{};
         if (name == "$MeshFormat")
             s = read_format();
+        else if (name == "$NOD")
+            s = read_nodes_2();
+        else if (name == "$ELM")
+            s = read_elements_1();
         else if (name == "$Nodes")
             s = m_four ? read_nodes_4() : read_nodes_2();
         else if (name == "$Elements")
             s = m_four ? read_elements_4() : read_elements_2();
         if (!s) return s.error();
         // Skips to the section's end: an unknown section may contain any bytes.
-        const std::string end = "$End" + (name.empty() ? name : name.substr(1));
+        const bool is_first = name == "$NOD" || name == "$ELM";
+        const std::string end =
+            (is_first ? "$END" : "$End") + (name.empty() ? name : name.substr(1));
         const auto at = m_text.rest().find(end);
         if (!name.starts_with('$') || at == std::string_view::npos)
             return unreadable("'" + name.substr(0, 40) + "' has no end");

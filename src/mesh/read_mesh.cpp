@@ -136,8 +136,7 @@ Result<MeshData> parse_mesh(std::string_view file, std::string_view ending) {
     const auto starts = [&](std::string_view with) { return file.starts_with(with); };
     TextCursor text(file);
     if (starts("# vtk DataFile")) return parse_vtk_legacy(file);
-    if (starts("$MeshFormat") || starts("$Comments")) return parse_msh(file);
-    if (starts("$NOD")) return unsupported("MSH version 1, expected 2.2, 4.0 or 4.1");
+    if (starts("$MeshFormat") || starts("$Comments") || starts("$NOD")) return parse_msh(file);
     if (starts("ply\n") || starts("ply\r")) return parse_ply(file);
     const std::string_view first = text.word();
     if (first.starts_with("<?xml") || first.starts_with("<VTKFile") || first.starts_with("<!--"))

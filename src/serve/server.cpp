@@ -124,7 +124,10 @@ Result<OpenedScene> open_watched(const ServerSettings& settings, const TaskArena
 Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& arena) {
     if (!settings.replay.empty()) return open_watched(settings, arena);
     std::error_code error;
-    serve::SceneSource source{.series = settings.series, .phantom_size = settings.phantom_size};
+    serve::SceneSource source{.series = settings.series,
+                              .phantom_size = settings.phantom_size,
+                              .frame = settings.frame,
+                              .straighten = settings.straighten};
     if (settings.own_tissue)
         source.own_tissue = std::make_shared<const MakeTissue>(settings.own_tissue);
     if (!settings.file.empty())

@@ -17,11 +17,14 @@
 namespace pliant::serve {
 namespace {
 
-constexpr std::array<std::pair<SaveKind, std::string_view>, 4> kNames = {{
+constexpr std::array<std::pair<SaveKind, std::string_view>, 7> kNames = {{
     {SaveKind::Volume, "volume.nrrd"},
     {SaveKind::Displacement, "displacement.nrrd"},
     {SaveKind::Transform, "transform.nrrd"},
     {SaveKind::Session, "session.pls"},
+    {SaveKind::VolumeNifti, "volume.nii.gz"},
+    {SaveKind::VolumeMeta, "volume.mha"},
+    {SaveKind::VolumeVti, "volume.vti"},
 }};
 
 /// A copy of the tissue. It owns the scan that its lattice refers to.
@@ -59,7 +62,7 @@ std::string_view name_of(SaveKind kind) {
 }
 
 FileWriter save_later(SaveKind kind, const Scene& scene) {
-    if (kind == SaveKind::Volume) {
+    if (name_of(kind).starts_with("volume.")) {
         auto volume = std::make_shared<const Volume>(scene.deformed());
         return [volume](const std::filesystem::path& path) { return write_volume(path, *volume); };
     }

@@ -19,7 +19,15 @@
 
 namespace pliant::serve {
 
-enum class SaveKind { Volume, Displacement, Transform, Session };
+enum class SaveKind {
+    Volume,
+    Displacement,
+    Transform,
+    Session,
+    VolumeNifti,
+    VolumeMeta,
+    VolumeVti
+};
 
 /// Kind of a download by its file name: "volume.nrrd", …
 std::optional<SaveKind> save_kind_of(std::string_view name);

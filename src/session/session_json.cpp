@@ -118,6 +118,8 @@ Json json_of(const SessionHeader& header) {
         source = {{"phantom", header.source.phantom}, {"size", {size.x, size.y, size.z}}};
     } else {
         source = {{"file", header.source.file}, {"series", header.source.series}};
+        if (header.source.frame) source["frame"] = *header.source.frame;
+        if (header.source.straighten) source["straighten"] = true;
     }
     return {{"source", source}, {"scan", hex_text(header.scan_hash, 16)}};
 }
@@ -135,6 +137,12 @@ Result<SessionHeader> header_of(const Json& json) {
     header.scan_hash = *hash;
     header.source.file = string_at(*source, "file");
     header.source.series = string_at(*source, "series");
+    if (const auto frame = source->find("frame"); frame != source->end()) {
+        if (!frame->is_number_integer()) return bad_session("source: frame: expected a number");
+        header.source.frame = frame->get<std::int64_t>();
+    }
+    if (const auto option = source->find("straighten"); option != source->end())
+        header.source.straighten = option->is_boolean() && option->get<bool>();
     if (!header.source.file.empty()) return header;
     header.source.phantom = string_at(*source, "phantom");
     const auto size = source->find("size");

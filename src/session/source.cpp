@@ -127,9 +127,15 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         loaded.info.landmarks = std::move(phantom->landmarks);
         loaded.info.name = source.phantom + " phantom";
     } else {
-        auto volume = read_volume(
-            source.file,
-            {.series_uid = source.series, .may_map = false, .progress = {}, .give_up = give_up});
+        auto volume = read_volume(source.file, {.series_uid = source.series,
+                                                .may_map = false,
+                                                .progress = {},
+                                                .give_up = give_up,
+                                                .frame = source.frame,
+                                                .straighten = source.straighten});
+        if (!volume.ok()) return volume.error();
+        const Vec3i read = volume->grid.size;
+        if (std::min({read.x, read.y, read.z}) == 1) volume = with_doubled_slices(*volume);
         if (!volume.ok()) return volume.error();
         loaded.volume = std::move(*volume);
         loaded.info.name = std::filesystem::path(source.file).filename().string();

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocol/messages.h"
@@ -27,11 +28,14 @@ struct SceneSource {
     std::string phantom = "airway";
     Vec3i phantom_size{128, 128, 128};
     std::shared_ptr<const MakeTissue> own_tissue{};  ///< null: ChainMail, or the vessel
+    std::optional<std::int64_t> frame{};             ///< of a 4-D image
+    bool straighten = false;                         ///< ReadOptions
 
     /// Whether two sources name the same scan.
     friend bool operator==(const SceneSource& a, const SceneSource& b) {
         return a.file == b.file && a.series == b.series && a.phantom == b.phantom &&
-               a.phantom_size == b.phantom_size;
+               a.phantom_size == b.phantom_size && a.frame == b.frame &&
+               a.straighten == b.straighten;
     }
 };
 

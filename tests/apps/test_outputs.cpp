@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/volume.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -74,10 +75,94 @@ TEST_F(OutputsTest, LinksStayAndTheirFilesAreWritten) {
     EXPECT_NE(said().find("--out: expected a file of its own"), std::string::npos) << said();
 }
 
+TEST_F(OutputsTest, ConvertWritesTheSameScanInEveryFormat) {
+    make_cube();
+    const auto cube = read_volume(m_folder / "c.nrrd");
+    ASSERT_TRUE(cube.ok());
+    for (const char* name : {"o.nrrd", "o.nhdr", "o.mha", "o.mhd", "o.nii", "o.nii.gz"}) {
+        EXPECT_EQ(run(std::string("convert c.nrrd ") + name), 0) << said();
+        const auto again = read_volume(m_folder / name);
+        ASSERT_TRUE(again.ok()) << again.error().message;
+        EXPECT_EQ(again->voxels, cube->voxels) << name;
+        EXPECT_EQ(again->grid.size, cube->grid.size) << name;
+        EXPECT_LT(norm(world_from_voxel(again->grid, {9, 8, 7}) -
+                       world_from_voxel(cube->grid, {9, 8, 7})),
+                  1e-5)
+            << name;
+    }
+    // Nothing is read for a name that can't be written, and nothing is written for a bad scan.
+    EXPECT_EQ(run("convert none.nrrd o.dcm"), 2);
+    EXPECT_NE(said().find("OUT: expected a name that ends in .nrrd"), std::string::npos) << said();
+    EXPECT_EQ(run("convert none.nrrd new.nii"), 2);
+    EXPECT_NE(said().find("none.nrrd: no such file"), std::string::npos) << said();
+    EXPECT_FALSE(exists("new.nii"));
+}
+
+TEST_F(OutputsTest, AScanOfOneSliceIsDeformedAndStaysOne) {
+    Volume slice;
+    slice.grid.size = {40, 30, 1};
+    slice.grid.spacing_mm = {1, 1, 3};
+    slice.grid.origin_mm = {-20, -10, 7};
+    auto& voxels = slice.voxels.emplace<0>(std::size_t(1200));
+    for (std::size_t n = 0; n < 1200; ++n) voxels[n] = std::int16_t(n % 40 < 20 ? 40 : 80);
+    ASSERT_TRUE(write_volume(m_folder / "flat.nii.gz", slice).ok());
+    ASSERT_EQ(
+        run("deform flat.nii.gz --push 0,5,7:6,0,0 --tool sphere:4 --out o.mha --report r.json"), 0)
+        << said();
+    const auto out = read_volume(m_folder / "o.mha");
+    ASSERT_TRUE(out.ok()) << out.error().message;
+    EXPECT_EQ(out->grid.size, slice.grid.size);
+    EXPECT_EQ(out->grid.spacing_mm, slice.grid.spacing_mm);
+    EXPECT_LT(norm(out->grid.origin_mm - slice.grid.origin_mm), 1e-12);
+    // The edge at x = 0 moved with the sphere, and stayed at the border.
+    EXPECT_LT(out->at({23, 15, 0}), 60);
+    EXPECT_EQ(slice.at({23, 15, 0}), 80);
+    EXPECT_EQ(out->at({23, 0, 0}), 80);
+    EXPECT_EQ(run("info flat.nii.gz --json"), 0) << said();
+    const Json info = Json::parse(this->out());
+    EXPECT_EQ(info["size"], (std::vector<int>{40, 30, 1}));
+    EXPECT_EQ(info["centre_mm"]["lps"], (std::vector<double>{-0.5, 4.5, 7}));
+    EXPECT_EQ(info["centre_mm"]["ras"], (std::vector<double>{0.5, -4.5, 7}));
+    EXPECT_EQ(info["bounds_mm"]["lps"],
+              (std::vector<std::vector<double>>{{-20, -10, 7}, {19, 19, 7}}));
+    EXPECT_EQ(info["bounds_mm"]["ras"],
+              (std::vector<std::vector<double>>{{-19, -19, 7}, {20, 10, 7}}));
+    EXPECT_EQ(run("render flat.nii.gz --view axial --out v.png"), 0) << said();
+}
+
+TEST_F(OutputsTest, FramesAndStraightenedScansAreRead) {
+    Volume image;
+    image.grid.size = {6, 5, 4};
+    image.voxels = VoxelArray<std::int16_t>(std::vector<std::int16_t>(120, 7));
+    ASSERT_TRUE(write_volume(m_folder / "a.nii", image).ok());
+    std::string bytes = bytes_of(m_folder / "a.nii");
+    bytes[40] = 4;
+    bytes[48] = 2;
+    for (int n = 0; n < 120; ++n) bytes += std::string("\x09\0", 2);
+    write("a.nii", bytes);
+    EXPECT_EQ(run("info a.nii"), 2);
+    EXPECT_EQ(said(), "pliant: a.nii: holds 2 images, choose one with --frame 0…1\n");
+    EXPECT_EQ(run("convert a.nii b.nrrd --frame 1"), 0) << said();
+    EXPECT_EQ(read_volume(m_folder / "b.nrrd")->at({0, 0, 0}), 9);
+    for (const char* command : {"info a.nii", "deform a.nii --push 2,2,2:1,0,0 --out o.nrrd",
+                                "render a.nii --view axial --out v.png"})
+        EXPECT_EQ(run(std::string(command) + " --frame 0"), 0) << said();
+    write("s.nrrd",
+          "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\n"
+          "sizes: 2 2 2\nspace directions: (1,0,0) (0,1,0) (1,0,1)\nencoding: text\n"
+          "space origin: (0,0,0)\n\n1 2 3 4 5 6 7 8\n");
+    EXPECT_EQ(run("convert s.nrrd t.nrrd"), 2);
+    EXPECT_NE(said().find("--straighten"), std::string::npos) << said();
+    EXPECT_EQ(run("convert s.nrrd t.nrrd --straighten"), 0) << said();
+    EXPECT_NE(out().find("note: straightened: resampled from 2 × 2 × 2 to 3 × 2 × 2 voxels"),
+              std::string::npos)
+        << out();
+}
+
 TEST_F(OutputsTest, EveryFormatThatHelpPromisesIsWritten) {
     make_cube();
     const std::string push = "deform c.nrrd --push 0,0,0:1,0,0 ";
-    for (const char* name : {"o.nrrd", "o.nhdr", "o.vti"}) {
+    for (const char* name : {"o.nrrd", "o.nhdr", "o.mha", "o.mhd", "o.nii", "o.nii.gz", "o.vti"}) {
         EXPECT_EQ(run(push + "--out " + name), 0) << said();
         EXPECT_TRUE(exists(name)) << name;
     }
@@ -85,7 +170,8 @@ TEST_F(OutputsTest, EveryFormatThatHelpPromisesIsWritten) {
         bytes_of(m_folder / "o.vti").find("<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\""),
         0u);
     EXPECT_EQ(run(push + "--out o.vtk"), 2);
-    EXPECT_NE(said().find("--out: expected a name that ends in .nrrd or .nhdr or .vti"),
+    EXPECT_NE(said().find("--out: expected a name that ends in .nrrd, .nhdr, .mha, .mhd, .nii, "
+                          ".nii.gz or .vti, found o.vtk"),
               std::string::npos)
         << said();
     EXPECT_EQ(run(push + "--out o.nrrd --displacement u.nhdr --transform t.nhdr --jacobian j.nhdr "

@@ -219,11 +219,37 @@ TEST_F(PushTest, RotatedAndLeftHandedCopiesMoveTheSameInTheWorld) {
             }
 }
 
+TEST(PushOutside, BoundsAreSaidAndRasIsTried) {
+    Volume volume;
+    volume.grid.size = {11, 11, 5};
+    volume.grid.origin_mm = {20, -70, 30};
+    volume.grid.direction = {{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}}};
+    volume.voxels = VoxelArray<std::int16_t>(voxel_count(volume.grid));
+    const TaskArena arena(1);
+    auto tissue = ChainMail::create(volume, {}, arena);
+    ASSERT_TRUE(tissue.ok());
+    const auto message = [&](Vec3d point) {
+        const auto done = tissue->push({.point_mm = point, .push_mm = {1, 0, 0}});
+        return done.ok() ? std::string("pushed") : done.error().message;
+    };
+    const std::string bounds =
+        "push: the point lies outside of the scan, which has x 20…30, y -70…-60, z 26…30 mm (LPS)";
+    EXPECT_EQ(message({25, -65, 31}), bounds);
+    EXPECT_EQ(message({-25, 65.5, 28}),
+              bounds + "; did you mean 25,-65.5,28, which is the point if it was given in RAS?");
+    EXPECT_EQ(message({25, -65, 28}), "pushed");
+}
+
 TEST_F(PushTest, BadInputIsNamedAndChangesNothing) {
     ChainMail tissue = tissue_of(volume, arena);
     const auto outside = tissue.push({.point_mm = {100, 0, 0}, .push_mm = {1, 0, 0}});
     ASSERT_FALSE(outside.ok());
-    EXPECT_NE(outside.error().message.find("outside of the scan"), std::string::npos);
+    const WorldBox box = centre_bounds(volume.grid);
+    EXPECT_LT(box.high_mm.x, 100);
+    EXPECT_TRUE(outside.error().message.starts_with(
+        "push: the point lies outside of the scan, which has x "))
+        << outside.error().message;
+    EXPECT_EQ(outside.error().message.find("did you mean"), std::string::npos);
     EXPECT_FALSE(tissue.push({.point_mm = {5, 5, 5}, .push_mm = {NAN, 0, 0}}).ok());
     EXPECT_FALSE(tissue.push({.point_mm = {5, 5, 5}, .push_mm = {1e9, 0, 0}}).ok());
     EXPECT_EQ(tissue.state().resident_bricks, 0);

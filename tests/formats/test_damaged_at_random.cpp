@@ -4,6 +4,7 @@
 // Files with bytes changed, cut out or cut off anywhere: read or refused in one line, and nothing
 // worse.
 
+#include "support/damaged_scan.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
@@ -16,42 +17,8 @@
 namespace pliant {
 namespace {
 
-std::string damaged(std::string bytes, std::mt19937& random) {
-    const auto place = [&](std::size_t size) {
-        return std::uniform_int_distribution<std::size_t>(0, size)(random);
-    };
-    switch (place(3)) {
-        case 0:
-            bytes.resize(place(bytes.size()));
-            break;
-        case 1:
-            bytes.erase(place(bytes.size()), place(8));
-            break;
-        case 2:
-            bytes.insert(place(bytes.size()), std::string(place(8), char(place(255))));
-            break;
-        default:
-            break;
-    }
-    for (std::size_t n = place(3); n > 0 && !bytes.empty(); --n)
-        bytes[place(bytes.size() - 1)] = char(place(255));
-    return bytes;
-}
-
-void expect_one_line_or_a_sound_volume(const Result<Volume>& volume) {
-    if (!volume.ok()) {
-        EXPECT_EQ(volume.error().message.find('\n'), std::string::npos) << volume.error().message;
-        return;
-    }
-    const std::size_t count = voxel_count(volume->grid);
-    std::visit([&](const auto& voxels) { EXPECT_EQ(voxels.size(), count); }, volume->voxels);
-    for (int a = 0; a < 3; ++a) {
-        EXPECT_GE(volume->grid.size[a], 2);
-        EXPECT_GT(volume->grid.spacing_mm[a], 0);
-        EXPECT_TRUE(is_finite(volume->grid.direction.columns[a]));
-    }
-    EXPECT_TRUE(is_finite(volume->grid.origin_mm));
-}
+using test::damaged;
+using test::expect_one_line_or_a_sound_volume;
 
 class DamagedAtRandom : public testing::Test {
   protected:

@@ -185,12 +185,6 @@ TEST_F(DicomFolders, TablesOfModalityValuesAreNoted) {
     expect_note("the Modality LUT Sequence is not applied");
 }
 
-TEST_F(DicomFolders, FoldersInItAreCounted) {
-    m_folder.write("DICOMDIR", "x");
-    m_folder.write("series/a.dcm", DicomFile().bytes());
-    expect_error("holds no DICOM images (1 file looked at, 1 folder in it not looked into)");
-}
-
 /// Slices that lie straight above each other, in a stack that is turned; positions rounded.
 void write_rounded(const test::TemporaryFolder& folder, int count, double gap_mm, double to_mm,
                    double lean = 0, double odd_one_mm = 0) {

@@ -177,11 +177,6 @@ TEST(DicomSeries, StacksWithGapsAndDoublesAreRefused) {
         write_slices(folder, {0, 1, 1, 2});
         expect_error(folder, "at the same place: s1.dcm and s2.dcm");
     }
-    {
-        const test::TemporaryFolder folder;
-        write_slices(folder, {0});
-        expect_error(folder, "has 1 slice, expected 2 or more");
-    }
 }
 
 TEST(DicomSeries, RoundingOfPositionsIsNoGap) {

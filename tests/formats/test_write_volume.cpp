@@ -124,7 +124,7 @@ TEST(WriteVolume, WhatCannotBeWrittenLeavesNothingBehind) {
         EXPECT_NE(status.error().message.find(expected), std::string::npos)
             << status.error().message;
     };
-    refused(folder.path() / "a.mha", "ends in .nrrd or .nhdr");
+    refused(folder.path() / "a.dcm", "ends in .nrrd, .nhdr");
     refused(folder.path() / "gone/a.nrrd", "does not exist");
     fs::create_directory(folder.path() / "b.nrrd");
     refused(folder.path() / "b.nrrd", "is a folder");

@@ -13,7 +13,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::string name = detached ? "a.mhd" : "a.mha";
     static const auto first = fuzz::folder().write("s1.raw", std::string(24, 1));
     static const auto second = fuzz::folder().write("s2.raw", std::string(24, 2));
-    fuzz::read_scan(fuzz::write_anew(name, bytes));
+    fuzz::read_scan_both_ways(fuzz::write_anew(name, bytes));
     std::filesystem::remove(fuzz::folder() / name);
     return 0;
 }

@@ -11,8 +11,8 @@
 
 namespace pliant::fuzz {
 
-inline void read_scan(const std::filesystem::path& path) {
-    const auto volume = read_volume(path);
+inline void read_scan(const std::filesystem::path& path, const ReadOptions& options = {}) {
+    const auto volume = read_volume(path, options);
     if (!volume.ok()) {
         expect_one_line(volume.error().message);
     } else {
@@ -27,7 +27,7 @@ inline void read_scan(const std::filesystem::path& path) {
             },
             volume->voxels);
         for (int a = 0; a < 3; ++a) {
-            expect(volume->grid.size[a] >= 2, "two voxels along each axis");
+            expect(volume->grid.size[a] >= 1, "a voxel along each axis");
             expect(volume->grid.spacing_mm[a] > 0, "a spacing");
             expect(is_finite(volume->grid.direction.columns[a]), "finite directions");
         }
@@ -35,6 +35,15 @@ inline void read_scan(const std::filesystem::path& path) {
     }
     const auto field = read_vector_field(path);
     if (!field.ok()) expect_one_line(field.error().message);
+}
+
+/// Also with the options that read more.
+inline void read_scan_both_ways(const std::filesystem::path& path) {
+    read_scan(path);
+    ReadOptions options;
+    options.frame = 0;
+    options.straighten = true;
+    read_scan(path, options);
 }
 
 }  // namespace pliant::fuzz

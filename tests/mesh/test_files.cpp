@@ -210,6 +210,16 @@ std::string legacy(bool binary, bool five) {
            (binary ? bytes<float>({1, 2, 3, 4, 5}, true) : "1 2 3 4 5") + "\n";
 }
 
+std::string msh_1() {
+    std::string text = "$NOD\n5\n";
+    for (int n = 0; n < 5; ++n) {
+        const double* p = kPlaces.begin() + 3 * n;
+        text += std::to_string(10 + 3 * n) + " " + std::to_string(p[0]) + " " +
+                std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+    }
+    return text + "$ENDNOD\n$ELM\n2\n1 4 7 7 4 10 13 16 19\n2 4 7 7 4 13 16 19 22\n$ENDELM\n";
+}
+
 std::string msh_2(bool binary) {
     std::string text = std::string("$MeshFormat\n2.2 ") + (binary ? "1 8\n" : "0 8\n") +
                        (binary ? bytes<std::int32_t>({1}) + "\n" : "") +
@@ -294,6 +304,7 @@ std::vector<std::string> all_formats() {
         "3 4</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4 "
         "8</DataArray><DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10 10"
         "</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>");
+    files.push_back(msh_1());
     for (const bool binary : {false, true}) {
         files.push_back(legacy(binary, false));
         files.push_back(legacy(binary, true));

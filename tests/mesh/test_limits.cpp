@@ -138,11 +138,24 @@ TEST_F(MeshLimits, NodesMoreThanTenMetresAwayAreRefused) {
     }
 }
 
-TEST_F(MeshLimits, TheFirstVersionOfMshIsNamed) {
-    const auto mesh = read("a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n");
-    ASSERT_FALSE(mesh.ok());
-    EXPECT_NE(mesh.error().message.find("MSH version 1, expected 2.2"), std::string::npos)
-        << mesh.error().message;
+TEST_F(MeshLimits, DamagedFilesOfTheFirstVersionOfMshAreRefused) {
+    const std::string nodes = "$NOD\n2\n1 0 0 0\n2 1 0 0\n$ENDNOD\n";
+    const struct {
+        std::string text, expected;
+    } cases[] = {
+        {"$NOD\n99\n1 0 0 0\n$ENDNOD\n", "shorter than it says"},
+        {"$NOD\n1\n1 0 0\n$ENDNOD\n", "not finite"},
+        {"$NOD\n1\n1 0 0 0\n$EndNOD\n", "'$NOD' has no end"},
+        {nodes + "$ELM\n1\n1 1 0 0 3 1 2 1\n$ENDELM\n", "$ELM is damaged at element 0"},
+        {nodes + "$ELM\n1\n1 5 0 0 8 1 2 1 2 1 2 1 2\n$ENDELM\n", "Gmsh's type 5"},
+        {nodes + "$ELM\n1\n1 1 0 0 2 1 3\n$ENDELM\n", "names node 3"},
+        {nodes + "$ELM\n1000\n1 1 0 0 2 1 2\n$ENDELM\n", "$ELM is shorter than it says"},
+    };
+    for (const auto& c : cases) {
+        const auto mesh = read("a.msh", c.text);
+        ASSERT_FALSE(mesh.ok()) << c.expected;
+        EXPECT_NE(mesh.error().message.find(c.expected), std::string::npos) << mesh.error().message;
+    }
 }
 
 TEST_F(MeshLimits, MessagesAreOneShortLine) {

@@ -136,13 +136,15 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     ASSERT_TRUE(tissue.ok());
     const auto compare = [&] {
         const Deformed deformed = deform_volume(*tissue, Mapping::Cells, true).value();
-        ASSERT_TRUE(write_volume(m_folder / "volume.nrrd", deformed.volume).ok());
+        for (const char* name : {"volume.nrrd", "volume.nii.gz", "volume.mha", "volume.vti"})
+            ASSERT_TRUE(write_volume(m_folder / name, deformed.volume).ok());
         ASSERT_TRUE(
             write_vector_field(m_folder / "displacement.nrrd", displacement_field(*tissue).value())
                 .ok());
         ASSERT_TRUE(
             write_vector_field(m_folder / "transform.nrrd", inverse_field(deformed).value()).ok());
-        for (const std::string name : {"volume.nrrd", "displacement.nrrd", "transform.nrrd"}) {
+        for (const std::string name : {"volume.nrrd", "volume.nii.gz", "volume.mha", "volume.vti",
+                                       "displacement.nrrd", "transform.nrrd"}) {
             const std::string response = save(name);
             EXPECT_EQ(status_of(response), "200");
             EXPECT_NE(

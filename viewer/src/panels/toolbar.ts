@@ -22,6 +22,9 @@ const kTexts: Record<ToolName, { text: string; hint: string }> = {
 
 const kSaveTexts: Record<SavedName, string> = {
     'volume.nrrd': 'volume (.nrrd)',
+    'volume.nii.gz': 'volume (.nii.gz)',
+    'volume.mha': 'volume (.mha)',
+    'volume.vti': 'volume (.vti)',
     'displacement.nrrd': 'displacement (.nrrd)',
     'transform.nrrd': 'transform for 3D Slicer (.nrrd)',
     'session.pls': 'session (.pls)',

@@ -11,6 +11,9 @@ import { readSeries, type Series } from './series.ts';
 
 export const kSaved = [
     'volume.nrrd',
+    'volume.nii.gz',
+    'volume.mha',
+    'volume.vti',
     'displacement.nrrd',
     'transform.nrrd',
     'session.pls',

@@ -1,0 +1,372 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// DICOM files of several frames, with functional groups written in every way that the format
+// allows: explicit and implicit types, known and unknown lengths, shared or for each frame.
+
+#include "support/compressed_dicom.h"
+#include "support/damaged_scan.h"
+#include "support/scan_files.h"
+#include "support/temporary_folder.h"
+
+#include <pliant/volume.h>
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace pliant {
+namespace {
+
+using test::DicomFile;
+using test::packed;
+
+/// How sequences are written.
+struct Style {
+    bool implicit = false, known_lengths = false;
+
+    std::string tag(std::uint32_t t) const {
+        return packed<std::uint16_t>({std::uint16_t(t >> 16), std::uint16_t(t)});
+    }
+    static std::string u32(std::size_t n) { return packed<std::uint32_t>({std::uint32_t(n)}); }
+    std::string decimals(std::uint32_t t, std::string text) const {
+        if (text.size() % 2) text += ' ';
+        if (implicit) return tag(t) + u32(text.size()) + text;
+        return tag(t) + "DS" + packed<std::uint16_t>({std::uint16_t(text.size())}) + text;
+    }
+    std::string sequence(std::uint32_t t, const std::vector<std::string>& items) const {
+        std::string body;
+        for (const std::string& item : items)
+            body += tag(0xfffee000) + (known_lengths
+                                           ? u32(item.size()) + item
+                                           : u32(0xffffffff) + item + tag(0xfffee00d) + u32(0));
+        const std::string start = tag(t) + (implicit ? "" : std::string("SQ\0\0", 4));
+        if (known_lengths) return start + u32(body.size()) + body;
+        return start + u32(0xffffffff) + body + tag(0xfffee0dd) + u32(0);
+    }
+};
+
+constexpr std::uint32_t kPlanePosition = 0x00209113, kPlaneOrientation = 0x00209116,
+                        kPixelMeasures = 0x00289110, kValueTransformation = 0x00289145,
+                        kPosition = 0x00200032, kOrientation = 0x00200037,
+                        kPixelSpacing = 0x00280030, kIntercept = 0x00281052, kSlope = 0x00281053,
+                        kShared = 0x52009229, kPerFrame = 0x52009230, kPrivate = 0x2005140f;
+
+std::string value_group(const Style& s, const std::string& slope, const std::string& intercept) {
+    return s.sequence(kValueTransformation,
+                      {s.decimals(kIntercept, intercept) + s.decimals(kSlope, slope)});
+}
+
+/// A file of frames at these heights. Frame n holds 100 n, 100 n + 1, …
+DicomFile enhanced(const std::vector<double>& heights, const Style& s, bool all_per_frame) {
+    DicomFile file;
+    file.sop_class = "1.2.840.10008.5.1.4.1.1.2.1";
+    file.with_position = false;
+    file.implicit = s.implicit;
+    file.frames = std::to_string(heights.size());
+    // Values at the top that the groups replace.
+    file.orientation = {0, 1, 0, 0, 0, 1};
+    file.slope = "7";
+    const std::string common =
+        s.sequence(kPlaneOrientation, {s.decimals(kOrientation, "1\\0\\0\\0\\1\\0")}) +
+        s.sequence(kPixelMeasures, {s.decimals(kPixelSpacing, "0.5\\0.25")}) +
+        value_group(s, "2", "-1000");
+    std::vector<std::string> frames;
+    for (const double height : heights) {
+        // A private copy of the position, as some writers have, is none.
+        frames.push_back(
+            s.sequence(kPrivate, {s.decimals(kPosition, "5\\5\\5") + s.decimals(kSlope, "9")}) +
+            s.sequence(kPlanePosition,
+                       {s.decimals(kPosition, "10\\20\\" + std::to_string(height))}) +
+            (all_per_frame ? common : ""));
+    }
+    file.more = s.sequence(kShared, {all_per_frame ? "" : common}) + s.sequence(kPerFrame, frames);
+    file.pixels.clear();
+    for (std::size_t n = 0; n < heights.size(); ++n)
+        for (int p = 0; p < 12; ++p) file.pixels.push_back(std::int16_t(100 * int(n) + p));
+    return file;
+}
+
+std::string error_of(const std::filesystem::path& path, const ReadOptions& options = {}) {
+    const auto volume = read_volume(path, options);
+    EXPECT_FALSE(volume.ok());
+    if (volume.ok()) return {};
+    EXPECT_EQ(volume.error().message.find('\n'), std::string::npos);
+    return volume.error().message;
+}
+
+TEST(DicomFrames, AreReadFromFunctionalGroupsOfEveryStyle) {
+    const test::TemporaryFolder folder;
+    for (const bool implicit : {false, true})
+        for (const bool known_lengths : {false, true})
+            for (const bool all_per_frame : {false, true}) {
+                SCOPED_TRACE(std::to_string(implicit) + std::to_string(known_lengths) +
+                             std::to_string(all_per_frame));
+                const auto path = folder.write(
+                    "a.dcm",
+                    enhanced({4, -2, 1}, {implicit, known_lengths}, all_per_frame).bytes());
+                ReadNotes notes;
+                const auto volume = read_volume(path, {}, &notes);
+                ASSERT_TRUE(volume.ok()) << volume.error().message;
+                EXPECT_EQ(notes.format, "DICOM");
+                EXPECT_TRUE(notes.notes.empty());
+                EXPECT_EQ(volume->grid.size, (Vec3i{4, 3, 3}));
+                EXPECT_EQ(volume->grid.spacing_mm, (Vec3d{0.25, 0.5, 3}));
+                EXPECT_EQ(volume->grid.origin_mm, (Vec3d{10, 20, -2}));
+                EXPECT_EQ(volume->grid.direction, kIdentity3);
+                // The second frame is the lowest.
+                EXPECT_EQ(volume->at({0, 0, 0}), 2 * 100 - 1000);
+                EXPECT_EQ(volume->at({3, 2, 1}), 2 * 211 - 1000);
+                EXPECT_EQ(volume->at({1, 0, 2}), 2 * 1 - 1000);
+                // The folder of the file is its series.
+                const auto same = read_volume(folder.path());
+                ASSERT_TRUE(same.ok()) << same.error().message;
+                EXPECT_EQ(same->voxels, volume->voxels);
+            }
+}
+
+TEST(DicomFrames, ValuesAreTransformedFrameByFrame) {
+    const test::TemporaryFolder folder;
+    const Style s;
+    DicomFile file = enhanced({0, 1}, s, false);
+    std::vector<std::string> frames;
+    for (int n = 0; n < 2; ++n)
+        frames.push_back(
+            s.sequence(kPlanePosition, {s.decimals(kPosition, n ? "0\\0\\1" : "0\\0\\0")}) +
+            value_group(s, n ? "0.5" : "3", n ? "1" : "-5"));
+    const std::string shared =
+        s.sequence(kPlaneOrientation, {s.decimals(kOrientation, "1\\0\\0\\0\\1\\0")}) +
+        s.sequence(kPixelMeasures, {s.decimals(kPixelSpacing, "1\\1")}) + value_group(s, "2", "0");
+    file.more = s.sequence(kShared, {shared}) + s.sequence(kPerFrame, frames);
+    const auto volume = read_volume(folder.write("a.dcm", file.bytes()));
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({1, 0, 0}), 3 * 1 - 5);
+    EXPECT_EQ(volume->at({1, 0, 1}), 0.5F * 101 + 1);
+}
+
+TEST(DicomFrames, OfCompressedPixelsAreDecoded) {
+    const test::TemporaryFolder folder;
+    for (const test::Codec& codec : test::kCodecs) {
+        SCOPED_TRACE(codec.name);
+        DicomFile slice = test::compressed(codec);
+        slice.intercept = "0";
+        folder.write("single/a.dcm", slice.bytes());
+        slice.position[2] = 3;
+        folder.write("single/b.dcm", slice.bytes());
+        const auto single = read_volume(folder / "single");
+        ASSERT_TRUE(single.ok()) << single.error().message;
+        const Style s;
+        DicomFile file = slice;
+        const DicomFile groups = enhanced({0, 3, 6}, s, false);
+        file.more = groups.more;
+        file.frames = "3";
+        file.with_position = false;
+        file.fragments = {slice.fragments[0], slice.fragments[0], slice.fragments[0]};
+        const auto volume = read_volume(folder.write("frames.dcm", file.bytes()));
+        ASSERT_TRUE(volume.ok()) << volume.error().message;
+        ASSERT_EQ(volume->grid.size, (Vec3i{12, 10, 3}));
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 12; ++i)
+                EXPECT_EQ(volume->at({i, 7, k}), 2 * single->at({i, 7, 0}) - 1000);
+    }
+}
+
+TEST(DicomFrames, FragmentsAreSortedByTheTableOfOffsets) {
+    const test::TemporaryFolder folder;
+    DicomFile slice = test::compressed("5", "rle", "u16");
+    slice.intercept = "0";
+    DicomFile file = slice;
+    const std::string whole = file.fragments[0];
+    const std::string half = whole.substr(0, whole.size() / 4 * 2);
+    const std::string rest = whole.substr(half.size());
+    file.more = enhanced({0, 3}, {}, false).more;
+    file.frames = "2";
+    file.with_position = false;
+    file.fragments = {half, rest, whole};
+    const auto refused = folder.write("a.dcm", file.bytes());
+    EXPECT_NE(
+        error_of(refused).find("has 3 fragments of 2 compressed frames, expected one each or a "
+                               "table of their offsets"),
+        std::string::npos);
+    // A table of offsets in the first item.
+    std::string bytes = file.bytes();
+    const std::string empty("\xfe\xff\x00\xe0\0\0\0\0", 8);
+    const std::size_t at = bytes.find(empty);
+    ASSERT_NE(at, bytes.npos);
+    const auto padded = [](const std::string& part) { return part.size() + part.size() % 2; };
+    const std::uint32_t second = std::uint32_t(16 + padded(half) + padded(rest));
+    bytes.replace(
+        at, 8, std::string("\xfe\xff\x00\xe0\x08\0\0\0", 8) + packed<std::uint32_t>({0, second}));
+    const auto volume = read_volume(folder.write("a.dcm", bytes));
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    for (int i = 0; i < 12; ++i) EXPECT_EQ(volume->at({i, 5, 0}), volume->at({i, 5, 1}));
+    const auto single = read_volume(folder.write("single/a.dcm", slice.bytes()).parent_path());
+    ASSERT_TRUE(single.ok()) << single.error().message;
+    for (int i = 0; i < 12; ++i) EXPECT_EQ(volume->at({i, 5, 0}), 2 * single->at({i, 5, 0}) - 1000);
+    // Offsets that don't begin with the first fragment, or leave a frame without one.
+    for (const std::uint32_t first : {1U, second}) {
+        std::string wrong = bytes;
+        wrong.replace(at + 8, 8, packed<std::uint32_t>({first, second}));
+        EXPECT_NE(error_of(folder.write("a.dcm", wrong)).find("has 3 fragments"),
+                  std::string::npos);
+    }
+}
+
+TEST(DicomFrames, WhatIsWrongIsSaidInOneLine) {
+    const Style s;
+    const struct {
+        std::function<void(DicomFile&)> change;
+        const char* expected;
+    } cases[] = {
+        {[](auto& f) { f.more = "", f.with_position = true; },
+         "holds 3 frames without a position for each, expected Per-Frame Functional Groups"},
+        {[](auto& f) { f.frames = "4", f.pixels.resize(48); }, "holds 4 frames without a position"},
+        {[](auto& f) { f.frames = "none"; }, "holds none frames, expected a number"},
+        {[](auto& f) { f.frames = "0"; }, "holds 0 frames, expected a number"},
+        {[](auto& f) { f.pixels.pop_back(); }, "has 70 bytes of pixels, expected 72"},
+        {[](auto& f) {
+             f = enhanced({0, 1, 1}, {}, true);
+         },
+         "two slices are at the same place: a.dcm frame 2 and a.dcm frame 3"},
+        {[](auto& f) {
+             f = enhanced({0, 1, 3, 4}, {}, true);
+         },
+         "slices are missing between a.dcm frame 2 and a.dcm frame 3"},
+        {[&](auto& f) {
+             f.more = s.sequence(kPerFrame, {"", "", ""});
+         },
+         "has no usable Image Position (Patient) of frame 1"},
+        {[&](auto& f) { f.more.resize(f.more.size() - 20); }, "is damaged or ends early"},
+        {[](auto& f) { f.sop_class = "1.2.840.10008.5.1.4.1.1.66.4"; }, "is a segmentation object"},
+    };
+    const test::TemporaryFolder folder;
+    for (const auto& c : cases) {
+        DicomFile file = enhanced({0, 1, 2}, s, true);
+        c.change(file);
+        const auto path = folder.write("a.dcm", file.bytes());
+        const std::string message = error_of(path);
+        EXPECT_TRUE(message.starts_with(path.string() + ": ")) << message;
+        EXPECT_NE(message.find(c.expected), message.npos) << message;
+    }
+}
+
+TEST(DicomFrames, ASingleSliceIsNoScanByItself) {
+    const test::TemporaryFolder folder;
+    const auto path = folder.write("a.dcm", DicomFile().bytes());
+    EXPECT_EQ(error_of(path),
+              path.string() + ": is a single DICOM slice, expected the folder of its series");
+    // Its folder is one of one slice.
+    ReadNotes notes;
+    const auto volume = read_volume(folder.path(), {}, &notes);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.size, (Vec3i{4, 3, 1}));
+    EXPECT_EQ(volume->grid.spacing_mm.z, 17);
+    EXPECT_EQ(notes.notes, std::vector<std::string>{
+                               "one slice; its thickness of 17 mm is taken as the spacing"});
+}
+
+TEST(DicomFrames, TheSeriesOfAFileCanBeNamed) {
+    const test::TemporaryFolder folder;
+    const auto path = folder.write("a.dcm", enhanced({0, 1}, {}, true).bytes());
+    ReadOptions options;
+    options.series_uid = "1.2.3";
+    EXPECT_TRUE(read_volume(path, options).ok());
+    options.series_uid = "1.2.4";
+    EXPECT_EQ(error_of(path, options),
+              path.string() + ": has no series 1.2.4, expected --series 1.2.3");
+}
+
+TEST(DicomFrames, EveryCutOffFileIsRefused) {
+    const test::TemporaryFolder folder;
+    for (const bool known_lengths : {false, true}) {
+        const std::string bytes = enhanced({0, 1}, {false, known_lengths}, true).bytes();
+        for (std::size_t length = 132; length < bytes.size(); length += 7)
+            EXPECT_FALSE(read_volume(folder.write("a.dcm", bytes.substr(0, length))).ok())
+                << length;
+    }
+}
+
+TEST(DicomFrames, DamagedFilesDoNoHarm) {
+    for (const bool known_lengths : {false, true})
+        for (const bool implicit : {false, true})
+            test::read_damaged("a.dcm", enhanced({0, 1}, {implicit, known_lengths}, true).bytes(),
+                               300);
+}
+
+/// Folders of folders, as exports of archives have.
+class DicomTrees : public ::testing::Test {
+  protected:
+    void write_slices(const std::string& place, int first, int count, const DicomFile& like = {}) {
+        for (int n = first; n < first + count; ++n) {
+            DicomFile slice = like;
+            slice.position[2] = n;
+            slice.pixels.assign(12, std::int16_t(n));
+            m_folder.write(place + "/IM" + std::to_string(n), slice.bytes());
+        }
+    }
+    test::TemporaryFolder m_folder;
+};
+
+TEST_F(DicomTrees, AreSearchedIfTheFolderHasNoSlice) {
+    m_folder.write("DICOMDIR", "x");
+    m_folder.write("readme.txt", "x");
+    write_slices("PAT1/STUDY/A", 0, 2);
+    write_slices("PAT1/STUDY/B", 2, 2);
+    ReadNotes notes;
+    const auto volume = read_volume(m_folder.path(), {}, &notes);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    // One series in two folders.
+    EXPECT_EQ(volume->grid.size.z, 4);
+    EXPECT_EQ(volume->at({0, 0, 3}), 3 - 1000);
+    EXPECT_EQ(notes.notes, (std::vector<std::string>{
+                               "the folder has no slices itself; found in folders below it",
+                               "1 file of the folder left out: no DICOM image"}));
+}
+
+TEST_F(DicomTrees, TheDirectoryFileStandsForItsFolder) {
+    write_slices("IMAGES/1", 0, 3);
+    const auto path = m_folder.write("DICOMDIR", DicomFile().bytes());
+    // Without its own image: a directory has none.
+    std::filesystem::resize_file(path, 400);
+    const auto volume = read_volume(path);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.size.z, 3);
+}
+
+TEST_F(DicomTrees, SeveralSeriesAreListed) {
+    write_slices("a", 0, 2);
+    DicomFile other;
+    other.series = "1.2.9";
+    write_slices("b/c", 0, 3, other);
+    EXPECT_EQ(
+        error_of(m_folder.path()),
+        m_folder.path().string() +
+            ": holds 2 series, choose one with --series: 1.2.3 (2 slices, a series); 1.2.9 (3 "
+            "slices, a series)");
+    ReadOptions options;
+    options.series_uid = "1.2.9";
+    const auto volume = read_volume(m_folder.path(), options);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.size.z, 3);
+}
+
+TEST_F(DicomTrees, FoldersBelowSlicesAreNotSearched) {
+    write_slices("a", 0, 2);
+    write_slices("a/b", 2, 2);
+    const auto volume = read_volume(m_folder / "a");
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.size.z, 2);
+}
+
+TEST_F(DicomTrees, LinksAndDeepFoldersAreNotFollowed) {
+    std::string place = "x";
+    for (int n = 0; n < 12; ++n) place += "/d";
+    write_slices(place, 0, 2);
+    std::filesystem::create_directory_symlink("..", m_folder / "x/up");
+    EXPECT_EQ(error_of(m_folder.path()),
+              m_folder.path().string() +
+                  ": holds no DICOM images (0 files looked at, in folders below it too)");
+}
+
+}  // namespace
+}  // namespace pliant
