@@ -169,6 +169,11 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
         return status.error();
     if (Status status = check_memory(folder, *grid); !status) return status.error();
     notes.format = "DICOM";
+    notes.modality = slices->front().modality;
+    notes.rescale_type = slices->front().rescale_type;
+    notes.is_rescaled = std::any_of(slices->begin(), slices->end(), [](const DicomSlice& s) {
+        return s.slope != 1 || s.intercept != 0;
+    });
     const DicomPixels& pixels = slices->front().pixels;
     notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
     for (const DicomSlice& slice : *slices)

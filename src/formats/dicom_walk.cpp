@@ -24,26 +24,17 @@ constexpr std::string_view kValueTypes =
 constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
 /// Stored elements and their types.
 constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
-    {dicom_tags::kTransferSyntax, "UI"},
-    {dicom_tags::kSopClass, "UI"},
-    {dicom_tags::kSeriesDescription, ""},
-    {dicom_tags::kSeriesUid, "UI"},
-    {dicom_tags::kPosition, "DS"},
-    {dicom_tags::kOrientation, "DS"},
-    {dicom_tags::kSamples, "US"},
-    {dicom_tags::kPhotometric, "CS"},
-    {dicom_tags::kPlanar, "US"},
-    {dicom_tags::kFrames, "IS"},
-    {dicom_tags::kRows, "US"},
-    {dicom_tags::kColumns, "US"},
-    {dicom_tags::kPixelSpacing, "DS"},
-    {dicom_tags::kBitsAllocated, "US"},
-    {dicom_tags::kBitsStored, "US"},
-    {dicom_tags::kHighBit, "US"},
-    {dicom_tags::kPixelRepresentation, "US"},
-    {dicom_tags::kIntercept, "DS"},
-    {dicom_tags::kSlope, "DS"},
-    {dicom_tags::kModalityLut, ""}};
+    {dicom_tags::kTransferSyntax, "UI"}, {dicom_tags::kSopClass, "UI"},
+    {dicom_tags::kModality, ""},         {dicom_tags::kSeriesDescription, ""},
+    {dicom_tags::kSeriesUid, "UI"},      {dicom_tags::kPosition, "DS"},
+    {dicom_tags::kOrientation, "DS"},    {dicom_tags::kSamples, "US"},
+    {dicom_tags::kPhotometric, "CS"},    {dicom_tags::kPlanar, "US"},
+    {dicom_tags::kFrames, "IS"},         {dicom_tags::kRows, "US"},
+    {dicom_tags::kColumns, "US"},        {dicom_tags::kPixelSpacing, "DS"},
+    {dicom_tags::kBitsAllocated, "US"},  {dicom_tags::kBitsStored, "US"},
+    {dicom_tags::kHighBit, "US"},        {dicom_tags::kPixelRepresentation, "US"},
+    {dicom_tags::kIntercept, "DS"},      {dicom_tags::kSlope, "DS"},
+    {dicom_tags::kRescaleType, ""},      {dicom_tags::kModalityLut, ""}};
 /// Maximum length of a stored value, and maximum nesting of sequences.
 constexpr std::uint32_t kMaxValueBytes = 1024;
 constexpr int kMaxDepth = 32;

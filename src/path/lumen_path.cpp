@@ -20,6 +20,7 @@
 #include "path/descent.h"
 #include "path/march.h"
 #include "render/field.h"
+#include "volume/value_unit.h"
 
 namespace pliant {
 namespace {
@@ -100,7 +101,7 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
                                      : "with no lumen within " + text_of(kTellWithinMm) + " mm";
     return about(name, ErrorCode::InvalidArgument,
                  "expected a place in the lumen, found " + text_of(point_mm) + " in the tissue, " +
-                     how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
+                     how_far + " at " + text_of(tiles.lumen().iso_hu) + value_unit(tiles.volume()));
 }
 
 /// Removes points as far as the lumen and the spacing allow.
@@ -209,7 +210,7 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
     if (points.empty())
         return about("to", ErrorCode::NotFound,
                      "expected a place in the lumen of the other end, found no way at " +
-                         text_of(settings.iso_hu) + " HU");
+                         text_of(settings.iso_hu) + value_unit(tiles.volume()));
     return points;
 }
 

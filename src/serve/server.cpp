@@ -183,6 +183,9 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     if (!opened.ok()) return opened.error();
     auto impl = std::make_unique<Impl>();
     impl->notes = std::move(opened->notes);
+    const std::string remark =
+        remark_on(opened->scene->info().values, "the page's threshold, window and material");
+    if (!remark.empty()) impl->notes.push_back(remark);
     impl->tokens = {random_token(), random_token()};
     const serve::UploadSettings uploads = upload_settings(settings);
     if (uploads.keeps) serve::sweep_uploads(uploads.folder);
