@@ -65,7 +65,8 @@ pliant_test(protocol
     LIBRARIES nlohmann_json::nlohmann_json)
 target_compile_definitions(test_protocol PRIVATE PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 pliant_test(session
-    SOURCES ../serve/test_client.cpp test_checkpoint.cpp test_scene.cpp
+    SOURCES ../serve/test_client.cpp ../support/scan_files.cpp test_checkpoint.cpp test_scene.cpp
+            test_source.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp

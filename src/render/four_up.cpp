@@ -7,6 +7,8 @@
 //   ──────────┼─────────
 //   coronal   │ sagittal
 
+#include <pliant/scan_values.h>
+
 #include <array>
 #include <charconv>
 
@@ -60,7 +62,7 @@ Image section_panel(const Volume& volume, Section section, Orientation orientati
     const int axis = style.axis - 'x';
     label_top(panel, style.name, style.colour);
     std::string place{style.axis, ' '};
-    place += number(section.point_mm[axis], 1);
+    place += number(section.point_mm[axis], length_scale(volume.grid) < 0.1 ? 3 : 1);
     label_top(panel, place + " mm", style.colour, 1);
     const int digits = digits_of(section.window_hu);
     label_bottom(panel, "W " + number(section.window_hu, digits) + "  L " +

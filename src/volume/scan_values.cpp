@@ -293,7 +293,8 @@ std::string defaults_text(const ValueDefaults& v) {
 
 std::string remark_on(const ValueDefaults& values, const std::string& how) {
     if (values.kind == ValueKind::Hounsfield) return {};
-    return "taken as " + kind_text(values) + ": " + defaults_text(values) + "; change with " + how;
+    return "taken as " + kind_text(values) + "; defaults: " + defaults_text(values) +
+           "; change with " + how;
 }
 
 ValueDefaults value_defaults(const Volume& volume, const ReadNotes& notes) {

@@ -132,7 +132,7 @@ TEST_F(KindsOfScans, DeformSaysInOneLineWhatWasChosenAndHowToChangeIt) {
     write_scan(kKinds[0]);
     ASSERT_EQ(run("deform mr.nrrd --push 55,30,55:0,-3,0 --tool sphere:5 --out o.nrrd"), 0)
         << said();
-    EXPECT_NE(out().find("taken as values without a unit (by the histogram): window "),
+    EXPECT_NE(out().find("taken as values without a unit (by the histogram); defaults: window "),
               std::string::npos)
         << out();
     EXPECT_NE(out().find("; change with --window, --level"), std::string::npos);

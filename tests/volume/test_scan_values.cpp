@@ -146,10 +146,12 @@ TEST(ScanValues, CtInOtherUnitsIsScaledLikeHu) {
     EXPECT_EQ(values.level, 900);
     EXPECT_EQ(values.range, (ValueSpan{100, 4200}));
     EXPECT_EQ(values.background, 100);
-    EXPECT_EQ(remark_on(values, "this"),
-              "taken as CT without HU (DICOM says CT, but not HU): window 1500, level 900, iso 600 "
-              "rising, air below 600, bone above 1400, range 100 to 4200, outside 100; change with "
-              "this");
+    EXPECT_EQ(
+        remark_on(values, "this"),
+        "taken as CT without HU (DICOM says CT, but not HU); defaults: window 1500, level 900, "
+        "iso 600 rising, air below 600, bone above 1400, range 100 to 4200, outside 100; change "
+        "with "
+        "this");
 }
 
 TEST(ScanValues, NothingIsRigidInAnMrAndItsDarkBackgroundIsAir) {
