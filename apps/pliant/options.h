@@ -99,9 +99,9 @@ struct RenderOptions {
     std::string series;
     std::string load_state;  ///< state of the tissue; empty: at rest
     std::string out;
-    std::string path, movie;       ///< a flight along a curve; out and eye are then ignored
-    std::string keyframes;         ///< a movie from the page's keyframes, instead of a path
-    double speed_mm_s = 20;        ///< of the flight
+    std::string path, movie;           ///< a flight along a curve; out and eye are then ignored
+    std::string keyframes;             ///< a movie from the page's keyframes, instead of a path
+    std::optional<double> speed_mm_s;  ///< of the flight; nullopt: 20, less in a small specimen
     std::string view = "four-up";  ///< endoscope | blended | fluoroscopy | axial | coronal | …
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
     // Without a value: by the scan's values.
@@ -131,7 +131,7 @@ struct PathOptions {
     std::optional<double> iso_hu;  ///< nullopt: by the scan's values
     std::optional<std::string> polarity;
     double reach_mm = 0;
-    double spacing_mm = 2;
+    std::optional<double> spacing_mm;  ///< nullopt: 2, less in a small specimen
     bool json = false;
     int threads = 0;
 };

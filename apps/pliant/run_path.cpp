@@ -42,7 +42,6 @@ void tell(const PathOptions& o, const LumenPath& path) {
 int run_path(const PathOptions& o) {
     LumenPathSettings settings;
     settings.reach_mm = o.reach_mm;
-    settings.spacing_mm = o.spacing_mm;
     std::optional<ProgressBar> bar(std::in_place, "path");
     ReadNotes notes;
     auto volume = read_volume(o.file, {o.series}, &notes);
@@ -51,6 +50,8 @@ int run_path(const PathOptions& o) {
         return bad_input(volume.error().message);
     }
     const ValueDefaults values = take_values(*volume, notes);
+    settings.spacing_mm =
+        o.spacing_mm.value_or(length_scale(volume->grid) * LumenPathSettings{}.spacing_mm);
     settings.iso_hu = o.iso_hu.value_or(values.iso);
     settings.polarity = polarity_of(o.polarity, values);
     const TaskArena arena(o.threads);

@@ -214,7 +214,8 @@ Result<Image> draw(const RenderOptions& o, const ValueDefaults& values, const Vo
 
 /// Cameras of a movie, frame by frame: along a path with the options' parameters, or through
 /// keyframes with their own.
-Result<std::vector<Keyframe>> read_shots(const RenderOptions& o, const Views& v) {
+Result<std::vector<Keyframe>> read_shots(const RenderOptions& o, const Views& v, double scale) {
+    constexpr double kSpeed_mm_s = 20;
     std::vector<Keyframe> shots;
     if (!o.keyframes.empty()) {
         const auto frames = read_keyframes(o.keyframes);
@@ -227,7 +228,8 @@ Result<std::vector<Keyframe>> read_shots(const RenderOptions& o, const Views& v)
     const auto path = read_camera_path(o.path);
     if (!path) return path.error();
     const bool blended = o.view == "blended";
-    for (const CameraPose& pose : fly(*path, o.speed_mm_s / kFramesPerSecond))
+    for (const CameraPose& pose :
+         fly(*path, o.speed_mm_s.value_or(scale * kSpeed_mm_s) / kFramesPerSecond))
         shots.push_back({.eye_mm = pose.eye_mm,
                          .look = pose.look,
                          .up = pose.up,
@@ -290,8 +292,9 @@ int run_render(const RenderOptions& options) {
         rest = &state->rest;
     }
     if (!options.movie.empty()) {
-        const Views views = make_views(options, values, length_scale(volume->grid));
-        const auto shots = read_shots(options, views);
+        const double scale = length_scale(volume->grid);
+        const Views views = make_views(options, values, scale);
+        const auto shots = read_shots(options, views, scale);
         if (!shots) return fail(shots.error());
         const Status done = draw_movie(options, views, *shots, *shown, rest, arena, *bar);
         return done ? kExitOk : fail(done.error());

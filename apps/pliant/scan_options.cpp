@@ -68,7 +68,7 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("--keyframes", o.keyframes, "cameras that the page saved (.json), for a movie");
     c->add_option("--movie", o.movie, "file of the flight (.mp4, made by ffmpeg), or folder/");
     c->add_option("--speed", o.speed_mm_s, "of the flight [mm/s] (default 20)")
-        ->check(CLI::Range(0.1, 1000.0));
+        ->check(CLI::Range(0.001, 1000.0));
     c->add_option("--view", o.view,
                   "four-up, endoscope, blended, fluoroscopy, axial, coronal or sagittal")
         ->check(CLI::IsMember(
@@ -144,7 +144,7 @@ void add_path(CLI::App& app, PathOptions& o) {
     c->add_option("--reach", o.reach_mm, "an end in the tissue moves so far into a lumen [mm]")
         ->check(CLI::Range(0.0, 100.0));
     c->add_option("--spacing", o.spacing_mm, "between points, at most [mm] (default 2)")
-        ->check(CLI::Range(0.05, 100.0));
+        ->check(CLI::Range(0.0005, 100.0));
     c->add_flag("--json", o.json, "say length and radii as one JSON object");
     add_threads(c, o.threads);
     c->footer(
