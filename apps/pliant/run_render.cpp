@@ -228,8 +228,8 @@ Result<std::vector<Keyframe>> read_shots(const RenderOptions& o, const Views& v,
     const auto path = read_camera_path(o.path);
     if (!path) return path.error();
     const bool blended = o.view == "blended";
-    for (const CameraPose& pose :
-         fly(*path, o.speed_mm_s.value_or(scale * kSpeed_mm_s) / kFramesPerSecond))
+    const double step_mm = o.speed_mm_s.value_or(scale * kSpeed_mm_s) / kFramesPerSecond;
+    for (const CameraPose& pose : fly(*path, step_mm, scale))
         shots.push_back({.eye_mm = pose.eye_mm,
                          .look = pose.look,
                          .up = pose.up,
