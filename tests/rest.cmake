@@ -9,8 +9,7 @@ pliant_test(core
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
     SOURCES test_check_volume.cpp test_phantom.cpp test_phantom_scene.cpp test_sample_linear.cpp
-            test_slices.cpp
-            test_voxel_array.cpp)
+            test_scan_values.cpp test_slices.cpp test_voxel_array.cpp)
 pliant_test(formats
     SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
@@ -81,7 +80,8 @@ pliant_test(protocol
     LIBRARIES nlohmann_json::nlohmann_json)
 target_compile_definitions(test_protocol PRIVATE PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 pliant_test(session
-    SOURCES ../serve/test_client.cpp test_checkpoint.cpp test_scene.cpp
+    SOURCES ../serve/test_client.cpp ../support/scan_files.cpp test_checkpoint.cpp test_scene.cpp
+            test_source.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
@@ -99,8 +99,10 @@ add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
-                             ../serve/test_client.cpp test_crashes.cpp test_ending.cpp
-                             test_ending_movies.cpp test_keyframes.cpp test_mesh.cpp
+                             ../serve/test_client.cpp ../support/scan_files.cpp test_crashes.cpp
+                             test_ending.cpp
+                             test_ending_movies.cpp test_keyframes.cpp test_kinds_of_scans.cpp
+                             test_mesh.cpp
                              test_outputs.cpp test_path.cpp
                              test_program.cpp test_readers.cpp test_serve.cpp
                              test_value_range.cpp test_vessel.cpp

@@ -62,19 +62,20 @@ class Polyline {
 
 /// Resamples and smooths: evenly spaced points, each the weighted mean of its neighbours; the ends
 /// don't move.
-std::vector<Vec3d> smoothed(const Polyline& line) {
-    const int count = std::max(2, int(std::ceil(line.length() / kFineMm)) + 1);
+std::vector<Vec3d> smoothed(const Polyline& line, double scale) {
+    const double fine_mm = scale * kFineMm, smooth_mm = scale * kSmoothMm;
+    const int count = std::max(2, int(std::ceil(line.length() / fine_mm)) + 1);
     const double step = line.length() / (count - 1);
     std::vector<Vec3d> points;
     for (int n = 0; n < count; ++n) {
         const double s = n * step;
         // Symmetric window that narrows towards the ends.
-        const double reach = std::min({3 * kSmoothMm, s, line.length() - s});
+        const double reach = std::min({3 * smooth_mm, s, line.length() - s});
         const int most = int(reach / step);
         Vec3d sum{0, 0, 0};
         double weights = 0;
         for (int k = -most; k <= most; ++k) {
-            const double x = k * step / kSmoothMm, weight = std::exp(-0.5 * x * x);
+            const double x = k * step / smooth_mm, weight = std::exp(-0.5 * x * x);
             sum = sum + weight * line(s + k * step);
             weights += weight;
         }
@@ -173,16 +174,17 @@ Status write_camera_path(const std::string& file, const std::vector<Vec3d>& poin
     return staged.commit();
 }
 
-std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm) {
-    const Polyline path(smoothed(Polyline(points_mm)));
+std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm, double scale) {
+    const double ahead_mm = scale * kAheadMm;
+    const Polyline path(smoothed(Polyline(points_mm), scale));
     std::vector<CameraPose> poses;
     Vec3d look{0, 0, 0}, up{0, 0, 0};
     const auto count = std::int64_t(std::floor(path.length() / step_mm)) + 1;
     for (std::int64_t n = 0; n < count; ++n) {
         const double s = double(n) * step_mm;
-        const Vec3d eye = path(s), ahead = path(std::min(s + kAheadMm, path.length())) - eye;
+        const Vec3d eye = path(s), ahead = path(std::min(s + ahead_mm, path.length())) - eye;
         // Near the end the path ahead is too short for a direction.
-        if (n == 0 || path.length() - s > 0.25 * kAheadMm)
+        if (n == 0 || path.length() - s > 0.25 * ahead_mm)
             if (norm(ahead) > 0) look = normalized(ahead);
         if (n == 0) up = std::abs(look.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{0, -1, 0};
         up = up - dot(up, look) * look;  // parallel transport of the up vector: no roll

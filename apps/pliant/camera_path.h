@@ -29,6 +29,7 @@ struct CameraPose {
 /// Poses along the smoothed path at equal distances. The camera looks at a later point of the path,
 /// and doesn't roll.
 /// @param step_mm  between poses, > 0
-std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm);
+/// @param scale  of the smoothing and of the view ahead; see length_scale
+std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm, double scale = 1);
 
 }  // namespace pliant::app

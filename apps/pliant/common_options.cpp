@@ -60,6 +60,27 @@ void add_threads(CLI::App* command, int& threads) {
     command->add_option("--threads", threads, "threads to use; 0: all")->check(CLI::Range(0, 256));
 }
 
+void add_surface(CLI::App* command, std::optional<double>& iso,
+                 std::optional<std::string>& polarity, const std::string& what) {
+    command->add_option("--iso", iso, what + " (default: CT -500 HU, others by their values)");
+    command
+        ->add_option("--polarity", polarity,
+                     "rising (air lumen) or falling (contrast lumen) (default: CT rising)")
+        ->check(CLI::IsMember({"rising", "falling"}));
+}
+
+void add_window(CLI::App* command, std::optional<double>& window, std::optional<double>& level,
+                const std::string& more_window, const std::string& more_level) {
+    command
+        ->add_option(
+            "--window", window,
+            "of the sections (default: CT 1500 HU" + more_window + "; others by their values)")
+        ->check(CLI::PositiveNumber);
+    command->add_option(
+        "--level", level,
+        "of the sections (default: CT -200 HU" + more_level + "; others by their values)");
+}
+
 void add_look(CLI::App* command, LookOptions& look) {
     command->add_option("--style", look.style, "plain (shape alone) or real (as endoscopes record)")
         ->check(CLI::IsMember({"plain", "real"}));

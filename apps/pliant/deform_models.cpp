@@ -70,14 +70,20 @@ Models models_with(bool TissueTraits::*contact) {
 
 // ChainMail.
 
+/// Settings of the command line for a scan with these values.
+Result<ChainMailSettings> settings_for(const DeformOptions& o, const ValueDefaults& values,
+                                       std::vector<std::string>* notes = nullptr) {
+    if (!o.config.empty()) return read_chainmail_settings(o.config, values, notes);
+    ChainMailSettings settings;
+    suit_materials(values, settings);
+    return settings;
+}
+
 Result<ChainMailSettings> chainmail_settings(const DeformOptions& o,
                                              std::vector<std::string>& notes) {
-    ChainMailSettings settings;
-    if (!o.config.empty()) {
-        auto read = read_chainmail_settings(o.config, &notes);
-        if (!read.ok()) return read.error();
-        settings = *read;
-    }
+    auto read = settings_for(o, {}, &notes);
+    if (!read.ok()) return read.error();
+    ChainMailSettings settings = *read;
     settings.solver = o.solver == "heap" ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
     if (!o.labels.empty()) {
         auto labels = read_volume(o.labels);
@@ -97,13 +103,21 @@ Result<ChainMailSettings> chainmail_settings(const DeformOptions& o,
     return settings;
 }
 
-Result<MakeTissue> prepare_chainmail(const DeformOptions& o, std::vector<std::string>& notes) {
+Result<MakeScanTissue> prepare_chainmail(const DeformOptions& o, std::vector<std::string>& notes) {
     auto settings = chainmail_settings(o, notes);
     if (!settings.ok()) return settings.error();
-    return MakeTissue(
-        [settings = std::move(*settings)](const Volume& scan, const TaskArena& arena) {
-            return make_chainmail(scan, settings, arena, RestingTool::HoldsElements);
-        });
+    return MakeScanTissue([&o, read = std::move(*settings)](
+                              const Volume& scan, const ValueDefaults& values,
+                              const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+        if (values.kind == ValueKind::Hounsfield)
+            return make_chainmail(scan, read, arena, RestingTool::HoldsElements);
+        auto suited = settings_for(o, values);
+        if (!suited.ok()) return suited.error();
+        suited->solver = read.solver;
+        suited->labels = read.labels;
+        suited->directions = read.directions;
+        return make_chainmail(scan, *suited, arena, RestingTool::HoldsElements);
+    });
 }
 
 // Springs.
@@ -128,39 +142,44 @@ Result<Box3i> region_of(const std::pair<Vec3d, Vec3d>& corners_mm, const Grid& g
     return box;
 }
 
-Result<MakeTissue> prepare_springs(const DeformOptions& o, std::vector<std::string>&) {
-    return MakeTissue(
-        [&o](const Volume& scan, const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
-            SpringDeformationSettings settings;
-            if (const Status s = apply(o.settings, spring_rows(), settings); !s) return s.error();
-            if (o.region_mm) {
-                const auto region = region_of(*o.region_mm, scan.grid);
-                if (!region.ok()) return region.error();
-                settings.region = *region;
-            }
-            return make_springs(scan, settings, arena);
-        });
+Result<MakeScanTissue> prepare_springs(const DeformOptions& o, std::vector<std::string>&) {
+    return MakeScanTissue([&o](const Volume& scan, const ValueDefaults& values,
+                               const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+        SpringDeformationSettings settings;
+        settings.air_threshold_hu = values.air_threshold;
+        settings.fixed_hu = values.bone_threshold;
+        if (const Status s = apply(o.settings, spring_rows(), settings); !s) return s.error();
+        if (o.region_mm) {
+            const auto region = region_of(*o.region_mm, scan.grid);
+            if (!region.ok()) return region.error();
+            settings.region = *region;
+        }
+        return make_springs(scan, settings, arena);
+    });
 }
 
 // Bodies, and rigid tissue.
 
-Result<MakeTissue> prepare_body(const DeformOptions& o, std::vector<std::string>&) {
+Result<MakeScanTissue> prepare_body(const DeformOptions& o, std::vector<std::string>&) {
     if (o.mesh.empty())
         return Error{ErrorCode::InvalidArgument,
                      "--mesh: expected a file of tetrahedra for --model body, found none"};
     auto mesh = read_tetrahedra(o.mesh);
     if (!mesh.ok()) return Error{mesh.error().code, "--mesh: " + mesh.error().message};
-    return MakeTissue(
-        [&o, mesh = std::move(*mesh)](const Volume& scan,
+    return MakeScanTissue(
+        [&o, mesh = std::move(*mesh)](const Volume& scan, const ValueDefaults& values,
                                       const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
             BodySettings settings;
+            settings.fixed_hu = values.bone_threshold;
             if (const Status s = apply(o.settings, body_rows(), settings); !s) return s.error();
             return make_body(scan, mesh, settings, arena);
         });
 }
 
-Result<MakeTissue> prepare_rigid(const DeformOptions&, std::vector<std::string>&) {
-    return MakeTissue(make_rigid);
+Result<MakeScanTissue> prepare_rigid(const DeformOptions&, std::vector<std::string>&) {
+    return MakeScanTissue([](const Volume& scan, const ValueDefaults&, const TaskArena& arena) {
+        return make_rigid(scan, arena);
+    });
 }
 
 }  // namespace
@@ -190,7 +209,7 @@ Status check_model(const DeformOptions& o) {
     return Ok{};
 }
 
-Result<MakeTissue> prepare_tissue(const DeformOptions& o, std::vector<std::string>& notes) {
+Result<MakeScanTissue> prepare_tissue(const DeformOptions& o, std::vector<std::string>& notes) {
     if (o.model == "springs") return prepare_springs(o, notes);
     if (o.model == "body") return prepare_body(o, notes);
     if (o.model == "rigid") return prepare_rigid(o, notes);

@@ -5,8 +5,11 @@
 
 #pragma once
 
+#include <pliant/scan_values.h>
 #include <pliant/tissues.h>
 
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,7 +23,12 @@ const TissueTraits& traits_of(const DeformOptions& options);
 /// @returns InvalidArgument for an option or an action of another model
 Status check_model(const DeformOptions& options);
 
+/// Makes the tissue of a scan, with settings that suit its values; both must outlive it.
+using MakeScanTissue = std::function<Result<std::unique_ptr<Tissue>>(
+    const Volume& scan, const ValueDefaults& values, const TaskArena& arena)>;
+
 /// Reads the model's files, except the scan. @param[out] notes  remarks on them
-Result<MakeTissue> prepare_tissue(const DeformOptions& options, std::vector<std::string>& notes);
+Result<MakeScanTissue> prepare_tissue(const DeformOptions& options,
+                                      std::vector<std::string>& notes);
 
 }  // namespace pliant::app

@@ -193,7 +193,8 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--png", o.png, "before and after, four views each");
     add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");
     add_vector(c, "--look", o.look, "of the picture's endoscope (default: towards the push)");
-    c->add_option("--iso", o.iso_hu, "of the picture's surface [HU] (default -500)");
+    add_surface(c, o.iso_hu, o.polarity, "threshold of the picture's surface");
+    add_window(c, o.window_hu, o.level_hu);
     add_look(c, o.look_of);
     c->add_option("--solver", o.solver, "sweep, or heap (the ordered reference)")
         ->check(CLI::IsMember({"sweep", "heap"}));

@@ -11,6 +11,7 @@
 
 #include "look.h"
 #include "output_names.h"
+#include "scan_defaults.h"
 
 namespace pliant::app {
 namespace {
@@ -25,25 +26,34 @@ Image before_and_after(const DeformOptions& o, const MovingScan& scan, const Def
     const Volume& after = result.deformed.volume;
     const Volume& before = scan.volume();
     const TaskArena& arena = scan.arena();
-    const double iso_hu = o.iso_hu.value_or(-500);
+    const ValueDefaults& values = result.values;
+    const double iso_hu = o.iso_hu.value_or(values.iso);
+    const Polarity polarity = polarity_of(o.polarity, values);
     FourUp view;
+    view.endoscope.polarity = polarity;
+    view.section.window_hu = o.window_hu.value_or(values.window);
+    view.section.level_hu = o.level_hu.value_or(values.level);
     if (o.eye_mm) {
         view.endoscope.eye_mm = *o.eye_mm;
         view.endoscope.look = o.look.value_or(push.point_mm - *o.eye_mm);
         // An eye in bright contrast agent looks at a darker wall.
         const Vec3d eye_ijk = voxel_from_world(before.grid, *o.eye_mm);
-        if (sample_linear(before, eye_ijk) >= iso_hu) view.endoscope.polarity = Polarity::Falling;
+        if (!o.polarity && values.kind == ValueKind::Hounsfield &&
+            sample_linear(before, eye_ijk) >= iso_hu)
+            view.endoscope.polarity = Polarity::Falling;
     } else {
         view.endoscope =
-            aim_endoscope(before, push.point_mm, push.push_mm, iso_hu, Polarity::Rising, arena);
+            aim_endoscope(before, push.point_mm, push.push_mm, iso_hu, polarity, arena);
         if (o.look) view.endoscope.look = *o.look;
     }
     view.endoscope.iso_hu = iso_hu;
     set_look(o.look_of, view.endoscope);
     view.section.point_mm = push.point_mm;
+    const double scale = length_scale(before.grid);
+    view.endoscope.fog_distance_mm = scale * Endoscope{}.fog_distance_mm;
     // Zoom such that the push is at least a tenth of the picture.
     const double width_mm = before.grid.size.x * before.grid.spacing_mm.x;
-    view.section.width_mm = std::min(width_mm, std::max(80.0, 10 * norm(push.push_mm)));
+    view.section.width_mm = std::min(width_mm, std::max(80 * scale, 10 * norm(push.push_mm)));
     view.caption = "before";
     const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
     // Most pages are shared with the other scan and would count twice.

@@ -44,6 +44,8 @@ struct InfoOptions {
     std::string file;
     ScanChoice scan;
     bool suggest_push = false;
+    std::optional<double> iso_hu;  ///< of the suggested push's wall; nullopt: by the scan's values
+    std::optional<std::string> polarity;
     bool json = false;
 };
 
@@ -109,7 +111,9 @@ struct DeformOptions {
     std::string load_state, save_state;
     std::string out, displacement, transform, jacobian, strain, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< camera of the picture
-    std::optional<double> iso_hu;
+    // Without a value: by the scan's values.
+    std::optional<double> iso_hu, window_hu, level_hu;
+    std::optional<std::string> polarity;
     bool raw = false;
     int threads = 0;
 };
@@ -119,22 +123,23 @@ struct RenderOptions {
     ScanChoice scan;
     std::string load_state;  ///< state of the tissue; empty: at rest
     std::string out;
-    std::string path, movie;       ///< a flight along a curve; out and eye are then ignored
-    std::string keyframes;         ///< a movie from the page's keyframes, instead of a path
-    double speed_mm_s = 20;        ///< of the flight
+    std::string path, movie;           ///< a flight along a curve; out and eye are then ignored
+    std::string keyframes;             ///< a movie from the page's keyframes, instead of a path
+    std::optional<double> speed_mm_s;  ///< of the flight; nullopt: 20, less in a small specimen
     std::string view = "four-up";  ///< endoscope | blended | fluoroscopy | axial | coronal | …
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
-    double iso_hu = -500;
-    std::string polarity = "rising";
+    // Without a value: by the scan's values.
+    std::optional<double> iso_hu;
+    std::optional<std::string> polarity;
     std::optional<Vec3d> eye_mm, look, up, at_mm;
     double field_of_view_deg = 80;
     double barrel_distortion = 0.15;
-    double fog_distance_mm = 120;
+    std::optional<double> fog_distance_mm;      ///< nullopt: 120, less in a small specimen
     std::optional<std::string> colour;          ///< "R,G,B" 0…255
     LookOptions look_of;                        ///< for the endoscope's picture
     std::optional<double> window_hu, level_hu;  ///< of sections, or of the opacity in the blended
                                                 ///< view
-    double opacity_per_mm = 0.25;
+    std::optional<double> opacity_per_mm;       ///< nullopt: 0.25, more in a small specimen
     // Fluoroscopy; without a width the whole scan is shown.
     double source_mm = 1000, contrast = 1, noise = 1;
     std::uint32_t seed = 0;
@@ -147,10 +152,10 @@ struct PathOptions {
     ScanChoice scan;
     std::string out;
     Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
-    double iso_hu = -500;
-    std::string polarity = "rising";
+    std::optional<double> iso_hu;  ///< nullopt: by the scan's values
+    std::optional<std::string> polarity;
     double reach_mm = 0;
-    double spacing_mm = 2;
+    std::optional<double> spacing_mm;  ///< nullopt: 2, less in a small specimen
     bool json = false;
     int threads = 0;
 };

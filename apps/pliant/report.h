@@ -13,6 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include <pliant/scan_values.h>
+
 #include "options.h"
 
 namespace pliant::app {
@@ -35,6 +37,7 @@ struct DeformResult {
     RestField rest;                ///< for a picture in the style real
     std::uint64_t hash = 0;
     std::vector<std::string> notes;
+    ValueDefaults values;  ///< of the scan
 };
 
 /// A figure by its name, or null.

@@ -15,6 +15,7 @@
 
 #include "deform_models.h"
 #include "deform_outputs.h"
+#include "scan_defaults.h"
 #include "setting_options.h"
 #include "standard_output.h"
 
@@ -190,9 +191,13 @@ int run_deform(const DeformOptions& options) {
             "one slice, doubled for the deformation; --out has one again, fields have two");
     }
     result.notes.insert(result.notes.end(), read_notes.notes.begin(), read_notes.notes.end());
+    result.values = take_values(*volume, read_notes);
+    const std::string remark = remark_on(
+        result.values, "--window, --level, --iso, --polarity, and --config with [material], [air]");
+    if (!remark.empty()) result.notes.push_back(remark);
     bar->show(0.2);
     const TaskArena arena(options.threads);
-    const auto made = (*make)(*volume, arena);
+    const auto made = (*make)(*volume, result.values, arena);
     if (!made.ok()) return fail(named_by_option(made.error()));
     Tissue& tissue = **made;
     if (!options.load_state.empty())
@@ -228,8 +233,9 @@ int run_deform(const DeformOptions& options) {
         !s.ok())
         return fail(s.error());
     bar.reset();
-    if (!is_standard_output(options.report))
-        std::fputs(report_text(options, result).c_str(), stdout);
+    if (is_standard_output(options.report)) return kExitOk;
+    if (!remark.empty()) std::printf("%s\n", remark.c_str());
+    std::fputs(report_text(options, result).c_str(), stdout);
     return kExitOk;
 }
 

@@ -5,6 +5,7 @@
 
 #include "options.h"
 #include "progress.h"
+#include "scan_defaults.h"
 #include "shell_word.h"
 #include "suggest_push.h"
 #include "value_range.h"
@@ -86,7 +87,8 @@ nlohmann::ordered_json list_of(Vec3d v) {
 }
 
 void print_json(const InfoOptions& options, const Volume& volume, const ReadNotes& notes,
-                const ValueRange& range, const std::optional<PushOption>& push) {
+                const ValueDefaults& values, const ValueRange& range,
+                const std::optional<PushOption>& push) {
     const Grid& grid = volume.grid;
     nlohmann::ordered_json json;
     json["file"] = options.file;
@@ -109,10 +111,24 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
                          {"ras", {list_of(ras_box(box).low_mm), list_of(ras_box(box).high_mm)}}};
     json["centre_mm"] = {{"lps", list_of(centre)}, {"ras", list_of(ras_of(centre))}};
     json["oblique_angle_deg"] = oblique_angle_deg(grid);
-    json["min_hu"] = range.min_hu;
-    json["max_hu"] = range.max_hu;
+    json["modality"] = notes.modality;
+    json["rescale_type"] = notes.rescale_type;
+    json["taken_as"] = name_of(values.kind);
+    json["reason"] = values.reason;
+    json["unit"] = values.kind == ValueKind::Hounsfield ? "HU" : "";
+    json["min"] = range.min;
+    json["max"] = range.max;
     for (std::size_t p = 0; p < kPercentCount; ++p)
-        json["percentiles_hu"][std::to_string(int(kPercents[p]))] = range.percentiles_hu[p];
+        json["percentiles"][std::to_string(int(kPercents[p]))] = range.percentiles[p];
+    json["defaults"] = {{"window", values.window},
+                        {"level", values.level},
+                        {"iso", values.iso},
+                        {"polarity", values.lumen_is_bright ? "falling" : "rising"},
+                        {"range", {values.range.low, values.range.high}},
+                        {"air_enabled", values.has_air},
+                        {"air_threshold", values.air_threshold},
+                        {"bone_threshold", values.bone_threshold},
+                        {"background", values.background}};
     json["memory_mb"] = memory_mb(volume);
     json["key_values"] = nlohmann::ordered_json::object();
     for (const auto& [key, value] : volume.key_values) json["key_values"][key] = value;
@@ -120,7 +136,7 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     if (push)
         json["suggested_push"] = {{"point_mm", list_of(push->point_mm)},
                                   {"push_mm", list_of(push->push_mm)},
-                                  {"sphere_radius_mm", kSuggestedRadiusMm}};
+                                  {"sphere_radius_mm", suggested_radius_mm(grid)}};
     // Invalid UTF-8 in a file is replaced, not refused.
     const std::string text =
         json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
@@ -160,15 +176,19 @@ void print_geometry(const Grid& grid) {
 }
 
 /// Prints commands for this scan.
-void print_next(const InfoOptions& options, const std::optional<PushOption>& push) {
-    const std::string file = shell_word(options.file);
+void print_next(const InfoOptions& options, const Grid& grid,
+                const std::optional<PushOption>& push) {
+    std::string file = shell_word(options.file);
+    if (!options.series.empty()) file += " --series " + shell_word(options.series);
+    if (options.iso_hu) file += " --iso " + digits(*options.iso_hu);
+    if (options.polarity) file += " --polarity " + *options.polarity;
     std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());
     if (push) {
         std::printf(
             "             pliant deform %s --push \"%s:%s\" --tool sphere:%s --out "
             "pushed.nrrd --png pushed.png\n",
             file.c_str(), digits(push->point_mm, ",").c_str(), digits(push->push_mm, ",").c_str(),
-            digits(kSuggestedRadiusMm).c_str());
+            digits(suggested_radius_mm(grid)).c_str());
     } else if (options.suggest_push) {
         std::printf("             no wall that gives way is in view; see pliant deform --help\n");
     } else {
@@ -177,21 +197,29 @@ void print_next(const InfoOptions& options, const std::optional<PushOption>& pus
 }
 
 void print_text(const InfoOptions& options, const Volume& volume, const ReadNotes& notes,
-                const ValueRange& range, const std::optional<PushOption>& push) {
+                const ValueDefaults& values, const ValueRange& range,
+                const std::optional<PushOption>& push) {
+    const std::string unit = unit_of(values.kind);
     print_line("file", options.file);
     print_line("format", notes.format + ", stored as " + notes.stored_type);
     print_geometry(volume.grid);
-    print_line("values", digits(range.min_hu) + " to " + digits(range.max_hu) + " HU");
+    if (!notes.modality.empty())
+        print_line("modality",
+                   notes.modality +
+                       (notes.rescale_type.empty() ? "" : ", rescaled to " + notes.rescale_type));
+    print_line("taken as", kind_text(values));
+    print_line("defaults", defaults_text(values));
+    print_line("values", digits(range.min) + " to " + digits(range.max) + unit);
     std::string percentiles;
     for (std::size_t p = 0; p < kPercentCount; ++p)
         percentiles +=
-            (p ? ", " : "") + digits(kPercents[p]) + " %: " + digits(range.percentiles_hu[p]);
-    print_line("percentiles", percentiles + " HU");
+            (p ? ", " : "") + digits(kPercents[p]) + " %: " + digits(range.percentiles[p]);
+    print_line("percentiles", percentiles + unit);
     print_line("memory", digits(std::round(10 * memory_mb(volume)) / 10) + " MB as " +
                              (volume.is_16_bit() ? "int16" : "float32"));
     for (const auto& [key, value] : volume.key_values) print_line("key", key + ": " + value);
     for (const std::string& note : notes.notes) print_line("note", note);
-    print_next(options, push);
+    print_next(options, volume.grid, push);
 }
 
 }  // namespace
@@ -199,19 +227,22 @@ void print_text(const InfoOptions& options, const Volume& volume, const ReadNote
 int run_info(const InfoOptions& options) {
     ReadNotes notes;
     std::optional<ProgressBar> bar(std::in_place, "info");
-    const auto volume = read_volume(options.file, options.scan.options(), &notes);
+    auto volume = read_volume(options.file, options.scan.options(), &notes);
     if (!volume) {
         bar.reset();
         return bad_input(volume.error().message);
     }
     const ValueRange range = value_range(*volume);
+    const ValueDefaults values = take_values(*volume, notes);
     std::optional<PushOption> push;
-    if (options.suggest_push) push = suggest_push(*volume, TaskArena());
+    if (options.suggest_push)
+        push = suggest_push(*volume, values, options.iso_hu.value_or(values.iso),
+                            polarity_of(options.polarity, values), TaskArena());
     bar.reset();
     if (options.json)
-        print_json(options, *volume, notes, range, push);
+        print_json(options, *volume, notes, values, range, push);
     else
-        print_text(options, *volume, notes, range, push);
+        print_text(options, *volume, notes, values, range, push);
     return kExitOk;
 }
 

@@ -14,6 +14,7 @@
 #include "camera_path.h"
 #include "options.h"
 #include "progress.h"
+#include "scan_defaults.h"
 #include "setting_options.h"
 
 namespace pliant::app {
@@ -40,16 +41,19 @@ void tell(const PathOptions& o, const LumenPath& path) {
 
 int run_path(const PathOptions& o) {
     LumenPathSettings settings;
-    settings.iso_hu = o.iso_hu;
-    settings.polarity = o.polarity == "falling" ? Polarity::Falling : Polarity::Rising;
     settings.reach_mm = o.reach_mm;
-    settings.spacing_mm = o.spacing_mm;
     std::optional<ProgressBar> bar(std::in_place, "path");
-    const auto volume = read_volume(o.file, o.scan.options());
+    ReadNotes notes;
+    auto volume = read_volume(o.file, o.scan.options(), &notes);
     if (!volume) {
         bar.reset();
         return bad_input(volume.error().message);
     }
+    const ValueDefaults values = take_values(*volume, notes);
+    settings.spacing_mm =
+        o.spacing_mm.value_or(length_scale(volume->grid) * LumenPathSettings{}.spacing_mm);
+    settings.iso_hu = o.iso_hu.value_or(values.iso);
+    settings.polarity = polarity_of(o.polarity, values);
     const TaskArena arena(o.threads);
     const auto path = find_lumen_path(*volume, o.from_mm, o.to_mm, settings, arena);
     bar.reset();

@@ -8,6 +8,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -18,6 +19,7 @@
 #include "movie.h"
 #include "options.h"
 #include "progress.h"
+#include "scan_defaults.h"
 
 namespace pliant::app {
 namespace {
@@ -43,16 +45,19 @@ Vec3d volume_centre_mm(const Grid& g) {
 }
 
 /// Builds the endoscope of the options; open parameters are found in the scan.
-/// @returns InvalidArgument if there is no lumen to start from
+/// @returns InvalidArgument if there is no lumen at the user's threshold
 Result<Endoscope> place_endoscope(const RenderOptions& o, const Volume& volume, Endoscope e,
                                   const TaskArena& arena) {
     if (!o.eye_mm) {
         const auto found = find_endoscope(volume, e.iso_hu, e.polarity, arena);
-        if (!found)
+        // A threshold that the user gave must have a lumen; the blended view needs none.
+        if (!found && o.iso_hu && o.view != "blended")
             return Error{ErrorCode::InvalidArgument,
                          o.file + ": no lumen at --iso; expected --eye X,Y,Z or another threshold"};
-        e.eye_mm = found->eye_mm;
-        e.look = found->look;
+        const Endoscope view = found ? *found : view_of_whole(volume);
+        e.eye_mm = view.eye_mm;
+        e.look = view.look;
+        if (!found && !o.fog_distance_mm) e.fog_distance_mm = 0;
     } else {
         e.eye_mm = *o.eye_mm;
     }
@@ -95,12 +100,10 @@ Result<LoadedState> load_state(const RenderOptions& o, const Volume& scan, const
 
 /// @returns fault of the options, or an empty text
 std::string check(const RenderOptions& o) {
-    const std::pair<const char*, double> numbers[] = {{"--iso", o.iso_hu},
-                                                      {"--fov", o.field_of_view_deg},
-                                                      {"--barrel", o.barrel_distortion},
-                                                      {"--fog", o.fog_distance_mm},
-                                                      {"--window", o.window_hu.value_or(0)},
-                                                      {"--level", o.level_hu.value_or(0)}};
+    const std::pair<const char*, double> numbers[] = {
+        {"--iso", o.iso_hu.value_or(0)},       {"--fov", o.field_of_view_deg},
+        {"--barrel", o.barrel_distortion},     {"--fog", o.fog_distance_mm.value_or(0)},
+        {"--window", o.window_hu.value_or(0)}, {"--level", o.level_hu.value_or(0)}};
     for (const auto& [name, value] : numbers)
         if (!std::isfinite(value)) return std::string(name) + ": expected a finite number";
     if (o.look && !(norm(*o.look) > 0)) return "--look: expected a direction, found 0,0,0";
@@ -156,7 +159,8 @@ struct Views {
     int width, height;
 };
 
-Views make_views(const RenderOptions& o) {
+/// @param scale  of lengths in the scan
+Views make_views(const RenderOptions& o, const ValueDefaults& values, double scale) {
     Views v;
     const int side = o.view == "four-up" ? 1024 : 512;
     v.width = o.width > 0 ? o.width : side;
@@ -164,16 +168,16 @@ Views make_views(const RenderOptions& o) {
     Endoscope& e = v.endoscope;
     e.field_of_view_deg = o.field_of_view_deg;
     e.barrel_distortion = o.barrel_distortion;
-    e.fog_distance_mm = o.fog_distance_mm;
-    e.iso_hu = o.iso_hu;
-    e.polarity = o.polarity == "falling" ? Polarity::Falling : Polarity::Rising;
+    e.fog_distance_mm = o.fog_distance_mm.value_or(scale * e.fog_distance_mm);
+    e.iso_hu = o.iso_hu.value_or(values.iso);
+    e.polarity = polarity_of(o.polarity, values);
     if (o.colour) e.surface = *parse_colour(*o.colour);
     set_look(o.look_of, e);
-    v.section.window_hu = o.window_hu.value_or(v.section.window_hu);
-    v.section.level_hu = o.level_hu.value_or(v.section.level_hu);
-    v.transfer.window_hu = o.window_hu.value_or(v.transfer.window_hu);
-    v.transfer.level_hu = o.level_hu.value_or(v.transfer.level_hu);
-    v.transfer.opacity_per_mm = o.opacity_per_mm;
+    v.section.window_hu = o.window_hu.value_or(values.window);
+    v.section.level_hu = o.level_hu.value_or(values.level);
+    v.transfer.window_hu = o.window_hu.value_or(values.blended_window);
+    v.transfer.level_hu = o.level_hu.value_or(values.blended_level);
+    v.transfer.opacity_per_mm = o.opacity_per_mm.value_or(v.transfer.opacity_per_mm / scale);
     return v;
 }
 
@@ -184,10 +188,10 @@ Image draw_four(const RenderOptions& o, const Volume& volume, const Views& v,
 }
 
 /// @param rest  rest field of a deformed volume, or null
-Result<Image> draw(const RenderOptions& o, const Volume& volume, const RestField* rest,
-                   const TaskArena& arena) {
+Result<Image> draw(const RenderOptions& o, const ValueDefaults& values, const Volume& volume,
+                   const RestField* rest, const TaskArena& arena) {
     const bool section_only = o.view == "axial" || o.view == "coronal" || o.view == "sagittal";
-    Views v = make_views(o);
+    Views v = make_views(o, values, length_scale(volume.grid));
     v.endoscope.rest = rest;
     if (section_only && (o.at_mm || o.eye_mm)) {
         v.section.point_mm = o.at_mm ? *o.at_mm : *o.eye_mm;
@@ -210,7 +214,8 @@ Result<Image> draw(const RenderOptions& o, const Volume& volume, const RestField
 
 /// Cameras of a movie, frame by frame: along a path with the options' parameters, or through
 /// keyframes with their own.
-Result<std::vector<Keyframe>> read_shots(const RenderOptions& o) {
+Result<std::vector<Keyframe>> read_shots(const RenderOptions& o, const Views& v, double scale) {
+    constexpr double kSpeed_mm_s = 20;
     std::vector<Keyframe> shots;
     if (!o.keyframes.empty()) {
         const auto frames = read_keyframes(o.keyframes);
@@ -222,23 +227,23 @@ Result<std::vector<Keyframe>> read_shots(const RenderOptions& o) {
     }
     const auto path = read_camera_path(o.path);
     if (!path) return path.error();
-    const Views v = make_views(o);
     const bool blended = o.view == "blended";
-    for (const CameraPose& pose : fly(*path, o.speed_mm_s / kFramesPerSecond))
+    const double step_mm = o.speed_mm_s.value_or(scale * kSpeed_mm_s) / kFramesPerSecond;
+    for (const CameraPose& pose : fly(*path, step_mm, scale))
         shots.push_back({.eye_mm = pose.eye_mm,
                          .look = pose.look,
                          .up = pose.up,
                          .field_of_view_deg = o.field_of_view_deg,
-                         .iso_hu = o.iso_hu,
+                         .iso_hu = v.endoscope.iso_hu,
                          .window_hu = blended ? v.transfer.window_hu : v.section.window_hu,
                          .level_hu = blended ? v.transfer.level_hu : v.section.level_hu});
     return shots;
 }
 
 /// Draws all frames with one caster.
-Status draw_movie(const RenderOptions& o, const std::vector<Keyframe>& shots, const Volume& volume,
-                  const RestField* rest, const TaskArena& arena, ProgressBar& bar) {
-    Views v = make_views(o);
+Status draw_movie(const RenderOptions& o, Views v, const std::vector<Keyframe>& shots,
+                  const Volume& volume, const RestField* rest, const TaskArena& arena,
+                  ProgressBar& bar) {
     v.endoscope.rest = rest;
     Movie movie;
     if (const Status opened = movie.open(o.movie, v.width, v.height); !opened) return opened;
@@ -266,19 +271,15 @@ Status draw_movie(const RenderOptions& o, const std::vector<Keyframe>& shots, co
 
 int run_render(const RenderOptions& options) {
     if (const std::string wrong = check(options); !wrong.empty()) return bad_input(wrong);
-    std::vector<Keyframe> shots;
-    if (!options.movie.empty()) {
-        const auto read = read_shots(options);
-        if (!read) return bad_input(read.error().message);
-        shots = *read;
-    }
     std::optional<ProgressBar> bar(std::in_place, "render");
     const auto fail = [&](const Error& error) {
         bar.reset();
         return bad_input(error.message);
     };
-    const auto volume = read_volume(options.file, options.scan.options());
+    ReadNotes notes;
+    auto volume = read_volume(options.file, options.scan.options(), &notes);
     if (!volume) return fail(volume.error());
+    const ValueDefaults values = take_values(*volume, notes);
     const TaskArena arena(options.threads);
     const Volume* shown = &*volume;
     const RestField* rest = nullptr;
@@ -290,12 +291,18 @@ int run_render(const RenderOptions& options) {
         shown = &state->deformed.volume;
         rest = &state->rest;
     }
-    if (!shots.empty()) {
-        const Status done = draw_movie(options, shots, *shown, rest, arena, *bar);
+    if (!options.movie.empty()) {
+        const double scale = length_scale(volume->grid);
+        const Views views = make_views(options, values, scale);
+        const auto shots = read_shots(options, views, scale);
+        if (!shots) return fail(shots.error());
+        const Status done = draw_movie(options, views, *shots, *shown, rest, arena, *bar);
         return done ? kExitOk : fail(done.error());
     }
-    const auto image = draw(options, *shown, rest, arena);
+    const auto image = draw(options, values, *shown, rest, arena);
     bar.reset();
+    const std::string remark = remark_on(values, "--window, --level, --iso, --polarity");
+    if (!remark.empty()) std::printf("%s\n", remark.c_str());
     if (!image) return bad_input(image.error().message);
     if (const auto written = write_png(options.out, *image); !written)
         return bad_input(written.error().message);

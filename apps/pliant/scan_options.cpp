@@ -21,6 +21,7 @@ void add_info(CLI::App& app, InfoOptions& o) {
     c->add_option("FILE", o.file, kScanKinds)->required();
     add_scan(c, o.scan);
     c->add_flag("--suggest-push", o.suggest_push, "a point on a wall that gives way");
+    add_surface(c, o.iso_hu, o.polarity, "threshold of that wall");
     c->add_flag("--json", o.json, "one JSON object");
     c->footer("Example:\n  pliant info scan.nrrd --suggest-push");
 }
@@ -91,14 +92,12 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("--keyframes", o.keyframes, "cameras that the page saved (.json), for a movie");
     c->add_option("--movie", o.movie, "file of the flight (.mp4, made by ffmpeg), or folder/");
     c->add_option("--speed", o.speed_mm_s, "of the flight [mm/s] (default 20)")
-        ->check(CLI::Range(0.1, 1000.0));
+        ->check(CLI::Range(0.001, 1000.0));
     c->add_option("--view", o.view,
                   "four-up, endoscope, blended, fluoroscopy, axial, coronal or sagittal")
         ->check(CLI::IsMember(
             {"four-up", "endoscope", "blended", "fluoroscopy", "axial", "coronal", "sagittal"}));
-    c->add_option("--iso", o.iso_hu, "threshold of the surface [HU] (default -500)");
-    c->add_option("--polarity", o.polarity, "rising (air lumen) or falling (contrast lumen)")
-        ->check(CLI::IsMember({"rising", "falling"}));
+    add_surface(c, o.iso_hu, o.polarity, "threshold of the surface");
     add_vector(c, "--eye", o.eye_mm, "of the endoscope, LPS mm (default: chosen in the lumen)");
     add_vector(c, "--look", o.look, "direction (default: along the lumen)");
     add_vector(c, "--up", o.up, "direction that is up in the picture");
@@ -125,9 +124,7 @@ void add_render(CLI::App& app, RenderOptions& o) {
         ->check(CLI::Range(0.0, 1e6));
     c->add_option("--colour,--color", o.colour, "of the surface, R,G,B each 0…255");
     add_look(c, o.look_of);
-    c->add_option("--window", o.window_hu, "of the sections [HU] (default 1500; blended: 500)")
-        ->check(CLI::PositiveNumber);
-    c->add_option("--level", o.level_hu, "of the sections [HU] (default -200; blended: 150)");
+    add_window(c, o.window_hu, o.level_hu, "; blended: 500", "; blended: 150");
     c->add_option("--opacity", o.opacity_per_mm, "blended: at the window's upper end [1/mm]")
         ->check(CLI::Range(0.0, 1000.0));
     c->add_option("--source", o.source_mm, "fluoroscopy: from the source to --at [mm] (1000)")
@@ -167,14 +164,11 @@ void add_path(CLI::App& app, PathOptions& o) {
     add_place("--from", o.from_mm, "where the way begins, LPS mm");
     add_place("--to", o.to_mm, "where it ends, LPS mm");
     c->add_option("--out", o.out, "curve for 3D Slicer to write (.mrk.json)")->required();
-    c->add_option("--iso", o.iso_hu, "threshold of the wall [HU] (default -500)")
-        ->check(CLI::Range(-32768.0, 32767.0));
-    c->add_option("--polarity", o.polarity, "rising (air lumen) or falling (contrast lumen)")
-        ->check(CLI::IsMember({"rising", "falling"}));
+    add_surface(c, o.iso_hu, o.polarity, "threshold of the wall");
     c->add_option("--reach", o.reach_mm, "an end in the tissue moves so far into a lumen [mm]")
         ->check(CLI::Range(0.0, 100.0));
     c->add_option("--spacing", o.spacing_mm, "between points, at most [mm] (default 2)")
-        ->check(CLI::Range(0.05, 100.0));
+        ->check(CLI::Range(0.0005, 100.0));
     c->add_flag("--json", o.json, "say length and radii as one JSON object");
     add_threads(c, o.threads);
     c->footer(
@@ -220,7 +214,7 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
              o.low = n[0];
              o.high = n[1];
          },
-         "values of the lumen [HU]")
+         "values of the lumen")
         ->type_name("LOW,HIGH")
         ->needs(seed);
     add_vector(c, "--to", o.to_mm, "keep to the way through the lumen from the seed to here")

@@ -5,8 +5,9 @@
 
 #pragma once
 
+#include <pliant/render.h>
+#include <pliant/scan_values.h>
 #include <pliant/tasks.h>
-#include <pliant/volume.h>
 
 #include <optional>
 
@@ -14,11 +15,13 @@
 
 namespace pliant::app {
 
-/// Radius of the suggested sphere [mm].
-inline constexpr double kSuggestedRadiusMm = 4;
+/// Radius of the suggested sphere [mm]: 4, less in a small specimen, more in coarse voxels.
+double suggested_radius_mm(const Grid& grid);
 
-/// Finds a wall in the first view of the lumen that gives way to a push of 6 mm into it.
+/// Finds a wall in the first view of the lumen that gives way to a push of 6 mm into it, or less in
+/// a small specimen.
 /// @returns nullopt if there is no lumen, or bone holds every visible wall
-std::optional<PushOption> suggest_push(const Volume& volume, const TaskArena& arena);
+std::optional<PushOption> suggest_push(const Volume& volume, const ValueDefaults& values,
+                                       double iso, Polarity polarity, const TaskArena& arena);
 
 }  // namespace pliant::app

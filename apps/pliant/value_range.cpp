@@ -108,9 +108,9 @@ ValueRange value_range(const Volume& volume) {
     const auto values = std::visit(
         [&](const auto& voxels) { return values_of_ranks(voxels, ranks); }, volume.voxels);
     ValueRange range;
-    range.min_hu = values.front();
-    range.max_hu = values.back();
-    for (std::size_t p = 0; p < kPercentCount; ++p) range.percentiles_hu[p] = values[p + 1];
+    range.min = values.front();
+    range.max = values.back();
+    for (std::size_t p = 0; p < kPercentCount; ++p) range.percentiles[p] = values[p + 1];
     return range;
 }
 

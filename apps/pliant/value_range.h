@@ -14,8 +14,8 @@ inline constexpr double kPercents[] = {1, 5, 25, 50, 75, 95, 99};
 inline constexpr std::size_t kPercentCount = std::size(kPercents);
 
 struct ValueRange {
-    double min_hu = 0, max_hu = 0;
-    double percentiles_hu[kPercentCount] = {};
+    double min = 0, max = 0;
+    double percentiles[kPercentCount] = {};
 };
 
 /// Exact, without a copy of the values. @pre there are voxels, all finite

@@ -15,6 +15,7 @@
 
 #include <pliant/record.h>
 #include <pliant/result.h>
+#include <pliant/scan_values.h>
 #include <pliant/vec.h>
 #include <pliant/volume.h>
 
@@ -40,7 +41,7 @@ struct ElementLimits {
     double yield = 0;
 };
 
-/// Limits by voxel value [HU, rounded to a whole number]. ChainMail::create evaluates it for
+/// Limits by voxel value, rounded to a whole number. ChainMail::create evaluates it for
 /// −32767…32767, and refuses numbers outside of their ranges.
 using MaterialLaw = std::function<ElementLimits(int value_hu)>;
 
@@ -97,7 +98,13 @@ enum class ChainMailSolver {
 struct ChainMailSettings {
     // [material]
     std::string law = "draeger";  ///< "draeger", the only named law; see draeger_law
-    double offset = 0.2;          ///< size of the chain regions, fraction of a link, 0 (rigid)…1
+    /// Values that the law maps to w = 0 (softest) and w = 1 (rigid): low < high. Those of float
+    /// scans are resolved to 1/4095 of it, except in the default range, which rounds to whole HU.
+    ValueSpan range{-1000, 3095};
+    /// Instead of the range: percentiles of the scan's values, 0…100.
+    std::optional<ValueSpan> range_percent{};
+    double offset = 0.2;    ///< size of the chain regions, fraction of a link, 0 (rigid)…1
+    Vec3d factor{1, 1, 1};  ///< of all limits along i, j, k, 0…100; not of air and labels
     double bone_threshold_hu = 300;  ///< elements with a larger value don't move
     double max_movement_mm = 20;     ///< movement limit of the softest element, 0…500
     LinkLimits limits = LinkLimits::Box;
@@ -144,9 +151,20 @@ SettingRows<ChainMailSettings> chainmail_material_rows() noexcept;
 Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
                                                   std::vector<std::string>* notes = nullptr);
 
-/// Law of [Draeger2005, 3.5.5 and 3.6.2]. With w = clamp((v + 1000)/4095, 0, 1), all limits are
-/// offset·(1 − w²), and the movement limit is (1 − w²)·max_movement_mm.
+/// Law of [Draeger2005, 3.5.5 and 3.6.2]. With w = clamp((v − low)/(high − low), 0, 1) over the
+/// range, all limits are offset·(1 − w²)·factor, and the movement limit is
+/// (1 − w²)·max_movement_mm. range_percent is ignored.
 MaterialLaw draeger_law(const ChainMailSettings& settings);
+
+/// Sets range, thresholds and air to those that suit a scan; nothing changes for CT in HU.
+void suit_materials(const ValueDefaults& values, ChainMailSettings& settings);
+/// Sets the thresholds and air to those that suit a scan with the settings' range.
+void suit_thresholds(const ValueDefaults& values, ChainMailSettings& settings);
+
+/// Reads a settings file for a scan: settings that the file doesn't name suit the scan's values.
+Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
+                                                  const ValueDefaults& values,
+                                                  std::vector<std::string>* notes = nullptr);
 
 }  // namespace pliant
 #pragma GCC visibility pop

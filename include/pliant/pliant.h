@@ -39,6 +39,7 @@
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/result.h>
+#include <pliant/scan_values.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
 #include <pliant/springs.h>

@@ -82,6 +82,9 @@ struct Endoscope {
 std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Polarity polarity,
                                         const TaskArena& arena);
 
+/// A view of the whole scan from outside, from the front, for scans without a lumen.
+Endoscope view_of_whole(const Volume& volume);
+
 /// Finds the longest free path from an eye [mm, LPS] to a wall: a good viewing direction.
 /// @returns a unit vector, or nullopt if no wall is visible
 std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu, Polarity polarity,

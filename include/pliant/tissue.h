@@ -218,7 +218,8 @@ using MakeTissue =
 struct SpringDeformationSettings {
     Box3i region{};                  ///< voxels that may move; empty: the whole scan
     double cell_mm = 8;              ///< edge of a control cell, rounded to whole voxels
-    double young_modulus_pa = 15e3;  ///< of tissue; air, below −500 HU, has 1 % of it
+    double young_modulus_pa = 15e3;  ///< of tissue; air has 1 % of it
+    double air_threshold_hu = -500;  ///< smaller values are air
     double fixed_hu = 300;           ///< nodes with a larger mean value around them are fixed
     double fixed_share = 0.05;       ///< cells with a larger share of such voxels have fixed nodes
     std::int32_t depth = 10;         ///< layers of nodes that forces reach around a tool

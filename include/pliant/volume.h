@@ -3,8 +3,8 @@
 
 // A scan: voxel values on a grid, with the key/value pairs of its file.
 //
-// CT values are Hounsfield units. They are stored in 16 bits if all are whole numbers in
-// −32768…32767, and as float otherwise.
+// Values are stored in 16 bits if all are whole numbers in −32768…32767, and as float otherwise.
+// Those of CT are Hounsfield units; scan_values.h tells which scans are.
 
 #pragma once
 
@@ -268,7 +268,7 @@ class VoxelArray {
     VoxelMemory m_memory;
 };
 
-/// Value of air [HU], assumed outside of every scan and in gaps of the deformed tissue.
+/// Value of air [HU]: a volume's background unless it is set.
 inline constexpr int kAirHu = -1000;
 
 using KeyValues = std::vector<std::pair<std::string, std::string>>;
@@ -278,9 +278,12 @@ struct Volume {
     /// One value per voxel, i fastest: voxel_count(grid) of them.
     std::variant<VoxelArray<std::int16_t>, VoxelArray<float>> voxels;
     KeyValues key_values;  ///< as in the file, in its order
+    /// Value beyond the grid and in gaps of the deformed tissue: air of CT, or another scan's
+    /// lowest value (scan_values.h).
+    float background = kAirHu;
 
     bool is_16_bit() const { return voxels.index() == 0; }
-    /// Value of voxel ijk [HU]. @pre ijk inside the grid
+    /// Value of voxel ijk. @pre ijk inside the grid
     float at(Vec3i ijk) const {
         const std::size_t n = voxel_index(grid, ijk);
         return is_16_bit() ? float((*std::get_if<0>(&voxels))[n]) : (*std::get_if<1>(&voxels))[n];
@@ -308,7 +311,8 @@ Result<Volume> with_doubled_slices(const Volume& volume) noexcept;
 /// @param grid  of the volume before
 Result<Volume> with_single_slices(const Volume& doubled, const Grid& grid) noexcept;
 
-/// Trilinear interpolation at a continuous voxel index; voxels outside of the grid are air.
+/// Trilinear interpolation at a continuous voxel index; voxels outside of the grid have the
+/// background's value.
 float sample_linear(const Volume& volume, Vec3d ijk);
 
 /// Progress of long work, 0…1. Called on the calling thread.
@@ -319,6 +323,10 @@ struct ReadNotes {
     std::string format;              ///< "NRRD", "NIfTI", "MetaImage", "VTI", "VTK", "DICOM"
     std::string stored_type;         ///< "int16", "uint8", "float32", …
     std::vector<std::string> notes;  ///< changes and assumptions, one line each
+    // Only DICOM tells these.
+    std::string modality{};      ///< "CT", "MR", "US", …; empty: not told
+    std::string rescale_type{};  ///< "HU", "US" (unspecified), …; empty: not told
+    bool is_rescaled = false;    ///< stored numbers were scaled or shifted
 };
 
 struct ReadOptions {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <new>
 #include <string>
 
@@ -32,31 +33,60 @@ Error too_large(const ChainMailSettings& settings) {
 
 namespace {
 
-/// Reason for which a push stopped, or nothing moved.
-std::string_view reason(LimitedBy limit, bool nothing_moved) {
+std::string cause_of(LimitedBy limit, const ChainMailSettings& settings) {
     switch (limit) {
         case LimitedBy::None:
             return {};
-        case LimitedBy::Bone:
-            return nothing_moved ? "nothing moved: bone (values above [material] "
-                                   "bone_threshold_hu) is in the way"
-                                 : "stopped: bone (values above [material] bone_threshold_hu) is "
-                                   "in the way";
-        case LimitedBy::Movement:
-            return nothing_moved ? "nothing moved: an element reached its largest movement "
-                                   "([material] max_movement_mm)"
-                                 : "stopped: an element reached its largest movement ([material] "
-                                   "max_movement_mm)";
-        case LimitedBy::Object:
-            return nothing_moved ? "nothing moved: another object is in the way"
-                                 : "stopped: another object is in the way";
-        case LimitedBy::Wall:
-            return nothing_moved ? "nothing moved: a wall is in the way"
-                                 : "stopped: a wall is in the way";
         case LimitedBy::Fold:
-            return nothing_moved ? "nothing moved: space would fold" : "stopped: space would fold";
+            return "space would fold";
+        case LimitedBy::Bone:
+            return "bone (values above [material] bone_threshold_hu = " +
+                   short_text(settings.bone_threshold_hu) +
+                   (settings.label_materials.empty() ? "" : ", or a fixed label") +
+                   ") is in the way";
+        case LimitedBy::Movement:
+            return "an element reached its largest movement ([material] max_movement_mm = " +
+                   short_text(settings.max_movement_mm) + ", less for harder tissue)";
+        case LimitedBy::Object:
+            return "another object is in the way";
+        case LimitedBy::Wall:
+            return "a wall is in the way";
     }
     return {};
+}
+
+/// Bone that stops a push: its distance from the nearest grabbed element, and its position.
+std::string where_is_bone(const Lattice& lattice, std::span<const ElementRef> grabbed,
+                          std::span<const Vec3i> bone) {
+    const Grid& grid = lattice.grid();
+    const auto distance_mm = [&](Vec3i a, Vec3i b) {
+        Vec3d v{};
+        for (int k = 0; k < 3; ++k) v[k] = grid.spacing_mm[k] * (a[k] - b[k]);
+        return norm(v);
+    };
+    const int size = lattice.brick_size();
+    double nearest_mm = std::numeric_limits<double>::infinity();
+    Vec3i nearest{0, 0, 0};
+    for (const ElementRef& element : grabbed) {
+        const int n = element.index;
+        const Vec3i held = size * lattice.brick(element.brick).coord +
+                           Vec3i{n % size, n / size % size, n / (size * size)};
+        for (const Vec3i e : bone) {
+            const double mm = distance_mm(e, held);
+            // Equal ones in one order, whichever thread found them first.
+            if (mm > nearest_mm ||
+                (mm == nearest_mm && voxel_index(grid, e) >= voxel_index(grid, nearest)))
+                continue;
+            nearest_mm = mm;
+            nearest = e;
+        }
+    }
+    if (!(nearest_mm < 1e9)) return {};
+    const Vec3d x =
+        world_from_voxel(grid, {double(nearest.x), double(nearest.y), double(nearest.z)});
+    const auto tenths = [](double mm) { return short_text(std::round(10 * mm) / 10); };
+    return ", " + tenths(nearest_mm) + " mm from the tool's tissue, at " + tenths(x.x) + ", " +
+           tenths(x.y) + ", " + tenths(x.z);
 }
 
 }  // namespace
@@ -93,19 +123,23 @@ PushReport report_of_step(std::int64_t grabbed, StepLimit limit) {
     report.grabbed_elements = grabbed;
     report.step_fraction = limit.fraction;
     report.limited_by = limit.limited_by;
-    report.message.reserve(
-        std::max(reason(limit.limited_by, true).size(), reason(limit.limited_by, false).size()));
     return report;
 }
 
-void complete(PushReport& report, std::int64_t moved) noexcept {
+Reasons reasons_of(LimitedBy limit, const ChainMailSettings& settings, const std::string& detail) {
+    if (limit == LimitedBy::None) return {};
+    const std::string cause = cause_of(limit, settings) + detail;
+    return {"stopped: " + cause, "nothing moved: " + cause};
+}
+
+void complete(PushReport& report, std::int64_t moved, Reasons& reasons) noexcept {
     report.moved_elements = moved;
     const bool nothing = report.step_fraction <= 0 || (report.step_fraction < 1 && moved == 0);
     report.status = nothing                    ? PushStatus::Rejected
                     : report.step_fraction < 1 ? PushStatus::Limited
                                                : PushStatus::Applied;
     if (nothing) report.step_fraction = 0;
-    report.message = reason(report.limited_by, nothing);
+    report.message = std::move(nothing ? reasons.nothing_moved : reasons.stopped);
 }
 
 Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> elements,
@@ -122,11 +156,16 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
     if (guard) verdict = guard->limit(work.touched, tried, verdict);
     PushReport report = report_of_step(std::int64_t(elements.size()),
                                        {own.fraction * verdict.fraction, verdict.limited_by});
+    std::string detail;
+    if (verdict.limited_by == LimitedBy::Bone && reached.fraction < 1)
+        detail =
+            where_is_bone(lattice, elements, bone_at_limit(lattice, work, tried, reached.fraction));
+    Reasons reasons = reasons_of(verdict.limited_by, settings, detail);
     reserve_moves(lattice, work);
     // No allocations from here on.
     lattice.tick();
     *done = verdict.done;
-    complete(report, apply_shift(lattice, work, kernels(), tried, verdict.done, arena));
+    complete(report, apply_shift(lattice, work, kernels(), tried, verdict.done, arena), reasons);
     return report;
 }
 

@@ -109,12 +109,14 @@ Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done)
     PushReport report = report_of_step(
         std::int64_t(held.size()),
         {own.fraction * reached.fraction, by_reached ? reached.limited_by : own.limited_by});
+    Reasons reasons = reasons_of(report.limited_by, settings);
     // No allocations from here on.
     lattice.tick();
     done = fraction_of(tried, reached.fraction);
     complete(report,
              drag.move(lattice, done, uses_vectors() ? vector_move_dragged() : plain_move_dragged(),
-                       arena));
+                       arena),
+             reasons);
     return report;
 }
 

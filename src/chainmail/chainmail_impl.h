@@ -26,8 +26,15 @@ namespace pliant {
 
 /// A complete report but for the number of moved elements. Makes all its allocations.
 PushReport report_of_step(std::int64_t grabbed, StepLimit limit);
+/// Reasons for which a push stopped, or nothing moved; empty if it wasn't limited.
+struct Reasons {
+    std::string stopped, nothing_moved;
+};
+/// @param detail  added to both; may be empty
+Reasons reasons_of(LimitedBy limit, const ChainMailSettings& settings,
+                   const std::string& detail = {});
 /// Adds the number of moved elements. Can't fail.
-void complete(PushReport& report, std::int64_t moved) noexcept;
+void complete(PushReport& report, std::int64_t moved, Reasons& reasons) noexcept;
 Error too_large(const ChainMailSettings& settings);
 
 /// @returns InvalidArgument that names the setting

@@ -67,8 +67,28 @@ TomlTable table_of(std::string_view name, int number, const toml::table& table) 
     return read;
 }
 
-/// Parses a number, true, false, or a quoted text; nullopt for other text.
+/// Parses numbers in brackets, separated by commas and blanks; nullopt for other text.
+std::optional<SettingValue> plain_numbers(std::string_view text) {
+    if (text.size() < 2 || text.front() != '[' || text.back() != ']') return std::nullopt;
+    text = text.substr(1, text.size() - 2);
+    std::vector<double> numbers;
+    while (!text.empty()) {
+        double number = 0;
+        const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (read.ec != std::errc{}) return std::nullopt;
+        numbers.push_back(number);
+        text.remove_prefix(std::size_t(read.ptr - text.data()));
+        if (text.starts_with(", "))
+            text.remove_prefix(2);
+        else if (!text.empty())
+            return std::nullopt;
+    }
+    return SettingValue(std::move(numbers));
+}
+
+/// Parses a number, true, false, a quoted text, or a list of numbers; nullopt for other text.
 std::optional<SettingValue> plain_value(std::string_view text) {
+    if (auto numbers = plain_numbers(text)) return numbers;
     const char *begin = text.data(), *end = begin + text.size();
     if (text.size() >= 2 && text.front() == '"' && text.back() == '"' &&
         text.find_first_of("\"\\", 1) == text.size() - 1)

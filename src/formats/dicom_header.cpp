@@ -243,6 +243,8 @@ std::vector<DicomSlice> read_dicom_slices(const fs::path& path) {
     slice.path = path;
     slice.series_uid = tags.text(kSeriesUid);
     slice.description = shown(trimmed(tags.text(kSeriesDescription)));
+    slice.modality = shown(trimmed(tags.text(kModality)));
+    slice.rescale_type = shown(trimmed(tags.text(kRescaleType)));
     slice.rows = tags.number(kRows, 0);
     slice.columns = tags.number(kColumns, 0);
     slice.has_modality_lut = tags.has(kModalityLut);

@@ -222,6 +222,11 @@ Result<Volume> read_series(const fs::path& place, std::vector<DicomSlice> slices
         return status.error();
     if (Status status = check_memory(place, grid); !status) return status.error();
     notes.format = "DICOM";
+    notes.modality = slices.front().modality;
+    notes.rescale_type = slices.front().rescale_type;
+    notes.is_rescaled = std::any_of(slices.begin(), slices.end(), [](const DicomSlice& s) {
+        return s.slope != 1 || s.intercept != 0;
+    });
     const DicomPixels& pixels = slices.front().pixels;
     notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
     for (const DicomSlice& slice : slices)

@@ -37,13 +37,14 @@ struct DicomSlice {
     std::string series_uid;  ///< kNoSeriesUid if the file has none; empty if unknown
     std::string description;
     int rows = 0, columns = 0;
-    double slope = 1, intercept = 0;  ///< HU = slope·stored + intercept
-    Vec3d position{};                 ///< centre of the first pixel [mm, LPS]
-    Vec3d row{};                      ///< unit vector along a row: the i axis
-    Vec3d column{};                   ///< unit vector down a column: the j axis
-    Vec3d spacing_mm{};               ///< x: between columns, y: between rows; z unused
-    double thickness_mm = 0;          ///< 0: unknown
-    int frame = 0;                    ///< from 1; 0: the file has one
+    double slope = 1, intercept = 0;  ///< value = slope·stored + intercept
+    std::string modality, rescale_type;
+    Vec3d position{};         ///< centre of the first pixel [mm, LPS]
+    Vec3d row{};              ///< unit vector along a row: the i axis
+    Vec3d column{};           ///< unit vector down a column: the j axis
+    Vec3d spacing_mm{};       ///< x: between columns, y: between rows; z unused
+    double thickness_mm = 0;  ///< 0: unknown
+    int frame = 0;            ///< from 1; 0: the file has one
     DicomPixels pixels;
     bool has_modality_lut = false;
     std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then

@@ -26,6 +26,7 @@ constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV
 constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
     {dicom_tags::kTransferSyntax, "UI"},
     {dicom_tags::kSopClass, "UI"},
+    {dicom_tags::kModality, ""},
     {dicom_tags::kSeriesDescription, ""},
     {dicom_tags::kSeriesUid, "UI"},
     {dicom_tags::kPosition, "DS"},
@@ -43,6 +44,7 @@ constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
     {dicom_tags::kPixelRepresentation, "US"},
     {dicom_tags::kIntercept, "DS"},
     {dicom_tags::kSlope, "DS"},
+    {dicom_tags::kRescaleType, ""},
     {dicom_tags::kModalityLut, ""},
     {dicom_tags::kSliceThickness, "DS"}};
 /// Sequences of functional groups: for all frames and for each; and those of their sequences that

@@ -18,14 +18,14 @@
 namespace pliant {
 namespace {
 
-constexpr double kPoisson = 0.45, kReference_hu = 40;
+constexpr double kPoisson = 0.45, kReference = 1040 / 4095.0;  ///< w of 40 HU
 constexpr double kTangential = 0.7;  ///< ratio to the stiffness along the normal: 2(1 − ν)/(2 − ν)
 constexpr double kSame_mm = 0.5;  ///< a contact that moved by less keeps its values
 constexpr double kSameDirection = 0.98;
 
-/// Dräger's softness of a value, 1 − w² [Draeger2005, 3.5.5].
-double softness(double hu) {
-    const double w = std::clamp((hu + 1000) / 4095, 0.0, 0.999);
+/// Dräger's softness of a value in the law's range, 1 − w² [Draeger2005, 3.5.5].
+double softness(double value, ValueSpan range) {
+    const double w = std::clamp((value - range.low) / (range.high - range.low), 0.0, 0.999);
     return 1 - w * w;
 }
 
@@ -93,6 +93,7 @@ struct ChainMailFeel::Impl {
     const Volume& shown;
     ChainMail trial;
     ChainMailFeelSettings settings;
+    ValueSpan range = trial.settings().range;
     Walls walls;
 
     // Cache of the last contact.
@@ -111,9 +112,9 @@ double ChainMailFeel::Impl::stiffness_below(Vec3d surface_mm, Vec3d normal) cons
     double softer = 0;
     for (int s = 0; s < kSamples; ++s) {
         const double depth = a * (0.25 + 1.75 * s / (kSamples - 1));
-        const double hu =
+        const double value =
             sample_linear(shown, voxel_from_world(shown.grid, surface_mm - depth * normal));
-        softer += softness(hu) / softness(kReference_hu) / kSamples;
+        softer += softness(value, range) / (1 - kReference * kReference) / kSamples;
     }
     const double young_pa = settings.young_modulus_pa / softer;
     return 2e-3 * a * young_pa / (1 - kPoisson * kPoisson);

@@ -77,8 +77,8 @@ class Lattice final : public Field {
         return m_faces[std::size_t(2 * axis + high)];
     }
 
-    /// The scan's value, rounded; air beyond it [HU].
-    int value_at(Vec3i ijk) const { return m_materials.value_at(ijk); }
+    /// See MaterialMap::value_at.
+    double value_at(Vec3i ijk) const { return m_materials.value_at(ijk); }
     /// Material of an element, with or without a brick.
     MaterialId material_at(Vec3i ijk) const;
 

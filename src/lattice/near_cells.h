@@ -42,12 +42,13 @@ bool is_whole(const Lattice& lattice, const NearCell& cell);
 /// Largest displacement of all elements along each axis, in whole voxels rounded up.
 Vec3i largest_movement(const Lattice& lattice);
 
-/// The scan's own values; air beyond its border.
+/// The scan's own values; its background beyond the border.
 class ScanValues {
   public:
     explicit ScanValues(const Volume& volume) : m_volume(volume) {}
     double at(Vec3i ijk) const {
-        return contains(voxel_box(m_volume.grid), ijk) ? m_volume.at(ijk) : double(kAirHu);
+        return contains(voxel_box(m_volume.grid), ijk) ? m_volume.at(ijk)
+                                                       : double(m_volume.background);
     }
     std::array<double, 8> at_corners(const NearCell& cell) const {
         std::array<double, 8> values{};

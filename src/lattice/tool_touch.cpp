@@ -180,7 +180,7 @@ class ShownVoxels {
         : m_lattice(lattice), m_values(scan), m_point(point) {
         m_first = {int(std::floor(point.x)), int(std::floor(point.y)), int(std::floor(point.z))};
         for (std::size_t c = 0; c < 8; ++c) {
-            m_shown[c] = double(kAirHu);
+            m_shown[c] = double(scan.background);
             if (!contains(voxel_box(scan.grid), voxel(c))) continue;
             if (!is_redrawn(voxel(c)))
                 show(c, m_values.at(voxel(c)));

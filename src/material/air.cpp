@@ -4,11 +4,12 @@
 #include "material/air.h"
 
 #include "material/limit_units.h"
+#include "material/material.h"
 
 namespace pliant {
 
 std::array<ElementLimits, 8> air_limits(const ChainMailSettings& settings) {
-    const ElementLimits soft = draeger_law(settings)(kAirHu);
+    const ElementLimits soft = draeger_limits(settings, settings.range.low);
     std::array<ElementLimits, 8> limits;
     for (unsigned axes = 0; axes < 8; ++axes) {
         ElementLimits& air = limits[axes];

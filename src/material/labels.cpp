@@ -50,14 +50,16 @@ ElementLimits permuted(ElementLimits limits, int axis) {
     return limits;
 }
 
-MaterialLaw law_of(const LabelMaterial& material, const ChainMailSettings& settings) {
+MaterialLaw law_of(const LabelMaterial& material, const ChainMailSettings& settings,
+                   LookupScale scale) {
     const double max_movement_mm = material.max_movement_mm.value_or(settings.max_movement_mm);
     ChainMailSettings own = settings;
     own.offset = material.offset.value_or(settings.offset);
     own.bone_threshold_hu = material.bone_threshold_hu.value_or(settings.bone_threshold_hu);
     own.max_movement_mm = max_movement_mm;
     own.yield = material.yield.value_or(settings.yield);
-    MaterialLaw by_value = settings.custom_law ? settings.custom_law : draeger_law(own);
+    own.factor = {1, 1, 1};
+    MaterialLaw by_value = settings.custom_law ? settings.custom_law : law_on_scale(own, scale);
     return [=](int value_hu) {
         ElementLimits limits;
         if (material.law == LabelLaw::Immobile) {
@@ -100,10 +102,10 @@ Status check_labels(const ChainMailSettings& settings, const Grid& grid) {
     return check_field(*settings.directions, "directions");
 }
 
-std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings) {
+std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings, LookupScale scale) {
     std::vector<MaterialLaw> laws;
     for (const LabelMaterial& material : settings.label_materials) {
-        const MaterialLaw law = law_of(material, settings);
+        const MaterialLaw law = law_of(material, settings, scale);
         for (int axis = 0; axis < (material.along_direction ? 3 : 1); ++axis)
             laws.push_back([law, axis](int value_hu) { return permuted(law(value_hu), axis); });
     }

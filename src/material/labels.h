@@ -15,13 +15,15 @@
 #include <string>
 #include <vector>
 
+#include "material/material.h"
+
 namespace pliant {
 
 /// @returns InvalidArgument if labels or directions are missing, or not on the scan's grid
 Status check_labels(const ChainMailSettings& settings, const Grid& grid);
 
-/// Laws of all label materials, one or three for each.
-std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings);
+/// Laws of all label materials, one or three for each, by number on the scale.
+std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings, LookupScale scale);
 
 /// Name of a law in messages. @param law  0: the main law; then those of label_laws
 std::string law_name(const ChainMailSettings& settings, int law);

@@ -4,6 +4,7 @@
 #include "material/material.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <unordered_map>
 
@@ -12,21 +13,45 @@
 
 namespace pliant {
 
+ResolvedSettings resolve(const ChainMailSettings& settings, const Volume& volume) {
+    constexpr double kSteps = 4095, kLowest = -1000;
+    ResolvedSettings resolved{settings, {}};
+    ValueSpan& range = resolved.settings.range;
+    if (const auto& percent = resolved.settings.range_percent; percent) {
+        const auto values = percentiles(volume, std::array{percent->low, percent->high});
+        // A constant scan is soft.
+        range = {values[0], values[1] > values[0] ? values[1] : values[0] + 1};
+        resolved.settings.range_percent.reset();
+    }
+    if (volume.is_16_bit() || settings.custom_law || range == ChainMailSettings{}.range)
+        return resolved;
+    const double per_value = kSteps / (range.high - range.low);
+    resolved.scale = {per_value, kLowest - range.low * per_value};
+    return resolved;
+}
+
+ElementLimits draeger_limits(const ChainMailSettings& s, double value) {
+    // The thesis divides by 4096 in its text and keeps values up to 4095; with 4095 the hardest
+    // value gets exactly zero slack.
+    const double w = std::clamp((value - s.range.low) / (s.range.high - s.range.low), 0.0, 1.0);
+    const double softness = 1 - w * w;
+    const double region = s.offset * softness;
+    const Vec3d regions{region * s.factor.x, region * s.factor.y, region * s.factor.z};
+    return {.compress = regions,
+            .stretch = regions,
+            .shear = regions,
+            .max_movement_mm = softness * s.max_movement_mm,
+            .fixed = value > s.bone_threshold_hu,
+            .yield = s.yield};
+}
+
+MaterialLaw law_on_scale(const ChainMailSettings& settings, LookupScale scale) {
+    return
+        [settings, scale](int number) { return draeger_limits(settings, scale.value_of(number)); };
+}
+
 MaterialLaw draeger_law(const ChainMailSettings& settings) {
-    return [offset = settings.offset, max_movement_mm = settings.max_movement_mm,
-            bone_threshold_hu = settings.bone_threshold_hu, yield = settings.yield](int value_hu) {
-        // The thesis divides by 4096 in its text and keeps values up to 4095; with 4095 the hardest
-        // value gets exactly zero slack.
-        const double w = std::clamp((value_hu + 1000) / 4095.0, 0.0, 1.0);
-        const double softness = 1 - w * w;
-        const double region = offset * softness;
-        return ElementLimits{.compress = {region, region, region},
-                             .stretch = {region, region, region},
-                             .shear = {region, region, region},
-                             .max_movement_mm = softness * max_movement_mm,
-                             .fixed = value_hu > bone_threshold_hu,
-                             .yield = yield};
-    };
+    return law_on_scale(settings, {});
 }
 
 namespace {

@@ -24,6 +24,32 @@
 
 namespace pliant {
 
+/// Scale on which a law is looked up: whole numbers that stand for voxel values. Values of CT are
+/// their own numbers. Floats of any other range are stretched, so that the law's range has 4096
+/// numbers.
+///
+///   number = round(value · per_value + shift)
+struct LookupScale {
+    double per_value = 1, shift = 0;
+
+    double value_of(int number) const {
+        return per_value == 1 ? number : (number - shift) / per_value;
+    }
+    /// Nearest number, not rounded: of a threshold.
+    double position_of(double value) const { return value * per_value + shift; }
+};
+
+/// Settings for a scan's values.
+struct ResolvedSettings {
+    ChainMailSettings settings;  ///< range_percent is replaced by the range
+    LookupScale scale;
+};
+ResolvedSettings resolve(const ChainMailSettings& settings, const Volume& volume);
+/// Limits of Dräger's law at any value; see draeger_law.
+ElementLimits draeger_limits(const ChainMailSettings& settings, double value);
+/// The law by number on the scale.
+MaterialLaw law_on_scale(const ChainMailSettings& settings, LookupScale scale);
+
 /// Index into the table.
 using MaterialId = std::uint16_t;
 inline constexpr MaterialId kVoidMaterial = 0;

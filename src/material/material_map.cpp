@@ -15,12 +15,8 @@
 namespace pliant {
 namespace {
 
-int whole_value(std::int16_t value) {
-    return value;
-}
-int whole_value(float value) {
-    if (std::isnan(value)) return kAirHu;
-    return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
+int nearest_number(float position) {
+    return int(std::lround(std::clamp(position, -32768.0f, 32767.0f)));
 }
 
 /// Prefetches memory: a brick's rows lie far apart in the scan. It reads the memory, since
@@ -29,10 +25,11 @@ void fetch(const void* where) {
     static_cast<void>(*static_cast<const volatile char*>(where));
 }
 
-template <class Voxel>
-void translate_row(const Voxel* voxels, int count, const MaterialId* ids, MaterialId* out) {
+template <class Voxel, class NumberOf>
+void translate_row(const Voxel* voxels, int count, const NumberOf& number_of, const MaterialId* ids,
+                   MaterialId* out) {
     for (int x = 0; x < count; ++x)
-        out[x] = ids[std::max(whole_value(voxels[x]), kLowestValue) - kLowestValue];
+        out[x] = ids[std::max(number_of(voxels[x]), kLowestValue) - kLowestValue];
 }
 
 template <class Voxel>
@@ -49,10 +46,11 @@ bool is_row_of(Voxel value, const Voxel* row, int count) {
     return std::all_of(row, row + count, [&](Voxel other) { return other == value; });
 }
 
-std::vector<MaterialLaw> all_laws(const ChainMailSettings& settings) {
+std::vector<MaterialLaw> all_laws(const ResolvedSettings& resolved) {
+    const ChainMailSettings& settings = resolved.settings;
     std::vector<MaterialLaw> laws = {settings.custom_law ? settings.custom_law
-                                                         : draeger_law(settings)};
-    for (MaterialLaw& law : label_laws(settings)) laws.push_back(std::move(law));
+                                                         : law_on_scale(settings, resolved.scale)};
+    for (MaterialLaw& law : label_laws(settings, resolved.scale)) laws.push_back(std::move(law));
     return laws;
 }
 
@@ -64,28 +62,41 @@ Vec3i moved_along(Vec3i ijk, int axis, int steps) {
 }  // namespace
 
 MaterialMap::MaterialMap(const Volume& volume, const std::vector<MaterialLaw>& laws)
-    : m_volume(&volume), m_laws(laws), m_table(laws, {}, volume.grid.spacing_mm) {}
-
-MaterialMap::MaterialMap(const Volume& volume, const ChainMailSettings& settings)
     : m_volume(&volume),
-      m_laws(all_laws(settings)),
-      m_air(air_limits(settings)),
-      m_has_air(settings.air_enabled && !settings.custom_law),
-      m_air_below(int(std::clamp(std::ceil(settings.air_threshold_hu), -32768.0, 32768.0))),
-      m_labels(settings),
+      m_laws(laws),
+      m_outside(nearest_number(volume.background)),
+      m_table(laws, {}, volume.grid.spacing_mm) {}
+
+MaterialMap::MaterialMap(const Volume& volume, const ResolvedSettings& resolved)
+    : m_volume(&volume),
+      m_laws(all_laws(resolved)),
+      m_air(air_limits(resolved.settings)),
+      m_has_air(resolved.settings.air_enabled && !resolved.settings.custom_law),
+      m_scale(resolved.scale),
+      m_per_value(float(m_scale.per_value)),
+      m_shift(float(m_scale.shift)),
+      m_air_below(int(std::clamp(std::ceil(m_scale.position_of(resolved.settings.air_threshold_hu)),
+                                 -32768.0, 32768.0))),
+      m_outside(nearest_number(float(m_scale.position_of(double(volume.background))))),
+      m_labels(resolved.settings),
       m_table(m_laws,
               m_has_air ? std::vector(m_air.begin(), m_air.end()) : std::vector(0, m_air[0]),
               volume.grid.spacing_mm) {}
 
-int MaterialMap::value_at(Vec3i ijk) const {
+int MaterialMap::number_of(float value) const {
+    if (std::isnan(value)) return m_outside;
+    return nearest_number(value * m_per_value + m_shift);
+}
+
+int MaterialMap::number_at(Vec3i ijk) const {
     const Grid& grid = m_volume->grid;
-    if (!contains(voxel_box(grid), ijk)) return kAirHu;
+    if (!contains(voxel_box(grid), ijk)) return m_outside;
     const std::size_t n = voxel_index(grid, ijk);
-    return std::visit([&](const auto& voxels) { return whole_value(voxels[n]); }, m_volume->voxels);
+    return std::visit([&](const auto& voxels) { return number_of(voxels[n]); }, m_volume->voxels);
 }
 
 bool MaterialMap::is_air(Vec3i ijk) const {
-    return m_has_air && value_at(ijk) < m_air_below && m_labels.law_at(ijk) < 0;
+    return m_has_air && number_at(ijk) < m_air_below && m_labels.law_at(ijk) < 0;
 }
 
 unsigned MaterialMap::air_axes(Vec3i ijk) const {
@@ -97,21 +108,21 @@ unsigned MaterialMap::air_axes(Vec3i ijk) const {
 
 MaterialId MaterialMap::at(Vec3i ijk) const {
     const int label = m_labels.law_at(ijk);
-    if (label >= 0) return m_table.id(1 + label, value_at(ijk));
-    return is_air(ijk) ? m_table.other_id(int(air_axes(ijk))) : m_table.id(0, value_at(ijk));
+    if (label >= 0) return m_table.id(1 + label, number_at(ijk));
+    return is_air(ijk) ? m_table.other_id(int(air_axes(ijk))) : m_table.id(0, number_at(ijk));
 }
 
 ElementLimits MaterialMap::limits_at(Vec3i ijk) const {
     const int label = m_labels.law_at(ijk);
-    if (label >= 0) return m_laws[std::size_t(1 + label)](value_at(ijk));
-    return is_air(ijk) ? m_air[air_axes(ijk)] : m_laws[0](value_at(ijk));
+    if (label >= 0) return m_laws[std::size_t(1 + label)](number_at(ijk));
+    return is_air(ijk) ? m_air[air_axes(ijk)] : m_laws[0](number_at(ijk));
 }
 
 /// Bit set of the air elements of a row along x, the lowest bit for the first.
 template <int kCount, class Voxel>
 unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first) const {
     const Grid& grid = m_volume->grid;
-    const unsigned all = (1u << kCount) - 1, outside = kAirHu < m_air_below ? all : 0;
+    const unsigned all = (1u << kCount) - 1, outside = m_outside < m_air_below ? all : 0;
     const bool beside =
         first.y < 0 || first.z < 0 || first.y >= grid.size.y || first.z >= grid.size.z;
     const int begin = std::clamp(-first.x, 0, kCount);
@@ -120,10 +131,10 @@ unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first) const {
     const Voxel* row = voxels + voxel_index(grid, first + Vec3i{begin, 0, 0});
     unsigned air = 0;
     if (end - begin == kCount) {
-        for (int x = 0; x < kCount; ++x) air |= unsigned(whole_value(row[x]) < m_air_below) << x;
+        for (int x = 0; x < kCount; ++x) air |= unsigned(number_of(row[x]) < m_air_below) << x;
         return air;
     }
-    for (int x = 0; x < end - begin; ++x) air |= unsigned(whole_value(row[x]) < m_air_below) << x;
+    for (int x = 0; x < end - begin; ++x) air |= unsigned(number_of(row[x]) < m_air_below) << x;
     const unsigned inside = ((1u << (end - begin)) - 1) << begin;
     return air << begin | (outside & ~inside);
 }
@@ -184,6 +195,7 @@ bool MaterialMap::fill_by_value(const Voxel* voxels, Vec3i first, int size, cons
     if (is_empty(part)) return false;
     const MaterialId* ids = m_table.ids(0);
     const int count = part.end.x - part.begin.x;
+    const auto number = [this](Voxel value) { return number_of(value); };
     const auto row_at = [&](int y, int z) {
         return voxels + voxel_index(m_volume->grid, first + Vec3i{part.begin.x, y, z});
     };
@@ -193,11 +205,12 @@ bool MaterialMap::fill_by_value(const Voxel* voxels, Vec3i first, int size, cons
     for_each_y_z(part,
                  [&](int y, int z) { is_one = is_one && is_row_of(value, row_at(y, z), count); });
     if (!is_one) {
-        for_each_y_z(part,
-                     [&](int y, int z) { translate_row(row_at(y, z), count, ids, out_at(y, z)); });
+        for_each_y_z(part, [&](int y, int z) {
+            translate_row(row_at(y, z), count, number, ids, out_at(y, z));
+        });
     } else {
         MaterialId id;
-        translate_row(&value, 1, ids, &id);
+        translate_row(&value, 1, number, ids, &id);
         for_each_y_z(part, [&](int y, int z) { std::fill_n(out_at(y, z), count, id); });
     }
     return is_one;
@@ -224,7 +237,7 @@ bool MaterialMap::fill(Vec3i first, int size, const Box3i& part, MaterialId* out
                 fill_one_by_one(first, size, out);
                 return false;
             }
-            if (!whole) std::fill_n(out, size * size * size, m_table.id(0, kAirHu));
+            if (!whole) std::fill_n(out, size * size * size, m_table.id(0, m_outside));
             const bool is_one = fill_by_value(voxels.data(), first, size, part, out);
             return !(m_has_air && lay_air(voxels.data(), first, out)) && is_one;
         },
@@ -257,7 +270,7 @@ void MaterialMap::fill_one_by_one(Vec3i first, int size, MaterialId* out) const 
                         [&](int axis, int steps) { return here[steps * strides[axis]] != 0; });
                     *out++ = m_table.other_id(int(axes));
                 } else {
-                    *out++ = m_table.id(1 + m_labels.law_at(e), value_at(e));
+                    *out++ = m_table.id(1 + m_labels.law_at(e), number_at(e));
                 }
             }
 }

@@ -22,7 +22,8 @@ class MaterialMap {
   public:
     /// Keeps a reference to the volume. @param laws  the first one applies to all elements
     MaterialMap(const Volume& volume, const std::vector<MaterialLaw>& laws);
-    MaterialMap(const Volume& volume, const ChainMailSettings& settings);
+    MaterialMap(const Volume& volume, const ChainMailSettings& settings)
+        : MaterialMap(volume, resolve(settings, volume)) {}
 
     const MaterialTable& table() const { return m_table; }
     MaterialId at(Vec3i ijk) const;
@@ -34,10 +35,15 @@ class MaterialMap {
     void fetch_early(Vec3i first, const Box3i& part) const;
     /// Limits of an element directly from its law, not from the quantised table.
     ElementLimits limits_at(Vec3i ijk) const;
-    /// The scan's value, rounded; air beyond it [HU].
-    int value_at(Vec3i ijk) const;
+    /// The scan's value, rounded to the scale of materials; the background beyond it.
+    double value_at(Vec3i ijk) const { return m_scale.value_of(number_at(ijk)); }
 
   private:
+    MaterialMap(const Volume& volume, const ResolvedSettings& resolved);
+    /// Numbers on the scale.
+    int number_of(std::int16_t value) const { return value; }
+    int number_of(float value) const;
+    int number_at(Vec3i ijk) const;
     bool is_air(Vec3i ijk) const;
     unsigned air_axes(Vec3i ijk) const;
     template <int kCount, class Voxel>
@@ -55,7 +61,10 @@ class MaterialMap {
     std::vector<MaterialLaw> m_laws;  ///< the main law, then the labels' laws
     std::array<ElementLimits, 8> m_air{};
     bool m_has_air = false;
-    int m_air_below = 0;  ///< whole values below it are air
+    LookupScale m_scale;
+    float m_per_value = 1, m_shift = 0;  ///< the scale, for rows of floats
+    int m_air_below = 0;                 ///< numbers below it are air
+    int m_outside = kAirHu;              ///< number of the background
     LabelMap m_labels;
     MaterialTable m_table;
 };

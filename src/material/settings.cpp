@@ -28,6 +28,17 @@ Status check_air(const ChainMailSettings& s) {
     return Ok{};
 }
 
+Status check_range_of_values(const ChainMailSettings& s) {
+    const auto check = [](std::string_view name, ValueSpan span) -> Status {
+        if (span.low < span.high) return Ok{};
+        return expected_error(title_of(*find_setting(name, chainmail_rows())),
+                              "a lower and a higher value",
+                              text_of(span.low) + ", " + text_of(span.high));
+    };
+    if (const Status range = check("range", s.range); !range) return range;
+    return s.range_percent ? check("range_percent", *s.range_percent) : Ok{};
+}
+
 Status check_label_materials(const ChainMailSettings& s) {
     std::set<int> taken;
     for (std::size_t n = 0; n < s.label_materials.size(); ++n) {
@@ -52,6 +63,7 @@ Status check_label_materials(const ChainMailSettings& s) {
 
 Status check_settings(const ChainMailSettings& s) {
     if (const Status table = check(s, chainmail_rows()); !table) return table;
+    if (const Status range = check_range_of_values(s); !range) return range;
     if (const Status air = check_air(s); !air) return air;
     return check_label_materials(s);
 }

@@ -3,6 +3,7 @@
 
 // Settings from a file, and their text in a saved state.
 
+#include <algorithm>
 #include <sstream>
 #include <utility>
 
@@ -45,10 +46,9 @@ bool looks_like_toml(const std::string& text) {
     return true;
 }
 
-Result<ChainMailSettings> read_toml(const std::string& text) {
+Result<ChainMailSettings> read_toml(const std::string& text, ChainMailSettings settings = {}) {
     const auto tables = parse_toml(text);
     if (!tables) return tables.error();
-    ChainMailSettings settings;
     if (const Status s = read_tables(*tables, settings); !s) return s.error();
     return settings;
 }
@@ -68,13 +68,27 @@ Result<ChainMailSettings> checked(const std::string& file, Result<ChainMailSetti
     return read;
 }
 
+/// TOML over settings that suit the scan's values, in the range that the file gives.
+Result<ChainMailSettings> read_toml_for(const std::string& text, const ValueDefaults& values) {
+    ChainMailSettings settings;
+    suit_materials(values, settings);
+    const ValueSpan range = settings.range;
+    auto read = read_toml(text, settings);
+    if (!read || read->range == range) return read;
+    settings.range = read->range;
+    suit_thresholds(values, settings);
+    return read_toml(text, settings);
+}
+
 Result<ChainMailSettings> read_settings(const std::filesystem::path& path,
+                                        const ValueDefaults& values,
                                         std::vector<std::string>* notes) {
     const Result<std::string> text = read_small_file(path, kMaxSmallFileBytes, "a settings file");
     if (!text) return text.error();
-    if (looks_like_toml(*text)) return checked(path.string(), read_toml(*text));
+    if (looks_like_toml(*text)) return checked(path.string(), read_toml_for(*text, values));
     std::vector<std::string> own_notes;
     ChainMailSettings settings;
+    suit_materials(values, settings);
     const Status read = read_divod(*text, settings, own_notes);
     auto result = checked(path.string(), read ? Result(settings) : read.error());
     if (result && notes) notes->insert(notes->end(), own_notes.begin(), own_notes.end());
@@ -93,7 +107,34 @@ Result<ChainMailSettings> parse_settings(const std::string& name, const std::str
 
 Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
                                                   std::vector<std::string>* notes) {
-    return attempt([&] { return read_settings(path, notes); });
+    return attempt([&] { return read_settings(path, {}, notes); });
+}
+
+Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
+                                                  const ValueDefaults& values,
+                                                  std::vector<std::string>* notes) {
+    return attempt([&] { return read_settings(path, values, notes); });
+}
+
+void suit_thresholds(const ValueDefaults& values, ChainMailSettings& settings) {
+    if (values.kind == ValueKind::Hounsfield) return;
+    // Thresholds keep their places in the range, but none becomes bone where nothing is.
+    const double scale =
+        (settings.range.high - settings.range.low) / (values.range.high - values.range.low);
+    const auto place = [&](double value) {
+        return settings.range.low + scale * (value - values.range.low);
+    };
+    settings.air_enabled = values.has_air;
+    settings.air_threshold_hu = place(values.air_threshold);
+    settings.bone_threshold_hu = values.has_bone
+                                     ? place(values.bone_threshold)
+                                     : std::max(values.bone_threshold, settings.range.high);
+}
+
+void suit_materials(const ValueDefaults& values, ChainMailSettings& settings) {
+    if (values.kind == ValueKind::Hounsfield) return;
+    settings.range = values.range;
+    suit_thresholds(values, settings);
 }
 
 }  // namespace pliant

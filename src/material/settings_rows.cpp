@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <vector>
 
 #include "field/field.h"
 #include "material/limit_units.h"
@@ -18,17 +19,53 @@ namespace {
 using S = ChainMailSettings;
 using L = LabelMaterial;
 
+std::vector<double> numbers_of(ValueSpan span) {
+    return {span.low, span.high};
+}
+ValueSpan span_of(const SettingValue& value) {
+    const auto& numbers = *std::get_if<std::vector<double>>(&value);
+    return {numbers[0], numbers[1]};
+}
+
+constexpr Setting<S> kRange = {{.table = "material",
+                                .name = "range",
+                                .count = 2,
+                                .text = "values of the softest and of the hardest element",
+                                .kind = SettingKind::Numbers},
+                               [](const S& s) -> SettingValue { return numbers_of(s.range); },
+                               [](S& s, const SettingValue& value) { s.range = span_of(value); }};
+constexpr Setting<S> kRangePercent = {
+    {.table = "material",
+     .name = "range_percent",
+     .low = 0,
+     .high = 100,
+     .count = 2,
+     .text = "instead of range: percentiles of the scan's values",
+     .kind = SettingKind::Numbers,
+     .is_optional = true},
+    [](const S& s) -> SettingValue {
+        return s.range_percent ? SettingValue(numbers_of(*s.range_percent)) : SettingValue();
+    },
+    [](S& s, const SettingValue& value) { s.range_percent = span_of(value); }};
+
 constexpr Setting<S> kSettings[] = {
     setting<&S::law>({.table = "material",
                       .name = "law",
                       .choices = "draeger",
                       .text = "how limits follow from the voxel value"}),
+    kRange,
+    kRangePercent,
     setting<&S::offset>(
         {.table = "material",
          .name = "offset",
          .low = 0,
          .high = 1,
          .text = "slack of the softest link, as a fraction of its length; 0: rigid"}),
+    setting<&S::factor>({.table = "material",
+                         .name = "factor",
+                         .low = 0,
+                         .high = 100,
+                         .text = "factor of all limits; one number, or three for i, j, k"}),
     setting<&S::bone_threshold_hu>({.table = "material",
                                     .name = "bone_threshold_hu",
                                     .unit = "HU",

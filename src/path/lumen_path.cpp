@@ -20,6 +20,7 @@
 #include "path/descent.h"
 #include "path/march.h"
 #include "render/field.h"
+#include "volume/value_unit.h"
 
 namespace pliant {
 namespace {
@@ -92,7 +93,7 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
     return about(name, ErrorCode::InvalidArgument,
                  "expected a position in the lumen, found " + short_text(point_mm) +
                      " in the tissue, " + how_far + " at " + short_text(tiles.lumen().iso_hu) +
-                     " HU");
+                     value_unit(tiles.volume()));
 }
 
 /// Removes points as far as the lumen and the spacing allow.
@@ -201,7 +202,7 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
     if (points.empty())
         return about("to", ErrorCode::NotFound,
                      "expected a position in the lumen of the other end, found no way at " +
-                         short_text(settings.iso_hu) + " HU");
+                         short_text(settings.iso_hu) + value_unit(tiles.volume()));
     return points;
 }
 

@@ -64,6 +64,22 @@ Vec3<Fixed> displacement(const Brick& brick, std::size_t n) {
     return {brick.u[0][n], brick.u[1][n], brick.u[2][n]};
 }
 
+/// Likewise; zero in a brick that has no displacements yet.
+Vec3<Fixed> placed(const Brick& brick, std::size_t n) {
+    return brick.is_unplaced ? Vec3<Fixed>{0, 0, 0} : displacement(brick, n);
+}
+
+/// Motion of an element for the whole shift.
+Raises raise_in(const Brick& brick, const BrickMotion& motion, std::size_t n) {
+    const Vec3<Fixed> u = placed(brick, n);
+    Raises raise{0, 0, 0};
+    for (int a = 0; a < 3; ++a) {
+        const MovingComponent& c = motion[std::size_t(a)];
+        if (c.raised) raise[a] = std::max(0, c.raised[n] - c.left - c.sign * u[a]);
+    }
+    return raise;
+}
+
 bool is_reached(const Brick& brick) {
     return brick.reached[0] || brick.reached[1] || brick.reached[2];
 }
@@ -151,16 +167,11 @@ StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const Brick
                          Vec3<Fixed> shift, bool with_fixed) {
     StepLimit limit;
     for (std::size_t n = 0; n < std::size_t(lattice.elements_per_brick()); ++n) {
-        Vec3<Fixed> u{0, 0, 0};
-        if (!brick.is_unplaced) u = displacement(brick, n);
-        Raises raise{0, 0, 0};
-        for (int a = 0; a < 3; ++a) {
-            const MovingComponent& c = motion[std::size_t(a)];
-            if (c.raised) raise[a] = std::max(0, c.raised[n] - c.left - c.sign * u[a]);
-        }
+        const Raises raise = raise_in(brick, motion, n);
         if (raise == Raises{0, 0, 0}) continue;
         const HalfLimits& half = lattice.materials()[brick.material[n]];
-        if (with_fixed || !half.fixed) tighten(limit, limit_of_element(half, u, raise, shift));
+        if (with_fixed || !half.fixed)
+            tighten(limit, limit_of_element(half, placed(brick, n), raise, shift));
     }
     return limit;
 }
@@ -202,6 +213,28 @@ StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
     };
     arena.for_each(std::int64_t(work.touched.size()), kBricksPerTask, std::ref(look));
     return limit;
+}
+
+std::vector<Vec3i> bone_at_limit(const Lattice& lattice, const SweepWork& work, Vec3<Fixed> shift,
+                                 double fraction) {
+    std::vector<Vec3i> found;
+    const int size = lattice.brick_size();
+    for (const int index : work.touched) {
+        const Brick& brick = lattice.brick(index);
+        if (!is_reached(brick) || !(brick.traits & kFixedTrait)) continue;
+        const BrickMotion motion = motion_of(brick, work, shift);
+        for (int n = 0; n < lattice.elements_per_brick(); ++n) {
+            const auto at = std::size_t(n);
+            const HalfLimits& half = lattice.materials()[brick.material[at]];
+            if (!half.fixed) continue;
+            const Raises raise = raise_in(brick, motion, at);
+            const StepLimit limit = limit_of_element(half, {0, 0, 0}, raise, shift);
+            if (limit.limited_by == LimitedBy::Bone && limit.fraction <= fraction)
+                found.push_back(size * brick.coord +
+                                Vec3i{n % size, n / size % size, n / (size * size)});
+        }
+    }
+    return found;
 }
 
 Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift) {

@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "lattice/lattice.h"
 #include "propagate/propagation.h"
@@ -58,6 +59,10 @@ int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fi
 /// @pre work holds the raises of the whole shift
 StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
                            const SweepKernels& kernels, Vec3<Fixed> shift, const TaskArena& arena);
+
+/// Fixed elements that bound the shift to this fraction. @pre as for limit_of_reached
+std::vector<Vec3i> bone_at_limit(const Lattice& lattice, const SweepWork& work, Vec3<Fixed> shift,
+                                 double fraction);
 
 /// Motion of an element for the whole shift of the solve in progress, 0…|shift_a|.
 /// @pre the solve is not a shared one

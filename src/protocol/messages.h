@@ -8,6 +8,7 @@
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
 #include <pliant/render.h>
+#include <pliant/scan_values.h>
 #include <pliant/volume.h>
 
 #include <cstdint>
@@ -33,6 +34,7 @@ struct VolumeInfo {
     std::string name{};
     Grid grid{};
     double lowest_hu = 0, highest_hu = 0;
+    ValueDefaults values{};  ///< kind of the scan's values, and defaults for them
     std::optional<Endoscope> start{};
     std::vector<PhantomLandmark> landmarks{};
 };

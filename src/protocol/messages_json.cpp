@@ -37,6 +37,19 @@ Json json_of(const ClientInfo& client) {
             {"role", client.view ? "view" : "control"}};
 }
 
+Json json_of(const ValueDefaults& v) {
+    return {{"kind", name_of(v.kind)},
+            {"unit", v.kind == ValueKind::Hounsfield ? "HU" : ""},
+            {"reason", v.reason},
+            {"window", v.window},
+            {"level", v.level},
+            {"blended_window", v.blended_window},
+            {"blended_level", v.blended_level},
+            {"iso", v.iso},
+            {"polarity", v.lumen_is_bright ? "falling" : "rising"},
+            {"background", v.background}};
+}
+
 Json json_of(const VolumeInfo& v) {
     const auto& axes = v.grid.direction.columns;
     Json json = {{"id", v.id},
@@ -46,6 +59,8 @@ Json json_of(const VolumeInfo& v) {
                  {"origin_mm", json_of(v.grid.origin_mm)},
                  {"direction", {json_of(axes[0]), json_of(axes[1]), json_of(axes[2])}},
                  {"range_hu", {v.lowest_hu, v.highest_hu}},
+                 {"values", json_of(v.values)},
+                 {"length_scale", length_scale(v.grid)},
                  {"start", nullptr},
                  {"landmarks", Json::array()}};
     if (v.start)

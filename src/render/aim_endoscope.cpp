@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <pliant/scan_values.h>
+
 #include "render/camera.h"
 #include "render/lumen.h"
 #include "render/volume_rays.h"
@@ -16,6 +18,7 @@ namespace pliant {
 namespace {
 
 constexpr int kDirections = 600;
+// Lengths in a body; see length_scale.
 constexpr double kDistancesMm[] = {24, 20, 29, 16, 35, 12, 45, 9, 6};
 constexpr double kClearanceMm = 3;           // between the eye and any wall
 constexpr double kDepthsMm[] = {4, 12, 30};  // of the target in the tissue
@@ -33,6 +36,7 @@ struct Aim {
     Vec3d push;  // unit, or zero
     double iso_hu;
     Polarity polarity;
+    double scale;  ///< of lengths
 
     bool in_tissue(Vec3d point_mm) const {
         return (rays.sample(point_mm) >= iso_hu) == (polarity == Polarity::Rising);
@@ -47,6 +51,7 @@ struct Aim {
     }
 };
 
+/// @param distance_mm  divided by the scale
 double distance_score(double distance_mm) {
     constexpr double kNear = 18, kFar = 30;
     if (distance_mm < kNear) return distance_mm / kNear;
@@ -79,18 +84,19 @@ void add_candidates(const Aim& aim, Vec3d away, double depth_mm, std::vector<Can
     if (aim.in_tissue(aim.target_mm)) {
         const auto out = aim.way_out(aim.target_mm, away);
         if (!out || *out > depth_mm) return;
-        begin = *out + kSurfaceMm;
+        begin = *out + aim.scale * kSurfaceMm;
     }
     const Vec3d first = aim.target_mm + begin * away;
     const auto next_wall = aim.wall(first, away);
     const double end = next_wall ? begin + *next_wall : 1e9;
-    for (double distance : kDistancesMm) {
-        if (begin + distance > end - kClearanceMm) continue;
+    for (double usual : kDistancesMm) {
+        const double distance = aim.scale * usual;
+        if (begin + distance > end - aim.scale * kClearanceMm) continue;
         const Vec3d eye = first + distance * away;
         const auto seen = aim.wall(eye, -away);
         const double facing =
             seen ? -dot(aim.rays.normal(eye - *seen * away, -away, aim.polarity), -away) : 0.5;
-        const double score = distance_score(distance) * direction_score(away, aim.push) *
+        const double score = distance_score(usual) * direction_score(away, aim.push) *
                              (0.25 + 0.75 * facing) * free_score(aim, eye);
         found.push_back({eye, score});
     }
@@ -99,7 +105,7 @@ void add_candidates(const Aim& aim, Vec3d away, double depth_mm, std::vector<Can
 bool has_room(const Aim& aim, Vec3d eye_mm, const std::vector<Vec3d>& directions) {
     return std::none_of(directions.begin(), directions.end(), [&](Vec3d d) {
         const auto t = aim.wall(eye_mm, d);
-        return t && *t < kClearanceMm;
+        return t && *t < aim.scale * kClearanceMm;
     });
 }
 
@@ -108,7 +114,7 @@ std::optional<Vec3d> find_eye(const Aim& aim) {
     const auto around = render::sphere_directions(60);
     for (double depth : kDepthsMm) {
         std::vector<Candidate> found;
-        for (Vec3d away : directions) add_candidates(aim, away, depth, found);
+        for (Vec3d away : directions) add_candidates(aim, away, aim.scale * depth, found);
         std::stable_sort(found.begin(), found.end(),
                          [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
         for (const Candidate& c : found)
@@ -125,15 +131,17 @@ Endoscope aim_endoscope(const Volume& volume, Vec3d target_mm, Vec3d push_mm, do
     const render::VolumeRays rays(volume, arena);
     const double length = norm(push_mm);
     const Vec3d push = length > 0 ? (1 / length) * push_mm : Vec3d{0, 0, 0};
+    const double scale = length_scale(volume.grid);
     Endoscope endoscope;
+    endoscope.fog_distance_mm *= scale;
     endoscope.iso_hu = iso_hu;
     endoscope.polarity = polarity;
-    if (const auto eye = find_eye({rays, target_mm, push, iso_hu, polarity}))
+    if (const auto eye = find_eye({rays, target_mm, push, iso_hu, polarity, scale}))
         endoscope.eye_mm = *eye;
     else if (const auto lumen = find_endoscope(volume, iso_hu, polarity, arena))
         endoscope.eye_mm = lumen->eye_mm;
     else
-        endoscope.eye_mm = target_mm - kOutsideMm * (length > 0 ? push : Vec3d{0, 1, 0});
+        endoscope.eye_mm = target_mm - scale * kOutsideMm * (length > 0 ? push : Vec3d{0, 1, 0});
     const Vec3d look = target_mm - endoscope.eye_mm;
     if (norm(look) > 0) endoscope.look = normalized(look);
     endoscope.up = render::natural_up(endoscope.look);

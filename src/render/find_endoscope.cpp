@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include <pliant/scan_values.h>
 
 #include "render/camera.h"
 #include "render/lumen.h"
@@ -17,7 +20,8 @@ namespace pliant {
 namespace {
 
 constexpr double kPureAirHu = -925;  // lung is about −850, air −1000
-constexpr double kLungHu = -820;    // noisy lung reaches this every few millimetres, air never does
+constexpr double kLungHu = -820;  // noisy lung reaches this every few millimetres, air never does
+// Lengths in a body; see length_scale.
 constexpr double kMinRadiusMm = 2;  // minimum radius for an endoscope
 constexpr double kWideMm = 8;       // larger radii give no higher score
 constexpr double kHallMm = 15;      // from here on it is a hall rather than a tube
@@ -52,16 +56,18 @@ struct Place {
     std::size_t cell;
     double radius_mm;
     View view = {};
+    double preference = 1;  ///< factor of its score, 0…1
 };
 
 /// Local maxima of the distance to the wall, widest first, at a minimum distance from each other.
 std::vector<Place> deep_places(const render::CoarseVolume& coarse,
-                               const std::vector<float>& distance_mm) {
+                               const std::vector<float>& distance_mm, double scale) {
+    const double wide_mm = scale * kWideMm;
     std::vector<Place> peaks;
     const Box3i box{{0, 0, 0}, coarse.size};
     for (std::size_t i = 0; i < distance_mm.size(); ++i) {
         const float here = distance_mm[i];
-        if (!(double(here) >= kMinRadiusMm)) continue;
+        if (!(double(here) >= scale * kMinRadiusMm)) continue;
         const Vec3i p = coarse.cell(i);
         bool peak = true;
         for (int k = 0; k < 27 && peak; ++k) {
@@ -71,22 +77,45 @@ std::vector<Place> deep_places(const render::CoarseVolume& coarse,
         // Without any wall the distance is infinite.
         if (peak) peaks.push_back({i, std::min(double(here), 1e3), {}});
     }
-    std::stable_sort(peaks.begin(), peaks.end(), [](const Place& a, const Place& b) {
-        return std::min(a.radius_mm, kWideMm) > std::min(b.radius_mm, kWideMm);
+    std::stable_sort(peaks.begin(), peaks.end(), [&](const Place& a, const Place& b) {
+        return std::min(a.radius_mm, wide_mm) > std::min(b.radius_mm, wide_mm);
     });
-    std::vector<Place> positions;
+    std::vector<Place> places;
     const Vec3d s = coarse.spacing_mm;
     for (const Place& peak : peaks) {
         const Vec3i p = coarse.cell(peak.cell);
-        const bool crowded =
-            std::any_of(positions.begin(), positions.end(), [&](const Place& other) {
-                const Vec3i d = coarse.cell(other.cell) - p;
-                return norm({d.x * s.x, d.y * s.y, d.z * s.z}) < std::min(peak.radius_mm, kWideMm);
-            });
-        if (!crowded) positions.push_back(peak);
-        if (positions.size() >= std::size_t(kMaxPlaces)) break;
+        const bool crowded = std::any_of(places.begin(), places.end(), [&](const Place& other) {
+            const Vec3i d = coarse.cell(other.cell) - p;
+            return norm({d.x * s.x, d.y * s.y, d.z * s.z}) < std::min(peak.radius_mm, wide_mm);
+        });
+        if (!crowded) places.push_back(peak);
+        if (places.size() >= std::size_t(kMaxPlaces)) break;
     }
-    return positions;
+    return places;
+}
+
+/// Specks of noise have wide and closed views, too, but are smaller than a lumen.
+void prefer_large_parts(const std::vector<std::uint32_t>& sizes, std::vector<Place>& places) {
+    constexpr double kSpeck = 0.01;  // of the largest part
+    std::uint32_t largest = 1;
+    for (const Place& place : places) largest = std::max(largest, sizes[place.cell]);
+    for (Place& place : places)
+        place.preference *= std::min(1.0, double(sizes[place.cell]) / (kSpeck * largest));
+}
+
+/// The air around a patient is closed in by blankets and the table, which are thin.
+void prefer_bodies(const render::CoarseVolume& coarse, double tissue_hu, double scale,
+                   std::vector<Place>& places, const TaskArena& arena) {
+    constexpr double kBodyMm = 15, kInside = 0.75;  // of the best place's share
+    std::vector<double> shares(places.size());
+    arena.for_each(std::int64_t(places.size()), 8, [&](auto begin, auto end) {
+        for (auto i = std::size_t(begin); i < std::size_t(end); ++i)
+            shares[i] = render::share_behind_tissue(coarse, coarse.cell(places[i].cell), tissue_hu,
+                                                    scale * kBodyMm);
+    });
+    const double best = shares.empty() ? 0 : *std::max_element(shares.begin(), shares.end());
+    for (std::size_t i = 0; i < places.size() && best > 0; ++i)
+        places[i].preference *= std::clamp(std::pow(shares[i] / (kInside * best), 4), 1e-3, 1.0);
 }
 
 /// Candidate directions; for each the indices of the directions in its picture, and in the middle
@@ -113,6 +142,8 @@ Directions make_directions(int count) {
 
 View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, double iso_hu,
                Polarity polarity, const Directions& directions) {
+    const double scale = length_scale(rays.volume.grid);
+    const double far_mm = scale * kFarMm, wide_mm = scale * kWideMm, hall_mm = scale * kHallMm;
     std::vector<double> free(directions.all.size(), 0.0);
     int walls = 0;
     for (std::size_t i = 0; i < directions.all.size(); ++i) {
@@ -133,7 +164,7 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
     double longest = 0;
     for (std::size_t i = 0; i < free.size(); ++i) {
         double sum = 0;  // over the middle of the picture, because of gaps
-        for (std::size_t k : directions.middle[i]) sum += std::min(free[k], kFarMm);
+        for (std::size_t k : directions.middle[i]) sum += std::min(free[k], far_mm);
         const double mean = sum / double(directions.middle[i].size());
         if (kDownwards * mean <= longest) continue;
         const double length = mean * std::pow(closed(directions.around[i]), 2) *
@@ -144,35 +175,38 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
         best.direction = directions.all[i];
     }
     const double enclosed = double(walls) / double(directions.all.size());
-    const double width = std::min(radius_mm / kWideMm, 1.0) * std::min(kHallMm / radius_mm, 1.0);
-    best.score = enclosed * enclosed * width * longest / kFarMm;
+    const double width = std::min(radius_mm / wide_mm, 1.0) * std::min(hall_mm / radius_mm, 1.0);
+    best.score = enclosed * enclosed * width * longest / far_mm;
     return best;
 }
 
 /// Scores all positions, and searches around the best ones with more directions.
 std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
-                                std::vector<Place> positions, double iso_hu, Polarity polarity) {
+                                std::vector<Place> places, double iso_hu, Polarity polarity) {
     Endoscope endoscope;
     endoscope.iso_hu = iso_hu;
     endoscope.polarity = polarity;
+    endoscope.fog_distance_mm *= length_scale(rays.volume.grid);
     for (const auto& [count, kept] : {std::pair{kLooks, kFinalists}, {kFinalDirections, 1}}) {
         const Directions directions = make_directions(count);
         const auto eye = [&](const Place& place) {
             return world_from_voxel(rays.volume.grid,
                                     voxel_of_cell(coarse, rays.volume.grid, place.cell));
         };
-        rays.arena.for_each(std::int64_t(positions.size()), 2, [&](auto begin, auto end) {
-            for (auto i = std::size_t(begin); i < std::size_t(end); ++i)
-                positions[i].view = best_view(rays, eye(positions[i]), positions[i].radius_mm,
-                                              iso_hu, polarity, directions);
+        rays.arena.for_each(std::int64_t(places.size()), 2, [&](auto begin, auto end) {
+            for (auto i = std::size_t(begin); i < std::size_t(end); ++i) {
+                places[i].view = best_view(rays, eye(places[i]), places[i].radius_mm, iso_hu,
+                                           polarity, directions);
+                places[i].view.score *= places[i].preference;
+            }
         });
-        std::stable_sort(positions.begin(), positions.end(), [](const Place& a, const Place& b) {
+        std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
             return a.view.score > b.view.score;
         });
-        if (positions.size() > std::size_t(kept)) positions.resize(std::size_t(kept));
-        if (positions.empty() || !(positions[0].view.score > 0)) return std::nullopt;
-        endoscope.eye_mm = eye(positions[0]);
-        endoscope.look = positions[0].view.direction;
+        if (places.size() > std::size_t(kept)) places.resize(std::size_t(kept));
+        if (places.empty() || !(places[0].view.score > 0)) return std::nullopt;
+        endoscope.eye_mm = eye(places[0]);
+        endoscope.look = places[0].view.direction;
     }
     endoscope.up = render::natural_up(endoscope.look);
     return endoscope;
@@ -183,10 +217,25 @@ std::optional<Endoscope> search(const render::VolumeRays& rays, const render::Co
 std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu, Polarity polarity,
                                const TaskArena& arena) {
     const render::VolumeRays rays(volume, arena);
-    const View view =
-        best_view(rays, eye_mm, kWideMm, iso_hu, polarity, make_directions(kFinalDirections));
+    const View view = best_view(rays, eye_mm, length_scale(volume.grid) * kWideMm, iso_hu, polarity,
+                                make_directions(kFinalDirections));
     if (!(view.score > 0)) return std::nullopt;
     return view.direction;
+}
+
+Endoscope view_of_whole(const Volume& volume) {
+    const Grid& g = volume.grid;
+    const auto at = [&](double share) {
+        return world_from_voxel(
+            g, {share * (g.size.x - 1), share * (g.size.y - 1), share * (g.size.z - 1)});
+    };
+    Endoscope e;
+    const double radius_mm = 0.5 * norm(at(1) - at(0));
+    const double distance_mm = radius_mm / std::sin(e.field_of_view_deg * std::numbers::pi / 360);
+    e.eye_mm = at(0.5) - distance_mm * e.look;
+    e.up = render::natural_up(e.look);
+    e.fog_distance_mm = 0;
+    return e;
 }
 
 std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Polarity polarity,
@@ -197,8 +246,13 @@ std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Pol
     for (const Stage& stage : stages(iso_hu, polarity)) {
         const auto mask =
             render::lumen_mask(coarse, stage.threshold_hu, polarity, stage.allow_outside);
-        const auto positions = deep_places(coarse, render::wall_distance_mm(coarse, mask, arena));
-        if (auto found = search(rays, coarse, positions, stage.wall_hu, polarity)) {
+        auto places = deep_places(coarse, render::wall_distance_mm(coarse, mask, arena),
+                                  length_scale(volume.grid));
+        prefer_large_parts(render::part_sizes(coarse, mask), places);
+        // Around a bright lumen all is darker, inside of a body and outside.
+        if (polarity == Polarity::Rising)
+            prefer_bodies(coarse, iso_hu, length_scale(volume.grid), places, arena);
+        if (auto found = search(rays, coarse, places, stage.wall_hu, polarity)) {
             found->iso_hu = iso_hu;
             return found;
         }

@@ -7,11 +7,14 @@
 //   ──────────┼─────────
 //   coronal   │ sagittal
 
+#include <pliant/scan_values.h>
+
 #include <array>
 #include <charconv>
 
 #include "render/section.h"
 #include "render/volume_or_air.h"
+#include "volume/value_unit.h"
 
 namespace pliant {
 namespace {
@@ -20,6 +23,11 @@ using render::Pixel;
 
 constexpr Rgb8 kSeparator{70, 70, 74};
 constexpr Rgb8 kInk{235, 235, 235};
+
+/// Digits behind the point for values under a window of this width.
+int digits_of(double window) {
+    return window < 10 ? 3 : 0;
+}
 
 /// Fixed-point text, independent of the locale.
 std::string number(double value, int digits) {
@@ -54,9 +62,11 @@ Image section_panel(const Volume& volume, Section section, Orientation orientati
     const int axis = style.axis - 'x';
     label_top(panel, style.name, style.colour);
     std::string place{style.axis, ' '};
-    place += number(section.point_mm[axis], 1);
+    place += number(section.point_mm[axis], length_scale(volume.grid) < 0.1 ? 3 : 1);
     label_top(panel, place + " mm", style.colour, 1);
-    label_bottom(panel, "W " + number(section.window_hu, 0) + "  L " + number(section.level_hu, 0));
+    const int digits = digits_of(section.window_hu);
+    label_bottom(panel, "W " + number(section.window_hu, digits) + "  L " +
+                            number(section.level_hu, digits));
     return panel;
 }
 
@@ -74,7 +84,10 @@ Image four_up_view(const Volume& scan, const FourUp& settings, int width, int he
 
     Image view = RayCaster(volume, arena).endoscope_view(settings.endoscope, left, top);
     label_top(view, "endoscope", kInk);
-    label_top(view, "iso " + number(settings.endoscope.iso_hu, 0) + " HU", kInk, 1);
+    label_top(view,
+              "iso " + number(settings.endoscope.iso_hu, digits_of(settings.section.window_hu)) +
+                  value_unit(scan),
+              kInk, 1);
     if (!settings.caption.empty()) label_bottom(view, settings.caption);
     render::paste(all, view, {0, 0});
 

@@ -128,6 +128,36 @@ std::vector<std::uint8_t> lumen_mask(const CoarseVolume& coarse, double threshol
     return mask;
 }
 
+std::vector<std::uint32_t> part_sizes(const CoarseVolume& coarse, std::vector<std::uint8_t> mask) {
+    std::vector<std::uint32_t> sizes(mask.size());
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+        if (mask[i] != 1) continue;
+        const Part part = collect(coarse, mask, i);
+        for (const std::size_t cell : part.cells) sizes[cell] = std::uint32_t(part.cells.size());
+    }
+    return sizes;
+}
+
+double share_behind_tissue(const CoarseVolume& coarse, Vec3i cell, double tissue_hu,
+                           double thickness_mm) {
+    static const std::vector<Vec3d> directions = sphere_directions(60);
+    const Vec3d s = coarse.spacing_mm;
+    const double step_mm = std::min({s.x, s.y, s.z});
+    int behind = 0;
+    for (const Vec3d way : directions) {
+        double tissue_mm = 0;
+        for (double t = step_mm; tissue_mm < thickness_mm; t += step_mm) {
+            const Vec3i at{int(std::lround(cell.x + t * way.x / s.x)),
+                           int(std::lround(cell.y + t * way.y / s.y)),
+                           int(std::lround(cell.z + t * way.z / s.z))};
+            if (!contains({{0, 0, 0}, coarse.size}, at)) break;
+            if (double(coarse.mean_hu[coarse.index(at)]) >= tissue_hu) tissue_mm += step_mm;
+        }
+        behind += tissue_mm >= thickness_mm;
+    }
+    return double(behind) / double(directions.size());
+}
+
 std::vector<float> wall_distance_mm(const CoarseVolume& coarse,
                                     const std::vector<std::uint8_t>& mask, const TaskArena& arena) {
     std::vector<float> squares(mask.size());

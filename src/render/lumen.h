@@ -7,6 +7,7 @@
 
 #include <pliant/render.h>
 
+#include <cstdint>
 #include <vector>
 
 #include "volume/boxes.h"
@@ -35,6 +36,14 @@ Vec3d voxel_of_cell(const CoarseVolume& coarse, const Grid& grid, std::size_t ce
 /// share of the volume's border, like the air around a patient, are left out unless allowed.
 std::vector<std::uint8_t> lumen_mask(const CoarseVolume& coarse, double threshold_hu,
                                      Polarity polarity, bool allow_outside);
+
+/// Number of cells of the connected part to which each cell of the mask belongs; 0 outside of it.
+std::vector<std::uint32_t> part_sizes(const CoarseVolume& coarse, std::vector<std::uint8_t> mask);
+
+/// Share of the directions from a cell that lead through tissue of this thickness before they leave
+/// the volume: 1 deep in a body, about a half between a patient and the table.
+double share_behind_tissue(const CoarseVolume& coarse, Vec3i cell, double tissue_hu,
+                           double thickness_mm);
 
 /// Euclidean distance [mm] of each cell of the mask to the nearest cell outside of it; 0 outside of
 /// the mask. The volume's border is no wall.

@@ -47,6 +47,7 @@ struct CellTarget {
     bool takes = false;                ///< voxels that write_cells writes become taken
     std::int16_t* voxels16 = nullptr;  ///< one of the two
     float* voxels32 = nullptr;
+    float background = kAirHu;    ///< value of gaps
     Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not requested
     Box3i inverse_box;
     Vec3f world_from_voxels[3];  ///< columns: a step along i, j, k [mm, LPS]

@@ -85,6 +85,7 @@ Result<LiveDeformation> LiveDeformation::create(const MovingScan& scan, Volume t
         if (target.grid.size != rest.grid.size || target.is_16_bit() != rest.is_16_bit())
             return invalid("target: expected the scan's size and type of voxels");
         target.grid = rest.grid;
+        target.background = rest.background;
         std::visit(
             [&](auto& voxels) {
                 const auto& values = std::get<std::decay_t<decltype(voxels)>>(rest.voxels);

@@ -236,9 +236,9 @@ std::int64_t fill_gaps(const CellTarget& target, std::span<const DirtyBrick> bri
             if (!target.turn.is_open(target.open[at])) return;
             target.open[at] = target.turn.no();
             if (target.voxels16)
-                target.voxels16[at] = std::int16_t(std::lrint(kAirHu));
+                target.voxels16[at] = std::int16_t(std::lrint(target.background));
             else
-                target.voxels32[at] = float(kAirHu);
+                target.voxels32[at] = target.background;
             ++gaps;
         });
     }

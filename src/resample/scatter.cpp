@@ -279,6 +279,7 @@ CellTarget Scatter::target_of(Volume& deformed) {
     target.grid_size = grid.size;
     target.open = m_open.voxels();
     target.turn = m_open.turn();
+    target.background = m_original.background;
     if (auto* voxels = std::get_if<VoxelArray<std::int16_t>>(&deformed.voxels))
         target.voxels16 = voxels->data();
     else

@@ -198,7 +198,8 @@ void StripNodes::load_values(const Volume& original) {
                 for (int x = 0; x < m_row; ++x) {
                     const Vec3i e = m_first + Vec3i{x, row.y, row.z};
                     m_values[std::size_t(index(x, row.y, row.z))] =
-                        contains(box, e) ? float(voxels[voxel_index(grid, e)]) : float(kAirHu);
+                        contains(box, e) ? float(voxels[voxel_index(grid, e)])
+                                         : original.background;
                 }
         },
         original.voxels);

@@ -52,7 +52,7 @@ std::array<double, 8> corner_values(const Volume& original, Vec3i cell) {
                 const Vec3i e = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
                 values[std::size_t(c)] = contains(scan, e)
                                              ? double(voxels[voxel_index(original.grid, e)])
-                                             : double(kAirHu);
+                                             : double(original.background);
             }
         },
         original.voxels);

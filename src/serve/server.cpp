@@ -239,6 +239,9 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     if (!tokens.ok()) return tokens.error();
     auto impl = std::make_unique<Impl>();
     impl->notes = std::move(opened->notes);
+    const std::string remark =
+        remark_on(opened->scene->info().values, "the page's threshold, window and material");
+    if (!remark.empty()) impl->notes.push_back(remark);
     impl->tokens = std::move(*tokens);
     const serve::UploadSettings uploads = upload_settings(settings);
     if (uploads.keeps) serve::sweep_uploads(uploads.folder);

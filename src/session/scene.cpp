@@ -63,6 +63,12 @@ Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const L
         return MadeTissue{std::move(*model)};
     }
     SpringDeformationSettings settings = choice.springs;
+    // Defaults are those of CT.
+    const SpringDeformationSettings missing;
+    const ValueDefaults& values = loaded.info.values;
+    if (settings.fixed_hu == missing.fixed_hu) settings.fixed_hu = values.bone_threshold;
+    if (settings.air_threshold_hu == missing.air_threshold_hu)
+        settings.air_threshold_hu = values.air_threshold;
     settings.region = region_of(choice, loaded.volume.grid);
     auto model = make_springs(loaded.volume, settings, arena);
     if (!model.ok()) return model.error();

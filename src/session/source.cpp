@@ -107,6 +107,15 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
     return hash.value();
 }
 
+/// Sets what follows from the scan's values.
+void suit(LoadedScan& loaded, const ReadNotes& notes) {
+    const ValueDefaults& values = loaded.info.values = value_defaults(loaded.volume, notes);
+    loaded.volume.background = float(values.background);
+    loaded.iso_hu = values.iso;
+    loaded.polarity = values.lumen_is_bright ? Polarity::Falling : Polarity::Rising;
+    suit_materials(values, loaded.settings);
+}
+
 }  // namespace
 
 bool is_vessel_scene(const std::filesystem::path& file) {
@@ -127,17 +136,21 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         loaded.info.landmarks = std::move(phantom->landmarks);
         loaded.info.name = source.phantom + " phantom";
     } else {
-        auto volume = read_volume(source.file, {.series_uid = source.series,
-                                                .may_map = false,
-                                                .progress = {},
-                                                .give_up = give_up,
-                                                .frame = source.frame,
-                                                .straighten = source.straighten});
+        ReadNotes notes;
+        auto volume = read_volume(source.file,
+                                  {.series_uid = source.series,
+                                   .may_map = false,
+                                   .progress = {},
+                                   .give_up = give_up,
+                                   .frame = source.frame,
+                                   .straighten = source.straighten},
+                                  &notes);
         if (!volume.ok()) return volume.error();
         const Vec3i read = volume->grid.size;
         if (std::min({read.x, read.y, read.z}) == 1) volume = with_doubled_slices(*volume);
         if (!volume.ok()) return volume.error();
         loaded.volume = std::move(*volume);
+        suit(loaded, notes);
         loaded.info.name = std::filesystem::path(source.file).filename().string();
     }
     const Vec3i size = loaded.volume.grid.size;
@@ -160,6 +173,8 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
                                       .look = loaded.info.landmarks[0].look};
     else if (!loaded.info.start)
         loaded.info.start = find_endoscope(loaded.volume, loaded.iso_hu, loaded.polarity, arena);
+    if (!loaded.info.start && loaded.info.values.kind != ValueKind::Hounsfield)
+        loaded.info.start = view_of_whole(loaded.volume);
     loaded.hash = hash_volume(loaded.volume);
     if (loaded.vessel) loaded.hash = hash_of(*loaded.vessel, loaded.hash);
     loaded.own_tissue = source.own_tissue;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/errors.h"
+#include "volume/value_unit.h"
 
 namespace pliant {
 namespace {
@@ -114,7 +115,7 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
                     if (!(std::isfinite(young) && young > 0))
                         return bad_lattice("young_modulus_pa: expected numbers above 0, found " +
                                            std::to_string(young) + " at " + std::to_string(hu) +
-                                           " HU");
+                                           value_unit(volume));
                     stiffness[n] = 0.4 * young * edge;
                 }
         if (scan.fixed_share < 1) {

@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kAirBelow_hu = -500, kAirShare = 0.01;
+constexpr double kAirShare = 0.01;
 /// Fraction of the longest time step that is stable near rest; a bent network needs shorter ones.
 constexpr double kStepShare = 0.6;
 constexpr std::int64_t kMaxNodes = 1'000'000;
@@ -59,8 +59,8 @@ Result<SpringTissue> tissue_of(const Volume& volume, const ControlGrid& grid,
         scan.region.end[a] = grid.first[a] + grid.cell[a] * (grid.size[a] - 1) + 1;
     scan.fixed_hu = s.fixed_hu;
     scan.fixed_share = s.fixed_share;
-    scan.young_modulus_pa = [young = s.young_modulus_pa](double hu) {
-        return hu < kAirBelow_hu ? kAirShare * young : young;
+    scan.young_modulus_pa = [young = s.young_modulus_pa, air = s.air_threshold_hu](double value) {
+        return value < air ? kAirShare * young : young;
     };
     auto parts = springs_of_scan(volume, scan);
     if (!parts.ok()) return parts.error();

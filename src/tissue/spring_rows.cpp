@@ -20,6 +20,8 @@ constexpr Setting<S> kRows[] = {
                                    .low = 1,
                                    .high = 1e9,
                                    .text = "Young's modulus of tissue; air has a hundredth of it"}),
+    setting<&S::air_threshold_hu>(
+        {.name = "air_threshold_hu", .unit = "HU", .text = "smaller values are air"}),
     setting<&S::fixed_hu>({.name = "fixed_hu",
                            .unit = "HU",
                            .text = "nodes with a larger mean value around them don't move"}),

@@ -102,12 +102,12 @@ constexpr Setting<B> kBodyRows[] = {
                            .text = "distance from the body at which the scan rests"}),
 };
 
-/// Value of the nearest voxel; air outside of the scan.
+/// Value of the nearest voxel; the background outside of the scan.
 double value_at(const Volume& scan, Vec3d position_mm) {
     const Vec3d ijk = voxel_from_world(scan.grid, position_mm);
     Vec3i nearest;
     for (int a = 0; a < 3; ++a) {
-        if (!(ijk[a] > -0.5 && ijk[a] < scan.grid.size[a] - 0.5)) return kAirHu;
+        if (!(ijk[a] > -0.5 && ijk[a] < scan.grid.size[a] - 0.5)) return double(scan.background);
         nearest[a] = int(std::lround(ijk[a]));
     }
     return double(scan.at(nearest));

@@ -12,8 +12,8 @@ float sample_linear(const Volume& volume, Vec3d ijk) {
     Vec3i first{};
     Vec3d part{};
     for (int a = 0; a < 3; ++a) {
-        // Air from one voxel beyond the border on; NaN returns here too.
-        if (!(ijk[a] > -1 && ijk[a] < size[a])) return float(kAirHu);
+        // Background from one voxel beyond the border on; NaN returns here too.
+        if (!(ijk[a] > -1 && ijk[a] < size[a])) return volume.background;
         first[a] = std::int32_t(std::floor(ijk[a]));
         part[a] = ijk[a] - first[a];
     }
@@ -25,7 +25,8 @@ float sample_linear(const Volume& volume, Vec3d ijk) {
         for (int a = 0; a < 3; ++a) weight *= step[a] ? part[a] : 1 - part[a];
         if (weight == 0) continue;
         const Vec3i voxel = first + step;
-        sum += weight * (contains(inside, voxel) ? double(volume.at(voxel)) : double(kAirHu));
+        sum += weight *
+               (contains(inside, voxel) ? double(volume.at(voxel)) : double(volume.background));
     }
     return float(sum);
 }

@@ -7,6 +7,7 @@
 #include <pliant/render.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <random>
 
@@ -58,6 +59,22 @@ void expect_flight_inside(const Volume& volume, const std::vector<Vec3d>& points
         EXPECT_LT(std::abs(dot(poses[n].look, poses[n].up)), 1e-9);
     }
     EXPECT_GT(nearest, 1);
+}
+
+TEST(Flight, ThroughASmallSpecimenIsOneThroughABodyMadeSmaller) {
+    std::vector<Vec3d> large, small;
+    for (int n = 0; n < 40; ++n) {
+        large.push_back({2.0 * n, 6 * std::sin(0.3 * n), n % 5 ? 1.0 : 0.0});
+        small.push_back((1.0 / 64) * large.back());
+    }
+    const auto expected = app::fly(large, 0.8), found = app::fly(small, 0.8 / 64, 1.0 / 64);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t n = 0; n < found.size(); ++n) {
+        EXPECT_LT(norm(64.0 * found[n].eye_mm - expected[n].eye_mm), 1e-9);
+        EXPECT_LT(norm(found[n].look - expected[n].look), 1e-9);
+    }
+    // Without the scale, everything is smoothed away.
+    EXPECT_GT(norm(64.0 * app::fly(small, 0.8 / 64)[30].eye_mm - expected[30].eye_mm), 0.5);
 }
 
 TEST_F(PathTest, TheWayThroughAPhantomIsACurveThatRenderFlies) {

@@ -32,11 +32,11 @@ void expect_percentiles(std::vector<T> values, Vec3i size) {
     const auto json = nlohmann::json::parse(std::ifstream(folder / "i.json"));
     std::sort(values.begin(), values.end());
     EXPECT_EQ(json["voxel_type"], sizeof(T) == 2 ? "int16" : "float32");
-    EXPECT_EQ(json["min_hu"], double(values.front()));
-    EXPECT_EQ(json["max_hu"], double(values.back()));
+    EXPECT_EQ(json["min"], double(values.front()));
+    EXPECT_EQ(json["max"], double(values.back()));
     for (const int percent : {1, 5, 25, 50, 75, 95, 99}) {
         const auto rank = std::size_t(std::llround(percent / 100.0 * double(values.size() - 1)));
-        EXPECT_EQ(json["percentiles_hu"][std::to_string(percent)], double(values[rank])) << percent;
+        EXPECT_EQ(json["percentiles"][std::to_string(percent)], double(values[rank])) << percent;
     }
 }
 

@@ -85,6 +85,9 @@ TEST_F(StateFileTest, StateComesBackBitForBitWithItsSettings) {
 TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     ChainMailSettings s;
     s.offset = 0.1234567890123;
+    s.range = {-1.0 / 3, 2e-7};
+    s.range_percent = ValueSpan{1, 99.5};
+    s.factor = {1, 0.7, 1.0 / 9};
     s.bone_threshold_hu = 301.5;
     s.max_movement_mm = 1e-3;
     s.yield = 0.3;
@@ -98,6 +101,9 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     const auto read = parse_settings("x", settings_text(s));
     ASSERT_TRUE(read.ok()) << read.error().message;
     EXPECT_EQ(read->offset, s.offset);
+    EXPECT_EQ(read->range, s.range);
+    EXPECT_EQ(read->range_percent, s.range_percent);
+    EXPECT_EQ(read->factor, s.factor);
     EXPECT_EQ(read->bone_threshold_hu, s.bone_threshold_hu);
     EXPECT_EQ(read->max_movement_mm, s.max_movement_mm);
     EXPECT_EQ(read->yield, s.yield);

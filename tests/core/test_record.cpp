@@ -183,7 +183,8 @@ TEST(Record, TomlComesBackBitForBit) {
 
 TEST(Record, PlainTomlIsReadAsTheParserReadsIt) {
     const std::string text =
-        "[handle]\nlength_mm = 12.5\n[bowl]\nteeth = 3\npierced = true\nmetal = \"tin\"\n";
+        "[handle]\nlength_mm = 12.5\n[bowl]\nteeth = 3\npierced = true\nmetal = \"tin\"\n"
+        "axes = [1, 0.25, 3e-3]\n";
     const auto plain = parse_plain_toml(text);
     const auto parsed = parse_toml(text);
     ASSERT_TRUE(parsed.ok());
@@ -192,8 +193,10 @@ TEST(Record, PlainTomlIsReadAsTheParserReadsIt) {
     for (const TomlTable& table : plain) ASSERT_TRUE(read_table(table, kSpoon, one).ok());
     for (const TomlTable& table : *parsed) ASSERT_TRUE(read_table(table, kSpoon, other).ok());
     EXPECT_EQ(record_of(one, kSpoon), record_of(other, kSpoon));
-    for (const char* strange : {"x = 1\n", "[bowl]\nteeth=3\n", "[bowl]\nteeth = 1979-05-27\n",
-                                "[bowl]\naxes = [1, 2, 3]\n", "[bowl]\nmetal = \"a\\tb\"\n"})
+    for (const char* strange :
+         {"x = 1\n", "[bowl]\nteeth=3\n", "[bowl]\nteeth = 1979-05-27\n",
+          "[bowl]\naxes = [1,2,3]\n", "[bowl]\naxes = [1, 2, 3\n", "[bowl]\naxes = [1, [2], 3]\n",
+          "[bowl]\naxes = [1, x]\n", "[bowl]\nmetal = \"a\\tb\"\n"})
         EXPECT_TRUE(parse_plain_toml(strange).empty()) << strange;
 }
 

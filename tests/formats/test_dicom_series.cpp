@@ -54,6 +54,39 @@ TEST(DicomSeries, IsSortedByPositionAndSpacedByIt) {
     EXPECT_TRUE(volume->key_values.empty());
 }
 
+TEST(DicomSeries, ModalityAndRescaleTypeAreNoted) {
+    const auto notes_of = [](const DicomFile& pattern) {
+        const test::TemporaryFolder folder;
+        write_slices(folder, {0, 1, 2}, pattern);
+        ReadNotes notes;
+        const auto volume = read_volume(folder.path(), {}, &notes);
+        EXPECT_TRUE(volume.ok()) << volume.error().message;
+        return notes;
+    };
+    for (const bool implicit : {false, true}) {
+        DicomFile ct;
+        ct.implicit = implicit;
+        ct.rescale_type = "HU";
+        const ReadNotes notes = notes_of(ct);
+        EXPECT_EQ(notes.modality, "CT");
+        EXPECT_EQ(notes.rescale_type, "HU");
+        EXPECT_TRUE(notes.is_rescaled);
+    }
+    DicomFile mr;
+    mr.modality = "MR";
+    mr.intercept = "0";
+    const ReadNotes notes = notes_of(mr);
+    EXPECT_EQ(notes.modality, "MR");
+    EXPECT_EQ(notes.rescale_type, "");
+    EXPECT_FALSE(notes.is_rescaled);
+    DicomFile none;
+    none.modality = {};
+    none.slope = "2";
+    none.intercept = "0";
+    EXPECT_EQ(notes_of(none).modality, "");
+    EXPECT_TRUE(notes_of(none).is_rescaled);
+}
+
 TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
     const test::TemporaryFolder folder;
     for (int n = 0; n < 2; ++n) {

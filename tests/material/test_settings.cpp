@@ -151,6 +151,11 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         {"[[label]]\nvalues = 1\nframe = \"world\"", "expected \"lattice\" or \"direction\""},
         {"[[label]]\nvalues = 1\noffset = 2", "[[label]] 1 offset: expected 0 to 1"},
         {"[[label]]\nvalues = 99999", "[[label]] 1 values: expected -32768 to 65535, found 99999"},
+        {"[material]\nrange = [1, 0]", "[material] range: expected a lower and a higher value, "},
+        {"[material]\nrange = 3", "[material] range: expected two numbers, found 3"},
+        {"[material]\nrange_percent = [1, 101]", "[material] range_percent: expected 0 to 100"},
+        {"[material]\nrange_percent = [2, 2]", "[material] range_percent: expected a lower and"},
+        {"[material]\nfactor = -1", "[material] factor: expected 0 to 100"},
         {"[air]\nenabled = 3", "[air] enabled: expected true or false"},
         {"[material\noffset = 1", "line 1: expected TOML"},
         {deep.c_str(), "bad.toml: line 2: expected keys of up to 32 dots, found more"},
@@ -175,6 +180,35 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
     ASSERT_FALSE(missing.ok());
     EXPECT_NE(missing.error().message.find("none.toml"), std::string::npos);
     EXPECT_FALSE(read_chainmail_settings(folder.path()).ok());
+}
+
+TEST(Settings, AFileForAScanKeepsTheScansDefaultsWhereItSaysNothing) {
+    ValueDefaults mr;
+    mr.kind = ValueKind::Magnetic;
+    mr.range = {0, 3000};
+    mr.air_threshold = 120;
+    mr.has_bone = false;
+    mr.bone_threshold = 1000;
+    const TemporaryFolder folder;
+    const auto read = [&](const char* text) {
+        const auto settings = read_chainmail_settings(folder.write("a.toml", text), mr);
+        EXPECT_TRUE(settings.ok()) << settings.error().message;
+        return *settings;
+    };
+    const ChainMailSettings few = read("[material]\noffset = 0.1\n");
+    EXPECT_EQ(few.offset, 0.1);
+    EXPECT_EQ(few.range, mr.range);
+    EXPECT_EQ(few.air_threshold_hu, 120);
+    EXPECT_EQ(few.bone_threshold_hu, 3000);
+    const ChainMailSettings other = read("[material]\nrange = [0, 6000]\n[air]\nshear = 3\n");
+    EXPECT_EQ(other.range, (ValueSpan{0, 6000}));
+    EXPECT_EQ(other.air_threshold_hu, 240);
+    EXPECT_EQ(other.air_shear, 3);
+    const ChainMailSettings own =
+        read("[material]\nrange = [0, 6000]\nbone_threshold_hu = 7\n[air]\nthreshold_hu = 5\n");
+    EXPECT_EQ(own.air_threshold_hu, 5);
+    EXPECT_EQ(own.bone_threshold_hu, 7);
+    EXPECT_EQ(read("bone threshold=1400\n").air_threshold_hu, 120);  // Divod's lines
 }
 
 TEST(Settings, DraegersLawIsTheThesis) {

@@ -162,7 +162,7 @@ std::string DicomFile::bytes() const {
     };
     add(0x08, 0x0016, "UI", sop_class);
     add(0x08, 0x0018, "UI", instance);
-    add(0x08, 0x0060, "CS", "CT");
+    if (!modality.empty()) add(0x08, 0x0060, "CS", modality);
     add(0x08, 0x103e, "LO", description);
     add(0x18, 0x0050, "DS", "17");  // slice thickness: not to be trusted
     add(0x20, 0x000e, "UI", series);
@@ -183,6 +183,7 @@ std::string DicomFile::bytes() const {
     add_number(0x0103, is_signed);
     add(0x28, 0x1052, "DS", intercept);
     add(0x28, 0x1053, "DS", slope);
+    if (!rescale_type.empty()) add(0x28, 0x1054, "LO", rescale_type);
     bytes += more;
     if (!fragments.empty())
         bytes += body.fragments(fragments);

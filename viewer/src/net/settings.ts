@@ -13,7 +13,10 @@ export interface SettingRow {
 
 export interface Materials {
     law: 'draeger';
+    range: number[];
+    range_percent: number[];
     offset: number;
+    factor: number[];
     bone_threshold_hu: number; ///< [HU]
     max_movement_mm: number; ///< [mm]
     yield: number;
@@ -30,11 +33,27 @@ export const materialRows: Record<keyof Materials, SettingRow> = {
         unit: '',
         text: 'how limits follow from the voxel value',
     },
+    range: {
+        unit: '',
+        text: 'values of the softest and of the hardest element',
+    },
+    range_percent: {
+        unit: '',
+        low: 0,
+        high: 100,
+        text: 'instead of range: percentiles of the scan\'s values',
+    },
     offset: {
         unit: '',
         low: 0,
         high: 1,
         text: 'slack of the softest link, as a fraction of its length; 0: rigid',
+    },
+    factor: {
+        unit: '',
+        low: 0,
+        high: 100,
+        text: 'factor of all limits; one number, or three for i, j, k',
     },
     bone_threshold_hu: {
         unit: 'HU',
@@ -87,6 +106,7 @@ export const materialRows: Record<keyof Materials, SettingRow> = {
 export interface SpringSettings {
     cell_mm: number; ///< [mm]
     young_modulus_pa: number; ///< [Pa]
+    air_threshold_hu: number; ///< [HU]
     fixed_hu: number; ///< [HU]
     fixed_share: number;
     depth: number; ///< [layers]
@@ -105,6 +125,10 @@ export const springRows: Record<keyof SpringSettings, SettingRow> = {
         low: 1,
         high: 1e+09,
         text: 'Young\'s modulus of tissue; air has a hundredth of it',
+    },
+    air_threshold_hu: {
+        unit: 'HU',
+        text: 'smaller values are air',
     },
     fixed_hu: {
         unit: 'HU',

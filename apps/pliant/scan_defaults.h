@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Defaults of the commands that follow from a scan's values.
+
+#pragma once
+
+#include <pliant/render.h>
+#include <pliant/scan_values.h>
+
+#include <optional>
+#include <string>
+
+namespace pliant::app {
+
+/// Finds out what a scan's values are, and sets its background.
+ValueDefaults take_values(Volume& volume, const ReadNotes& notes);
+
+/// Polarity of an option, or else of the defaults.
+inline Polarity polarity_of(const std::optional<std::string>& option, const ValueDefaults& values) {
+    const bool falling = option ? *option == "falling" : values.lumen_is_bright;
+    return falling ? Polarity::Falling : Polarity::Rising;
+}
+
+}  // namespace pliant::app
