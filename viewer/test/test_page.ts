@@ -46,27 +46,31 @@ test('every control and every view has a name', async () => {
     await page.locator('.panels').evaluate((e) => e.scrollTo(0, 0));
 });
 
-test('a force is shown in newtons, and the energy of tissue without forces as such', async () => {
+test('a force is shown in newtons; the energy of tissue without forces with the times only', async () => {
     const shown = (force_n: number, energy_per_mm: number): Promise<(string | null)[]> =>
         page.evaluate(
             async (hands) => {
                 (window as never as { pliant: Session }).pliant.store.set({ hands });
                 await new Promise((drawn) => setTimeout(drawn, 200));
                 const bar = document.querySelector<HTMLElement>('.force')!;
+                if (bar.hidden) return [];
                 return [
                     bar.title,
                     bar.getAttribute('aria-valuetext'),
+                    bar.textContent,
                     bar.querySelector('i')!.style.width,
                 ];
             },
             { force_n, energy_per_mm },
         );
     const newtons = 'force 0.999 N';
-    assert.deepEqual(await shown(0.999, 99), [newtons, newtons, '60%']);
+    assert.deepEqual(await shown(0.999, 99), [newtons, newtons, '1.00 N', '60%']);
     await picture(page, 'force');
-    const energy = 'energy 99.0 per mm';
-    assert.deepEqual(await shown(0, 99), [energy, energy, '40%']);
-    assert.deepEqual((await shown(0, 0)).slice(2), ['0%']);
+    assert.deepEqual(await shown(0, 99), []);
+    await page.keyboard.press('t');
+    await page.locator('#times', { hasText: 'energy 99.0 per mm' }).waitFor();
+    await page.keyboard.press('t');
+    assert.deepEqual(await shown(0, 0), []);
 });
 
 test('the keyboard alone can choose, scroll, push and undo', async () => {

@@ -26,7 +26,8 @@ import {
     sectionPlane,
     type SectionPlane,
 } from '../views/section_geometry.ts';
-import { h, svg } from './dom.ts';
+import { button, h, svg } from './dom.ts';
+import { HandNote, obstacleMark } from './hand_note.ts';
 import { overlayValue } from './legend.ts';
 import { catheterMarks, instrumentMarks } from './section_marks.ts';
 
@@ -46,15 +47,24 @@ export class Overlay {
     private readonly names = Object.fromEntries(
         kViews.map((view) => [view, h('span', { class: 'name' }, kTitles[view])]),
     ) as Record<ViewName, HTMLElement>;
+    private readonly maximisers: Record<ViewName, HTMLButtonElement>;
     private readonly force = h(
         'div',
-        { class: 'force', role: 'meter', 'aria-label': 'force' },
+        { class: 'force', role: 'meter', 'aria-label': 'force', hidden: true },
         h('i'),
+        h('span'),
     );
+    private readonly note = new HandNote();
     private wanted = true;
     private balls: readonly unknown[] = [];
 
-    constructor(private readonly session: Session) {
+    constructor(
+        private readonly session: Session,
+        toggleMaximised: (view: ViewName) => void,
+    ) {
+        this.maximisers = Object.fromEntries(
+            kViews.map((view) => [view, button('', () => toggleMaximised(view))]),
+        ) as Record<ViewName, HTMLButtonElement>;
         this.drawings = Object.fromEntries(
             kViews.map((view) => [view, svg('svg') as SVGSVGElement]),
         ) as Record<ViewName, SVGSVGElement>;
@@ -94,20 +104,38 @@ export class Overlay {
             else this.drawSection(view, state, box);
         }
         this.drawForce(state.hands);
+        const { active } = state.pointer;
+        this.note.show(state, this.views[active], this.toolSpot(state, active));
     }
 
-    /// Shows newtons, or the energy per millimetre of a tissue without forces; both logarithmic,
-    /// from a millinewton on.
-    private drawForce({ force_n, energy_per_mm }: Hands): void {
-        const [amount, text] =
-            force_n > 0
-                ? [1000 * force_n, `force ${force_n.toFixed(3)} N`]
-                : [energy_per_mm, `energy ${energy_per_mm.toFixed(1)} per mm`];
-        const bar = Math.min(Math.log10(1 + amount) * 20, 100);
+    /// Position in a view of the tool that has an outcome.
+    private toolSpot(state: State, view: ViewName): [number, number] | undefined {
+        const place = state.tool.outcome?.place;
+        if (!place) return undefined;
+        const box = this.views[view].getBoundingClientRect();
+        if (view !== 'endoscope') return pixelOfWorld(this.planeOf(view, state, box), place);
+        return state.view.outside
+            ? this.spotFromOutside(state.view, place, box)
+            : this.spotInEndoscope(state.view, place, box);
+    }
+
+    /// Shows newtons, logarithmic from a millinewton on. Tissues without forces have no bar: their
+    /// energies have no scale that a hand knows.
+    private drawForce({ force_n }: Hands): void {
+        this.force.hidden = !(force_n > 0);
+        const text = `force ${force_n.toFixed(3)} N`;
+        const bar = Math.min(Math.log10(1 + 1000 * force_n) * 20, 100);
         (this.force.firstElementChild as HTMLElement).style.width = `${bar}%`;
+        (this.force.lastElementChild as HTMLElement).textContent = `${force_n.toFixed(2)} N`;
         this.force.setAttribute('aria-valuenow', bar.toFixed(0));
         this.force.setAttribute('aria-valuetext', text);
         this.force.title = text;
+    }
+
+    private planeOf(view: SectionName, state: State, box: DOMRect): SectionPlane {
+        const { frames, cursor } = state.sections;
+        const { grid } = this.session.volume!;
+        return sectionPlane(grid, view, frames[view], cursor, box.width, box.height);
     }
 
     private makeView(view: ViewName): HTMLElement {
@@ -125,6 +153,7 @@ export class Overlay {
                 }; question mark lists all keys`,
             },
             this.drawings[view] as unknown as HTMLElement,
+            this.maximisers[view],
             this.names[view],
             this.captions[view],
             ...[...letters].map((letter, i) =>
@@ -138,13 +167,17 @@ export class Overlay {
         for (const view of kViews) {
             this.views[view].hidden = maximised !== null && maximised !== view;
             this.views[view].classList.toggle('active', active === view);
+            const hint = maximised ? 'all four views (Esc)' : `${kTitles[view]} alone (double click)`;
+            this.maximisers[view].className = 'maximise';
+            this.maximisers[view].textContent = maximised ? '⊞' : '⤢';
+            this.maximisers[view].title = hint;
+            this.maximisers[view].setAttribute('aria-label', hint);
         }
     }
 
     private drawSection(view: SectionName, state: State, box: DOMRect): void {
-        const { grid } = this.session.volume!;
-        const { frames, cursor } = state.sections;
-        const plane = sectionPlane(grid, view, frames[view], cursor, box.width, box.height);
+        const plane = this.planeOf(view, state, box);
+        const { cursor } = state.sections;
         const [x, y] = pixelOfWorld(plane, cursor);
         const gap = 12;
         const parts = [
@@ -156,7 +189,8 @@ export class Overlay {
             ...catheterMarks(this.session, plane),
             ...instrumentMarks(this.session, plane),
             ...this.toolMarks(state.hands.others, plane),
-            this.endoscopeMark(state.view.camera, plane),
+            ...this.endoscopeMarks(state.view.camera, plane),
+            ...obstacleMark(state, plane),
         ];
         this.show(view, parts, box);
         const { axis } = plane.axes;
@@ -224,17 +258,23 @@ export class Overlay {
         return marks;
     }
 
-    /// Position and direction of the endoscope.
-    private endoscopeMark({ eye, look }: Camera, plane: SectionPlane): SVGElement {
+    /// Position of the endoscope and the cone of its view: strong where the eye lies in the slice,
+    /// else faint.
+    private endoscopeMarks({ eye, look }: Camera, plane: SectionPlane): SVGElement[] {
+        const { right, up, normal } = plane.axes;
         const [x, y] = pixelOfWorld(plane, eye);
+        const off = Math.abs(dot(sub(eye, plane.centre), normal));
+        const kind = off < kNearSection ? 'sight near' : 'sight';
+        const [u, v] = [dot(look, right), -dot(look, up)];
         const length = 26;
-        return line(
-            'sight',
-            x,
-            y,
-            x + length * dot(look, plane.axes.right),
-            y - length * dot(look, plane.axes.up),
-        );
+        const spread = 0.45;
+        const corner = (side: number): string =>
+            `${x + length * (u - side * spread * v)},${y + length * (v + side * spread * u)}`;
+        const cone = `${x},${y} ${corner(1)} ${corner(-1)}`;
+        return [
+            ...(Math.hypot(u, v) > 0.2 ? [svg('polygon', { class: kind, points: cone })] : []),
+            svg('circle', { class: kind, cx: x, cy: y, r: 3.5 }),
+        ];
     }
 
     private drawEndoscope(state: State, box: DOMRect): void {

@@ -76,6 +76,7 @@ export class Stage {
     private fenceMoving = false; // the frame was drawn in motion
     private full = false; // the endoscope's picture is complete
     private first = true; // no picture of this scan was drawn
+    private blank = true; // gaps between the views may hold old pixels
     private prepared = false; // programs for instruments are compiled
     private pass = 0; // next index of kPasses while all is still
     private lost = false;
@@ -146,6 +147,7 @@ export class Stage {
     }
 
     invalidate(): void {
+        this.blank = true;
         for (const view of kViews) this.stale.add(view);
         this.full = false;
         this.pass = 0;
@@ -171,6 +173,7 @@ export class Stage {
         if (maximised && maximised !== 'endoscope') this.full = true; // hidden
         if (still && !this.full) this.stale.add('endoscope');
         if (!this.stale.size) return this.prepare();
+        if (this.blank) this.clear();
         for (const view of this.stale) this.drawView(view, state, still);
         // The first frame compiles shaders: its time says nothing about the next.
         this.fenceMoving = !still && this.stale.has('endoscope') && this.framesDrawn > 0;
@@ -179,6 +182,14 @@ export class Stage {
         this.raiseFence(now);
         ++this.framesDrawn;
         return true;
+    }
+
+    private clear(): void {
+        const { width, height } = this.canvas;
+        this.renderer.setViewport(0, 0, width, height);
+        this.renderer.setScissor(0, 0, width, height);
+        this.renderer.clear();
+        this.blank = false;
     }
 
     /// Compiles programs for instruments once, when nothing else is to be drawn.
@@ -208,9 +219,17 @@ export class Stage {
         return true;
     }
 
-    /// Encodes the canvas as PNG.
-    toBlob(): Promise<Blob | null> {
-        return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
+    /// Copies the pictures. @param draw  draws over them; ratio: pixels per CSS pixel
+    async copy(
+        draw: (context: CanvasRenderingContext2D, ratio: number) => Promise<void>,
+    ): Promise<HTMLCanvasElement> {
+        const copy = document.createElement('canvas');
+        copy.width = this.canvas.width;
+        copy.height = this.canvas.height;
+        const context = copy.getContext('2d')!;
+        context.drawImage(this.canvas, 0, 0);
+        await draw(context, copy.width / this.canvas.getBoundingClientRect().width);
+        return copy;
     }
 
     private noteChange(state: State, before: State): void {
@@ -219,6 +238,7 @@ export class Stage {
             state.shared?.polarity !== before.shared?.polarity;
         const { sections: now, view } = state;
         const then = before.sections;
+        if (state.display.maximised !== before.display.maximised) this.blank = true;
         const cutFace = view.outside && (now.window !== then.window || now.level !== then.level);
         if (wall || cutFace || differ(inEndoscope(state), inEndoscope(before)))
             this.markEndoscope();
