@@ -4,14 +4,20 @@
 // Starts the page: reads the link's token, creates all parts, connects, and draws.
 
 import './style.css';
+import './hand.css';
+import './windows.css';
 import { Connection } from './net/connection.ts';
 import { h } from './panels/dom.ts';
+import { Drawer } from './panels/drawer.ts';
 import { helpDialog } from './panels/help.ts';
 import { Legend } from './panels/legend.ts';
 import { Overlay } from './panels/overlay.ts';
 import { panels } from './panels/panels.ts';
+import { askToReplace } from './panels/replace_dialog.ts';
 import { chooseSeries } from './panels/series_dialog.ts';
+import { paintMarks } from './panels/snapshot.ts';
 import { MessageLine, StatusBar } from './panels/status_bar.ts';
+import { stick } from './panels/stick.ts';
 import { toolbar } from './panels/toolbar.ts';
 import { Tour } from './panels/tour.ts';
 import { keepView } from './state/kept_view.ts';
@@ -27,12 +33,21 @@ import { Stage } from './views/stage.ts';
 const kTourKey = 'pliant.tour';
 const kThemeKey = 'pliant.theme';
 
+const capital = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
+
 /// Text over the pictures: connection and transfers; empty: none.
 function noticeOf({ link, scan }: State, contextLost: boolean): string {
     if (contextLost)
         return 'The graphics context is lost. It comes back by itself; if not, reload the page.';
-    if (link.status === 'ended') return `${link.text}. Reload the page to connect again.`;
-    if (link.status === 'lost') return `${link.text}. Connecting again…`;
+    if (link.status === 'refused')
+        return `${capital(link.text)}. Open the link that pliant serve printed last.`;
+    if (link.status === 'silent')
+        return (
+            'The server does not answer: it is busy, or it hangs. ' +
+            'Until it answers, nothing that you do is sent.'
+        );
+    if (link.status === 'ended') return `${capital(link.text)}. Reload the page to connect again.`;
+    if (link.status === 'lost') return `${capital(link.text)}. Connecting again…`;
     if (!scan.volume) return 'Connecting…';
     if (link.transfer) return link.transfer;
     if (scan.loaded < 1) return `Loading ${scan.volume.name}: ${Math.round(100 * scan.loaded)} %`;
@@ -104,8 +119,9 @@ function start(): void {
         stage,
         connection: new Connection(url.href, { role, name }, sessionStorage),
         memory: sessionStorage,
+        lasting: localStorage,
         held,
-        say: (text) => message.say(text),
+        say: (text, isWarning) => message.say(text, isWarning),
         onWelcome: () => {
             const seen = greeted || localStorage.getItem(kTourKey) || link.has('notour');
             greeted = true;
@@ -116,8 +132,9 @@ function start(): void {
     const files = new Files(session, `?token=${encodeURIComponent(token)}`, {
         openPath: (file) => actions.openFile(file),
         chooseSeries,
+        askToReplace,
     });
-    const overlay = new Overlay(session);
+    const overlay = new Overlay(session, (view) => actions.toggleMaximised(view));
     const legend = new Legend(session);
     const status = new StatusBar(session, message);
     const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));
@@ -125,10 +142,32 @@ function start(): void {
     const showHelp = (): void => {
         if (!help.open) help.showModal();
     };
-    views.replaceChildren(canvas, overlay.element, legend.element, notice, tour.element);
-    main.append(panels(session, actions));
-    main.before(toolbar(session, actions, files, { help: showHelp }));
+    const landing = h(
+        'div',
+        { class: 'landing', 'aria-hidden': 'true' },
+        'Drop a scan or a path here',
+    );
+    views.replaceChildren(
+        canvas,
+        overlay.element,
+        legend.element,
+        notice,
+        tour.element,
+        landing,
+    );
+    const settings = panels(session, actions);
+    const drawer = new Drawer(settings);
+    main.append(settings);
+    main.before(toolbar(session, actions, files, { help: showHelp, settings: drawer.toggle }));
+    overlay.views.endoscope.append(stick(session));
     document.body.append(status.element, help);
+    actions.paintMarks = (context, ratio) =>
+        paintMarks(
+            kViews.map((view) => overlay.views[view]),
+            canvas.getBoundingClientRect(),
+            context,
+            ratio,
+        );
     store.watch(({ link: line, scan }) => [line, scan], tell);
     keepTheme(store);
 
@@ -140,6 +179,8 @@ function start(): void {
             files.cancel();
             session.movie.stop();
             tour.stop();
+            if (drawer.isOpen) drawer.open(false);
+            else actions.maximise(null);
         },
         nextView: () => {
             const shown = kViews.filter((view) => !overlay.views[view].hidden);
@@ -155,9 +196,15 @@ function start(): void {
     const pointer = new Pointer(session, actions, overlay.views, held);
     window.addEventListener('pagehide', () => keepView(store, sessionStorage));
     // Files may be dropped anywhere.
-    document.addEventListener('dragover', (e) => e.preventDefault());
+    const hover = (on: boolean): void => void document.body.classList.toggle('dropping', on);
+    document.addEventListener('dragover', (e) => {
+        e.preventDefault();
+        hover(true);
+    });
+    document.addEventListener('dragleave', (e) => hover(e.relatedTarget !== null));
     document.addEventListener('drop', (e) => {
         e.preventDefault();
+        hover(false);
         if (e.dataTransfer) void files.drop(e.dataTransfer);
     });
     session.open();

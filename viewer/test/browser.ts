@@ -12,7 +12,7 @@ import { type ChildProcess, execFileSync, spawn } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { type Browser, chromium, type Page } from 'playwright-core';
+import { type Browser, type BrowserContextOptions, chromium, type Page } from 'playwright-core';
 import type { ViewName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
 import { MockServer } from './mock_server.ts';
@@ -24,6 +24,8 @@ mkdirSync(kPictures, { recursive: true });
 export interface Served {
     readonly link: string;
     readonly mock: MockServer | undefined;
+    /// Stops the server without ending it, or lets it go on.
+    freeze(on: boolean): void;
     stop(): Promise<void>;
 }
 
@@ -32,13 +34,15 @@ export async function serve(...args: string[]): Promise<Served> {
     const program = process.env.PLIANT_SERVER;
     if (!program) {
         const mock = new MockServer(join(kFolder, 'dist'));
-        return { link: await mock.start(), mock, stop: async () => mock.stop() };
+        const freeze = (on: boolean): void => mock.freeze(on);
+        return { link: await mock.start(), mock, freeze, stop: async () => mock.stop() };
     }
     const child = spawn(program, ['serve', '--port', '0', '--no-open', ...args]);
     const link = await linkOf(child);
     return {
         link,
         mock: undefined,
+        freeze: (on) => void child.kill(on ? 'SIGSTOP' : 'SIGCONT'),
         stop: () =>
             new Promise((resolve) => {
                 child.on('exit', () => resolve());
@@ -97,20 +101,36 @@ export const kArguments = [
 export const launch = (): Promise<Browser> =>
     chromium.launch({ executablePath: findChromium(), args: kArguments });
 
+/// Keeps the tissue as the server starts it, unless a test has chosen otherwise: checksums and
+/// steps of undo are then the server's own. Runs in the page.
+export function keepTissue(): void {
+    const key = 'pliant.tissue';
+    const wish = '{"limits": "box", "springsBack": false}';
+    if (!localStorage.getItem(key)) localStorage.setItem(key, wish);
+}
+
 export interface Visit {
     readonly page: Page;
     readonly errors: string[];
 }
 
 /// Opens the page and waits for the scan. @param more  further parameters after the #
-export async function visit(browser: Browser, link: string, more = '&notour'): Promise<Visit> {
-    const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
+/// @param settings  of the browser's context
+export async function visit(
+    browser: Browser,
+    link: string,
+    more = '&notour',
+    settings: BrowserContextOptions = {},
+): Promise<Visit> {
+    const viewport = { width: 1280, height: 720 };
+    const context = await browser.newContext({ viewport, ...settings });
     const folder = process.env.PLIANT_SERVER && process.env.PLIANT_PAGE;
     if (folder)
         await context.route(/\/(app\.js|app\.css|index\.html)?$/, (route) => {
             const name = new URL(route.request().url()).pathname.slice(1) || 'index.html';
             return route.fulfill({ path: join(folder, name) });
         });
+    await context.addInitScript(keepTissue);
     const page = await context.newPage();
     const errors: string[] = [];
     page.on('pageerror', (error) => errors.push(String(error)));

@@ -16,7 +16,6 @@ import { kRestStep, restCounts } from '../src/views/rest_field.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
 
-const kToken = 'mock';
 const kSlab = 8; // slices in a box of a snapshot
 const kTypes: Record<string, string> = {
     html: 'text/html; charset=utf-8',
@@ -64,6 +63,9 @@ function tubeWay(from: Vec3, to: Vec3): object | string {
 
 export class MockServer {
     scene = new MockScene();
+    token = 'mock';
+    private frozen = false;
+    private unheard: (() => void)[] = []; ///< messages while it was frozen
     private volumeId = 1;
     private scanName = 'mock tube';
     /// File names of uploads in parts.
@@ -95,7 +97,7 @@ export class MockServer {
             );
         });
         this.server.on('upgrade', (request, stream) => {
-            if (!request.url?.includes(`token=${kToken}`))
+            if (!request.url?.includes(`token=${this.token}`))
                 stream.end('HTTP/1.1 403 Forbidden\r\n\r\n');
             else this.greet(new MockSocket(request, stream));
         });
@@ -123,7 +125,7 @@ export class MockServer {
         const answer = (status: number, line: string): void => {
             response.writeHead(status, { 'Content-Type': 'text/plain' }).end(`${line}\n`);
         };
-        if (url.searchParams.get('token') !== kToken) answer(403, 'token: wrong');
+        if (url.searchParams.get('token') !== this.token) answer(403, 'token: wrong');
         else if (url.pathname.startsWith('/save/'))
             response
                 .writeHead(200, { 'Content-Type': 'application/octet-stream' })
@@ -158,13 +160,19 @@ export class MockServer {
     async start(): Promise<string> {
         await new Promise<void>((resolve) => this.server.listen(0, '127.0.0.1', resolve));
         const { port } = this.server.address() as { port: number };
-        return `http://127.0.0.1:${port}/#token=${kToken}`;
+        return `http://127.0.0.1:${port}/#token=${this.token}`;
     }
 
     stop(): void {
         this.breakLines();
         this.server.close();
         this.server.closeAllConnections();
+    }
+
+    /// Answers nothing, or goes on with all messages since.
+    freeze(on: boolean): void {
+        this.frozen = on;
+        if (!on) for (const hear of this.unheard.splice(0)) hear();
     }
 
     /// Ends all connections without a close frame.
@@ -177,8 +185,12 @@ export class MockServer {
         let client: Client | undefined;
         socket.onText = (text) => {
             const message = JSON.parse(text) as Message;
-            if (client) this.carryOut(client, message);
-            else client = this.welcome(socket, message);
+            const hear = (): void => {
+                if (client) this.carryOut(client, message);
+                else client = this.welcome(socket, message);
+            };
+            if (this.frozen) this.unheard.push(hear);
+            else hear();
         };
         socket.onClose = () => {
             if (!client) return;

@@ -7,8 +7,9 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { gunzipSync } from 'node:zlib';
+import { gunzipSync, gzipSync } from 'node:zlib';
 import { scanOf } from '../src/tools/dropped.ts';
+import { labelReason } from '../src/tools/label_guess.ts';
 import type { Session } from '../src/tools/session.ts';
 import { compare, loaded, picture, pixels, stateOf, untilUndo, visit } from './browser.ts';
 import { dicomSlice } from './dicom.ts';
@@ -46,6 +47,9 @@ function nrrd(): Buffer {
 
 const choose = (name: string, buffer: Buffer): Promise<void> =>
     page.locator('#files').setInputFiles({ name, mimeType: '', buffer });
+
+/// Agrees that a scan takes the place of the present one.
+const agree = (): Promise<void> => page.locator('dialog.replace button').first().click();
 
 /// Drops files on the page like the browser, but without folders, which can't be created here.
 const drop = (files: { name: string; text: string }[]): Promise<void> =>
@@ -101,6 +105,9 @@ test('a chosen scan replaces the present one', async () => {
     await untilUndo(page, 1);
     const before = await pixels(page, 'axial');
     await choose('ball.nrrd', nrrd());
+    assert.match((await page.locator('dialog.replace').textContent())!, /It replaces /);
+    await picture(page, 'replace');
+    await agree();
     await untilScan('ball.nrrd');
     const state = await stateOf(page);
     assert.equal(state.scan.volume!.id, 2);
@@ -165,6 +172,7 @@ const labelOf = (name: string): string =>
 test('a file that is no scan is refused with one line, and nothing changes', async () => {
     const { volume } = (await stateOf(page)).scan;
     await choose('bad.nrrd', Buffer.from('hello'));
+    await agree();
     await untilSaid('bad.nrrd: is no NRRD file');
     await picture(page, 'opened_bad');
     assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
@@ -179,11 +187,77 @@ test('a file that is no scan is refused with one line, and nothing changes', asy
     assert.equal((await compare(page))!.same, true);
 });
 
+test('a scan is opened only if the user agrees', async () => {
+    const { volume } = (await stateOf(page)).scan;
+    await choose('ball.nrrd', nrrd());
+    await page.locator('dialog.replace').getByText('Cancel').click();
+    await page.locator('dialog.replace').waitFor({ state: 'detached' });
+    assert.equal((await stateOf(page)).link.transfer, '');
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
+});
+
+/// The ball as labels 0, 1 and 2.
+function labels(): Buffer {
+    const scan = nrrd();
+    for (let at = scan.indexOf('\n\n') + 2; at < scan.length; at += 2)
+        scan.writeInt16LE((at >> 1) % 3, at);
+    return scan;
+}
+
+test('a label map is known by its name or by few whole values', async () => {
+    const scan = nrrd();
+    const end = scan.indexOf('\n\n') + 2;
+    const packed = (all: Buffer): Buffer =>
+        Buffer.concat([
+            Buffer.from(all.subarray(0, end).toString('latin1').replace('raw', 'gzip'), 'latin1'),
+            gzipSync(all.subarray(end)),
+        ]);
+    const nifti = (all: Buffer): Buffer => {
+        const head = Buffer.alloc(352);
+        head.writeInt32LE(348, 0);
+        head.writeInt16LE(4, 70);
+        head.writeFloatLE(352, 108);
+        head.write('n+1', 344);
+        return gzipSync(Buffer.concat([head, all.subarray(end)]));
+    };
+    const reason = (name: string, data: Buffer): Promise<string | undefined> =>
+        labelReason(name, new Blob([new Uint8Array(data)]));
+    for (const name of ['thorax-label.nrrd', 'Segmentation_1.nii.gz', 'lung_seg.mha', 'mask.nrrd'])
+        assert.equal(await reason(name, scan), 'by its name', name);
+    for (const form of [(all: Buffer) => all, packed, nifti]) {
+        assert.equal(await reason('ball', form(labels())), 'it holds 3 whole values');
+        assert.equal(await reason('segment of a ball', form(scan)), undefined);
+    }
+    assert.equal(await reason('unmasked.nrrd', Buffer.from('NRRD0004\n')), undefined);
+    await choose('organs.nrrd', labels());
+    const dialog = page.locator('dialog.replace');
+    await dialog.getByText('looks like a label map (it holds 3 whole values)').waitFor();
+    await picture(page, 'label_map');
+    await page.keyboard.press('Enter'); // the button in focus
+    await dialog.waitFor({ state: 'detached' });
+    assert.equal((await stateOf(page)).link.transfer, '');
+});
+
+test('a file that hovers over the page is awaited', async () => {
+    const landing = page.locator('.landing');
+    const hover = (type: string): Promise<void> =>
+        page.evaluate((event) => {
+            const settings = { dataTransfer: new DataTransfer(), bubbles: true, cancelable: true };
+            document.querySelector('main')!.dispatchEvent(new DragEvent(event, settings));
+        }, type);
+    await hover('dragover');
+    assert.ok(await landing.isVisible());
+    await picture(page, 'drop_hover');
+    await hover('dragleave');
+    assert.ok(!(await landing.isVisible()));
+});
+
 test('Escape cancels the upload of a scan', async () => {
     const { volume } = (await stateOf(page)).scan;
     const stuck: (() => Promise<void>)[] = [];
     await page.route('**/open?*', (route) => void stuck.push(() => route.abort()));
     await choose('slow.nrrd', nrrd());
+    await agree();
     await page.waitForFunction(() =>
         document.querySelector('.notice')!.textContent!.includes('Esc cancels'),
     );
@@ -204,6 +278,7 @@ test('files are dropped together; a path that is dropped stays a path', async ()
         { name: 'ball.raw', text: scan.subarray(end + 1).toString('base64') },
         { name: 'ball.nhdr', text: Buffer.from(header, 'latin1').toString('base64') },
     ]);
+    await agree();
     await untilScan(served.mock ? 'scan' : 'ball.nhdr');
     if (served.mock) assert.deepEqual(served.mock.parts, ['ball.raw', 'ball.nhdr']);
     assert.equal((await compare(page))!.same, true);
@@ -237,6 +312,7 @@ test('the user chooses one of several DICOM series in a folder', async (t) => {
     const { volume } = (await stateOf(page)).scan;
     const dialog = page.locator('dialog.series');
     await drop(files);
+    await agree();
     await dialog.waitFor();
     await picture(page, 'series');
     assert.equal(await dialog.locator('.choices button').count(), 2);
@@ -246,6 +322,7 @@ test('the user chooses one of several DICOM series in a folder', async (t) => {
     assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
     // At once again: nothing of the first attempt is left.
     await drop(files);
+    await agree();
     await dialog.getByText('venous (2 slices)').click();
     await untilScan('scan');
     assert.deepEqual((await stateOf(page)).scan.volume!.size, [8, 6, 2]);

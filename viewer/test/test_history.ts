@@ -92,3 +92,46 @@ test('flying and looking around at the same time are one step', async () => {
     assert.deepEqual(store.state.view.camera.eye, [0, 0, 0]);
     assert.equal(history.names().undo, '');
 });
+
+/// Server with named steps, as it is after pushes of tissue that springs back.
+function withSteps(...names: string[]): { history: History; log: string[] } {
+    const store = new Store(initialState());
+    const [done, undone]: string[][] = [names, []];
+    const log: string[] = [];
+    const last = (list: readonly string[]) => ({ steps: list.length, next: list.at(-1) ?? '' });
+    const tell = (): void =>
+        store.set({
+            shared: {
+                undo: last(done),
+                redo: last(undone),
+                relaxing: true,
+                materials: { limits: 'rounded' },
+            } as SharedState,
+        });
+    const history = new History(store, async (step) => {
+        const name = (step === 'undo' ? done : undone).pop()!;
+        (step === 'undo' ? undone : done).push(name);
+        log.push(`${step} ${name}`);
+        tell();
+    });
+    tell();
+    return { history, log };
+}
+
+test('a push and its springing back are undone and redone together', async () => {
+    const { history, log } = withSteps('push', 'relax', 'push', 'relax');
+    await history.undo();
+    assert.deepEqual(log.splice(0), ['undo relax', 'undo push']);
+    await history.redo();
+    assert.deepEqual(log.splice(0), ['redo push', 'redo relax']);
+});
+
+test('the defaults of a fresh scan are no step of the user', async () => {
+    const { history, log } = withSteps('materials', 'push', 'relax');
+    assert.equal(history.names().undo, 'relax');
+    await history.undo();
+    assert.deepEqual(log.splice(0), ['undo relax', 'undo push']);
+    assert.equal(history.names().undo, '');
+    await history.undo();
+    assert.deepEqual(log, []);
+});

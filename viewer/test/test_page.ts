@@ -4,10 +4,12 @@
 // The page around the views: keyboard, help, tour, labels, themes, small screens.
 
 import assert from 'node:assert/strict';
+import { readFile, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Session } from '../src/tools/session.ts';
 import type { StageHooks } from '../src/views/stage.ts';
-import { picture, rectOf, spot, stateOf, visit } from './browser.ts';
+import { kPictures, picture, rectOf, spot, stateOf, still, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
 useOnePage();
@@ -46,27 +48,31 @@ test('every control and every view has a name', async () => {
     await page.locator('.panels').evaluate((e) => e.scrollTo(0, 0));
 });
 
-test('a force is shown in newtons, and the energy of tissue without forces as such', async () => {
+test('a force is shown in newtons; energies of tissue without forces with the times', async () => {
     const shown = (force_n: number, energy_per_mm: number): Promise<(string | null)[]> =>
         page.evaluate(
             async (hands) => {
                 (window as never as { pliant: Session }).pliant.store.set({ hands });
                 await new Promise((drawn) => setTimeout(drawn, 200));
                 const bar = document.querySelector<HTMLElement>('.force')!;
+                if (bar.hidden) return [];
                 return [
                     bar.title,
                     bar.getAttribute('aria-valuetext'),
+                    bar.textContent,
                     bar.querySelector('i')!.style.width,
                 ];
             },
             { force_n, energy_per_mm },
         );
     const newtons = 'force 0.999 N';
-    assert.deepEqual(await shown(0.999, 99), [newtons, newtons, '60%']);
+    assert.deepEqual(await shown(0.999, 99), [newtons, newtons, '1.00 N', '60%']);
     await picture(page, 'force');
-    const energy = 'energy 99.0 per mm';
-    assert.deepEqual(await shown(0, 99), [energy, energy, '40%']);
-    assert.deepEqual((await shown(0, 0)).slice(2), ['0%']);
+    assert.deepEqual(await shown(0, 99), []);
+    await page.keyboard.press('t');
+    await page.locator('#times', { hasText: 'energy 99.0 per mm' }).waitFor();
+    await page.keyboard.press('t');
+    assert.deepEqual(await shown(0, 0), []);
 });
 
 test('the keyboard alone can choose, scroll, push and undo', async () => {
@@ -180,6 +186,59 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     await octagon.click();
     assert.equal((await stateOf(page)).look.fieldStop, 'octagon');
     assert.equal(await afterSlowFrame(true), 'real');
+});
+
+test('sections of a scan that is being loaded are shown', async () => {
+    const lit = await page.evaluate(async () => {
+        const { stage, store } = (window as never as { pliant: Session }).pliant;
+        store.set({ scan: { loaded: 0 } });
+        (stage as never as { clear(): void }).clear();
+        store.set({ scan: { loaded: 0.5 } });
+        await new Promise((drawn) => setTimeout(drawn, 500));
+        const copy = await stage.copy(async () => {});
+        const ratio = copy.width / document.querySelector('canvas')!.clientWidth;
+        return ['axial', 'endoscope'].map((name) => {
+            const box = document.querySelector(`.view.${name}`)!.getBoundingClientRect();
+            const own = document.querySelector('canvas')!.getBoundingClientRect();
+            const x = (box.left - own.left + 0.5 * box.width) * ratio;
+            const y = (box.top - own.top + 0.2 * box.height) * ratio;
+            return copy.getContext('2d')!.getImageData(x, y, 1, 1).data[0]! > 40;
+        });
+    });
+    assert.deepEqual(lit, [true, false]);
+    await page.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.store.set({ scan: { loaded: 1 } }),
+    );
+});
+
+test('a saved picture has the marks of the views, and the name of the scan', async () => {
+    await still(page);
+    const coming = page.waitForEvent('download');
+    await page.keyboard.press('p');
+    const download = await coming;
+    assert.match(download.suggestedFilename(), /^(mock_tube|airway_phantom)_views\.png$/);
+    const bytes = await readFile((await download.path())!);
+    await writeFile(join(kPictures, 'saved.png'), bytes);
+    const marked = await page.evaluate(async (text) => {
+        const image = new Image();
+        image.src = `data:image/png;base64,${text}`;
+        await image.decode();
+        const canvas = document.querySelector('canvas')!;
+        const dataOf = (source: CanvasImageSource): Uint8ClampedArray => {
+            const copy = document.createElement('canvas');
+            copy.width = canvas.width;
+            copy.height = canvas.height;
+            const context = copy.getContext('2d')!;
+            context.drawImage(source, 0, 0);
+            return context.getImageData(0, 0, copy.width, copy.height).data;
+        };
+        const [saved, shown] = [dataOf(image), dataOf(canvas)];
+        let differ = 0;
+        for (let i = 0; i < saved.length; i += 4)
+            if (Math.abs(saved[i + 1]! - shown[i + 1]!) > 60) ++differ;
+        return differ;
+    }, bytes.toString('base64'));
+    assert.ok(marked > 1000, `${marked} pixels of marks`);
 });
 
 test('times are shown on request', async () => {

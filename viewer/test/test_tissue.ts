@@ -99,8 +99,11 @@ test("the scan is shown in four views, and its voxels are the server's", async (
 for (const { tool, view, by } of kDrags)
     test(`${tool} in the ${view} view changes voxels; undo brings the checksum back`, async () => {
         await cursorToWall();
+        // The crosshair stays, so that pictures before and after can be compared.
         await page.evaluate(() =>
-            (window as never as { pliant: Session }).pliant.store.set({ tool: { radius: 5 } }),
+            (window as never as { pliant: Session }).pliant.store.set({
+                tool: { radius: 5, follow: false },
+            }),
         );
         const steps = await undoSteps();
         const sum = await compare(page);

@@ -43,6 +43,7 @@ export function contact(
     return { share: centre + touching / kDirections.length, out };
 }
 
+const kSight = 80; // longest way that counts [mm]
 const kWayStep = 0.25; // between two samples of a motion [voxels]
 
 /// Tests whether the tip's centre enters tissue during a motion. The contact of the sphere does not
@@ -149,6 +150,24 @@ export function clearance(
         if (hit) nearest = Math.min(nearest, hit.distance);
     }
     return nearest;
+}
+
+/// Direction in which a lumen goes on from a place: that of the longest way to a wall, where
+/// directions near the present one count more.
+export function alongLumen(
+    volume: VolumeData,
+    place: Vec3,
+    present: Vec3,
+    surface: Surface,
+): Vec3 {
+    let best = present;
+    let most = 0;
+    for (const direction of kDirections) {
+        const room = firstHit(volume, place, direction, surface, kSight)?.distance ?? kSight;
+        const worth = room * (1.5 + dot(direction, present));
+        if (worth > most) [best, most] = [direction, worth];
+    }
+    return best;
 }
 
 /// Speed for a clearance around the tip [mm/s].

@@ -8,7 +8,7 @@
 // Bricks of 4³ cells hold the minimum and maximum of their corners: rays skip bricks without the
 // threshold.
 
-import { type Box, type Grid, voxelCount } from './grid.ts';
+import { type Box, type Grid, voxelCount, worldFromVoxel } from './grid.ts';
 import { floatOfHalf, halfOfFloat as exactHalf } from './half.ts'; // exact: the values are halves
 import type { Vec3 } from './vec.ts';
 
@@ -38,7 +38,8 @@ export class VolumeData {
     /// Number of patches so far.
     version = 0;
 
-    constructor(grid: Grid, halves: Uint16Array) {
+    /// @param isEmpty  the values are still to come, by fill(): the bricks need no look at them
+    constructor(grid: Grid, halves: Uint16Array, isEmpty = false) {
         if (halves.length !== voxelCount(grid))
             throw new Error(`volume: ${halves.length} voxels, expected ${voxelCount(grid)}`);
         this.grid = grid;
@@ -49,7 +50,18 @@ export class VolumeData {
         const count = this.brickSize[0] * this.brickSize[1] * this.brickSize[2];
         this.brickHalves = new Uint16Array(2 * count);
         this.brickRange = new Float32Array(2 * count);
-        this.updateBricks({ begin: [0, 0, 0], end: grid.size });
+        if (!isEmpty) this.updateBricks({ begin: [0, 0, 0], end: grid.size });
+    }
+
+    /// Writes a box of a scan that is being loaded; the bricks are stale until finish().
+    fill(box: Box, values: Uint16Array): void {
+        writeBox(this.halves, this.grid.size, box, values);
+        ++this.version;
+    }
+
+    /// Updates all bricks once, after many calls of fill(). @returns the box of all bricks
+    finish(): Box {
+        return this.updateBricks({ begin: [0, 0, 0], end: this.grid.size });
     }
 
     /// Writes a box of values, i fastest, and returns the box of bricks that changed.
@@ -57,6 +69,20 @@ export class VolumeData {
         writeBox(this.halves, this.grid.size, box, values);
         ++this.version;
         return this.updateBricks(box);
+    }
+
+    /// Copies a box of voxels.
+    copyOf({ begin, end }: Box): VolumeData {
+        const { grid } = this;
+        const size: Vec3 = [end[0] - begin[0], end[1] - begin[1], end[2] - begin[2]];
+        const halves = new Uint16Array(size[0] * size[1] * size[2]);
+        let to = 0;
+        for (let k = begin[2]; k < end[2]; ++k)
+            for (let j = begin[1]; j < end[1]; ++j, to += size[0]) {
+                const from = begin[0] + grid.size[0] * (j + grid.size[1] * k);
+                halves.set(this.halves.subarray(from, from + size[0]), to);
+            }
+        return new VolumeData({ ...grid, size, origin: worldFromVoxel(grid, begin) }, halves);
     }
 
     /// Trilinear value at a continuous voxel index, constant beyond the outermost centres [HU].

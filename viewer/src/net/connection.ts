@@ -3,7 +3,8 @@
 
 // Connection to the server: one WebSocket for commands with answers and frames of voxels. A broken
 // connection is resumed, and the server sends the changes since. After a reload of the page the
-// session (with its undo steps) is resumed, and all voxels are sent again.
+// session (with its undo steps) is resumed, and all voxels are sent again. A server that answers no
+// ping counts as silent until it says something.
 
 import {
     type Answer,
@@ -38,8 +39,10 @@ export interface Listener {
     haptics(news: HapticsNews): void;
     vesselFrame(frame: SurfaceFrame | VesselFrame): void;
     refused(refusal: Refusal): void;
-    /// The connection is lost. retryMs: time until the next attempt; absent: there is none.
-    lost(reason: string, retryMs?: number): void;
+    /// The connection is lost; with the status lost another attempt follows.
+    lost(status: 'lost' | 'ended' | 'refused', reason: string): void;
+    /// The server has stopped answering, or answers again.
+    silent(is: boolean): void;
     /// A command is done. sent: its time of sending [ms]
     done(answer: Done, sent: number): void;
 }
@@ -52,6 +55,8 @@ export interface Memory {
 /// Close codes after which another attempt would fail as well.
 const kFinal = new Set([4000, 4005]);
 const kRetryMs = [250, 500, 1000, 2000, 4000];
+const kPingMs = 1000;
+const kSilentMs = 3500; // time without any message after which the server counts as silent
 const kResumeKey = 'pliant.resume';
 
 type Waiting = (answer: Answer | undefined) => void;
@@ -67,6 +72,10 @@ export class Connection {
     private heldVolume = 0; ///< id of the volume in the mirror
     private heldStep: number | undefined;
     private ended = false;
+    private heard = 0; ///< time of the last message, or of the attempt to connect [ms]
+    private pinged = 0; ///< time of the first ping since then; 0: none
+    private ticked = 0; ///< time of the last call of ping() [ms]
+    private isSilent = false;
     private listener!: Listener; // set by open()
 
     constructor(
@@ -79,20 +88,25 @@ export class Connection {
     open(listener: Listener): void {
         this.listener = listener;
         this.connect();
+        setInterval(() => this.ping(), kPingMs);
     }
 
     private connect(): void {
         const socket = new WebSocket(this.url);
         this.socket = socket;
+        this.hear();
+        this.pinged = this.heard; // the welcome is awaited
         socket.binaryType = 'arraybuffer';
         socket.onopen = () => this.greet(socket);
         socket.onmessage = (event: MessageEvent) => {
+            this.hear();
             try {
                 if (typeof event.data === 'string') this.onText(JSON.parse(event.data));
                 else this.onFrame(event.data as ArrayBuffer);
             } catch (error) {
                 this.ended = true;
-                this.listener.lost(`invalid message from the server: ${(error as Error).message}`);
+                const reason = `invalid message from the server: ${(error as Error).message}`;
+                this.listener.lost('ended', reason);
                 socket.close();
             }
         };
@@ -105,7 +119,35 @@ export class Connection {
     }
 
     get isOpen(): boolean {
-        return this.socket?.readyState === WebSocket.OPEN && this.client !== 0;
+        const isOpen = this.socket?.readyState === WebSocket.OPEN && this.client !== 0;
+        return isOpen && !this.isSilent;
+    }
+
+    /// Notes a sign of life.
+    private hear(): void {
+        this.heard = performance.now();
+        this.pinged = 0;
+        this.setSilent(false);
+    }
+
+    /// Asks for a sign of life. After a pause of the page itself the wait begins again: messages
+    /// that have arrived meanwhile come later than this call.
+    private ping(): void {
+        const now = performance.now();
+        const paused = now - this.ticked > 2 * kPingMs;
+        this.ticked = now;
+        if (this.pinged && paused) this.pinged = now;
+        if (this.ended || !this.socket || this.socket.readyState > WebSocket.OPEN) return;
+        if (this.pinged && now - this.pinged > kSilentMs) this.setSilent(true);
+        if (this.pinged || this.client === 0) return;
+        this.pinged = now;
+        this.socket.send(JSON.stringify({ do: 'ping' }));
+    }
+
+    private setSilent(is: boolean): void {
+        if (is === this.isSilent) return;
+        this.isSilent = is;
+        this.listener.silent(is);
     }
 
     /// Sends a command. @returns the answer; undefined if the connection was lost before
@@ -221,18 +263,42 @@ export class Connection {
 
     private onClose(socket: WebSocket, event: CloseEvent): void {
         if (socket !== this.socket) return;
+        const wasOpen = this.client !== 0;
         this.client = 0;
+        this.pinged = 0;
+        this.setSilent(false);
         for (const { resolve } of this.waiting.values()) resolve(undefined);
         this.waiting.clear();
         if (this.ended) return;
+        void this.comeBack(event, wasOpen);
+    }
+
+    private async comeBack(event: CloseEvent, wasOpen: boolean): Promise<void> {
         const why = this.bye || event.reason || 'the connection to the server is lost';
         this.bye = '';
         if (kFinal.has(event.code)) {
-            this.listener.lost(why);
+            this.listener.lost('ended', why);
             return;
         }
         const wait = kRetryMs[Math.min(this.attempts++, kRetryMs.length - 1)]!;
-        this.listener.lost(why, wait);
+        this.listener.lost('lost', why);
+        if (!wasOpen && (await this.isRefused())) {
+            this.listener.lost('refused', 'this link is not valid, or no longer');
+            return;
+        }
         setTimeout(() => this.connect(), wait);
+    }
+
+    /// Tests whether the server refuses the link's token: browsers don't tell why a WebSocket was
+    /// not opened.
+    private async isRefused(): Promise<boolean> {
+        const url = new URL(this.url);
+        url.protocol = url.protocol.replace('ws', 'http');
+        url.pathname = url.pathname.replace(/ws$/, 'save/');
+        try {
+            return (await fetch(url)).status === 403;
+        } catch {
+            return false; // nobody answers
+        }
     }
 }

@@ -67,6 +67,10 @@ export function slider(s: SliderSettings): Control {
         type: 'number',
         step: String(s.step),
         'aria-label': `${s.label}, number`,
+        // Keys are commands again after a number.
+        onkeydown: (event) => {
+            if ((event as KeyboardEvent).key === 'Enter') number.blur();
+        },
     });
     let open = false;
     const begin = (): void => {

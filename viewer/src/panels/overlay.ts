@@ -5,8 +5,8 @@
 // sharp, accessible to screen readers, and cheap to update.
 
 import { shown, voxelFromWorld } from '../maths/grid.ts';
-import { type Camera, frameOf } from '../maths/rays.ts';
-import { dot, sub, type Vec3 } from '../maths/vec.ts';
+import { type Camera, firstHit, frameOf } from '../maths/rays.ts';
+import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
 import { kKinds, type ShownKind } from '../state/overlay_kinds.ts';
 import {
@@ -18,6 +18,7 @@ import {
     type ViewName,
     type Way,
 } from '../state/state.ts';
+import { cutCrossings } from '../tools/cuts.ts';
 import type { Session } from '../tools/session.ts';
 import { kOutsideField, orbitCamera } from '../views/orbit.ts';
 import {
@@ -26,7 +27,8 @@ import {
     sectionPlane,
     type SectionPlane,
 } from '../views/section_geometry.ts';
-import { h, svg } from './dom.ts';
+import { button, h, svg } from './dom.ts';
+import { HandNote, obstacleMark } from './hand_note.ts';
 import { overlayValue } from './legend.ts';
 import { catheterMarks, instrumentMarks } from './section_marks.ts';
 
@@ -36,6 +38,7 @@ const kTitles: Record<ViewName, string> = {
     coronal: 'Coronal',
     sagittal: 'Sagittal',
 };
+const kPathSight = 60; // length of a path that the endoscope shows [mm]
 const kNearSection = 2; // distance of path points that are drawn strong [mm]
 
 export class Overlay {
@@ -46,15 +49,24 @@ export class Overlay {
     private readonly names = Object.fromEntries(
         kViews.map((view) => [view, h('span', { class: 'name' }, kTitles[view])]),
     ) as Record<ViewName, HTMLElement>;
+    private readonly maximisers: Record<ViewName, HTMLButtonElement>;
     private readonly force = h(
         'div',
-        { class: 'force', role: 'meter', 'aria-label': 'force' },
+        { class: 'force', role: 'meter', 'aria-label': 'force', hidden: true },
         h('i'),
+        h('span'),
     );
+    private readonly note = new HandNote();
     private wanted = true;
     private balls: readonly unknown[] = [];
 
-    constructor(private readonly session: Session) {
+    constructor(
+        private readonly session: Session,
+        toggleMaximised: (view: ViewName) => void,
+    ) {
+        this.maximisers = Object.fromEntries(
+            kViews.map((view) => [view, button('', () => toggleMaximised(view))]),
+        ) as Record<ViewName, HTMLButtonElement>;
         this.drawings = Object.fromEntries(
             kViews.map((view) => [view, svg('svg') as SVGSVGElement]),
         ) as Record<ViewName, SVGSVGElement>;
@@ -94,20 +106,38 @@ export class Overlay {
             else this.drawSection(view, state, box);
         }
         this.drawForce(state.hands);
+        const { active } = state.pointer;
+        this.note.show(state, this.views[active], this.toolSpot(state, active));
     }
 
-    /// Shows newtons, or the energy per millimetre of a tissue without forces; both logarithmic,
-    /// from a millinewton on.
-    private drawForce({ force_n, energy_per_mm }: Hands): void {
-        const [amount, text] =
-            force_n > 0
-                ? [1000 * force_n, `force ${force_n.toFixed(3)} N`]
-                : [energy_per_mm, `energy ${energy_per_mm.toFixed(1)} per mm`];
-        const bar = Math.min(Math.log10(1 + amount) * 20, 100);
+    /// Position in a view of the tool that has an outcome.
+    private toolSpot(state: State, view: ViewName): [number, number] | undefined {
+        const place = state.tool.outcome?.place;
+        if (!place) return undefined;
+        const box = this.views[view].getBoundingClientRect();
+        if (view !== 'endoscope') return pixelOfWorld(this.planeOf(view, state, box), place);
+        return state.view.outside
+            ? this.spotFromOutside(state.view, place, box)
+            : this.spotInEndoscope(state.view, place, box);
+    }
+
+    /// Shows newtons, logarithmic from a millinewton on. Tissues without forces have no bar: their
+    /// energies have no scale that a hand knows.
+    private drawForce({ force_n }: Hands): void {
+        this.force.hidden = !(force_n > 0);
+        const text = `force ${force_n.toFixed(3)} N`;
+        const bar = Math.min(Math.log10(1 + 1000 * force_n) * 20, 100);
         (this.force.firstElementChild as HTMLElement).style.width = `${bar}%`;
+        (this.force.lastElementChild as HTMLElement).textContent = `${force_n.toFixed(2)} N`;
         this.force.setAttribute('aria-valuenow', bar.toFixed(0));
         this.force.setAttribute('aria-valuetext', text);
         this.force.title = text;
+    }
+
+    private planeOf(view: SectionName, state: State, box: DOMRect): SectionPlane {
+        const { frames, cursor } = state.sections;
+        const { grid } = this.session.volume!;
+        return sectionPlane(grid, view, frames[view], cursor, box.width, box.height);
     }
 
     private makeView(view: ViewName): HTMLElement {
@@ -125,6 +155,7 @@ export class Overlay {
                 }; question mark lists all keys`,
             },
             this.drawings[view] as unknown as HTMLElement,
+            this.maximisers[view],
             this.names[view],
             this.captions[view],
             ...[...letters].map((letter, i) =>
@@ -138,13 +169,18 @@ export class Overlay {
         for (const view of kViews) {
             this.views[view].hidden = maximised !== null && maximised !== view;
             this.views[view].classList.toggle('active', active === view);
+            const alone = `${kTitles[view]} alone (double click)`;
+            const hint = maximised ? 'all four views (Esc)' : alone;
+            this.maximisers[view].className = 'maximise';
+            this.maximisers[view].textContent = maximised ? '⊞' : '⤢';
+            this.maximisers[view].title = hint;
+            this.maximisers[view].setAttribute('aria-label', hint);
         }
     }
 
     private drawSection(view: SectionName, state: State, box: DOMRect): void {
-        const { grid } = this.session.volume!;
-        const { frames, cursor } = state.sections;
-        const plane = sectionPlane(grid, view, frames[view], cursor, box.width, box.height);
+        const plane = this.planeOf(view, state, box);
+        const { cursor } = state.sections;
         const [x, y] = pixelOfWorld(plane, cursor);
         const gap = 12;
         const parts = [
@@ -156,12 +192,21 @@ export class Overlay {
             ...catheterMarks(this.session, plane),
             ...instrumentMarks(this.session, plane),
             ...this.toolMarks(state.hands.others, plane),
-            this.endoscopeMark(state.view.camera, plane),
+            ...this.endoscopeMarks(state.view.camera, plane),
+            ...this.cutMarks(state, plane),
+            ...obstacleMark(state, plane),
         ];
         this.show(view, parts, box);
         const { axis } = plane.axes;
         const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
         this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
+    }
+
+    /// Cuts where they cross the section.
+    private cutMarks({ tool }: State, plane: SectionPlane): SVGElement[] {
+        return tool.cuts
+            .flatMap((cut) => cutCrossings(cut, plane.centre, plane.axes.normal))
+            .map(([a, b]) => line('cut', ...pixelOfWorld(plane, a), ...pixelOfWorld(plane, b)));
     }
 
     /// Path through the lumen: its projection faint, parts near the section strong.
@@ -196,13 +241,36 @@ export class Overlay {
         if (path && state.view.outside) {
             const points = path.points.map(spot).filter(Boolean).join(' ');
             marks.push(svg('polyline', { class: 'way near', points }));
-        }
+        } else if (path)
+            for (const run of this.visibleRuns(path.points, state))
+                marks.push(
+                    svg('polyline', {
+                        class: 'way inside',
+                        points: run.map(spot).filter(Boolean).join(' '),
+                    }),
+                );
         const begin = from && spot(from);
         if (begin) {
             const [cx, cy] = begin;
             marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
         }
         return marks;
+    }
+
+    /// Parts of a path that the endoscope sees: ahead of it, and not behind a wall.
+    private visibleRuns(points: readonly Vec3[], { view }: State): Vec3[][] {
+        const { volume, surface } = this.session;
+        const { eye, look } = view.camera;
+        const runs: Vec3[][] = [[]];
+        for (const point of points) {
+            const way = sub(point, eye);
+            const distance = norm(way);
+            const isAhead = dot(way, look) > 1 && distance < kPathSight;
+            if (isAhead && !firstHit(volume!, eye, way, surface, distance))
+                runs[runs.length - 1]!.push(point);
+            else if (runs[runs.length - 1]!.length) runs.push([]);
+        }
+        return runs.filter((run) => run.length > 1);
     }
 
     /// Line of a cut in progress, and the places of other clients' tools without a body.
@@ -224,17 +292,23 @@ export class Overlay {
         return marks;
     }
 
-    /// Position and direction of the endoscope.
-    private endoscopeMark({ eye, look }: Camera, plane: SectionPlane): SVGElement {
+    /// Position of the endoscope and the cone of its view: strong where the eye lies in the slice,
+    /// else faint.
+    private endoscopeMarks({ eye, look }: Camera, plane: SectionPlane): SVGElement[] {
+        const { right, up, normal } = plane.axes;
         const [x, y] = pixelOfWorld(plane, eye);
+        const off = Math.abs(dot(sub(eye, plane.centre), normal));
+        const kind = off < kNearSection ? 'sight near' : 'sight';
+        const [u, v] = [dot(look, right), -dot(look, up)];
         const length = 26;
-        return line(
-            'sight',
-            x,
-            y,
-            x + length * dot(look, plane.axes.right),
-            y - length * dot(look, plane.axes.up),
-        );
+        const spread = 0.45;
+        const corner = (side: number): string =>
+            `${x + length * (u - side * spread * v)},${y + length * (v + side * spread * u)}`;
+        const cone = `${x},${y} ${corner(1)} ${corner(-1)}`;
+        return [
+            ...(Math.hypot(u, v) > 0.2 ? [svg('polygon', { class: kind, points: cone })] : []),
+            svg('circle', { class: kind, cx: x, cy: y, r: 3.5 }),
+        ];
     }
 
     private drawEndoscope(state: State, box: DOMRect): void {
@@ -255,6 +329,18 @@ export class Overlay {
                 parts.push(svg('polyline', { class: 'blade', points }));
             }
         }
+        if (!view.outside)
+            for (const cut of state.tool.cuts)
+                for (const run of this.visibleRuns(cut.line, state))
+                    parts.push(
+                        svg('polyline', {
+                            class: 'cut',
+                            points: run
+                                .map((p) => this.spotInEndoscope(view, p, box))
+                                .filter(Boolean)
+                                .join(' '),
+                        }),
+                    );
         parts.push(
             ...this.pathFrom(state, (p) =>
                 view.outside

@@ -103,7 +103,9 @@ export function presetsWithOwn<T>(
         'aria-label': `${label}: name of an own preset`,
         oninput: () => refreshButtons(),
         onkeydown: (event) => {
-            if ((event as KeyboardEvent).key === 'Enter') save.click();
+            if ((event as KeyboardEvent).key !== 'Enter') return;
+            save.click();
+            name.blur();
         },
     });
     const save = button(

@@ -21,9 +21,12 @@ export function plotTop(largest: number): number {
     return [0.1, 0.2, 0.5, 1, 2, 5, 10].find((top) => largest <= top) ?? Math.ceil(largest);
 }
 
+const deviceTitle = (name: string): string =>
+    name === 'browser' ? 'mouse or game pad' : name.replace(/^virtual:/, 'simulated: ');
+
 export function feltText(news: HapticsNews | null, felt: readonly Felt[]): string {
     if (!news) return 'no device';
-    const now = Math.hypot(...news.force_n!);
+    const now = news.lost ? 0 : Math.hypot(...news.force_n!);
     const most = Math.max(0, ...felt.map((f) => f.newtons));
     const contact = news.lost
         ? 'the device can’t be read'
@@ -180,7 +183,7 @@ export function hapticsPanel(parts: Parts): HTMLElement {
         element.hidden = status === 'open' && !features.includes('haptics');
         picker.replaceChildren(
             ...offered.map((name) =>
-                h('option', { value: name }, name === 'browser' ? 'mouse or game pad' : name),
+                h('option', { value: name }, deviceTitle(name)),
             ),
         );
         if (haptics.device) picker.value = haptics.device;

@@ -30,14 +30,14 @@ export function sessionPanel(parts: Parts): HTMLElement {
         false,
         people,
         button(
-            'Compare with the server',
+            'Check this copy',
             () =>
                 void parts.session.compare().then((sum) => {
                     result.textContent = sum
                         ? `${sum.same ? 'equal' : 'DIFFERENT'}: ${sum.own}, ${sum.tissue}`
                         : 'no answer';
                 }),
-            'compares checksums of all voxels',
+            'compares all voxels of this page with those of the server, by checksums',
         ),
         result,
     );

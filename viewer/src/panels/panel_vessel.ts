@@ -37,7 +37,7 @@ export function vesselPanel(parts: Parts): HTMLElement {
     let told = '';
     const warn = (lines: readonly string[]): void => {
         const kinds = lines.map(kindOf).join('\n');
-        if (kinds !== told && lines.length > 0) session.say(lines.join('; '));
+        if (kinds !== told && lines.length > 0) session.warn(lines.join('; '));
         told = kinds;
         warnings.replaceChildren(...lines.map((line) => h('li', {}, line)));
     };

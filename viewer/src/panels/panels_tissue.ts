@@ -32,7 +32,7 @@ const kThresholds: readonly Preset<Threshold>[] = [
 
 export function toolPanel(parts: Parts): HTMLElement {
     const { session, actions } = parts;
-    const relax = button('Relax', () => actions.relax(), 'tissue relaxes towards rest (X)');
+    const relax = button('Relax', () => actions.relax(), 'tissue springs back by itself (X)');
     session.store.watch(
         ({ shared }) => [shared],
         (shared) => {
@@ -76,6 +76,14 @@ export function toolPanel(parts: Parts): HTMLElement {
                     'off: the probe drags the tissue that it touches',
                 ),
             ),
+            parts.add(
+                checkbox(
+                    'sections follow the tool',
+                    () => parts.state.tool.follow,
+                    (follow) => session.store.set({ tool: { follow } }),
+                    'the crosshair goes with the tool, or the tip of a catheter, while it moves',
+                ),
+            ),
             h(
                 'div',
                 { class: 'row' },
@@ -92,19 +100,7 @@ export function toolPanel(parts: Parts): HTMLElement {
                 ),
             ),
         ),
-        h('p', { class: 'outcome', 'aria-live': 'polite' }, outcome(parts)),
     );
-}
-
-function outcome(parts: Parts): HTMLElement {
-    const text = h('span');
-    parts.session.store.watch(
-        ({ tool: { outcome } }) => [outcome],
-        (said) => {
-            text.textContent = said;
-        },
-    );
-    return text;
 }
 
 export function surfacePanel(parts: Parts): HTMLElement {
@@ -171,10 +167,10 @@ export function materialPanel(parts: Parts): HTMLElement {
         'Material',
         false,
         tissue(
-            materialNumber(parts, 'offset', 'Slack', 0.01),
+            materialNumber(parts, 'offset', 'Softness', 0.01),
             materialNumber(parts, 'max_movement_mm', 'Largest movement', 1, 0, 100),
             materialNumber(parts, 'bone_threshold_hu', 'Bone above', 10, 0, 2000),
-            materialNumber(parts, 'yield', 'Yield', 0.01),
+            materialNumber(parts, 'yield', 'Stays deformed', 0.01),
             parts.add(
                 checkbox(
                     'air is a material of its own',
@@ -184,14 +180,17 @@ export function materialPanel(parts: Parts): HTMLElement {
             ),
             materialNumber(parts, 'air_threshold_hu', 'Air below', 10, -1000, 0),
             parts.add(
-                checkbox(
-                    'rounded limits',
-                    () => parts.state.shared?.materials.limits === 'rounded',
-                    (on) =>
-                        void parts.session.ask({
-                            do: 'materials',
-                            limits: on ? 'rounded' : 'box',
-                        }),
+                choice<Materials['limits']>(
+                    'Deforms as',
+                    [
+                        { value: 'rounded', text: 'round', hint: 'dents are round' },
+                        { value: 'box', text: 'diamond', hint: 'the limits of ChainMail' },
+                    ],
+                    () => parts.state.shared?.materials.limits ?? 'box',
+                    (limits) => {
+                        parts.session.tissueDefaults.keep({ limits });
+                        void parts.session.ask({ do: 'materials', limits });
+                    },
                 ),
             ),
         ),

@@ -3,6 +3,7 @@
 
 // Panels of this client's own view: window, endoscope, places, display.
 
+import { autoWindow } from '../maths/auto_window.ts';
 import { kFieldStops, kLinings } from '../state/state.ts';
 import { button, checkbox, choice, h, slider } from './dom.ts';
 import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
@@ -26,6 +27,10 @@ const kWindows: readonly Preset<WindowLevel>[] = [
 
 export function windowPanel(parts: Parts): HTMLElement {
     const { store, history } = parts.session;
+    const auto = (): void => {
+        const { volume } = parts.session;
+        if (volume) history.step('window', () => store.set({ sections: autoWindow(volume) }));
+    };
     return section(
         'Window',
         true,
@@ -55,6 +60,11 @@ export function windowPanel(parts: Parts): HTMLElement {
                 (text) => parts.session.say(text),
             ),
         ),
+        h(
+            'div',
+            { class: 'row' },
+            button('Automatic', auto, 'window and level from the values of the scan'),
+        ),
     );
 }
 
@@ -76,6 +86,15 @@ export function endoscopePanel(parts: Parts): HTMLElement {
             ),
         ),
         ...look(parts),
+        h(
+            'div',
+            { class: 'row' },
+            button(
+                'Endoscope here',
+                () => parts.actions.endoscopeTo(parts.state.sections.cursor),
+                'the endoscope comes to the crosshair (J)',
+            ),
+        ),
         path(parts),
         parts.number('flight', 'tip', {
             label: 'Tip',
@@ -101,7 +120,7 @@ export function endoscopePanel(parts: Parts): HTMLElement {
             step: 1,
         }),
         parts.number('view', 'barrel', {
-            label: 'Barrel',
+            label: 'Lens distortion',
             unit: '',
             low: 0,
             high: 0.5,

@@ -16,7 +16,8 @@ export class MessageLine {
     readonly element = h('span', { class: 'message', role: 'status', 'aria-live': 'polite' });
     private fading = 0;
 
-    say(text: string): void {
+    say(text: string, isWarning = false): void {
+        this.element.classList.toggle('warning', isWarning);
         this.element.textContent = text;
         clearTimeout(this.fading);
         this.fading = window.setTimeout(() => {
@@ -53,8 +54,10 @@ export class StatusBar {
                         ? `${role === 'view' ? 'viewing' : 'connected'}${company}${unrecorded}`
                         : {
                               connecting: 'connecting…',
+                              silent: 'no answer',
                               lost: 'connecting again…',
                               ended: 'not connected',
+                              refused: 'not connected',
                           }[status];
                 this.link.dataset.link = isLost ? 'lost' : status;
             },
@@ -65,7 +68,7 @@ export class StatusBar {
     refresh(now: number): void {
         const text = pointerText(this.session);
         if (this.pointer.textContent !== text) this.pointer.textContent = text;
-        const { display, shared, overlay } = this.session.store.state;
+        const { display, shared, overlay, hands } = this.session.store.state;
         this.times.hidden = !display.timings;
         if (!display.timings || now - this.lastTimes < kTimesMs) return;
         this.lastTimes = now;
@@ -79,6 +82,7 @@ export class StatusBar {
             `solve ${ms(timing?.solve_ms)}`,
             `resample ${ms(timing?.resample_ms)}`,
             ...(overlay.kind === 'none' ? [] : [`overlay ${ms(timing?.overlay_ms)}`]),
+            ...(hands.energy_per_mm ? [`energy ${hands.energy_per_mm.toFixed(1)} per mm`] : []),
             `${(timing?.moved_elements ?? 0).toLocaleString('en')} moved`,
             `to voxels p50, p99: ${both(latencies.arrivedMs)}`,
             `to picture: ${both(latencies.drawnMs)}`,

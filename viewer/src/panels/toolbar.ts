@@ -3,7 +3,7 @@
 
 // Toolbar: files, tools, undo and redo, layout, help.
 
-import { kTools, type ToolName } from '../state/state.ts';
+import { kTools, kViewing, type ToolName } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
 import { type Files, kSaved, type SavedName } from '../tools/files.ts';
 import type { Session } from '../tools/session.ts';
@@ -34,7 +34,7 @@ export function toolbar(
     session: Session,
     actions: Actions,
     files: Files,
-    hooks: { help: () => void },
+    hooks: { help: () => void; settings: HTMLElement },
 ): HTMLElement {
     const open = button(
         'Open…',
@@ -46,7 +46,7 @@ export function toolbar(
         'Save…',
         [
             ...kSaved.map((name) => ({ text: kSaveTexts[name], value: name })),
-            { text: 'picture of the view', value: 'picture' as const },
+            { text: 'picture of the views (.png)', value: 'picture' as const },
         ],
         (chosen) => void (chosen === 'picture' ? actions.snapshot() : files.save(chosen)),
     );
@@ -62,7 +62,7 @@ export function toolbar(
     );
     const { store, history } = session;
     const tools = kTools.map((name) => {
-        const b = button(kTexts[name].text, () => store.set({ tool: { name } }), kTexts[name].hint);
+        const b = button(kTexts[name].text, () => actions.choose(name), kTexts[name].hint);
         b.dataset.tool = name;
         return b;
     });
@@ -77,7 +77,7 @@ export function toolbar(
             for (const b of tools) {
                 b.hidden = b.dataset.tool === 'catheter' && !shared?.tissue?.has_vessel;
                 b.setAttribute('aria-pressed', String(b.dataset.tool === tool.name));
-                b.disabled = link.role === 'view' && !/look|window|path/.test(b.dataset.tool!);
+                b.disabled = link.role === 'view' && !kViewing.includes(b.dataset.tool as ToolName);
             }
         },
     );
@@ -99,6 +99,23 @@ export function toolbar(
             document.title = volume ? `${volume.name} – Pliant` : 'Pliant';
         },
     );
+    const outside = button(
+        'Outside',
+        () => actions.toggleOutside(),
+        'shows the lumen from outside, cut open at the tip (O)',
+    );
+    const views = button(
+        'Views',
+        () => actions.cycleViews(),
+        'four views, or one maximised: each in turn (V)',
+    );
+    store.watch(
+        ({ view, display }) => [view.outside, display.maximised],
+        (isOutside, maximised) => {
+            outside.setAttribute('aria-pressed', String(isOutside));
+            views.setAttribute('aria-pressed', String(maximised !== null));
+        },
+    );
     return h(
         'header',
         {},
@@ -110,13 +127,10 @@ export function toolbar(
         h(
             'div',
             { class: 'group' },
-            button(
-                'Outside',
-                () => actions.toggleOutside(),
-                'shows the lumen from outside, cut open at the tip (O)',
-            ),
-            button('Views', () => actions.cycleViews(), 'four views, or one maximised (V)'),
+            outside,
+            views,
             button('?', hooks.help, 'keys and gestures (?)'),
+            hooks.settings,
         ),
     );
 }

@@ -17,8 +17,20 @@ interface Step {
     readonly serverSteps: number;
 }
 
+/// Step of the server by which a page sets a fresh scan's defaults. As the first step it is not
+/// undone.
+export const kDefaultsStep = 'materials';
+
 const kMaxSteps = 200;
 const kMergeMs = 700;
+
+/// Number of the server's steps that the user can undo.
+function undoable({ shared }: State): number {
+    const { steps, next } = shared?.undo ?? { steps: 0, next: '' };
+    const isRound = shared?.materials?.limits === 'rounded';
+    const isDefaults = steps === 1 && next === kDefaultsStep && isRound;
+    return isDefaults ? 0 : steps;
+}
 
 const ownOf = ({ view, sections }: State): Own => ({ view, sections });
 
@@ -62,7 +74,7 @@ export class History {
         this.open = 0;
         const after = ownOf(this.store.state);
         if (!before || same(before, after)) return;
-        const serverSteps = this.store.state.shared?.undo.steps ?? 0;
+        const serverSteps = undoable(this.store.state);
         const last = this.done[this.done.length - 1];
         const merges =
             merge &&
@@ -112,9 +124,9 @@ export class History {
 
     private undoNow(): Promise<void> | undefined {
         if (this.before) this.close('view', false);
-        const steps = this.store.state.shared?.undo.steps ?? 0;
+        const steps = undoable(this.store.state);
         const own = this.done[this.done.length - 1];
-        if (!own || own.serverSteps < steps) return steps > 0 ? this.server('undo') : undefined;
+        if (!own || own.serverSteps < steps) return steps > 0 ? this.undoServer() : undefined;
         this.done.pop();
         this.undone.push(own);
         this.lastName = '';
@@ -122,17 +134,30 @@ export class History {
         return undefined;
     }
 
+    /// Undoes a step of the server. Springing back after a push is one with it.
+    private async undoServer(): Promise<void> {
+        const { shared } = this.store.state;
+        const springs = shared?.relaxing && shared.undo.next === 'relax';
+        await this.server('undo');
+        if (springs && undoable(this.store.state) > 0) await this.server('undo');
+    }
+    private async redoServer(): Promise<void> {
+        await this.server('redo');
+        const { shared } = this.store.state;
+        if (shared?.relaxing && shared.redo.next === 'relax') await this.server('redo');
+    }
+
     private redoNow(): Promise<void> | undefined {
         const shared = this.store.state.shared;
         const own = this.undone[this.undone.length - 1];
-        const ownIsNext = own && own.serverSteps <= (shared?.undo.steps ?? 0);
+        const ownIsNext = own && own.serverSteps <= undoable(this.store.state);
         if (own && (ownIsNext || !shared?.redo.steps)) {
             this.undone.pop();
             this.done.push(own);
             this.store.set(own.after);
             return undefined;
         }
-        return shared?.redo.steps ? this.server('redo') : undefined;
+        return shared?.redo.steps ? this.redoServer() : undefined;
     }
 
     /// Names of the next steps to undo and to redo; empty: none.
@@ -140,8 +165,9 @@ export class History {
         const shared = this.store.state.shared;
         const own = this.done[this.done.length - 1];
         const again = this.undone[this.undone.length - 1];
-        const steps = shared?.undo.steps ?? 0;
-        const undo = own && own.serverSteps >= steps ? own.name : (shared?.undo.next ?? '');
+        const steps = undoable(this.store.state);
+        const ownIsLast = own && own.serverSteps >= steps;
+        const undo = ownIsLast ? own.name : steps > 0 ? shared!.undo.next : '';
         const redo =
             again && (again.serverSteps <= steps || !shared?.redo.steps)
                 ? again.name

@@ -35,6 +35,9 @@ export const kTools = [
 ] as const;
 export type ToolName = (typeof kTools)[number];
 
+/// Tools of clients that only view.
+export const kViewing: readonly ToolName[] = ['look', 'window', 'path'];
+
 /// Behaviour of the tip at a wall.
 export const kWalls = ['stop', 'push', 'pass'] as const;
 export type Wall = (typeof kWalls)[number];
@@ -50,9 +53,13 @@ export type Lining = (typeof kLinings)[number];
 export const kFieldStops = ['round', 'octagon', 'full'] as const;
 export type FieldStop = (typeof kFieldStops)[number];
 
+/// Silent: connected, but the server has not answered for some seconds. Refused: the link's token
+/// is wrong.
+export type LinkStatus = 'connecting' | 'open' | 'silent' | 'lost' | 'ended' | 'refused';
+
 /// The connection, and the server's abilities.
 export interface Link {
-    readonly status: 'connecting' | 'open' | 'lost' | 'ended';
+    readonly status: LinkStatus;
     readonly text: string; ///< reason for a status other than open
     readonly role: Role;
     readonly client: number;
@@ -169,13 +176,30 @@ export interface OverlaySettings {
     readonly growth: number; ///< else: its half width around 1, for volume changes
 }
 
+/// Result of a command that did not go as wished.
+export interface Outcome {
+    readonly text: string;
+    readonly place: Vec3; ///< of the tool [mm, LPS]
+    readonly obstacle: Vec3 | null; ///< bone that stopped the tool [mm, LPS]
+    readonly isStopped: boolean;
+}
+
+/// A cut by this client: the surface between a line and the same line at a depth.
+export interface CutMark {
+    readonly line: readonly Vec3[]; ///< [mm, LPS]
+    readonly depth: Vec3; ///< [mm]
+    readonly steps: number; ///< the server's steps of undo with it
+}
+
 export interface ToolSettings {
     readonly name: ToolName;
     readonly radius: number; ///< of the sphere probe [mm]
     readonly strength: number; ///< motion of the tool over motion of the pointer
     readonly slide: boolean; ///< tissue slides off the sphere
     readonly depth: number; ///< of a cut [mm]
-    readonly outcome: string; ///< message about the last command; empty: none
+    readonly follow: boolean; ///< the sections go with the tool and the catheter's tip
+    readonly cuts: readonly CutMark[];
+    readonly outcome: Outcome | null; ///< of the last command, for some seconds
 }
 
 /// Arrangement of the page.
@@ -252,7 +276,16 @@ export const initialState = (): State => ({
     way: { path: null, position: 0, flying: false, from: null, busy: false },
     movie: { keyframes: [], playing: false },
     overlay: { kind: 'none', opacity: 0.65, auto: true, mm: 5, growth: 0.5 },
-    tool: { name: 'look', radius: 4, strength: 1, slide: false, depth: 10, outcome: '' },
+    tool: {
+        name: 'look',
+        radius: 4,
+        strength: 1,
+        slide: false,
+        depth: 10,
+        follow: true,
+        cuts: [],
+        outcome: null,
+    },
     display: {
         maximised: null,
         contour: false,

@@ -4,25 +4,32 @@
 // Actions of keys, buttons and wheels: everything but drags and sliders.
 
 import { worldBounds } from '../maths/grid.ts';
+import { alongLumen, freePlace } from '../maths/flight.ts';
 import { readPath } from '../maths/path.ts';
 import { frameOf } from '../maths/rays.ts';
-import { add, along, dot, mul, sub, type Vec3 } from '../maths/vec.ts';
+import { add, along, dot, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
+import type { VolumeData } from '../maths/volume.ts';
 import { kOverlays } from '../net/protocol.ts';
 import { kKinds, rangeOf } from '../state/overlay_kinds.ts';
 import {
+    kViewing,
     kViews,
     kWalls,
     pushOrSlide,
     type SectionName,
     type State,
+    type ToolName,
     type ViewName,
     type Wall,
 } from '../state/state.ts';
 import type { Patch } from '../state/store.ts';
 import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
+import type { Stage } from '../views/stage.ts';
 import { saveBlob } from './download.ts';
 import type { Session } from './session.ts';
 import { kMinCarving, newStroke } from './strokes.ts';
+
+const kBeside = 8; // distance to a lumen [mm]
 
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 
@@ -74,7 +81,8 @@ export class Actions {
         this.set({ sections: { frames: { ...frames, [view]: { ...frame, shift } } } });
     }
 
-    zoom(view: ViewName, factor: number): void {
+    /// Zooms a view. @param fixed  point that stays in its place in a section [mm, LPS]
+    zoom(view: ViewName, factor: number, fixed?: Vec3): void {
         if (view === 'endoscope') {
             const { outside, orbit, fieldOfView } = this.state.view;
             const distance = clamp(orbit.distance / factor, 20, 5000);
@@ -83,8 +91,16 @@ export class Actions {
             return;
         }
         const { frames } = this.state.sections;
-        const zoom = clamp(frames[view].zoom * factor, 0.5, 20);
-        this.set({ sections: { frames: { ...frames, [view]: { ...frames[view], zoom } } } });
+        const { volume } = this.session;
+        const { zoom: before, shift } = frames[view];
+        const zoom = clamp(before * factor, 0.5, 20);
+        const middle = volume && add(...halves(volume));
+        const share = 1 - before / zoom;
+        const { right, up } = kSectionAxes[view];
+        const moved = (axis: Vec3, from: number): number =>
+            fixed && middle ? from + share * (dot(sub(fixed, middle), axis) - from) : from;
+        const frame = { zoom, shift: [moved(right, shift[0]), moved(up, shift[1])] as const };
+        this.set({ sections: { frames: { ...frames, [view]: frame } } });
     }
 
     windowBy(dWindow: number, dLevel: number): void {
@@ -108,7 +124,7 @@ export class Actions {
     /// Switches to the next overlay; to none after the last.
     cycleOverlay(): void {
         if (!this.state.link.features.includes('overlay')) {
-            this.session.say('this server has no overlays');
+            this.session.warn('this server has no overlays');
             return;
         }
         const { kind } = this.state.overlay;
@@ -169,6 +185,21 @@ export class Actions {
         );
     }
 
+    /// Moves the endoscope to a place, or into the lumen beside it. It looks along the lumen.
+    endoscopeTo(place: Vec3): void {
+        const { session } = this;
+        const { volume, surface } = session;
+        if (!volume) return;
+        const { flight, view } = this.state;
+        const eye = freePlace(volume, place, flight.tip, surface, kBeside);
+        if (!eye) session.warn('there is no lumen here at this threshold');
+        session.endoscope.goTo(
+            eye ?? place,
+            eye ? alongLumen(volume, eye, view.camera.look, surface) : view.camera.look,
+        );
+        this.set({ view: { outside: false } });
+    }
+
     cycleWall(): void {
         const next = kWalls[(kWalls.indexOf(this.state.flight.wall) + 1) % kWalls.length]!;
         this.setWall(next);
@@ -181,20 +212,29 @@ export class Actions {
 
     // --- tissue
 
+    /// Chooses a tool, unless this client may not use it.
+    choose(name: ToolName): void {
+        const { link, shared } = this.state;
+        if (link.role === 'view' && !kViewing.includes(name))
+            this.session.warn('this link is for viewing: it changes no tissue');
+        else if (name === 'catheter' && !shared?.tissue?.has_vessel)
+            this.session.warn('this scan has no catheter');
+        else this.set({ tool: { name } });
+    }
+
     /// Uses the tool at the crosshair, for users without a mouse.
     async applyAtCursor(): Promise<void> {
         const { name, radius, strength, depth, slide } = this.state.tool;
         const { cursor } = this.state.sections;
         const { active } = this.state.pointer;
         const { right, ahead } = this.frameOfActive();
-        if (name === 'push')
-            await this.session.ask({
-                do: pushOrSlide(this.state, slide),
-                point: cursor,
-                push: mul(strength * (radius || 1), active === 'endoscope' ? ahead : right),
-                radius,
-            });
-        else if (name === 'carve')
+        if (name === 'push') {
+            const push = mul(strength * (radius || 1), active === 'endoscope' ? ahead : right);
+            await this.session.ask(
+                { do: pushOrSlide(this.state, slide), point: cursor, push, radius },
+                { from: cursor, by: push, radius },
+            );
+        } else if (name === 'carve')
             await this.session.ask({
                 do: 'carve',
                 from: cursor,
@@ -211,7 +251,7 @@ export class Actions {
             });
         else if (name === 'grab') await this.nudge([0, radius / 2]);
         else if (name === 'path') await this.session.path.click(cursor);
-        else this.session.say('choose push, grab, cut or carve first');
+        else this.session.warn('choose push, grab, cut or carve first');
     }
 
     /// Grabs or pushes tissue at the crosshair, right and up in the active view [mm].
@@ -226,7 +266,10 @@ export class Actions {
             await this.session.ask({ do: 'let_go' });
         } else {
             const stroke = newStroke();
-            await this.session.ask({ do: 'push', point: cursor, push: motion, radius, stroke });
+            await this.session.ask(
+                { do: 'push', point: cursor, push: motion, radius, stroke },
+                { from: cursor, by: motion, radius },
+            );
         }
         this.setCursor(add(cursor, motion));
     }
@@ -242,7 +285,9 @@ export class Actions {
     }
 
     relax(): void {
-        void this.session.ask({ do: 'relax', on: !this.state.shared?.relaxing });
+        const on = !this.state.shared?.relaxing;
+        this.session.tissueDefaults.keep({ springsBack: on });
+        void this.session.ask({ do: 'relax', on });
     }
 
     // --- files
@@ -252,18 +297,36 @@ export class Actions {
         try {
             const text = await file.text();
             if (this.session.movie.open(text, file.name)) return;
-            this.session.path.use(readPath(text, file.name));
+            const path = readPath(text, file.name);
+            const { volume } = this.session;
+            const isOutside = (p: Vec3): boolean => norm(sub(keptInside(volume!.grid, p), p)) > 1;
+            if (volume && path.points.every(isOutside))
+                throw new Error(`${file.name}: the path lies outside of this scan`);
+            this.session.path.use(path);
             this.session.say(`${file.name}: a path; press Fly in the panel Endoscope`);
         } catch (error) {
-            this.session.say((error as Error).message);
+            this.session.warn((error as Error).message);
         }
     }
 
+    /// Draws the marks over the pictures into a copy of them; set by the page.
+    paintMarks: Parameters<Stage['copy']>[0] = async () => {};
+
+    /// Saves a picture of the views with their marks.
     async snapshot(): Promise<void> {
-        const blob = await this.session.stage.toBlob();
-        if (blob) saveBlob(blob, 'pliant.png');
+        const { stage } = this.session;
+        const canvas = await stage.copy(this.paintMarks);
+        const blob = await new Promise<Blob | null>((done) => canvas.toBlob(done, 'image/png'));
+        const name = (this.state.scan.volume?.name ?? 'pliant').replace(/[^\w.-]+/g, '_');
+        if (blob) saveBlob(blob, `${name.replace(/\.(nrrd|nii|mha|gz|toml)/g, '')}_views.png`);
     }
 }
+
+/// Halves of the lowest and highest corner of the scan: their sum is its middle.
+const halves = ({ grid }: VolumeData): [Vec3, Vec3] => {
+    const { low, high } = worldBounds(grid);
+    return [mul(0.5, low), mul(0.5, high)];
+};
 
 const dotColumn = (
     volume: { grid: { direction: readonly Vec3[] } },

@@ -86,6 +86,7 @@ export class CatheterHand {
     constructor(
         private readonly scene: Scene,
         private readonly held: ReadonlySet<string>,
+        private readonly stick: { readonly ahead: number; readonly right: number },
         private readonly device: Haptics,
     ) {}
 
@@ -127,7 +128,10 @@ export class CatheterHand {
             this.bendWish = undefined;
             this.sentBend = '';
         }
-        let wish = keysDrive(state) ? wishOfKeys(this.held) : kNothing;
+        const { ahead: insert, right: rotate } = this.stick;
+        let wish = keysDrive(state)
+            ? sumOf(wishOfKeys(this.held), { ...kNothing, insert, rotate })
+            : kNothing;
         const pads: readonly (Pad | null)[] = this.device.isLed ? [] : navigator.getGamepads();
         for (const pad of pads) if (pad) wish = sumOf(wish, wishOfPad(pad));
         if (wish.bend[0] || wish.bend[1]) {
@@ -136,9 +140,11 @@ export class CatheterHand {
             this.setBend(0, first + by * wish.bend[0]);
             this.setBend(1, second + by * wish.bend[1]);
         }
-        const insert = clamp(this.insert + this.speed * wish.insert, kMaxInsert);
-        const rotate = this.rotate + kRotateRate * wish.rotate;
-        this.send(insert, rotate, now);
+        this.send(
+            clamp(this.insert + this.speed * wish.insert, kMaxInsert),
+            this.rotate + kRotateRate * wish.rotate,
+            now,
+        );
     }
 
     private send(insert: number, rotate: number, now: number): void {

@@ -11,7 +11,7 @@ import type { Command } from '../net/protocol.ts';
 import { pushOrSlide } from '../state/state.ts';
 import type { Scene } from './scene.ts';
 import type { Steering } from './steering.ts';
-import { newStroke, note } from './strokes.ts';
+import { newStroke } from './strokes.ts';
 
 const kRoomReach = 60; // the speed ignores walls farther away [mm]
 const kEscape = 40; // search radius for a free place, of an eye in tissue [mm]
@@ -60,7 +60,7 @@ export class Endoscope {
         if (!(norm(move) > 0)) return;
         const { view, flight } = this.scene.store.state;
         const room = clearance(this.scene.volume!, view.camera.eye, this.scene.surface, kRoomReach);
-        const way = flight.speed * speedFor(room) * seconds;
+        const way = Math.min(norm(move), 1) * flight.speed * speedFor(room) * seconds;
         const { right, up, forward } = frameOf(view.camera);
         const [x, y, z] = normalized(move);
         this.fly(mul(way, add(add(mul(x, right), mul(y, up)), mul(z, forward))));
@@ -117,7 +117,7 @@ export class Endoscope {
         if (!this.eyeIsFree || !scene.isInTissue(this.eye)) return;
         const to = freePlace(scene.volume, this.eye, flight.tip, scene.surface, kEscape);
         if (!to) {
-            scene.say('tissue has closed around the endoscope');
+            scene.warn('tissue has closed around the endoscope');
             return;
         }
         const from = this.displaced?.from ?? this.eye;
@@ -127,7 +127,7 @@ export class Endoscope {
 
     private pushOn(from: Vec3, motion: Vec3): void {
         if (this.pushing) return;
-        const { store, connection, volume, surface } = this.scene;
+        const { store, connection, volume, surface, outcomes } = this.scene;
         const { tip } = store.state.flight;
         const to = add(from, motion);
         if (!wouldTouch(volume!, from, to, tip, surface)) {
@@ -142,7 +142,7 @@ export class Endoscope {
         const command: Command = { do: verb, point: from, push: motion, radius: tip, stroke };
         void connection.ask(command).then((answer) => {
             this.pushing = false;
-            note(store, answer);
+            outcomes.take(answer, { from, by: motion, radius: tip });
             if (answer?.t !== 'done') return;
             // The eye may have been turned meanwhile, but not moved.
             this.moveEye(answer.end ?? along(from, answer.step_fraction ?? 1, motion));

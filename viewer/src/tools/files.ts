@@ -5,7 +5,8 @@
 // one line.
 
 import { download } from './download.ts';
-import { droppedFiles, type NamedFile, scanOf } from './dropped.ts';
+import { droppedFiles, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
+import { labelReason } from './label_guess.ts';
 import type { Scene } from './scene.ts';
 import { readSeries, type Series } from './series.ts';
 
@@ -25,6 +26,16 @@ export interface FileHooks {
     openPath(file: File): Promise<void>;
     /// Lets the user choose one of several series. @returns its UID; undefined: none
     chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined>;
+    /// Asks whether a scan may take the place of the present one.
+    askToReplace(by: Replacement): Promise<boolean>;
+}
+
+/// A scan that would replace the present one.
+export interface Replacement {
+    readonly name: string;
+    readonly present: string;
+    readonly others: number; ///< other clients of the session
+    readonly labels: string | undefined; ///< reason to take it for a label map
 }
 
 const kKeepMs = 60_000; // time for the browser to store a download
@@ -69,7 +80,7 @@ export class Files {
         try {
             await this.open(await droppedFiles(data));
         } catch (error) {
-            this.scene.say((error as Error).message);
+            this.scene.warn((error as Error).message);
         }
     }
 
@@ -87,9 +98,18 @@ export class Files {
                 throw new Error(
                     `${scan.name}: ${mib(total)}, expected a scan of up to ${mib(openBytes)}`,
                 );
+            if (!(await this.mayReplace(scan))) return;
             await this.send(scan.name, scan.files, total);
             this.scene.say(`opened ${scan.name}`);
         });
+    }
+
+    private async mayReplace({ name, files }: ScanFiles): Promise<boolean> {
+        const { scan, shared } = this.scene.store.state;
+        const labels = files.length === 1 ? await labelReason(name, files[0]!.file) : undefined;
+        const others = (shared?.clients.length ?? 1) - 1;
+        const present = scan.volume?.name ?? 'the scan';
+        return this.hooks.askToReplace({ name, present, others, labels });
     }
 
     private async send(name: string, files: readonly NamedFile[], total: number): Promise<void> {
@@ -160,7 +180,12 @@ export class Files {
             if (!this.scene.store.state.link.features.includes('save'))
                 throw new Error('this server does not save files');
             this.tell(`Saving ${name}…`);
-            const response = await fetch(`save/${name}${this.query}`);
+            const response = await fetch(`save/${name}${this.query}`).catch(() => {
+                throw new Error(
+                    `${name} was not saved: the server does not answer. Save again once the page ` +
+                        'is connected',
+                );
+            });
             if (!response.ok) throw new Error((await response.text()).trim());
             const url = URL.createObjectURL(await response.blob());
             download(url, name);
@@ -175,13 +200,13 @@ export class Files {
 
     private async during(work: () => Promise<void>): Promise<void> {
         if (this.scene.store.state.link.transfer) {
-            this.scene.say('another transfer is under way');
+            this.scene.warn('another transfer is under way');
             return;
         }
         try {
             await work();
         } catch (error) {
-            this.scene.say((error as Error).message);
+            this.scene.warn((error as Error).message);
         } finally {
             this.tell('');
         }

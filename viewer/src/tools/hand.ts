@@ -6,6 +6,7 @@
 import { normalized, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
 import { kBladeRadius, kHeads, type ToolBall, type ToolKind } from '../views/instruments.ts';
+import { keptInside } from '../views/section_geometry.ts';
 import type { Haptics } from './haptics.ts';
 import type { Scene } from './scene.ts';
 import type { Stroke } from './strokes.ts';
@@ -15,6 +16,7 @@ const kPoseMs = 50; // between two poses that are sent
 export class Hand {
     stroke: Stroke | undefined;
     private poised: { place: Vec3; kind: ToolKind; radius: number } | undefined;
+    private followed: Vec3 | undefined;
     private lastPose = 0;
     private poseText = '';
 
@@ -72,6 +74,16 @@ export class Hand {
         if (held && centre && radius > 0)
             balls.unshift({ centre, radius, own: true, kind: held.kind, closed: !!stroke?.closed });
         this.scene.stage.setTools(balls);
+    }
+
+    /// Moves the crosshair to the tool while it is at work, so that the sections show it.
+    follow(): void {
+        const { volume, store } = this.scene;
+        const { path } = this.stroke ?? {};
+        const place = path?.[path.length - 1] ?? this.poised?.place;
+        if (!place || !volume || !store.state.tool.follow || place === this.followed) return;
+        this.followed = place;
+        store.set({ sections: { cursor: keptInside(volume.grid, place) } });
     }
 
     /// Sends the pose of the tool or of the endoscope after changes, at most every kPoseMs.

@@ -8,6 +8,7 @@
 import { flown } from '../maths/flight.ts';
 import { mul, type Vec3 } from '../maths/vec.ts';
 import type { HapticsNews } from '../net/protocol.ts';
+import { keptInside } from '../views/section_geometry.ts';
 import { buttonsOff, kNoMotion, type Motion, moved, padMotion, spaceMouse } from './pads.ts';
 import type { Scene } from './scene.ts';
 
@@ -71,6 +72,10 @@ export class Haptics {
     private show(now: number): void {
         if (!this.newest) return;
         this.scene.store.set({ device: { news: this.newest.on ? this.newest : null } });
+        const { volume, store } = this.scene;
+        const { holds, proxy_mm: place } = this.newest;
+        if (place && !holds && this.isOwn && volume && store.state.tool.follow)
+            store.set({ sections: { cursor: keptInside(volume.grid, place) } });
         this.newest = null;
         this.shownAt = now;
     }

@@ -38,6 +38,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Wheel', text: 'forward and back in steps' },
             { keys: 'Ctrl+Wheel, right drag', text: 'field of view' },
             { keys: 'C', text: 'at walls: stop, push, pass' },
+            { keys: 'J, Ctrl+double click', text: 'the endoscope comes to the crosshair; here' },
             { keys: 'O', text: 'view from outside, cut open at the tip' },
             { keys: 'B', text: 'fluoroscopy: X-rays through the scan' },
             { keys: '7, two clicks', text: 'a path through the lumen between two points' },
@@ -67,10 +68,11 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
         lines: [
             { keys: '1 … 8', text: 'look, window, push, grab, cut, carve, path, catheter' },
             { keys: 'Left drag', text: 'use the tool; the wheel moves it deeper' },
+            { keys: 'Hold still', text: 'Push: into the wall, as long as the button is held' },
             { keys: 'Enter', text: 'use the tool at the crosshair' },
             { keys: 'Alt+Arrows', text: 'push or drag the tissue at the crosshair by 1 mm' },
             { keys: '[ ]', text: 'smaller, larger' },
-            { keys: 'X', text: 'relaxation of the tissue on, off' },
+            { keys: 'X', text: 'tissue springs back by itself, or stays' },
             { keys: 'L', text: 'release the tissue' },
             { keys: ', .', text: 'threshold lower, higher by 25' },
             { keys: 'H', text: 'stop the device’s force; again: resume' },
@@ -100,8 +102,17 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Ctrl+O, Ctrl+S', text: 'open a scan; save the deformed volume' },
             { keys: 'P', text: 'save a picture' },
             { keys: 'Tab, F6', text: 'next control; next view' },
-            { keys: 'Esc', text: 'cancel; close' },
+            { keys: 'Esc', text: 'cancel; close; all four views' },
             { keys: '?', text: 'this table' },
+        ],
+    },
+    {
+        title: 'Fingers',
+        lines: [
+            { keys: 'One', text: 'the tool; with Look: slices, or look around' },
+            { keys: 'Two', text: 'zoom and pan' },
+            { keys: 'Tap', text: 'crosshair' },
+            { keys: 'Stick', text: 'fly and turn, or drive the catheter' },
         ],
     },
 ];
@@ -129,7 +140,7 @@ export class Keymap {
         const scroll = (slices: number) => (): void =>
             actions.scroll(store.state.pointer.active as SectionName, slices);
         const nudge = (x: number, y: number) => (): void => void actions.nudge([x, y]);
-        const tool = (name: ToolName) => (): void => store.set({ tool: { name } });
+        const tool = (name: ToolName) => (): void => actions.choose(name);
         const radius = (factor: number): void => {
             const next = Math.min(Math.max(store.state.tool.radius * factor, 0.1), 30);
             store.set({ tool: { radius: next } });
@@ -169,6 +180,7 @@ export class Keymap {
             { code: 'KeyV', run: () => actions.cycleViews() },
             { code: 'KeyO', run: () => actions.toggleOutside() },
             { code: 'KeyB', run: () => actions.toggleFluoroscopy() },
+            { code: 'KeyJ', run: () => actions.endoscopeTo(store.state.sections.cursor) },
             { code: 'KeyC', run: () => actions.cycleWall() },
             { code: 'KeyX', run: () => actions.relax() },
             { code: 'KeyL', run: () => void session.ask({ do: 'release' }) },

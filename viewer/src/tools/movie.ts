@@ -98,7 +98,7 @@ export class Movie {
 
     private start(): boolean {
         if (this.frames.length < 2) {
-            this.scene.say('a movie needs at least two keyframes: fly to a place and press Add');
+            this.scene.warn('a movie needs at least two keyframes: fly to a place and press Add');
             return false;
         }
         this.path.pause();
@@ -173,13 +173,13 @@ export class Movie {
             for (const track of stream.getTracks()) track.stop();
             const kind = type.split(';')[0]!;
             if (!chunks.some((chunk) => chunk.size > 0)) {
-                this.scene.say('the browser recorded no picture; is the machine too busy?');
+                this.scene.warn('the browser recorded no picture; is the machine too busy?');
                 return;
             }
             saveBlob(new Blob(chunks, { type: kind }), `pliant.${kind.split('/')[1]}`);
             this.scene.say('the movie is saved');
         };
-        recorder.onerror = () => this.scene.say('the browser could not record the movie');
+        recorder.onerror = () => this.scene.warn('the browser could not record the movie');
         this.recorder = recorder;
         recorder.start();
         this.start();

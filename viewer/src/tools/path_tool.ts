@@ -28,7 +28,7 @@ export class PathTool {
     /// Takes a click: the first is the start of the path, the second its end.
     async click(place: Vec3): Promise<void> {
         const { from, busy } = this.way;
-        if (busy) this.scene.say('the last path is still being computed');
+        if (busy) this.scene.warn('the last path is still being computed');
         else if (!from) this.begin(place);
         else await this.find(from, place);
     }
@@ -53,7 +53,7 @@ export class PathTool {
         const { scene } = this;
         const { store } = scene;
         if (!store.state.link.features.includes('path')) {
-            scene.say('this server computes no paths; load one with Path…');
+            scene.warn('this server computes no paths; load one with Path…');
             this.set({ from: null });
             return;
         }
@@ -64,7 +64,7 @@ export class PathTool {
         if (answer?.t !== 'path') return; // Session.refused has shown the reason
         if (answer.volume !== asked || answer.volume !== store.state.scan.volume?.id) return;
         if (answer.points.length < 2) {
-            scene.say('the path begins where it ends; click two different places');
+            scene.warn('the path begins where it ends; click two different places');
             return;
         }
         this.set({ path: new Path(answer.points, answer.radii), position: 0, flying: false });

@@ -7,24 +7,45 @@
 //   left drag    use of the tool; with W held in a section: window and level
 //   left click   crosshair                                        Shift and move: crosshair too
 //   middle drag  pan                right drag  zoom              double click: maximise the view
+//
+// One finger is a left drag; in a section it scrolls slices with the tool Look. Two fingers zoom
+// and pan.
 
 import { frameOf } from '../maths/rays.ts';
-import { add, along, mul, type Vec3 } from '../maths/vec.ts';
+import { add, along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import { kViews, type SectionName, type ViewName } from '../state/state.ts';
 import { orbitTurned } from '../views/orbit.ts';
+import { worldOfPixel } from '../views/section_geometry.ts';
 import type { Actions } from './actions.ts';
-import { dragFrame, pointAt, type Spot } from './aim.ts';
+import { dragFrame, planeAt, pointAt, rayAt, type Spot } from './aim.ts';
+import { CarveWall } from './carve_wall.ts';
+import { Fingers, type Pinch } from './fingers.ts';
+import { Pressing } from './pressing.ts';
 import type { Session } from './session.ts';
+import { inEndoscope, isFlightKey } from './steering.ts';
 import { CarveStroke, CutStroke, GrabStroke, PushStroke, type Stroke } from './strokes.ts';
 
+const kPressLead = 3; // of the probe's target before the probe [mm]
+const kDoubleMs = 500; // longest time between the clicks of a double click
 const kClickPixels = 3; // smallest motion of a drag; less is a click
+const kTapPixels = 10; // the same for fingers
+const kSlicePixels = 8; // motion of a finger per slice
 const kLookRate = 0.25; // degrees per pixel at 80 degrees of field
 const kWindowRate = 4; // HU per pixel
 const kWheelTurn = 100; // delta of one notch of the wheel
 const kWheelStep = 1.5; // motion of the endoscope per notch [mm]
 const kWheelDeep = 1; // motion of a device per notch [mm]
 
-type DragKind = 'look' | 'device' | 'orbit' | 'window' | 'pan' | 'zoom' | 'tissue' | 'none';
+type DragKind =
+    | 'look'
+    | 'device'
+    | 'orbit'
+    | 'window'
+    | 'pan'
+    | 'zoom'
+    | 'scroll'
+    | 'tissue'
+    | 'none';
 
 /// Tests whether a drag changes the view, as one step of undo.
 const hasUndo = (kind: DragKind): boolean =>
@@ -34,14 +55,20 @@ interface Drag {
     readonly kind: DragKind;
     readonly button: number;
     readonly start: Spot;
+    readonly slop: number; ///< motion that is still a click [pixels]
     last: Spot;
     moved: boolean;
     place: Vec3 | undefined; ///< of the tool
+    wall: CarveWall | undefined; ///< that a scoop follows
 }
 
 export class Pointer {
     private drag: Drag | undefined;
     private wheelRest = 0;
+    private readonly fingers = new Fingers();
+    private readonly pressing = new Pressing();
+    private clicked = -Infinity; // time of the last click [ms]
+    private beforeClick: Vec3 | undefined; // the crosshair before it, or before two in a row
 
     constructor(
         private readonly session: Session,
@@ -57,6 +84,7 @@ export class Pointer {
         if (!this.drag) return;
         const { kind } = this.drag;
         this.drag = undefined;
+        this.pressing.stop();
         this.session.hand.poise(undefined);
         if (kind === 'tissue') void this.session.hand.end();
         else if (hasUndo(kind)) this.session.history.end(kind);
@@ -66,25 +94,47 @@ export class Pointer {
         element.addEventListener('pointerdown', (e) => this.down(view, e));
         element.addEventListener('pointermove', (e) => this.move(view, e));
         element.addEventListener('pointerup', (e) => this.up(e));
-        element.addEventListener('pointercancel', () => this.cancel());
+        element.addEventListener('pointercancel', (e) => {
+            if (this.fingers.up(e)) this.session.history.end('pinch');
+            this.cancel();
+        });
         element.addEventListener('pointerenter', () => {
-            // Keys act on the view under the pointer.
-            if (!this.drag) this.activate(view);
+            if (!this.drag) this.hover(view);
         });
         element.addEventListener('pointerleave', () => {
             if (!this.drag) this.session.store.set({ pointer: { under: null } });
         });
         element.addEventListener('wheel', (e) => this.wheel(view, e), { passive: false });
-        element.addEventListener('dblclick', () => this.actions.toggleMaximised(view));
+        element.addEventListener('dblclick', (e) => this.doubleClick(view, e));
         element.addEventListener('contextmenu', (e) => e.preventDefault());
         element.addEventListener('focus', () => this.activate(view));
+    }
+
+    /// Keys act on the view under the pointer; keys that fly go on until they are released.
+    private hover(view: ViewName): void {
+        const { state } = this.session.store;
+        const flies = inEndoscope(state) && [...this.held].some(isFlightKey);
+        if (!flies) this.activate(view);
+    }
+
+    /// Maximises a view. The clicks before have moved the crosshair: it returns.
+    private doubleClick(view: ViewName, event: MouseEvent): void {
+        if ((event.target as HTMLElement).closest('button')) return;
+        const { store } = this.session;
+        if (this.beforeClick) store.set({ sections: { cursor: this.beforeClick } });
+        this.clicked = -Infinity;
+        if (event.ctrlKey || event.metaKey) {
+            const { volume } = this.session;
+            const place = volume && pointAt(volume, store.state, this.spot(view, event));
+            if (place) this.actions.endoscopeTo(place);
+        } else this.actions.toggleMaximised(view);
     }
 
     private activate(view: ViewName): void {
         this.session.store.set({ pointer: { active: view } });
     }
 
-    private spot(view: ViewName, event: MouseEvent): Spot {
+    private spot(view: ViewName, event: Pick<MouseEvent, 'clientX' | 'clientY'>): Spot {
         const box = this.views[view].getBoundingClientRect();
         return {
             view,
@@ -96,7 +146,13 @@ export class Pointer {
     }
 
     private down(view: ViewName, event: PointerEvent): void {
-        if (this.drag || (event.target as HTMLElement).closest('button')) return;
+        if ((event.target as HTMLElement).closest('button')) return;
+        const isTouch = event.pointerType === 'touch';
+        if (isTouch && this.fingers.down(event)) {
+            this.cancel();
+            this.session.history.begin();
+        }
+        if (this.drag || this.fingers.pinch) return;
         const element = this.views[view];
         element.setPointerCapture(event.pointerId);
         element.focus({ preventScroll: true });
@@ -105,11 +161,48 @@ export class Pointer {
         const kind = this.kindOf(view, event);
         if (event.button === 1) event.preventDefault(); // no automatic scrolling
         const { button } = event;
-        this.drag = { kind, button, start: spot, last: spot, moved: false, place: undefined };
+        const slop = isTouch ? kTapPixels : kClickPixels;
+        this.drag = {
+            kind,
+            button,
+            start: spot,
+            slop,
+            last: spot,
+            moved: false,
+            place: undefined,
+            wall: undefined,
+        };
         if (hasUndo(kind)) this.session.history.begin();
         const { volume, store } = this.session;
         if (kind === 'tissue' && volume && store.state.scan.loaded === 1)
             this.session.hand.poise(pointAt(volume, store.state, spot));
+        if (kind === 'tissue' && view === 'endoscope' && store.state.tool.name === 'push')
+            this.pressing.wait(
+                () => this.beginPress(),
+                (way) => this.press(way),
+            );
+    }
+
+    private beginPress(): boolean {
+        const { drag, session } = this;
+        if (!drag || drag.moved || session.store.state.scan.loaded < 1) return false;
+        this.beginStroke(drag);
+        drag.moved = true;
+        return drag.place !== undefined;
+    }
+
+    /// Moves the probe into the wall, no farther ahead of the tissue than kPressLead.
+    private press(way: number): void {
+        const { drag, session } = this;
+        const { stroke } = session.hand;
+        const { tool, view } = session.store.state;
+        if (!drag?.place || !stroke || tool.outcome?.isStopped) return;
+        const there = stroke.path[stroke.path.length - 1]!;
+        const { direction } = rayAt(view, drag.last);
+        const next = along(drag.place, way * tool.strength, direction);
+        if (norm(sub(next, there)) > kPressLead) return;
+        drag.place = next;
+        session.hand.drag(next);
     }
 
     private kindOf(view: ViewName, event: PointerEvent): DragKind {
@@ -121,7 +214,7 @@ export class Pointer {
         if (section && (tool.name === 'window' || this.held.has('KeyW'))) return 'window';
         const looks = ['look', 'window', 'path', 'catheter'].includes(tool.name);
         if (!looks && link.role === 'control') return 'tissue';
-        if (section) return 'none';
+        if (section) return event.pointerType === 'touch' ? 'scroll' : 'none';
         if (this.session.device.isLed && !shown.outside) return 'device';
         return shown.outside ? 'orbit' : 'look';
     }
@@ -130,7 +223,14 @@ export class Pointer {
         const spot = this.spot(view, event);
         const { session, drag } = this;
         if (!session.volume || session.store.state.scan.loaded < 1) return;
+        if (this.fingers.pinch) {
+            const pinch = this.fingers.move(event);
+            if (pinch) this.pinch(view, pinch);
+            return;
+        }
+        this.fingers.move(event);
         if (!drag) {
+            this.hover(view);
             const point = pointAt(session.volume, session.store.state, spot);
             session.store.set({ pointer: { under: point ? { view, point } : null } });
             if (event.shiftKey && point) this.actions.setCursor(point);
@@ -138,8 +238,9 @@ export class Pointer {
         }
         const dx = spot.x - drag.last.x;
         const dy = spot.y - drag.last.y;
-        const far = Math.hypot(spot.x - drag.start.x, spot.y - drag.start.y) >= kClickPixels;
-        if (!drag.moved && !far) return;
+        const way = Math.hypot(spot.x - drag.start.x, spot.y - drag.start.y);
+        if (!drag.moved && way < drag.slop) return;
+        this.pressing.yieldTo(way);
         if (!drag.moved && drag.kind === 'tissue') this.beginStroke(drag);
         drag.moved = true;
         drag.last = spot;
@@ -175,6 +276,13 @@ export class Pointer {
             case 'zoom':
                 actions.zoom(spot.view, Math.exp(-0.01 * dy));
                 break;
+            case 'scroll': {
+                this.wheelRest -= dy / kSlicePixels;
+                const whole = Math.trunc(this.wheelRest);
+                this.wheelRest -= whole;
+                if (whole) actions.scroll(section, whole);
+                break;
+            }
             case 'tissue':
                 this.moveStroke(drag, spot, dx, dy);
                 break;
@@ -186,10 +294,23 @@ export class Pointer {
         }
     }
 
+    /// Zooms and pans by two fingers.
+    private pinch(view: ViewName, { factor, dx, dy, middle }: Pinch): void {
+        const { session, actions } = this;
+        const { volume, store } = session;
+        const spot = this.spot(view, { clientX: middle.x, clientY: middle.y });
+        const plane = planeAt(volume!, store.state, spot);
+        actions.zoom(view, factor, plane && worldOfPixel(plane, spot.x, spot.y));
+        if (view === 'endoscope') this.panEndoscope(spot, dx, dy);
+        else actions.pan(view, dx, dy, spot.width, spot.height);
+    }
+
     private up(event: PointerEvent): void {
+        if (this.fingers.up(event)) this.session.history.end('pinch');
         const { drag, session } = this;
         if (!drag || event.button !== drag.button) return;
         this.drag = undefined;
+        this.pressing.stop();
         session.hand.poise(undefined);
         if (drag.kind === 'tissue' && drag.moved) void session.hand.end();
         else if (hasUndo(drag.kind)) session.history.end(drag.kind);
@@ -199,6 +320,9 @@ export class Pointer {
     private click(spot: Spot): void {
         const { volume, store, history } = this.session;
         if (!volume || store.state.scan.loaded < 1) return;
+        const now = performance.now();
+        if (now - this.clicked > kDoubleMs) this.beforeClick = store.state.sections.cursor;
+        this.clicked = now;
         const point = pointAt(volume, store.state, spot);
         if (!point) return;
         history.step('crosshair', () => this.actions.setCursor(point));
@@ -217,7 +341,10 @@ export class Pointer {
         } else if (drag?.kind === 'device') {
             session.device.lead(0, 0, notches * kWheelDeep);
         } else if (event.ctrlKey || event.metaKey) {
-            session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
+            const at = planeAt(session.volume, session.store.state, this.spot(view, event));
+            const { x, y } = this.spot(view, event);
+            const fixed = at && worldOfPixel(at, x, y);
+            session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches), fixed));
         } else if (view === 'endoscope') {
             if (session.store.state.view.outside)
                 session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
@@ -259,23 +386,25 @@ export class Pointer {
 
     private beginStroke(drag: Drag): void {
         const { session } = this;
-        const { connection, store } = session;
+        const { store } = session;
         const place = pointAt(session.volume!, store.state, drag.start);
         if (!place) return;
         drag.place = place;
+        if (store.state.tool.name === 'carve')
+            drag.wall = new CarveWall(session.volume!, store.state, drag.start, place);
         const frame = dragFrame(session.volume!, store.state, drag.start, place);
         const make = (): Stroke => {
             switch (store.state.tool.name) {
                 case 'grab':
-                    return new GrabStroke(connection, store, place);
+                    return new GrabStroke(session, place);
                 case 'carve':
-                    return new CarveStroke(connection, store, place);
+                    return new CarveStroke(session, place);
                 case 'cut': {
                     const centred = drag.start.view !== 'endoscope';
-                    return new CutStroke(connection, store, place, frame.ahead, centred);
+                    return new CutStroke(session, place, frame.ahead, centred);
                 }
                 default:
-                    return new PushStroke(connection, store, place);
+                    return new PushStroke(session, place);
             }
         };
         session.hand.begin(make());
@@ -286,9 +415,10 @@ export class Pointer {
         const { state } = session.store;
         if (!drag.place || !session.hand.stroke) return;
         const { name, strength } = state.tool;
-        const onSurface = name === 'cut' || name === 'carve';
-        if (onSurface) {
-            const point = pointAt(session.volume!, state, spot);
+        if (name === 'cut' || drag.wall) {
+            const point = drag.wall
+                ? drag.wall.at(state, spot)
+                : pointAt(session.volume!, state, spot);
             if (point) session.hand.drag(point);
             return;
         }
@@ -307,7 +437,14 @@ export class Pointer {
             drag.moved = true;
         }
         if (!drag.place || !session.hand.stroke) return;
-        const { ahead } = dragFrame(session.volume!, session.store.state, drag.last, drag.place);
+        const { state } = session.store;
+        if (drag.wall) {
+            drag.wall.depth += notches * 0.5;
+            const point = drag.wall.at(state, drag.last);
+            if (point) session.hand.drag(point);
+            return;
+        }
+        const { ahead } = dragFrame(session.volume!, state, drag.last, drag.place);
         drag.place = along(drag.place, notches * 0.5, ahead);
         session.hand.drag(drag.place);
     }

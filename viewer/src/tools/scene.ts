@@ -15,7 +15,8 @@ import { History } from '../state/history.ts';
 import { surfaceOf } from '../state/state.ts';
 import type { Store } from '../state/store.ts';
 import type { Stage } from '../views/stage.ts';
-import { note } from './strokes.ts';
+import { Cuts } from './cuts.ts';
+import { type Motion, Outcomes } from './outcome.ts';
 
 const kNewsMs = 2000; // longest wait for the state after an undo
 
@@ -24,7 +25,7 @@ export interface SceneParts {
     readonly stage: Stage;
     readonly connection: Connection;
     /// Shows a line for some seconds, and gives it to screen readers.
-    say(text: string): void;
+    say(text: string, isWarning: boolean): void;
 }
 
 export class Scene {
@@ -32,6 +33,8 @@ export class Scene {
     readonly stage: Stage;
     readonly connection: Connection;
     readonly history: History;
+    readonly outcomes: Outcomes;
+    readonly cuts: Cuts;
     volume: VolumeData | undefined;
     vessel: Vessel | undefined;
     private stepsArrived: () => void = () => {};
@@ -40,18 +43,25 @@ export class Scene {
         this.store = parts.store;
         this.stage = parts.stage;
         this.connection = parts.connection;
+        this.outcomes = new Outcomes(parts.store, () => this.volume);
+        this.cuts = new Cuts(parts.store);
         this.history = new History(parts.store, (step) => this.step(step));
     }
 
     /// Shows a line for some seconds, and gives it to screen readers.
     say(text: string): void {
-        this.parts.say(text);
+        this.parts.say(text, false);
+    }
+
+    /// Shows a line about something that did not work.
+    warn(text: string): void {
+        this.parts.say(text, true);
     }
 
     /// Sends a command, and shows its outcome. @returns whether it was done
-    async ask(command: Command): Promise<boolean> {
+    async ask(command: Command, motion?: Motion): Promise<boolean> {
         const answer = await this.connection.ask(command);
-        note(this.store, answer);
+        this.outcomes.take(answer, motion);
         return answer?.t === 'done';
     }
 
@@ -76,6 +86,11 @@ export class Scene {
             this.stepsArrived = resolve;
             setTimeout(resolve, kNewsMs);
         });
-        if (await this.ask({ do: step })) await news;
+        const answer = await this.connection.ask({ do: step });
+        this.outcomes.show(null);
+        if (answer?.t !== 'done') return;
+        const name = answer.message ? `: ${answer.message}` : '';
+        this.say(`${step === 'undo' ? 'undone' : 'done again'}${name}`);
+        await news;
     }
 }

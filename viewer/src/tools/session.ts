@@ -4,7 +4,9 @@
 // Session with the server: applies its messages to state, mirrors and stage, and advances
 // everything that moves, once per frame.
 
+import { autoWindow } from '../maths/auto_window.ts';
 import { voxelCount, worldFromVoxel } from '../maths/grid.ts';
+import { halfOfFloat } from '../maths/half.ts';
 import { checksumOf } from '../maths/murmur.ts';
 import { mul, norm, normalized, sub } from '../maths/vec.ts';
 import { VolumeData } from '../maths/volume.ts';
@@ -32,15 +34,19 @@ import { Haptics } from './haptics.ts';
 import { Movie } from './movie.ts';
 import { PathTool } from './path_tool.ts';
 import { Scene, type SceneParts } from './scene.ts';
-import { steeringOf } from './steering.ts';
+import { steeringOf, type Stick } from './steering.ts';
 import { Subscriptions } from './subscriptions.ts';
 import { ThresholdTool } from './threshold.ts';
+import { TissueDefaults } from './tissue_defaults.ts';
 
+const kAirBelow = -500; // [HU]
 const kLongestFrame = 0.1; // time step limit after a pause [s]
 
 export interface SessionParts extends SceneParts {
     /// The tab's storage, which outlives a reload.
     readonly memory: Memory;
+    /// The browser's storage, which outlives the tab.
+    readonly lasting: Memory;
     /// Codes of the keys that are held.
     readonly held: ReadonlySet<string>;
     /// Called after the server's welcome.
@@ -49,6 +55,7 @@ export interface SessionParts extends SceneParts {
 
 export class Session extends Scene implements Listener {
     readonly latencies = new Latencies();
+    readonly stick: Stick = { ahead: 0, right: 0 };
     readonly device = new Haptics(this);
     readonly hand = new Hand(this, this.device);
     readonly endoscope = new Endoscope(this);
@@ -56,19 +63,22 @@ export class Session extends Scene implements Listener {
     readonly path = new PathTool(this);
     readonly movie = new Movie(this, this.path, this.threshold);
     readonly catheter: CatheterHand;
+    readonly tissueDefaults: TissueDefaults;
     private readonly subscriptions = new Subscriptions(this);
     private readonly memory: Memory;
     private readonly held: ReadonlySet<string>;
     private readonly onWelcome: () => void;
     private received = 0; // voxels of the first snapshot
     private boxesSinceDraw = 0;
+    private fitsWindow = false; // a scan without air: the usual window would show nothing
 
     constructor(parts: SessionParts) {
         super(parts);
         this.memory = parts.memory;
         this.held = parts.held;
+        this.tissueDefaults = new TissueDefaults(this, parts.lasting);
         this.onWelcome = () => parts.onWelcome();
-        this.catheter = new CatheterHand(this, parts.held, this.device);
+        this.catheter = new CatheterHand(this, parts.held, this.stick, this.device);
     }
 
     /// Connects to the server.
@@ -119,15 +129,18 @@ export class Session extends Scene implements Listener {
     box(frame: BoxFrame): void {
         const texture = this.stage.texture;
         if (!texture || !this.volume) return;
-        texture.patch(frame.box, frame.halves);
-        ++this.boxesSinceDraw;
         const { loaded, voxels } = this.store.state.scan;
+        if (loaded < 1) texture.fill(frame.box, frame.halves, frame.last);
+        else texture.patch(frame.box, frame.halves);
+        ++this.boxesSinceDraw;
         if (loaded < 1) {
             this.received += frame.halves.length;
             const share = this.received / voxelCount(this.volume.grid);
             this.store.set({ scan: { loaded: frame.last ? 1 : Math.min(share, 0.99) } });
         }
         if (!frame.last) return;
+        if (this.fitsWindow) this.store.set({ sections: autoWindow(this.volume) });
+        this.fitsWindow = false;
         this.latencies.arrived(frame.step);
         this.store.set({ scan: { voxels: voxels + 1 } });
         this.subscriptions.openVessel();
@@ -161,12 +174,18 @@ export class Session extends Scene implements Listener {
     }
 
     refused(refusal: Refusal): void {
-        if (refusal.code !== 'nothing') this.say(refusal.message);
+        if (refusal.code !== 'nothing') this.warn(refusal.message);
     }
 
-    lost(reason: string, retryMs?: number): void {
+    silent(is: boolean): void {
+        const { status } = this.store.state.link;
+        if (is) this.store.set({ link: { status: 'silent', text: '' } });
+        else if (status === 'silent')
+            this.store.set({ link: { status: this.connection.client ? 'open' : 'connecting' } });
+    }
+
+    lost(status: 'lost' | 'ended' | 'refused', reason: string): void {
         this.hand.forget();
-        const status = retryMs === undefined ? 'ended' : 'lost';
         this.store.set({ link: { status, text: reason } });
         this.device.forget();
     }
@@ -187,7 +206,7 @@ export class Session extends Scene implements Listener {
         const { frames } = initialState().sections;
         this.store.set({
             way: { path: null, flying: false, position: 0 },
-            tool: { outcome: '' },
+            tool: { cuts: [], outcome: null },
             hands: { force_n: 0, energy_per_mm: 0 },
             sections: { frames },
         });
@@ -196,11 +215,13 @@ export class Session extends Scene implements Listener {
 
     private takeVolume(info: VolumeInfo, keepsView: boolean): void {
         const grid = gridOf(info);
-        this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)));
+        const missing = halfOfFloat(info.range_hu[0]); // dark in the sections
+        this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)).fill(missing), true);
         this.stage.setVolume(this.volume);
         this.stage.setOverlay(undefined);
         this.stage.setRest(undefined);
         this.received = 0;
+        this.fitsWindow = false;
         this.store.set({ scan: { volume: info, loaded: 0 }, way: { from: null } });
         if (keepsView || takeUpView(this.store, this.memory)) return;
         const middle = worldFromVoxel(grid, mul(0.5, sub(grid.size, [1, 1, 1])));
@@ -208,6 +229,7 @@ export class Session extends Scene implements Listener {
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
         const hasVessel = this.store.state.shared?.tissue?.has_vessel === true;
         this.subscriptions.expectVessel(hasVessel);
+        this.fitsWindow = !hasVessel && info.range_hu[0] > kAirBelow;
         // Window for contrast medium and soft tissue.
         if (hasVessel) this.store.set({ sections: { window: 700, level: 200 } });
         this.store.set({
@@ -232,6 +254,7 @@ export class Session extends Scene implements Listener {
         if (this.volume && this.store.state.scan.loaded >= 1) this.move(dt);
         this.device.tick(dt, now);
         this.catheter.tick(dt, now);
+        this.hand.follow();
         this.hand.sendPose(now);
         if (this.stage.frame(now) && this.boxesSinceDraw) {
             this.boxesSinceDraw = 0;
@@ -242,7 +265,7 @@ export class Session extends Scene implements Listener {
     /// Moves the endoscope: by keys, which end movies and flights along paths, else by a movie or a
     /// path.
     private move(seconds: number): void {
-        const steering = steeringOf(this.held, this.store.state);
+        const steering = steeringOf(this.held, this.stick, this.store.state);
         if (this.endoscope.takeUp(steering)) {
             this.movie.stop();
             this.path.pause();

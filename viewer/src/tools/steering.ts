@@ -37,14 +37,25 @@ export const isFlightKey = (code: string): boolean => code in kFlight;
 
 export const inEndoscope = ({ pointer }: State): boolean => pointer.active === 'endoscope';
 
-/// Sum of the held keys; zero unless the endoscope's view is active and from inside.
-export function steeringOf(held: ReadonlySet<string>, state: State): Steering {
+/// On-screen stick, −1…1.
+export interface Stick {
+    ahead: number;
+    right: number;
+}
+
+/// Sum of the held keys and the stick; zero unless the endoscope's view is active and from inside.
+export function steeringOf(held: ReadonlySet<string>, stick: Stick, state: State): Steering {
     const sum: Record<Axis, number> = { x: 0, y: 0, z: 0, yaw: 0, pitch: 0, roll: 0 };
-    if (inEndoscope(state) && !state.view.outside)
+    if (inEndoscope(state) && !state.view.outside) {
+        if (!keysDrive(state)) {
+            sum.z += stick.ahead;
+            sum.yaw += stick.right;
+        }
         for (const code of held) {
             if (code.startsWith('Arrow') && keysDrive(state)) continue; // the catheter's
             for (const [axis, by] of Object.entries(kFlight[code] ?? {})) sum[axis as Axis] += by;
         }
+    }
     const { x, y, z, yaw, pitch, roll } = sum;
     return { move: [x, y, z], yaw, pitch, roll };
 }

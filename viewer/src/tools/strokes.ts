@@ -7,10 +7,12 @@
 
 import { along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Connection } from '../net/connection.ts';
-import type { Answer, Command, Done } from '../net/protocol.ts';
+import type { Command, Done } from '../net/protocol.ts';
 import { pushOrSlide } from '../state/state.ts';
 import type { Store } from '../state/store.ts';
 import type { ToolKind } from '../views/instruments.ts';
+import type { Cuts } from './cuts.ts';
+import type { Motion, Outcomes } from './outcome.ts';
 
 let nextStroke = 1 + Math.floor(Math.random() * 2 ** 30);
 
@@ -29,15 +31,12 @@ export interface Stroke {
     readonly closed?: boolean; ///< holds tissue
 }
 
-/// Stores the outcome of a command as a line for the user. Cut links are invisible until something
-/// moves, so their number is shown.
-export function note(store: Store, answer: Answer | undefined): void {
-    if (answer?.t !== 'done') return;
-    let outcome = answer.message ?? '';
-    if (answer.cut_links !== undefined) outcome ||= `${answer.cut_links} links cut`;
-    if (answer.status && answer.status !== 'applied')
-        outcome ||= `${answer.status} by ${answer.limited_by ?? 'something'}`;
-    store.set({ tool: { outcome } });
+/// Parts of the scene that strokes use.
+export interface Means {
+    readonly connection: Connection;
+    readonly store: Store;
+    readonly outcomes: Outcomes;
+    readonly cuts: Cuts;
 }
 
 /// Follows the newest target, one command after the other.
@@ -47,8 +46,7 @@ abstract class Follower implements Stroke {
     private busy: Promise<void> | undefined;
 
     constructor(
-        protected readonly connection: Connection,
-        protected readonly store: Store,
+        protected readonly means: Means,
         start: Vec3,
         readonly radius: number,
         readonly kind: ToolKind,
@@ -67,16 +65,16 @@ abstract class Follower implements Stroke {
     async end(): Promise<void> {
         await this.busy;
         await this.finish();
-        this.store.set({ hands: { force_n: 0, energy_per_mm: 0 } });
+        this.means.store.set({ hands: { force_n: 0, energy_per_mm: 0 } });
     }
 
     /// Makes one step towards the target. @returns whether to go on
     protected abstract advance(): Promise<boolean>;
     protected async finish(): Promise<void> {}
 
-    protected async ask(command: Command): Promise<Done | undefined> {
-        const answer = await this.connection.ask(command);
-        note(this.store, answer);
+    protected async ask(command: Command, motion?: Motion): Promise<Done | undefined> {
+        const answer = await this.means.connection.ask(command);
+        if (motion) this.means.outcomes.take(answer, motion);
         return answer?.t === 'done' ? answer : undefined;
     }
 
@@ -103,8 +101,9 @@ export class PushStroke extends Follower {
     private readonly stroke = newStroke();
     private readonly verb: 'push' | 'slide';
 
-    constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, store.state.tool.radius, 'ball');
+    constructor(means: Means, start: Vec3) {
+        const { store } = means;
+        super(means, start, store.state.tool.radius, 'ball');
         this.place = start;
         const slides = store.state.tool.slide && this.radius > 0;
         this.verb = pushOrSlide(store.state, slides);
@@ -114,13 +113,11 @@ export class PushStroke extends Follower {
         // With radius 0 the tool moves the eight elements of its cell in steps of kCellStep.
         const push = stepTo(this.place, this.target, this.radius || kCellStep);
         if (!push) return false;
-        const done = await this.ask({
-            do: this.verb,
-            point: this.place,
-            push,
-            radius: this.radius,
-            stroke: this.stroke,
-        });
+        const { place, radius, stroke } = this;
+        const done = await this.ask(
+            { do: this.verb, point: place, push, radius, stroke },
+            { from: place, by: push, radius },
+        );
         if (!done) return false;
         const fraction = done.grabbed_elements === 0 ? 1 : (done.step_fraction ?? 1);
         this.place = done.end ?? along(this.place, fraction, push);
@@ -144,20 +141,26 @@ export class GrabStroke extends Follower {
         return this.held === true;
     }
 
-    constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, store.state.tool.radius, 'grasper');
+    constructor(means: Means, start: Vec3) {
+        super(means, start, means.store.state.tool.radius, 'grasper');
         this.start = start;
     }
 
     protected async advance(): Promise<boolean> {
         if (this.held === undefined) {
-            const done = await this.ask({ do: 'grab', point: this.start, radius: this.radius });
+            const { start, radius } = this;
+            const done = await this.ask(
+                { do: 'grab', point: start, radius },
+                { from: start, by: [0, 0, 0], radius },
+            );
             this.held = (done?.grabbed_elements ?? 0) > 0;
-            if (!this.held) this.store.set({ tool: { outcome: 'nothing to hold here' } });
         }
         const offset = sub(this.target, this.start);
         if (!this.held || norm(sub(offset, this.offset)) < kMinMotion) return false;
-        const done = await this.ask({ do: 'drag', offset });
+        const done = await this.ask(
+            { do: 'drag', offset },
+            { from: this.path[0]!, by: sub(offset, this.offset), radius: this.radius },
+        );
         if (!done) return false;
         this.offset = offset;
         this.path = [along(this.start, 1, offset)];
@@ -175,8 +178,8 @@ export class CarveStroke extends Follower {
     private begun = false;
     private readonly stroke = newStroke();
 
-    constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, Math.max(store.state.tool.radius, kMinCarving), 'scoop');
+    constructor(means: Means, start: Vec3) {
+        super(means, start, Math.max(means.store.state.tool.radius, kMinCarving), 'scoop');
         this.place = start;
     }
 
@@ -185,13 +188,11 @@ export class CarveStroke extends Follower {
         if (this.begun && !way) return false;
         this.begun = true;
         const to = way ? along(this.place, 1, way) : this.place;
-        const done = await this.ask({
-            do: 'carve',
-            from: this.place,
-            to,
-            radius: this.radius,
-            stroke: this.stroke,
-        });
+        const { place: from, radius, stroke } = this;
+        const done = await this.ask(
+            { do: 'carve', from, to, radius, stroke },
+            { from, by: sub(to, from), radius },
+        );
         this.place = to;
         this.path = [to];
         return done !== undefined;
@@ -209,8 +210,7 @@ export class CutStroke implements Stroke {
     /// @param direction  from the line into the tissue, unit
     /// @param centred  the line is in the middle of the cut, else near its front
     constructor(
-        private readonly connection: Connection,
-        private readonly store: Store,
+        private readonly means: Means,
         start: Vec3,
         private readonly direction: Vec3,
         private readonly centred: boolean,
@@ -225,11 +225,16 @@ export class CutStroke implements Stroke {
 
     async end(): Promise<void> {
         if (this.path.length < 2) return;
-        const depth = mul(this.store.state.tool.depth, this.direction);
+        const { connection, store, outcomes, cuts } = this.means;
+        const depth = mul(store.state.tool.depth, this.direction);
         // In a section the cut extends equally to the front and to the back; at a wall it starts
         // just in front of it.
         const shift = this.centred ? -0.5 : -0.15;
         const line = this.path.map((p) => along(p, shift, depth));
-        note(this.store, await this.connection.ask({ do: 'cut', line, depth }));
+        const motion = { from: this.path[0]!, by: depth, radius: 0 };
+        const steps = cuts.nextStep;
+        const answer = await connection.ask({ do: 'cut', line, depth });
+        outcomes.take(answer, motion);
+        if (answer?.t === 'done' && answer.cut_links) cuts.add({ line, depth, steps });
     }
 }

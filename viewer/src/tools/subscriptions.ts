@@ -10,6 +10,7 @@ import { kKinds } from '../state/overlay_kinds.ts';
 import { kOutsideField } from '../views/orbit.ts';
 import { OverlayField } from '../views/overlay_field.ts';
 import { RestField } from '../views/rest_field.ts';
+import { keptInside } from '../views/section_geometry.ts';
 import { behindTip, outsideOf } from '../views/vessel_camera.ts';
 import type { Scene } from './scene.ts';
 
@@ -76,9 +77,22 @@ export class Subscriptions {
     vesselFrame(frame: SurfaceFrame | VesselFrame): void {
         const { store, vessel } = this.scene;
         if (frame.kind === 'surface') this.setVessel(new Vessel(frame.rest, frame.corners));
-        else vessel?.take(frame);
+        else {
+            vessel?.take(frame);
+            this.followTip();
+        }
         store.set({ versions: { vessel: store.state.versions.vessel + 1 } });
         this.openVessel();
+    }
+
+    /// Moves the crosshair to the tip of a catheter that this client drives.
+    private followTip(): void {
+        const { vessel, volume, store } = this.scene;
+        const { tool, shared } = store.state;
+        const tip = vessel?.catheter[vessel.catheter.length - 1];
+        const moves = !!(shared?.vessel?.insert_mm_s || shared?.vessel?.rotate_deg_s);
+        if (!tip || !volume || !tool.follow || tool.name !== 'catheter' || !moves) return;
+        store.set({ sections: { cursor: keptInside(volume.grid, tip) } });
     }
 
     /// Moves the camera to a new vessel, if it and the voxels have arrived.
