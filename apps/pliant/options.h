@@ -162,6 +162,8 @@ struct VesselOptions {
 struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
     std::string series;
+    std::string labels;              ///< map over the scan
+    std::string config, directions;  ///< materials
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
     std::string session;

@@ -119,6 +119,10 @@ Json json_of(const SessionHeader& header) {
     } else {
         source = {{"file", header.source.file}, {"series", header.source.series}};
     }
+    for (const auto& [key, file] :
+         {std::pair{"config", &header.source.config}, std::pair{"labels", &header.source.labels},
+          std::pair{"directions", &header.source.directions}})
+        if (!file->empty()) source[key] = *file;
     return {{"source", source}, {"scan", hex_text(header.scan_hash, 16)}};
 }
 
@@ -135,6 +139,9 @@ Result<SessionHeader> header_of(const Json& json) {
     header.scan_hash = *hash;
     header.source.file = string_at(*source, "file");
     header.source.series = string_at(*source, "series");
+    header.source.config = string_at(*source, "config");
+    header.source.labels = string_at(*source, "labels");
+    header.source.directions = string_at(*source, "directions");
     if (!header.source.file.empty()) return header;
     header.source.phantom = string_at(*source, "phantom");
     const auto size = source->find("size");

@@ -127,8 +127,8 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     start();
     TestClient a(port(), m_server->link());
     a.enter();
-    EXPECT_EQ(a.welcome["features"],
-              Json({"save", "open", "overlay", "path", "tissue", "haptics", "vessel", "rest"}));
+    EXPECT_EQ(a.welcome["features"], Json({"save", "open", "overlay", "path", "tissue", "haptics",
+                                           "vessel", "rest", "labels", "marks"}));
     EXPECT_EQ(a.welcome["open_bytes"], kMaxUpload);
     ChainMailSettings settings;
     settings.bone_threshold_hu = 3000;
