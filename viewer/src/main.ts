@@ -4,6 +4,7 @@
 // Starts the page: reads the link's token, creates all parts, connects, and draws.
 
 import './style.css';
+import './marks.css';
 import { Connection } from './net/connection.ts';
 import { h } from './panels/dom.ts';
 import { helpDialog } from './panels/help.ts';
@@ -117,6 +118,7 @@ function start(): void {
         openPath: (file) => actions.openFile(file),
         chooseSeries,
     });
+    session.labelMap.send = (file) => files.openLabels(file);
     const overlay = new Overlay(session);
     const legend = new Legend(session);
     const status = new StatusBar(session, message);
@@ -137,6 +139,7 @@ function start(): void {
         cancel: () => {
             pointer.cancel();
             session.path.cancel();
+            session.marks.cancel();
             files.cancel();
             session.movie.stop();
             tour.stop();

@@ -18,6 +18,7 @@ const kTexts: Record<ToolName, { text: string; hint: string }> = {
     carve: { text: 'Carve', hint: 'left drag: remove tissue (6)' },
     path: { text: 'Path', hint: 'two clicks: find a path through the lumen between them (7)' },
     catheter: { text: 'Catheter', hint: 'arrow keys: insert, rotate; with Shift: bend (8)' },
+    measure: { text: 'Measure', hint: 'clicks: a point, a ruler or an angle (9)' },
 };
 
 const kSaveTexts: Record<SavedName, string> = {
@@ -74,7 +75,8 @@ export function toolbar(
             for (const b of tools) {
                 b.hidden = b.dataset.tool === 'catheter' && !shared?.tissue?.has_vessel;
                 b.setAttribute('aria-pressed', String(b.dataset.tool === tool.name));
-                b.disabled = link.role === 'view' && !/look|window|path/.test(b.dataset.tool!);
+                b.disabled =
+                    link.role === 'view' && !/look|window|path|measure/.test(b.dataset.tool!);
             }
         },
     );

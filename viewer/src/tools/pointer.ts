@@ -24,7 +24,8 @@ const kWheelTurn = 100; // delta of one notch of the wheel
 const kWheelStep = 1.5; // motion of the endoscope per notch [mm]
 const kWheelDeep = 1; // motion of a device per notch [mm]
 
-type DragKind = 'look' | 'device' | 'orbit' | 'window' | 'pan' | 'zoom' | 'tissue' | 'none';
+type DragKind =
+    'look' | 'device' | 'orbit' | 'window' | 'pan' | 'zoom' | 'mark' | 'tissue' | 'none';
 
 /// Tests whether a drag changes the view, as one step of undo.
 const hasUndo = (kind: DragKind): boolean =>
@@ -58,6 +59,7 @@ export class Pointer {
         const { kind } = this.drag;
         this.drag = undefined;
         this.session.hand.poise(undefined);
+        this.session.marks.letGo();
         if (kind === 'tissue') void this.session.hand.end();
         else if (hasUndo(kind)) this.session.history.end(kind);
     }
@@ -117,9 +119,11 @@ export class Pointer {
         if (event.button === 1) return 'pan';
         if (event.button === 2) return 'zoom';
         if (event.shiftKey) return 'none'; // the crosshair follows
+        if (tool.name === 'measure' && this.session.marks.hold(this.spot(view, event)))
+            return 'mark';
         const section = view !== 'endoscope';
         if (section && (tool.name === 'window' || this.held.has('KeyW'))) return 'window';
-        const looks = ['look', 'window', 'path', 'catheter'].includes(tool.name);
+        const looks = ['look', 'window', 'path', 'catheter', 'measure'].includes(tool.name);
         if (!looks && link.role === 'control') return 'tissue';
         if (section) return 'none';
         if (this.session.device.isLed && !shown.outside) return 'device';
@@ -178,6 +182,11 @@ export class Pointer {
             case 'tissue':
                 this.moveStroke(drag, spot, dx, dy);
                 break;
+            case 'mark': {
+                const point = pointAt(session.volume!, state, spot);
+                if (point) session.marks.dragTo(point);
+                break;
+            }
             case 'none': {
                 const point = shift && pointAt(session.volume!, state, spot);
                 if (point) actions.setCursor(point);
@@ -193,6 +202,7 @@ export class Pointer {
         session.hand.poise(undefined);
         if (drag.kind === 'tissue' && drag.moved) void session.hand.end();
         else if (hasUndo(drag.kind)) session.history.end(drag.kind);
+        session.marks.letGo();
         if (!drag.moved && drag.button === 0) this.click(drag.start);
     }
 
@@ -201,6 +211,10 @@ export class Pointer {
         if (!volume || store.state.scan.loaded < 1) return;
         const point = pointAt(volume, store.state, spot);
         if (!point) return;
+        if (store.state.tool.name === 'measure') {
+            this.session.marks.click(point, spot);
+            return;
+        }
         history.step('crosshair', () => this.actions.setCursor(point));
         if (store.state.tool.name === 'path') void this.session.path.click(point);
     }
