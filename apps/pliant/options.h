@@ -191,6 +191,8 @@ struct VesselOptions {
 struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
     ScanChoice scan;
+    std::string labels;              ///< map over the scan
+    std::string config, directions;  ///< materials
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
     std::string host = "127.0.0.1", certificate, key, url;

@@ -112,6 +112,9 @@ class Browser {
 Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
     ServerSettings settings{.file = options.file,
                             .series = options.scan.series,
+                            .labels = options.labels,
+                            .config = options.config,
+                            .directions = options.directions,
                             .port = options.port,
                             .host = options.host,
                             .certificate = options.certificate,

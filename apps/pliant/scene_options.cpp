@@ -14,6 +14,13 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "a scan as of info, or the scene of a vessel, TOML "
                   "(default: the airway phantom)");
     add_scan(c, o.scan);
+    c->add_option("--labels", o.labels,
+                  "label map that is drawn over the scan and moves with the tissue; names and "
+                  "colours are those of 3D Slicer's segments (.seg.nrrd). With --config also the "
+                  "labels of its [[label]] tables");
+    c->add_option("--config", o.config, "ChainMail's settings, TOML, as of pliant deform");
+    c->add_option("--directions", o.directions,
+                  "field of directions for the [[label]] tables of --config");
     c->add_option_function<int>(
          "--port",
          [&o](int port) {
@@ -53,6 +60,7 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->footer(
         "Other scans are opened, and the deformed one is saved, in the page.\n"
         "Examples:\n  pliant serve scan.nrrd --session scan.pls\n  pliant serve "
+        "scan.nrrd --labels organs.seg.nrrd\n  pliant serve "
         "scenes/vessel_phantom.toml\n  pliant serve scan.nrrd --host 0.0.0.0 --certificate "
         "class.pem --key class.key");
 }

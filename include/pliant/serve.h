@@ -33,6 +33,10 @@ namespace pliant {
 struct ServerSettings {
     std::string file{};    ///< scan, or folder of DICOM slices; empty: the airway phantom
     std::string series{};  ///< DICOM series, for a folder with several
+    std::string labels{};  ///< label map that is shown over the scan; empty: none
+    /// ChainMail's settings, TOML. Its [[label]] tables take the label map, which then must be on
+    /// the scan's grid, and the directions. A session refers to these files.
+    std::string config{}, directions{};
     Vec3i phantom_size{128, 128, 128};
     int port = 0;  ///< 0: a free port
     /// Address of this machine to listen on, such as 0.0.0.0 for all of them. Others than the

@@ -12,9 +12,11 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "protocol/frames.h"
 #include "protocol/haptic_state.h"
@@ -129,6 +131,25 @@ struct ReplayMessage {
     std::optional<bool> is_playing{};
     std::optional<double> speed{}, at_ms{};
 };
+/// Requests the label map beside the scan, or cancels it.
+struct LabelsMessage {
+    bool on = false;
+};
+/// Requests the marks of all clients and their changes, or cancels them.
+struct MarksMessage {
+    bool on = false;
+};
+enum class MarkKind : std::uint8_t { None = 0, Point = 1, Ruler = 2, Angle = 3, Curve = 4 };
+/// Sets a mark, or deletes it.
+struct MarkMessage {
+    std::string key{};               ///< chosen by the client that made it
+    MarkKind kind = MarkKind::None;  ///< None: deleted
+    std::string name{};
+    std::vector<Vec3d> rest_mm{};  ///< positions at rest
+    bool shown = true;
+
+    friend bool operator==(const MarkMessage&, const MarkMessage&) = default;
+};
 /// Empty fields take the scene's values.
 struct PathMessage {
     Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
@@ -144,7 +165,8 @@ using Action =
                  IsoCommand, UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand,
                  HelloMessage, ToolMessage, ChecksumMessage, SeenMessage, PingMessage,
                  OverlayMessage, PathMessage, HapticsMessage, HapticPoseMessage, VesselMessage,
-                 RestMessage, CameraMessage, FollowMessage, ReplayMessage>;
+                 RestMessage, CameraMessage, FollowMessage, ReplayMessage, LabelsMessage,
+                 MarksMessage, MarkMessage>;
 
 struct Message {
     std::uint32_t id = 0;
@@ -166,5 +188,9 @@ struct ParseFailure {
 std::variant<Message, ParseFailure> parse_message(std::string_view text);
 /// Converts a message to text, for the session's file and for clients.
 std::string text_of(const Message& message);
+/// Announces a changed or deleted mark.
+std::string mark_text(const MarkMessage& mark);
+/// Announces all marks.
+std::string marks_text(std::span<const MarkMessage> marks);
 
 }  // namespace pliant::serve

@@ -101,13 +101,16 @@ class Fields {
         if (!m_failure && !(norm(v) > 1e-6)) out_of_range(key, "a direction", m_object[key]);
         return v;
     }
-    std::vector<Vec3d> line(const char* key) {
+    std::vector<Vec3d> line(const char* key, std::size_t least = 2,
+                            std::size_t most = kMaxLinePoints) {
         std::vector<Vec3d> points;
         const Json* value = find(key, false);
         if (!value) return points;
         if (!value->is_array()) return wrong_type(key, "a list of points", *value), points;
-        if (value->size() < 2 || value->size() > kMaxLinePoints)
-            return out_of_range(key, "2…1000 points", *value), points;
+        if (value->size() < least || value->size() > most)
+            return out_of_range(key, std::to_string(least) + "…" + std::to_string(most) + " points",
+                                *value),
+                   points;
         for (const Json& point : *value) points.push_back(vector_of(key, point, kMaxPlaceMm));
         return points;
     }
@@ -323,6 +326,22 @@ Action read_haptics(Fields& f) {
     return haptics;
 }
 
+constexpr const char* kMarkKinds[] = {"none", "point", "ruler", "angle", "curve"};
+
+Action read_mark(Fields& f) {
+    constexpr std::pair<std::size_t, std::size_t> kCounts[] = {
+        {0, 0}, {1, 1}, {2, 2}, {3, 3}, {2, kMaxMarkPoints}};
+    MarkMessage mark;
+    mark.key = f.text("key", 64, {});
+    const std::size_t kind = f.choice("kind", {"none", "point", "ruler", "angle", "curve"});
+    mark.kind = MarkKind(kind);
+    if (mark.kind == MarkKind::None) return mark;
+    mark.name = f.text("name", 320, "");
+    mark.rest_mm = f.line("points", kCounts[kind].first, kCounts[kind].second);
+    mark.shown = f.flag("shown", true);
+    return mark;
+}
+
 using Reader = Action (*)(Fields&);
 template <class T>
 Action nothing(Fields&) {
@@ -330,7 +349,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, plus slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 32> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 35> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false, 0); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -371,6 +390,9 @@ const std::array<std::pair<const char*, Reader>, 32> kReaders = {{
     {"camera", read_camera},
     {"follow", [](Fields& f) -> Action { return FollowMessage{f.whole("client", 0, {})}; }},
     {"replay", read_replay},
+    {"labels", [](Fields& f) -> Action { return LabelsMessage{f.flag("on", {})}; }},
+    {"marks", [](Fields& f) -> Action { return MarksMessage{f.flag("on", {})}; }},
+    {"mark", read_mark},
     {"slide", [](Fields& f) { return read_push(f, true, 0.01); }},
 }};
 
@@ -379,6 +401,15 @@ Json json_of(Vec3d v) {
 }
 Json json_of(Vec3f v) {
     return {v.x, v.y, v.z};
+}
+Json json_of_mark(const MarkMessage& mark) {
+    Json o = {{"key", mark.key}, {"kind", kMarkKinds[std::size_t(mark.kind)]}};
+    if (mark.kind == MarkKind::None) return o;
+    o["name"] = mark.name;
+    o["points"] = Json::array();
+    for (const Vec3d& point : mark.rest_mm) o["points"].push_back(json_of(point));
+    o["shown"] = mark.shown;
+    return o;
 }
 
 void write(Json& o, const PushCommand& c) {
@@ -453,6 +484,15 @@ void write(Json& o, const ReplayMessage& c) {
     if (c.is_playing) o["playing"] = *c.is_playing;
     if (c.speed) o["speed"] = *c.speed;
     if (c.at_ms) o["at_ms"] = *c.at_ms;
+}
+void write(Json& o, const LabelsMessage& c) {
+    o["on"] = c.on;
+}
+void write(Json& o, const MarksMessage& c) {
+    o["on"] = c.on;
+}
+void write(Json& o, const MarkMessage& c) {
+    o.update(json_of_mark(c));
 }
 void write(Json& o, const HelloMessage& c) {
     o["protocol"] = c.protocol;
@@ -541,6 +581,19 @@ std::string text_of(const Message& message) {
     if (message.id) json["id"] = message.id;
     std::visit([&](const auto& action) { write(json, action); }, message.action);
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string mark_text(const MarkMessage& mark) {
+    Json json = json_of_mark(mark);
+    json["t"] = "mark";
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string marks_text(std::span<const MarkMessage> marks) {
+    Json list = Json::array();
+    for (const MarkMessage& mark : marks) list.push_back(json_of_mark(mark));
+    return Json{{"t", "marks"}, {"marks", list}}.dump(-1, ' ', false,
+                                                      Json::error_handler_t::replace);
 }
 
 }  // namespace pliant::serve

@@ -27,6 +27,8 @@ inline constexpr std::uint16_t kFormatVoxels = 1;  ///< [HU]
 enum class OverlayKind : std::uint8_t { None = 0, Displacement = 1, Jacobian = 2 };
 /// Nodes of a rest field, four half floats each; the box is in nodes (pliant/resample.h).
 inline constexpr std::uint16_t kFormatRest = 4;
+/// Labels: 0 without one, else the number in the list of the message `labels`, from 1.
+inline constexpr std::uint16_t kFormatLabels = 5;
 /// Half floats per voxel or node of a box.
 constexpr std::uint64_t halves_each(std::uint16_t format) {
     return format == kFormatRest ? 4 : 1;

@@ -73,6 +73,12 @@ inline constexpr std::chrono::seconds kSourcesTime{5};
 inline constexpr std::size_t kMaxSurfaceNodes = std::size_t(1) << 18;
 inline constexpr double kMaxInsert_mm_s = 100, kMaxRotate_deg_s = 720, kMaxBend_deg = 180;
 
+// Labels and marks.
+inline constexpr std::int64_t kMaxLabelVoxels = std::int64_t(1) << 19;  ///< sent per step
+inline constexpr std::size_t kMaxLabels = 2047;  ///< half floats are exact for their numbers
+inline constexpr std::size_t kMaxMarks = 256;
+inline constexpr std::size_t kMaxMarkPoints = 500;
+
 // Paths through the lumen, searched in the background.
 inline constexpr std::size_t kMaxPathSearches = 2;  ///< simultaneous searches, one per client
 inline constexpr std::int64_t kMaxPathVoxels = 24'000'000;

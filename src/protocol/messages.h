@@ -11,6 +11,7 @@
 #include <pliant/scan_values.h>
 #include <pliant/volume.h>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -102,6 +103,15 @@ struct FeltEnergy {
     Vec3d energy_per_mm;  ///< per path, against the motion [mm² · weight/mm]
 };
 
+/// A label of the map beside the scan.
+struct LabelInfo {
+    int value = 0;                                  ///< in the file
+    std::string name{};                             ///< empty: the file has none
+    std::optional<std::array<double, 3>> colour{};  ///< sRGB, 0…1
+    std::int64_t voxels = 0;
+    Vec3d centre_mm{0, 0, 0};  ///< mean position at rest
+};
+
 struct Welcome {
     ClientInfo client{};
     std::string resume{};
@@ -147,6 +157,9 @@ struct TimelineMark {
     std::string name{};
 };
 std::string replay_marks_text(std::span<const TimelineMark> marks);
+/// Lists the labels of a map. @param name  of its file; empty: there is none
+std::string labels_text(std::uint32_t volume, const std::string& name,
+                        std::span<const LabelInfo> labels);
 /// List of series as JSON.
 std::string series_text(std::span<const DicomSeries> list);
 std::string pong_text(std::uint32_t id);

@@ -154,9 +154,9 @@ std::string hex_text(std::uint64_t number, int digits) {
 std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                          const SharedState& state) {
     const Json features =
-        welcome.is_watched ? Json{"save", "overlay", "path", "vessel", "rest", "follow", "replay"}
-                           : Json{"save",    "open",   "overlay", "path",  "tissue",
-                                  "haptics", "vessel", "rest",    "follow"};
+        welcome.is_watched
+            ? Json{"save", "overlay", "path", "vessel", "rest", "labels", "follow", "replay"}
+            : Json{"save", "open", "overlay", "path", "tissue", "haptics", "vessel", "rest", "labels", "marks", "follow"};
     Json json = json_of(welcome.client);
     json.update({{"t", "welcome"},
                  {"protocol", kProtocolVersion},
@@ -265,6 +265,20 @@ std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume
                          {"length_mm", short_number(path.length_mm)},
                          {"points", points},
                          {"radii", radii}});
+}
+
+std::string labels_text(std::uint32_t volume, const std::string& name,
+                        std::span<const LabelInfo> labels) {
+    Json list = Json::array();
+    for (const LabelInfo& label : labels) {
+        Json one = {{"value", label.value},
+                    {"name", label.name},
+                    {"voxels", label.voxels},
+                    {"centre_mm", json_of(label.centre_mm)}};
+        if (label.colour) one["colour"] = *label.colour;
+        list.push_back(std::move(one));
+    }
+    return text_of_json({{"t", "labels"}, {"volume", volume}, {"name", name}, {"labels", list}});
 }
 
 std::string series_text(std::span<const DicomSeries> list) {

@@ -26,7 +26,8 @@ double ms_between(Clock::time_point from, Clock::time_point to) {
 
 Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz,
          std::uint64_t open_bytes)
-    : m_scene(std::move(scene)),
+    : m_grid(scene->info().grid),
+      m_scene(std::move(scene)),
       m_log(std::move(log)),
       m_period(std::chrono::nanoseconds(1'000'000'000 / rate_hz)),
       m_open_bytes(open_bytes),

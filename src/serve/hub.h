@@ -31,6 +31,8 @@
 #include "serve/client.h"
 #include "serve/device_feed.h"
 #include "serve/feed.h"
+#include "serve/label_feed.h"
+#include "serve/mark_feed.h"
 #include "serve/overlay_feed.h"
 #include "serve/path_feed.h"
 #include "serve/playback_feed.h"
@@ -80,6 +82,12 @@ class Hub final : private FeedHost {
     /// takes time that another thread should spend.
     void open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> done);
 
+    /// Shows a label map to all clients; null: none. Calls back on the owner's thread.
+    /// @param done  with whether it is on the scene's grid; else nothing changes
+    void show_labels(std::shared_ptr<const LabelMap> map, std::function<void(bool)> done);
+    /// Grid of the present scan. Thread-safe.
+    Grid grid() const;
+
     /// Number of steps so far. Thread-safe.
     std::int64_t ticks() const { return m_ticks; }
     /// Runs until a stop is requested, then closes all connections.
@@ -99,9 +107,14 @@ class Hub final : private FeedHost {
         NewScene scene;
         std::function<void(std::unique_ptr<Scene> old)> done;
     };
+    struct Labelling {
+        std::shared_ptr<const LabelMap> map;
+        std::function<void(bool)> done;
+    };
     struct Event {
         ConnectionId connection;
-        std::variant<Opened, Message, ParseFailure, Written, Closed, Saving, Opening> what;
+        std::variant<Opened, Message, ParseFailure, Written, Closed, Saving, Opening, Labelling>
+            what;
     };
     struct Newcomer {
         bool may_control;
@@ -134,6 +147,7 @@ class Hub final : private FeedHost {
     void take(ConnectionId connection, Closed&);
     void take(ConnectionId connection, Saving& saving);
     void take(ConnectionId connection, Opening& opening);
+    void take(ConnectionId connection, Labelling& labelling);
     void begin_anew(Client& client);
     void say_hello(ConnectionId connection, const HelloMessage& hello);
     void answer(Client& client, Message message);
@@ -189,7 +203,8 @@ class Hub final : private FeedHost {
     SharedState shared_state() const;
 
     std::atomic<std::int64_t> m_ticks = 0;
-    std::mutex m_mutex;  ///< of the inbox
+    mutable std::mutex m_mutex;  ///< of the inbox and the grid
+    Grid m_grid;                 ///< of the present scan
     std::condition_variable_any m_wake;
     std::vector<Event> m_inbox;
 
@@ -244,8 +259,10 @@ class Hub final : private FeedHost {
     PathFeed m_paths{*this};
     CameraFeed m_cameras{*this};
     PlaybackFeed m_playback{*this};
-    std::array<Feed*, 7> m_feeds{&m_device, &m_overlays, &m_rest,    &m_vessel,
-                                 &m_paths,  &m_cameras,  &m_playback};
+    LabelFeed m_labels{*this};
+    MarkFeed m_marks{*this};
+    std::array<Feed*, 9> m_feeds{&m_device, &m_overlays, &m_rest,     &m_vessel, &m_paths,
+                                 &m_labels, &m_marks,    &m_cameras,  &m_playback};
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

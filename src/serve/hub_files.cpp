@@ -19,6 +19,23 @@ void Hub::open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> d
     post({0, Opening{std::move(scene), std::move(done)}});
 }
 
+void Hub::show_labels(std::shared_ptr<const LabelMap> map, std::function<void(bool)> done) {
+    post({0, Labelling{std::move(map), std::move(done)}});
+}
+
+Grid Hub::grid() const {
+    const std::lock_guard lock(m_mutex);
+    return m_grid;
+}
+
+/// Another scan may have been opened while the map was read.
+void Hub::take(ConnectionId, Labelling& labelling) {
+    const bool fits = !labelling.map || labelling.map->grid == m_scene->info().grid;
+    if (fits) m_labels.show(labelling.map);
+    m_worked = true;
+    labelling.done(fits);
+}
+
 void Hub::take(ConnectionId, Saving& saving) {
     const auto writer = [&]() -> Result<FileWriter> {
         try {
@@ -43,6 +60,10 @@ void Hub::take(ConnectionId, Opening& opening) {
     opening.scene.scene->set_volume_id(m_scene->info().id + 1);
     for (Feed* feed : m_feeds) feed->leave_scene();
     std::swap(m_scene, opening.scene.scene);
+    {
+        const std::lock_guard lock(m_mutex);
+        m_grid = m_scene->info().grid;
+    }
     m_deformed = std::move(deformed);
     note(SessionOpen{std::move(opening.scene.recorded)});
     ++m_step;

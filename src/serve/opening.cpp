@@ -102,6 +102,28 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::strin
 
 }  // namespace
 
+Result<std::shared_ptr<const LabelMap>> open_labels(Upload& upload, const Grid& scan,
+                                                    const std::function<bool()>& give_up) {
+    using Labels = Result<std::shared_ptr<const LabelMap>>;
+    const auto file = find_scan(upload);
+    if (!file.ok()) return file.error();
+    const auto plain = [&](const std::string& message) {
+        return without_folders(message, upload, *file);
+    };
+    try {
+        if (Status status = check_header_of(*file); !status)
+            return Error{status.error().code, plain(status.error().message)};
+        const TaskArena alone(1);
+        auto labels = read_label_map(*file, scan, alone, give_up);
+        return labels.ok() ? std::move(labels)
+                           : Labels(Error{labels.error().code, plain(labels.error().message)});
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::LimitExceeded, plain(file->string()) + ": not enough memory"};
+    } catch (const fs::filesystem_error& error) {
+        return Error{ErrorCode::Unreadable, plain(error.what())};
+    }
+}
+
 Result<Opened> open_upload(Upload& upload, const std::string& series,
                            const std::shared_ptr<const MakeTissue>& own_tissue,
                            const TaskArena& arena, const std::function<bool()>& give_up) {

@@ -29,4 +29,10 @@ Result<Opened> open_upload(Upload& upload, const std::string& series,
                            const std::shared_ptr<const MakeTissue>& own_tissue,
                            const TaskArena& arena, const std::function<bool()>& give_up = {});
 
+/// Reads a label map for a scan's grid. Runs on a disk thread.
+/// @param give_up  polled while the map is read; may be empty
+/// @returns one line that names the file as the client does
+Result<std::shared_ptr<const LabelMap>> open_labels(Upload& upload, const Grid& scan,
+                                                    const std::function<bool()>& give_up = {});
+
 }  // namespace pliant::serve

@@ -130,8 +130,15 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
                               .straighten = settings.straighten};
     if (settings.own_tissue)
         source.own_tissue = std::make_shared<const MakeTissue>(settings.own_tissue);
-    if (!settings.file.empty())
-        source.file = std::filesystem::absolute(settings.file, error).lexically_normal().string();
+    const auto absolute = [&](const std::string& file) {
+        if (file.empty()) return file;
+        return std::filesystem::absolute(file, error).lexically_normal().string();
+    };
+    source.file = absolute(settings.file);
+    source.config = absolute(settings.config);
+    // Without settings it is shown only.
+    if (!settings.config.empty()) source.labels = absolute(settings.labels);
+    source.directions = absolute(settings.directions);
     if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
         return go_on(settings.session, source, settings.file.empty(), arena);
     auto scene = serve::Scene::open(source, arena);
@@ -184,6 +191,10 @@ SettingRows<ServerSettings> server_rows() noexcept {
     static constexpr Setting<S> kRows[] = {
         setting<&S::file>({.name = "file", .text = "scan; empty: the airway phantom"}),
         setting<&S::series>({.name = "series", .text = "DICOM series of a folder with several"}),
+        setting<&S::labels>({.name = "labels", .text = "label map over the scan; empty: none"}),
+        setting<&S::config>({.name = "config", .text = "ChainMail's settings, TOML"}),
+        setting<&S::directions>(
+            {.name = "directions", .text = "field of directions for its label materials"}),
         setting<&S::port>({.name = "port", .low = 0, .high = 65535, .text = "0: a free port"}),
         setting<&S::host>({.name = "host",
                            .text = "address of this machine to listen on; 0.0.0.0: all, with a "
@@ -230,6 +241,9 @@ Result<serve::Address> address_of(const ServerSettings& settings) {
 
 Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& arena) {
     if (const Status status = check(settings, server_rows()); !status.ok()) return status.error();
+    if (settings.config.empty() && !settings.directions.empty())
+        return about("directions", ErrorCode::InvalidArgument,
+                     "expected settings with [[label]] tables as well, found none");
     auto address = address_of(settings);
     if (!address.ok()) return address.error();
     auto opened = open_scene(settings, arena);
@@ -237,6 +251,12 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     auto tokens = settings.session.empty() ? Result<serve::Tokens>(serve::random_tokens())
                                            : serve::tokens_of_session(settings.session);
     if (!tokens.ok()) return tokens.error();
+    std::shared_ptr<const serve::LabelMap> labels;
+    if (!settings.labels.empty()) {
+        auto read = serve::read_label_map(settings.labels, opened->scene->info().grid, arena);
+        if (!read.ok()) return about("labels", read.error().code, read.error().message);
+        labels = std::move(*read);
+    }
     auto impl = std::make_unique<Impl>();
     impl->notes = std::move(opened->notes);
     const std::string remark =
@@ -249,6 +269,7 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
                                              settings.rate_hz, settings.max_upload_bytes);
     impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
     impl->hub->bound_springs(settings.max_spring_nodes);
+    if (labels) impl->hub->show_labels(std::move(labels), [](bool) {});
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     const bool is_watched = opened->watched.has_value();
     if (is_watched) impl->hub->watch(std::move(*opened->watched), arena);

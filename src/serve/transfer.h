@@ -74,8 +74,11 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     void begin_reading();
     void file_is_there();
     void read_scan();
+    void read_labels();
     void watch_client();
     void hand_over(Result<Opened> opened);
+    void refuse(const pliant::Error& error);
+    void finish(bool is_open);
     void give_up(const Refusal& refusal);
     void fail();
 
@@ -102,6 +105,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     std::uint64_t m_size = 0, m_moved = 0;  ///< size of the file, and transferred part
     std::size_t m_discarded = 0;
     bool m_is_single = false;             ///< the only file of its scan
+    bool m_is_labels = false;             ///< a label map instead of a scan
     std::atomic<bool> m_is_gone = false;  ///< the client hung up while its scan was read
     std::chrono::steady_clock::time_point m_begin = std::chrono::steady_clock::now();
 };

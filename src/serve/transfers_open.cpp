@@ -42,10 +42,11 @@ void Transfers::Desk::wait_for_more(std::chrono::seconds most) {
 }
 
 void Transfer::open(std::string_view path) {
-    m_is_single = path == "/open";
+    m_is_labels = path == "/open/labels";
+    m_is_single = path == "/open" || m_is_labels;
     const bool is_done = path == "/open/done", gives_up = path == "/open/drop";
     if (!m_is_single && !is_done && !gives_up && path != "/open/part")
-        return answer(404, "expected /open, /open/part, /open/done or /open/drop");
+        return answer(404, "expected /open, /open/labels, /open/part, /open/done or /open/drop");
     const std::string id = m_is_single ? "" : parameter("upload");
     if (!m_is_single && !is_upload_id(id))
         return answer(400, "upload: expected 1…64 letters and digits");
@@ -109,6 +110,7 @@ void Transfer::take_piece(std::size_t size, bool is_last) {
 }
 
 void Transfer::file_is_there() {
+    if (m_is_labels) return read_labels();
     if (m_is_single) return read_scan();
     m_desk.opening.reset();
     m_desk.wait_for_more(kUploadPause);
@@ -141,14 +143,41 @@ void Transfer::read_scan() {
         [this](Result<Opened> opened) { hand_over(std::move(opened)); });
 }
 
+void Transfer::read_labels() {
+    watch_client();
+    using Labels = Result<std::shared_ptr<const LabelMap>>;
+    on_disk(
+        [this, upload = m_desk.upload, grid = m_desk.hub.grid()]() -> Labels {
+            return open_labels(*upload, grid, [this] { return m_is_gone || m_desk.is_ending; });
+        },
+        [this](Labels labels) {
+            if (!labels.ok()) return refuse(labels.error());
+            m_desk.drop_upload();
+            m_desk.hub.show_labels(std::move(*labels),
+                                   [weak = weak_from_this(), context = &m_desk.context](bool fits) {
+                                       asio::post(*context, [weak, fits] {
+                                           if (const auto self = weak.lock()) self->finish(fits);
+                                       });
+                                   });
+        });
+}
+
+void Transfer::refuse(const pliant::Error& error) {
+    const ErrorCode code = error.code;
+    const unsigned status = code == ErrorCode::LimitExceeded ? 413
+                            : code == ErrorCode::Unwritable  ? 507
+                                                             : 400;
+    give_up({status, error.message});
+}
+
+void Transfer::finish(bool is_open) {
+    m_desk.opening.reset();
+    is_open ? answer(200, "opened")
+            : answer(400, "labels: another scan was opened meanwhile; expected its labels");
+}
+
 void Transfer::hand_over(Result<Opened> opened) {
-    if (!opened.ok()) {
-        const ErrorCode code = opened.error().code;
-        const unsigned status = code == ErrorCode::LimitExceeded ? 413
-                                : code == ErrorCode::Unwritable  ? 507
-                                                                 : 400;
-        return give_up({status, opened.error().message});
-    }
+    if (!opened.ok()) return refuse(opened.error());
     if (const auto* choices = std::get_if<std::vector<DicomSeries>>(&*opened)) {
         m_desk.opening.reset();
         m_desk.wait_for_more(kChoiceTime);
@@ -162,10 +191,7 @@ void Transfer::hand_over(Result<Opened> opened) {
             asio::post(*disk,
                        [gone = std::shared_ptr<Scene>(std::move(old))]() mutable { gone.reset(); });
             asio::post(*context, [weak] {
-                const auto self = weak.lock();
-                if (!self) return;
-                self->m_desk.opening.reset();
-                self->answer(200, "opened");
+                if (const auto self = weak.lock()) self->finish(true);
             });
         });
 }

@@ -121,6 +121,10 @@ Json json_of(const SessionHeader& header) {
         if (header.source.frame) source["frame"] = *header.source.frame;
         if (header.source.straighten) source["straighten"] = true;
     }
+    for (const auto& [key, file] :
+         {std::pair{"config", &header.source.config}, std::pair{"labels", &header.source.labels},
+          std::pair{"directions", &header.source.directions}})
+        if (!file->empty()) source[key] = *file;
     return {{"source", source}, {"scan", hex_text(header.scan_hash, 16)}};
 }
 
@@ -143,6 +147,9 @@ Result<SessionHeader> header_of(const Json& json) {
     }
     if (const auto option = source->find("straighten"); option != source->end())
         header.source.straighten = option->is_boolean() && option->get<bool>();
+    header.source.config = string_at(*source, "config");
+    header.source.labels = string_at(*source, "labels");
+    header.source.directions = string_at(*source, "directions");
     if (!header.source.file.empty()) return header;
     header.source.phantom = string_at(*source, "phantom");
     const auto size = source->find("size");

@@ -3,6 +3,7 @@
 
 #include "session/source.h"
 
+#include <pliant/files.h>
 #include <pliant/resample.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/errors.h"
 #include "core/hash.h"
 #include "protocol/limits.h"
 
@@ -116,6 +118,34 @@ void suit(LoadedScan& loaded, const ReadNotes& notes) {
     suit_materials(values, loaded.settings);
 }
 
+/// Reads ChainMail's settings and its label materials. Empty names leave the settings as they are.
+Status load_materials(const SceneSource& source, LoadedScan& loaded) {
+    if (source.config.empty()) return Ok{};
+    auto settings = read_chainmail_settings(source.config);
+    if (!settings.ok()) return settings.error();
+    loaded.settings = std::move(*settings);
+    Hash64 hash;
+    hash.add_word(loaded.hash);
+    const auto text = read_small_file(source.config, kMaxSmallFileBytes, "a settings file");
+    if (!text.ok()) return text.error();
+    hash.add(std::span<const char>(*text));
+    if (!source.labels.empty() && !loaded.settings.label_materials.empty()) {
+        auto labels = read_volume(source.labels);
+        if (!labels.ok()) return about("labels", labels.error().code, labels.error().message);
+        hash.add_word(hash_volume(*labels));
+        loaded.settings.labels = std::make_shared<const Volume>(std::move(*labels));
+    }
+    if (!source.directions.empty()) {
+        auto directions = read_vector_field(source.directions);
+        if (!directions.ok())
+            return about("directions", directions.error().code, directions.error().message);
+        hash.add(std::span<const Vec3f>(directions->vectors_mm));
+        loaded.settings.directions = std::make_shared<const VectorField>(std::move(*directions));
+    }
+    loaded.hash = hash.value();
+    return Ok{};
+}
+
 }  // namespace
 
 bool is_vessel_scene(const std::filesystem::path& file) {
@@ -167,7 +197,6 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
     if (value_of(keys, "polarity") == "falling") loaded.polarity = Polarity::Falling;
     if (const auto bone = number_of(keys, "bone_threshold_hu"))
         loaded.settings.bone_threshold_hu = std::clamp(*bone, -32768.0, 32768.0);
-    loaded.settings.history_max_steps = kHistorySteps;
     if (!loaded.info.landmarks.empty())
         loaded.info.start = Endoscope{.eye_mm = loaded.info.landmarks[0].eye_mm,
                                       .look = loaded.info.landmarks[0].look};
@@ -177,6 +206,8 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         loaded.info.start = view_of_whole(loaded.volume);
     loaded.hash = hash_volume(loaded.volume);
     if (loaded.vessel) loaded.hash = hash_of(*loaded.vessel, loaded.hash);
+    if (const Status status = load_materials(source, loaded); !status.ok()) return status.error();
+    loaded.settings.history_max_steps = kHistorySteps;
     loaded.own_tissue = source.own_tissue;
     return loaded;
 }

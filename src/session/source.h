@@ -25,6 +25,8 @@ namespace pliant::serve {
 struct SceneSource {
     std::string file{};  ///< or folder; absolute. Empty: a phantom
     std::string series{};
+    // ChainMail's settings and the files of its label materials; absolute, may be empty.
+    std::string config{}, labels{}, directions{};
     std::string phantom = "airway";
     Vec3i phantom_size{128, 128, 128};
     std::shared_ptr<const MakeTissue> own_tissue{};  ///< null: ChainMail, or the vessel
@@ -33,7 +35,8 @@ struct SceneSource {
 
     /// Whether two sources name the same scan.
     friend bool operator==(const SceneSource& a, const SceneSource& b) {
-        return a.file == b.file && a.series == b.series && a.phantom == b.phantom &&
+        return a.file == b.file && a.series == b.series && a.config == b.config &&
+               a.labels == b.labels && a.directions == b.directions && a.phantom == b.phantom &&
                a.phantom_size == b.phantom_size && a.frame == b.frame &&
                a.straighten == b.straighten;
     }
@@ -45,7 +48,8 @@ struct LoadedScan {
     VolumeInfo info;
     double iso_hu = -500;  ///< initial threshold
     Polarity polarity = Polarity::Rising;
-    std::uint64_t hash = 0;                      ///< hash_volume, combined with the vessel's hash
+    /// hash_volume, combined with the hashes of the vessel and of materials from files
+    std::uint64_t hash = 0;
     std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
     std::shared_ptr<const MakeTissue> own_tissue{};
 };

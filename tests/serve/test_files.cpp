@@ -128,7 +128,7 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     TestClient a(port(), m_server->link());
     a.enter();
     EXPECT_EQ(a.welcome["features"], Json({"save", "open", "overlay", "path", "tissue", "haptics",
-                                           "vessel", "rest", "follow"}));
+                                           "vessel", "rest", "labels", "marks", "follow"}));
     EXPECT_EQ(a.welcome["open_bytes"], kMaxUpload);
     ChainMailSettings settings;
     settings.bone_threshold_hu = 3000;

@@ -6,6 +6,7 @@
 import './style.css';
 import './hand.css';
 import './windows.css';
+import './marks.css';
 import { Connection } from './net/connection.ts';
 import { h } from './panels/dom.ts';
 import { Drawer } from './panels/drawer.ts';
@@ -134,6 +135,7 @@ function start(): void {
         chooseSeries,
         askToReplace,
     });
+    session.labelMap.send = (file) => files.openLabels(file);
     const overlay = new Overlay(session, (view) => actions.toggleMaximised(view));
     const legend = new Legend(session);
     const status = new StatusBar(session, message);
@@ -176,6 +178,7 @@ function start(): void {
         cancel: () => {
             pointer.cancel();
             session.path.cancel();
+            session.marks.cancel();
             files.cancel();
             session.movie.stop();
             tour.stop();

@@ -65,6 +65,9 @@ export class MockScene {
     };
     readonly undoSteps: Snapshot[] = [];
     redoSteps: Snapshot[] = [];
+    /// Labels at rest: name of the file, values in use, and the number of each voxel.
+    labels:
+        { name: string; values: number[]; names: Map<number, string>; at: Uint8Array } | undefined;
     onChange: (box: Box) => void = () => {};
     /// Offset from each voxel to the position whose value it shows [mm].
     private warp: Float32Array = new Float32Array(3 * voxelCount(kGrid));
@@ -103,6 +106,35 @@ export class MockScene {
     restAt(index: number): number[] {
         const back = [0, 1, 2].map((a) => this.warp[3 * index + a]!);
         return [...back.map((x) => 0 - x), this.gone[index] ? 1 : 0];
+    }
+
+    /// Reads a raw NRRD file of bytes on this grid.
+    readLabels(name: string, file: Buffer): string | undefined {
+        const end = file.indexOf('\n\n');
+        const head = file.subarray(0, end).toString('latin1');
+        const bytes = file.subarray(end + 2);
+        if (!head.startsWith('NRRD') || bytes.length !== voxelCount(kGrid))
+            return `${name}: expected a label map`;
+        const values = [...new Set(bytes)].filter((v) => v > 0).sort((a, b) => a - b);
+        const names = new Map<number, string>();
+        for (const [, n, value] of head.matchAll(/^Segment(\d+)_LabelValue:=(\d+)$/gm))
+            names.set(
+                Number(value),
+                new RegExp(`^Segment${n}_Name:=(.*)$`, 'm').exec(head)?.[1] ?? '',
+            );
+        const at = Uint8Array.from(bytes, (v) => values.indexOf(v) + 1);
+        this.labels = { name, values, names, at };
+        return undefined;
+    }
+
+    /// Number of the label that a voxel shows.
+    labelAt(index: number): number {
+        if (!this.labels || this.gone[index]) return 0;
+        const [nx, ny] = kGrid.size;
+        const p = [index % nx, Math.floor(index / nx) % ny, Math.floor(index / (nx * ny))];
+        const from = p.map((x, a) => Math.round(x + this.warp[3 * index + a]! / kGrid.spacing[a]!));
+        if (from.some((x, a) => x < 0 || x >= kGrid.size[a]!)) return 0;
+        return this.labels.at[from[0]! + nx * (from[1]! + ny * from[2]!)]!;
     }
 
     remember(name: string, stroke: string): void {

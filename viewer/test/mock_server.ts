@@ -11,7 +11,7 @@ import { type Box, boxCount } from '../src/maths/grid.ts';
 import { halfOfFloat } from '../src/maths/half.ts';
 import { Path } from '../src/maths/path.ts';
 import { norm, sub, type Vec3 } from '../src/maths/vec.ts';
-import { kRestFormat } from '../src/net/protocol.ts';
+import { kLabelFormat, kRestFormat } from '../src/net/protocol.ts';
 import { kRestStep, restCounts } from '../src/views/rest_field.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
@@ -37,6 +37,8 @@ interface Client {
     tool: Buffer | undefined;
     overlay: string;
     rest: boolean;
+    labels: boolean;
+    marks: boolean;
 }
 
 /// Grows a box by a voxel on each side: volume changes depend on neighbours.
@@ -75,6 +77,7 @@ export class MockServer {
     private nextNumber = 1;
     overlaysSeen = 0;
     restsSeen = 0;
+    private readonly marks = new Map<string, Message>();
     private relaxing = false;
     private readonly server: Server;
 
@@ -111,6 +114,7 @@ export class MockServer {
                 this.sendBox(client, box, true);
                 if (client.overlay !== 'none') this.sendOverlay(client, grown(box));
                 if (client.rest) this.sendRest(client, box);
+                if (client.labels && this.scene.labels) this.sendLabels(client, box);
             }
         };
     }
@@ -133,6 +137,13 @@ export class MockServer {
         else if (url.pathname === '/open/part') {
             this.parts.push(name);
             answer(200, 'taken');
+        } else if (url.pathname === '/open/labels') {
+            const fault = this.scene.readLabels(name, body);
+            if (fault) answer(400, fault);
+            else {
+                for (const client of this.clients) if (client.labels) this.tellLabels(client);
+                answer(200, 'opened');
+            }
         } else if (url.pathname === '/open' && !body.toString('latin1').startsWith('NRRD'))
             answer(400, `${name}: is no NRRD file`);
         else {
@@ -147,9 +158,11 @@ export class MockServer {
         this.scene.step = step + 1;
         this.watchScene();
         ++this.volumeId;
+        this.marks.clear();
         this.scanName = name;
         for (const client of this.clients) {
             client.tool = undefined;
+            client.labels = client.marks = false;
             client.socket.text({ t: 'volume', ...this.volume() });
             this.sendSnapshot(client);
         }
@@ -213,6 +226,8 @@ export class MockServer {
             tool: undefined,
             overlay: 'none',
             rest: false,
+            labels: false,
+            marks: false,
         };
         this.clients.add(client);
         socket.text({
@@ -224,7 +239,7 @@ export class MockServer {
             resume: client.resume,
             resumed,
             rate_hz: 60,
-            features: ['save', 'open', 'overlay', 'path', 'rest'],
+            features: ['save', 'open', 'overlay', 'path', 'rest', 'labels', 'marks'],
             open_bytes: 100_000_000,
             volume: this.volume(),
             state: this.state(),
@@ -293,6 +308,23 @@ export class MockServer {
             const end = Math.min(k + kSlab, nz);
             this.sendBox(client, { begin: [0, 0, k], end: [nx, ny, end] }, end === nz);
         }
+    }
+
+    private tellLabels(client: Client): void {
+        const { labels } = this.scene;
+        const list = (labels?.values ?? []).map((value, n) => ({
+            value,
+            name: labels!.names.get(value) ?? '',
+            voxels: labels!.at.filter((x) => x === n + 1).length,
+            centre_mm: [0, 0, 0],
+        }));
+        const name = labels?.name ?? '';
+        client.socket.text({ t: 'labels', volume: this.volumeId, name, labels: list });
+        if (labels) this.sendLabels(client, { begin: [0, 0, 0], end: kGrid.size });
+    }
+
+    private sendLabels(client: Client, box: Box): void {
+        this.sendBox(client, box, true, kLabelFormat, (i) => halfOfFloat(this.scene.labelAt(i)));
     }
 
     private sendOverlay(client: Client, box: Box): void {
@@ -391,6 +423,7 @@ export class MockServer {
         const refuse = (code: string, message: string): void =>
             client.socket.text({ t: 'error', id: m.id ?? 0, do: m.do, code, message });
         const free = ['tool', 'checksum', 'seen', 'ping', 'overlay', 'rest', 'path'];
+        free.push('labels', 'marks');
         if (client.role === 'view' && !free.includes(m.do)) {
             refuse('view_only', 'this link can only view');
             return;
@@ -475,8 +508,28 @@ export class MockServer {
                 if (m.on && scene.step > 1)
                     this.sendRest(client, { begin: [0, 0, 0], end: kGrid.size });
                 break;
+            case 'labels':
+                client.labels = m.on;
+                client.socket.text({ t: 'done', id: m.id, do: m.do, step: scene.step });
+                this.tellLabels(client);
+                break;
+            case 'marks':
+                client.marks = m.on;
+                client.socket.text({ t: 'done', id: m.id, do: m.do, step: scene.step });
+                client.socket.text({ t: 'marks', marks: [...this.marks.values()] });
+                break;
+            case 'mark': {
+                const { do: _, id: __, ...mark } = m;
+                if (m.kind === 'none') this.marks.delete(m.key);
+                else this.marks.set(m.key, mark);
+                client.socket.text({ t: 'done', id: m.id, do: m.do, step: scene.step });
+                for (const other of this.clients)
+                    if (other !== client && other.marks) other.socket.text({ t: 'mark', ...mark });
+                break;
+            }
             case 'seen':
                 if (m.format === kRestFormat) ++this.restsSeen;
+                else if (m.format === kLabelFormat) break;
                 else if (m.format) ++this.overlaysSeen;
                 break;
             case 'path': {

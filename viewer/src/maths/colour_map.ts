@@ -52,5 +52,13 @@ export const kDiverging = spread((t) => {
     return shown(0.93 - 0.43 * side, 0.19 * side ** 0.9, t < 0.5 ? 258 : 32);
 });
 
+const kGolden = 137.508; // angle between successive hues, so that near numbers differ [degrees]
+
+/// One of many distinct colours, by a number.
+export function distinctColour(number: number): Vec3 {
+    const n = Math.abs(Math.trunc(number));
+    return shown([0.74, 0.62, 0.84][n % 3]!, 0.16, (40 + kGolden * n) % 360);
+}
+
 export const cssOf = (colour: Vec3): string =>
     `rgb(${colour.map((x) => Math.round(255 * x)).join(' ')})`;

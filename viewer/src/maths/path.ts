@@ -26,6 +26,11 @@ export class Path {
         return this.ways[this.ways.length - 1]!;
     }
 
+    /// Arc length from the first point to another [mm].
+    wayOf(point: number): number {
+        return this.ways[point]!;
+    }
+
     /// Point at an arc length [mm], clamped to the path.
     at(way: number): Vec3 {
         const { points, ways } = this;

@@ -14,8 +14,11 @@ import {
     type Done,
     type HapticPose,
     type HapticsNews,
+    kLabelFormat,
     kProtocol,
     kRestFormat,
+    type LabelsNews,
+    type MarksNews,
     type Pose,
     type Refusal,
     type Role,
@@ -35,6 +38,9 @@ export interface Listener {
     box(frame: BoxFrame): void;
     overlayBox(frame: BoxFrame): void;
     restBox(frame: BoxFrame): void;
+    labelBox(frame: BoxFrame): void;
+    labels(news: LabelsNews): void;
+    marksNews(news: MarksNews): void;
     tools(tools: Tool[]): void;
     haptics(news: HapticsNews): void;
     vesselFrame(frame: SurfaceFrame | VesselFrame): void;
@@ -212,6 +218,13 @@ export class Connection {
             case 'haptics':
                 this.listener.haptics(message);
                 break;
+            case 'labels':
+                this.listener.labels(message);
+                break;
+            case 'marks':
+            case 'mark':
+                this.listener.marksNews(message);
+                break;
             case 'error':
                 this.answer(message.id, message);
                 this.listener.refused(message);
@@ -249,6 +262,7 @@ export class Connection {
         }
         if (frame.format !== 1) {
             if (frame.format === kRestFormat) this.listener.restBox(frame);
+            else if (frame.format === kLabelFormat) this.listener.labelBox(frame);
             else this.listener.overlayBox(frame);
             const { step, format } = frame;
             if (frame.last) this.tell({ do: 'seen', step, format });

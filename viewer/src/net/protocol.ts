@@ -5,6 +5,7 @@
 // refused with an error that names the field, so that no rubbish is drawn.
 
 import type { Box, Grid } from '../maths/grid.ts';
+import type { MarkKind } from '../maths/marks.ts';
 import type { Mat3, Vec3 } from '../maths/vec.ts';
 import type { Drive, Materials, SpringSettings } from './settings.ts';
 import { decodeSurface, decodeVessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
@@ -183,6 +184,30 @@ export interface HapticsNews {
     note?: string;
 }
 
+/// The label map beside the scan; without labels: there is none.
+export interface LabelsNews {
+    t: 'labels';
+    volume: number;
+    name: string; ///< of the file
+    labels: {
+        value: number;
+        name: string;
+        colour?: Vec3; ///< sRGB, 0…1
+        voxels: number;
+        centre_mm: Vec3;
+    }[];
+}
+
+/// A shared mark; of a deleted one key and kind alone.
+export interface SharedMark {
+    key: string;
+    kind: MarkKind | 'none';
+    name?: string;
+    points?: readonly Vec3[]; ///< at rest
+    shown?: boolean;
+}
+export type MarksNews = { t: 'marks'; marks: SharedMark[] } | ({ t: 'mark' } & SharedMark);
+
 /// Answers to commands.
 export type Answer = Done | Refusal | Checksum | PathFound;
 
@@ -191,6 +216,8 @@ export type ServerText =
     | ({ t: 'volume' } & VolumeInfo)
     | ({ t: 'state' } & SharedState)
     | HapticsNews
+    | LabelsNews
+    | MarksNews
     | Answer
     | { t: 'pong'; id: number }
     | { t: 'bye'; code: number; message: string };
@@ -235,7 +262,8 @@ export type Command =
       }
     | { do: 'haptics'; wish: 'stop' | 'go' | 'end' }
     | { do: 'overlay'; kind: OverlayKind }
-    | { do: 'rest'; on: boolean };
+    | { do: 'rest' | 'labels' | 'marks'; on: boolean }
+    | ({ do: 'mark' } & SharedMark);
 
 export interface Seen {
     do: 'seen';
@@ -263,7 +291,7 @@ export interface BoxFrame {
     kind: 'box';
     step: number;
     volume: number;
-    format: number; ///< 1: voxels [HU]; others: state/overlay_kinds.ts, kRestFormat
+    format: number; ///< 1: voxels [HU]; others: state/overlay_kinds.ts, kRestFormat, kLabelFormat
     last: boolean; ///< last box of the step
     box: Box;
     halves: Uint16Array;
@@ -288,8 +316,10 @@ export interface ToolsFrame {
     tools: Tool[];
 }
 
-/// Format of the rest field's boxes; the largest format.
+/// Format of the rest field's boxes.
 export const kRestFormat = 4;
+/// Format of labels' boxes; the largest format.
+export const kLabelFormat = 5;
 
 const kHeader = 32;
 const kToolBytes = 80;
@@ -320,8 +350,8 @@ export function decodeFrame(
 
 function decodeBox(view: DataView, last: boolean, payload: number): BoxFrame {
     const format = view.getUint16(6, true);
-    if (format < 1 || format > kRestFormat)
-        throw new Error(`box: format ${format}, expected 1…${kRestFormat}`);
+    if (format < 1 || format > kLabelFormat)
+        throw new Error(`box: format ${format}, expected 1…${kLabelFormat}`);
     const u16 = (offset: number): number => view.getUint16(offset, true);
     const begin: Vec3 = [u16(16), u16(18), u16(20)];
     const count: Vec3 = [u16(22), u16(24), u16(26)];

@@ -4,7 +4,7 @@
 // Marks over the pictures: names, letters, crosshair, tools, paths. They are HTML and SVG elements:
 // sharp, accessible to screen readers, and cheap to update.
 
-import { shown, voxelFromWorld } from '../maths/grid.ts';
+import { type Grid, shown, voxelFromWorld } from '../maths/grid.ts';
 import { type Camera, firstHit, frameOf } from '../maths/rays.ts';
 import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
@@ -14,13 +14,12 @@ import {
     kViews,
     type SectionName,
     type State,
-    type View,
     type ViewName,
     type Way,
 } from '../state/state.ts';
 import { cutCrossings } from '../tools/cuts.ts';
 import type { Session } from '../tools/session.ts';
-import { kOutsideField, orbitCamera } from '../views/orbit.ts';
+import { spotInView } from '../views/projection.ts';
 import {
     kSectionAxes,
     pixelOfWorld,
@@ -30,6 +29,7 @@ import {
 import { button, h, svg } from './dom.ts';
 import { HandNote, obstacleMark } from './hand_note.ts';
 import { overlayValue } from './legend.ts';
+import { marksInEndoscope, marksInSection } from './mark_drawings.ts';
 import { catheterMarks, instrumentMarks } from './section_marks.ts';
 
 const kTitles: Record<ViewName, string> = {
@@ -195,11 +195,12 @@ export class Overlay {
             ...this.endoscopeMarks(state.view.camera, plane),
             ...this.cutMarks(state, plane),
             ...obstacleMark(state, plane),
+            ...marksInSection(this.session, plane),
         ];
         this.show(view, parts, box);
         const { axis } = plane.axes;
         const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
-        this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
+        this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm${sliceText(grid, plane)}`;
     }
 
     /// Cuts where they cross the section.
@@ -315,7 +316,7 @@ export class Overlay {
         const parts: SVGElement[] = [];
         const { view } = state;
         if (!view.outside) {
-            const spot = this.spotInEndoscope(view, state.sections.cursor, box);
+            const spot = spotInView(view, state.sections.cursor, box);
             if (spot) {
                 const [x, y] = spot;
                 parts.push(line('across', x - 8, y, x + 8, y), line('along', x, y - 8, x, y + 8));
@@ -323,7 +324,7 @@ export class Overlay {
             const { stroke } = this.session.hand;
             if (stroke?.radius === 0) {
                 const points = stroke.path
-                    .map((p) => this.spotInEndoscope(view, p, box)?.join(','))
+                    .map((p) => spotInView(view, p, box)?.join(','))
                     .filter(Boolean)
                     .join(' ');
                 parts.push(svg('polyline', { class: 'blade', points }));
@@ -342,11 +343,8 @@ export class Overlay {
                         }),
                     );
         parts.push(
-            ...this.pathFrom(state, (p) =>
-                view.outside
-                    ? this.spotFromOutside(view, p, box)
-                    : this.spotInEndoscope(view, p, box),
-            ),
+            ...this.pathFrom(state, (p) => spotInView(view, p, box)),
+            ...marksInEndoscope(this.session, box),
         );
         this.show('endoscope', parts, box);
         const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
@@ -365,41 +363,18 @@ export class Overlay {
             : `${Math.round(view.fieldOfView)}°, ${wall}`;
     }
 
-    private spotFromOutside(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
-        const camera = orbitCamera(view);
-        const { right, up, forward } = frameOf(camera);
-        const v = sub(place, camera.eye);
-        const depth = dot(v, forward);
-        if (depth < 0.5) return undefined;
-        const half = box.height / 2;
-        const scale = half / (depth * Math.tan((kOutsideField * Math.PI) / 360));
-        return [box.width / 2 + scale * dot(v, right), half - scale * dot(v, up)];
-    }
-
-    /// Projects a point, with the lens's distortion: solves r_ray = r·(1 + k·r²) for r by Newton's
-    /// method.
-    private spotInEndoscope(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
-        const { camera, fieldOfView, barrel } = view;
-        const { right, up, forward } = frameOf(camera);
-        const v = sub(place, camera.eye);
-        const depth = dot(v, forward);
-        if (depth < 0.5) return undefined;
-        const slope = Math.tan((fieldOfView * Math.PI) / 360);
-        const a = dot(v, right) / depth / slope;
-        const b = dot(v, up) / depth / slope;
-        const bent = Math.hypot(a, b);
-        let r = bent;
-        for (let i = 0; i < 6; ++i)
-            r -= (r * (1 + barrel * r * r) - bent) / (1 + 3 * barrel * r * r);
-        const share = bent > 0 ? r / bent : 1;
-        const half = box.height / 2;
-        return [box.width / 2 + share * a * half, half - share * b * half];
-    }
-
     private show(view: ViewName, parts: SVGElement[], box: DOMRect): void {
         this.drawings[view].setAttribute('viewBox', `0 0 ${box.width} ${box.height}`);
         this.drawings[view].replaceChildren(...parts);
     }
+}
+
+/// Number of the slice, in grids along the patient's axes: from 1 in the scan's order.
+function sliceText(grid: Grid, { axes, centre }: SectionPlane): string {
+    const axis = grid.direction.findIndex((d) => Math.abs(dot(d, axes.normal)) > 0.9999);
+    if (axis < 0) return '';
+    const slice = Math.round(voxelFromWorld(grid, centre)[axis]!) + 1;
+    return ` · slice ${slice} of ${grid.size[axis]}`;
 }
 
 const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>
@@ -421,5 +396,7 @@ export function pointerText(session: Session): string {
     const number = overlay.kind === 'none' ? undefined : overlayValue(session);
     const kind = overlay.kind as ShownKind;
     const more = number === undefined ? '' : ` · ${kKinds[kind].text(number)}`;
-    return `${where}${hu}${more} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+    const label = session.labelMap.under;
+    const named = label ? ` · ${label}` : '';
+    return `${where}${hu}${more}${named} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
 }

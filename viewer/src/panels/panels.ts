@@ -9,6 +9,8 @@ import type { Session } from '../tools/session.ts';
 import { h } from './dom.ts';
 import { fluoroscopyPanel } from './panel_fluoroscopy.ts';
 import { hapticsPanel } from './panel_haptics.ts';
+import { labelsPanel } from './panel_labels.ts';
+import { marksPanel } from './panel_marks.ts';
 import { moviePanel } from './panel_movie.ts';
 import { overlayPanel } from './panel_overlay.ts';
 import { Parts } from './panel_parts.ts';
@@ -28,6 +30,8 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         surfacePanel(parts),
         windowPanel(parts),
         overlayPanel(parts),
+        labelsPanel(parts),
+        marksPanel(parts),
         endoscopePanel(parts),
         fluoroscopyPanel(parts),
         tissuePanel(parts),

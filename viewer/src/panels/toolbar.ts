@@ -18,6 +18,7 @@ const kTexts: Record<ToolName, { text: string; hint: string }> = {
     carve: { text: 'Carve', hint: 'left drag: remove tissue (6)' },
     path: { text: 'Path', hint: 'two clicks: find a path through the lumen between them (7)' },
     catheter: { text: 'Catheter', hint: 'arrow keys: insert, rotate; with Shift: bend (8)' },
+    measure: { text: 'Measure', hint: 'clicks: a point, a ruler or an angle (9)' },
 };
 
 const kSaveTexts: Record<SavedName, string> = {

@@ -6,8 +6,8 @@
 // falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //
-// REAL: the style; else plain. INSTRUMENTS, CATHETER: the scene has some. Programs without them
-// take less time, to compile and to run.
+// REAL: the style; else plain. INSTRUMENTS, CATHETER, LABELS: the scene has some. Programs without
+// them take less time, to compile and to run.
 //
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; the lumen is open behind the plane.
@@ -46,7 +46,12 @@ vec3 linearOf(vec3 srgb) {
 // Colour of the wall; an overlay shows the value of the tissue behind the surface.
 vec3 wallColour(vec3 p, vec3 normal) {
     vec4 over = overlayAt(p - kBehind * normalize(voxelVectorOf(normal)));
-    return mix(surfaceColour, linearOf(over.rgb), over.a);
+    vec3 own = mix(surfaceColour, linearOf(over.rgb), over.a);
+#ifdef LABELS
+    vec4 label = labelBehind(p, normal);
+    own = mix(own, linearOf(label.rgb), label.a);
+#endif
+    return own;
 }
 
 // Ambient occlusion, 1: open … 0: closed, from the tissue up to 4 mm off the surface.
@@ -78,6 +83,11 @@ vec3 wallLight(vec3 p, float t, vec3 normal, vec3 ray) {
     float open = openness(p, normal);
     if (!real) return lit(wallColour(p, normal), t, normal, ray, open);
     vec3 light = realLight(p, t, normal, ray, open);
+#ifdef LABELS
+    vec4 label = labelBehind(p, normal);
+    if (label.a > 0.0)
+        light = mix(light, lit(linearOf(label.rgb), t, normal, ray, open), label.a);
+#endif
     vec4 over = overlayAt(p - kBehind * normalize(voxelVectorOf(normal)));
     if (over.a == 0.0) return light;
     return mix(light, lit(linearOf(over.rgb), t, normal, ray, open), over.a);
@@ -113,6 +123,10 @@ void main() {
         light = vec3(0.75, 0.72, 0.68) * pow(grey, 2.2);
         vec4 over = overlayAt(o);
         light = mix(light, linearOf(over.rgb), over.a);
+#ifdef LABELS
+        vec4 label = labelAt(o);
+        light = mix(light, linearOf(label.rgb), label.a);
+#endif
         t = 0.0;
     }
 #endif
@@ -124,6 +138,10 @@ void main() {
         light = lit(wallColour(p, normal), 0.0, normal, ray, openness(p, normal));
 #else
         light = wallLight(p, t, normal, ray);
+#endif
+#ifdef LABELS
+        vec4 target = targetBehind(p, d);
+        light = mix(light, linearOf(target.rgb), target.a);
 #endif
     }
     if (t != kNothing) t += start;

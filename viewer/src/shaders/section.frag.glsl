@@ -25,6 +25,10 @@ void main() {
     vec3 shade = vec3(grey);
     vec4 over = overlayAt(p);
     shade = mix(shade, over.rgb, over.a);
+#ifdef LABELS
+    vec4 label = labelOutlined(p, voxelVectorOf(pixel * right), voxelVectorOf(pixel * up));
+    shade = mix(shade, label.rgb, label.a);
+#endif
     if (contour) {
         vec3 dx = voxelVectorOf(pixel * right), dy = voxelVectorOf(pixel * up);
         float gx = quickSample(p + dx) - quickSample(p - dx);

@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One undo for everything. Steps that change the tissue or the threshold are the server's; the
-// groups `view` and `sections` are the page's own. Each own step remembers the number of server
-// steps before it, which puts both kinds into one order.
+// groups `view` and `sections` and the marks are the page's own. Each own step remembers the number
+// of server steps before it, which puts both kinds into one order. Marks are shared with other
+// clients, so a step takes back its own changes of them, and none of the changes since.
 
+import { type Mark, patched } from '../maths/marks.ts';
 import type { State } from './state.ts';
 import type { Store } from './store.ts';
 
-type Own = Pick<State, 'view' | 'sections'>;
+type Own = Pick<State, 'view' | 'sections'> & { readonly marks: readonly Mark[] };
 
 interface Step {
     readonly name: string;
@@ -32,14 +34,14 @@ function undoable({ shared }: State): number {
     return isDefaults ? 0 : steps;
 }
 
-const ownOf = ({ view, sections }: State): Own => ({ view, sections });
+const ownOf = ({ view, sections, marks }: State): Own => ({ view, sections, marks: marks.list });
 
 function sameValues<T extends object>(a: T, b: T): boolean {
     return (Object.keys(a) as (keyof T)[]).every((key) => a[key] === b[key]);
 }
 
 const same = (a: Own, b: Own): boolean =>
-    sameValues(a.view, b.view) && sameValues(a.sections, b.sections);
+    sameValues(a.view, b.view) && sameValues(a.sections, b.sections) && a.marks === b.marks;
 
 export class History {
     private readonly done: Step[] = [];
@@ -130,7 +132,7 @@ export class History {
         this.done.pop();
         this.undone.push(own);
         this.lastName = '';
-        this.store.set(own.before);
+        this.restore(own.after, own.before);
         return undefined;
     }
 
@@ -154,10 +156,15 @@ export class History {
         if (own && (ownIsNext || !shared?.redo.steps)) {
             this.undone.pop();
             this.done.push(own);
-            this.store.set(own.after);
+            this.restore(own.before, own.after);
             return undefined;
         }
         return shared?.redo.steps ? this.redoServer() : undefined;
+    }
+
+    private restore(from: Own, { view, sections, marks }: Own): void {
+        const list = patched(this.store.state.marks.list, from.marks, marks);
+        this.store.set({ view, sections, marks: { list } });
     }
 
     /// Names of the next steps to undo and to redo; empty: none.

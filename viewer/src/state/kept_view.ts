@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Keeps the view over a reload of the page: camera, window, settings, keyframes. They lie in the
-// tab's own storage and are taken up for the same scan only.
+// Keeps the view over a reload of the page: camera, window, settings, keyframes, marks. They lie in
+// the tab's own storage and are taken up for the same scan only.
 
 import type { Memory } from '../net/connection.ts';
 import type { State } from './state.ts';
@@ -12,6 +12,7 @@ const kKey = 'pliant.view.2'; // a new number where the form changes
 
 function keptOf(state: State): Patch {
     const { view, sections, look, fluoro, flight, overlay } = state;
+    const { looks, names, opacity, outline } = state.labels;
     const { maximised, contour, space, timings } = state.display;
     return {
         view,
@@ -23,6 +24,8 @@ function keptOf(state: State): Patch {
         tool: { ...state.tool, cuts: [], outcome: null },
         display: { maximised, contour, space, timings },
         movie: { keyframes: state.movie.keyframes },
+        marks: { list: state.marks.list, kind: state.marks.kind },
+        labels: { looks, names, opacity, outline },
     };
 }
 

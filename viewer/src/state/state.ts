@@ -7,6 +7,8 @@
 
 import type { Space } from '../maths/grid.ts';
 import type { Keyframe } from '../maths/keyframes.ts';
+import type { CrossSection } from '../maths/lumen.ts';
+import type { Mark } from '../maths/marks.ts';
 import type { Path } from '../maths/path.ts';
 import type { Camera, Surface } from '../maths/rays.ts';
 import type { Vec3 } from '../maths/vec.ts';
@@ -18,6 +20,7 @@ import type {
     Tool,
     VolumeInfo,
 } from '../net/protocol.ts';
+import { initialLabels, type Labels } from './labels.ts';
 
 export const kViews = ['endoscope', 'axial', 'coronal', 'sagittal'] as const;
 export type ViewName = (typeof kViews)[number];
@@ -32,6 +35,7 @@ export const kTools = [
     'carve',
     'path',
     'catheter',
+    'measure',
 ] as const;
 export type ToolName = (typeof kTools)[number];
 
@@ -202,6 +206,29 @@ export interface ToolSettings {
     readonly outcome: Outcome | null; ///< of the last command, for some seconds
 }
 
+/// Marks and measurements.
+export interface Marks {
+    readonly list: readonly Mark[]; ///< can be undone
+    readonly kind: 'point' | 'ruler' | 'angle'; ///< of the next mark
+    readonly pending: readonly Vec3[]; ///< its points so far, at rest [mm, LPS]
+    readonly selected: string; ///< key; empty: none
+}
+
+/// Size of the lumen at a position on a path; null where its section is open.
+export interface LumenAt {
+    readonly way: number; ///< from the path's start [mm]
+    readonly size: Pick<CrossSection, 'area' | 'equivalent' | 'inscribed'> | null;
+}
+
+/// Measured sizes of the lumen.
+export interface LumenState {
+    readonly on: boolean; ///< at the tip, continuously
+    readonly tip: CrossSection | 'open' | null; ///< null: unknown, or the tip is in tissue
+    readonly along: readonly LumenAt[]; ///< of the present path; may be incomplete
+    readonly step: number; ///< of the voxels that they were measured in
+    readonly share: number; ///< measured share of the path; 1: complete
+}
+
 /// Arrangement of the page.
 export interface Display {
     readonly maximised: ViewName | null;
@@ -233,6 +260,9 @@ export interface State {
     readonly movie: MovieState;
     readonly overlay: OverlaySettings;
     readonly tool: ToolSettings;
+    readonly marks: Marks;
+    readonly lumen: LumenState;
+    readonly labels: Labels;
     readonly display: Display;
     readonly pointer: PointerState;
 }
@@ -286,6 +316,9 @@ export const initialState = (): State => ({
         cuts: [],
         outcome: null,
     },
+    marks: { list: [], kind: 'ruler', pending: [], selected: '' },
+    lumen: { on: false, tip: null, along: [], step: 0, share: 1 },
+    labels: initialLabels,
     display: {
         maximised: null,
         contour: false,

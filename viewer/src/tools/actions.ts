@@ -5,6 +5,7 @@
 
 import { worldBounds } from '../maths/grid.ts';
 import { alongLumen, freePlace } from '../maths/flight.ts';
+import { isMarkTable, isPathFile } from '../maths/marks_file.ts';
 import { readPath } from '../maths/path.ts';
 import { frameOf } from '../maths/rays.ts';
 import { add, along, dot, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
@@ -31,6 +32,7 @@ import { kMinCarving, newStroke } from './strokes.ts';
 
 const kBeside = 8; // distance to a lumen [mm]
 
+const isTable = (name: string): boolean => /\.(csv|ctbl)$/i.test(name);
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 
 export class Actions {
@@ -251,6 +253,7 @@ export class Actions {
             });
         else if (name === 'grab') await this.nudge([0, radius / 2]);
         else if (name === 'path') await this.session.path.click(cursor);
+        else if (name === 'measure') this.session.marks.click(cursor);
         else this.session.warn('choose push, grab, cut or carve first');
     }
 
@@ -292,11 +295,19 @@ export class Actions {
 
     // --- files
 
-    /// Opens a file of a path or of keyframes.
+    /// Opens a file of a path, of marks, of names of labels, or of keyframes.
     async openFile(file: File): Promise<void> {
         try {
             const text = await file.text();
             if (this.session.movie.open(text, file.name)) return;
+            if (isTable(file.name) && !isMarkTable(text)) {
+                this.session.labelMap.openNames(text, file.name);
+                return;
+            }
+            if (isTable(file.name) || !isPathFile(text)) {
+                this.session.marks.open(text, file.name);
+                return;
+            }
             const path = readPath(text, file.name);
             const { volume } = this.session;
             const isOutside = (p: Vec3): boolean => norm(sub(keptInside(volume!.grid, p), p)) > 1;
@@ -306,6 +317,27 @@ export class Actions {
             this.session.say(`${file.name}: a path; press Fly in the panel Endoscope`);
         } catch (error) {
             this.session.warn((error as Error).message);
+        }
+    }
+
+    /// Opens a label map, or names of labels.
+    async openLabels(file: File): Promise<void> {
+        try {
+            const { labelMap } = this.session;
+            if (/\.(ctbl|csv|txt)$/i.test(file.name))
+                labelMap.openNames(await file.text(), file.name);
+            else await labelMap.send(file);
+        } catch (error) {
+            this.session.say((error as Error).message);
+        }
+    }
+
+    /// Adds the marks of a file; a curve is a mark here, and no path.
+    async openMarks(file: File): Promise<void> {
+        try {
+            this.session.marks.open(await file.text(), file.name);
+        } catch (error) {
+            this.session.say((error as Error).message);
         }
     }
 

@@ -7,6 +7,7 @@
 import { download } from './download.ts';
 import { droppedFiles, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
 import { labelReason } from './label_guess.ts';
+import { isLabelMap } from './labels_tool.ts';
 import type { Scene } from './scene.ts';
 import { readSeries, type Series } from './series.ts';
 
@@ -22,7 +23,7 @@ export const kSaved = [
 export type SavedName = (typeof kSaved)[number];
 
 export interface FileHooks {
-    /// Opens a path or keyframes, which stay in the page.
+    /// Opens a path, marks or keyframes, which stay in the page.
     openPath(file: File): Promise<void>;
     /// Lets the user choose one of several series. @returns its UID; undefined: none
     chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined>;
@@ -59,7 +60,7 @@ export class Files {
         this.input.id = 'files';
         this.input.multiple = true;
         this.input.hidden = true;
-        this.input.setAttribute('aria-label', 'scan or path to open');
+        this.input.setAttribute('aria-label', 'scan, path or marks to open');
         this.input.addEventListener('change', () => {
             const files = [...(this.input.files ?? [])];
             this.input.value = '';
@@ -86,7 +87,9 @@ export class Files {
 
     async open(files: readonly NamedFile[]): Promise<void> {
         const only = files.length === 1 ? files[0]!.file : undefined;
-        if (only && /\.json$/i.test(only.name)) return this.hooks.openPath(only);
+        if (only && /\.(json|csv|ctbl)$/i.test(only.name)) return this.hooks.openPath(only);
+        const labels = this.scene.volume && only && isLabelMap(only.name);
+        if (labels) return this.openLabels(only);
         await this.during(async () => {
             const { role, features, openBytes } = this.scene.store.state.link;
             if (role === 'view')
@@ -110,6 +113,18 @@ export class Files {
         const others = (shared?.clients.length ?? 1) - 1;
         const present = scan.volume?.name ?? 'the scan';
         return this.hooks.askToReplace({ name, present, others, labels });
+    }
+
+    /// Opens a label map over the present scan, for all clients.
+    async openLabels(file: File): Promise<void> {
+        await this.during(async () => {
+            const { role, features } = this.scene.store.state.link;
+            if (role === 'view')
+                throw new Error('only clients that control the session can open labels');
+            if (!features.includes('labels')) throw new Error('this server shows no labels');
+            this.tell(`Sending ${file.name}… (Esc cancels)`);
+            await this.post('open/labels', { name: file.name }, file);
+        });
     }
 
     private async send(name: string, files: readonly NamedFile[], total: number): Promise<void> {

@@ -66,9 +66,13 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     {
         title: 'Tools',
         lines: [
-            { keys: '1 … 8', text: 'look, window, push, grab, cut, carve, path, catheter' },
+            {
+                keys: '1 … 9',
+                text: 'look, window, push, grab, cut, carve, path, catheter, measure',
+            },
             { keys: 'Left drag', text: 'use the tool; the wheel moves it deeper' },
             { keys: 'Hold still', text: 'Push: into the wall, as long as the button is held' },
+            { keys: '9, clicks', text: 'point, ruler or angle; drag a point to move it' },
             { keys: 'Enter', text: 'use the tool at the crosshair' },
             { keys: 'Alt+Arrows', text: 'push or drag the tissue at the crosshair by 1 mm' },
             { keys: '[ ]', text: 'smaller, larger' },

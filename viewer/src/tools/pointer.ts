@@ -44,6 +44,7 @@ type DragKind =
     | 'pan'
     | 'zoom'
     | 'scroll'
+    | 'mark'
     | 'tissue'
     | 'none';
 
@@ -86,6 +87,7 @@ export class Pointer {
         this.drag = undefined;
         this.pressing.stop();
         this.session.hand.poise(undefined);
+        this.session.marks.letGo();
         if (kind === 'tissue') void this.session.hand.end();
         else if (hasUndo(kind)) this.session.history.end(kind);
     }
@@ -210,9 +212,11 @@ export class Pointer {
         if (event.button === 1) return 'pan';
         if (event.button === 2) return 'zoom';
         if (event.shiftKey) return 'none'; // the crosshair follows
+        if (tool.name === 'measure' && this.session.marks.hold(this.spot(view, event)))
+            return 'mark';
         const section = view !== 'endoscope';
         if (section && (tool.name === 'window' || this.held.has('KeyW'))) return 'window';
-        const looks = ['look', 'window', 'path', 'catheter'].includes(tool.name);
+        const looks = ['look', 'window', 'path', 'catheter', 'measure'].includes(tool.name);
         if (!looks && link.role === 'control') return 'tissue';
         if (section) return event.pointerType === 'touch' ? 'scroll' : 'none';
         if (this.session.device.isLed && !shown.outside) return 'device';
@@ -286,6 +290,11 @@ export class Pointer {
             case 'tissue':
                 this.moveStroke(drag, spot, dx, dy);
                 break;
+            case 'mark': {
+                const point = pointAt(session.volume!, state, spot);
+                if (point) session.marks.dragTo(point);
+                break;
+            }
             case 'none': {
                 const point = shift && pointAt(session.volume!, state, spot);
                 if (point) actions.setCursor(point);
@@ -314,6 +323,7 @@ export class Pointer {
         session.hand.poise(undefined);
         if (drag.kind === 'tissue' && drag.moved) void session.hand.end();
         else if (hasUndo(drag.kind)) session.history.end(drag.kind);
+        session.marks.letGo();
         if (!drag.moved && drag.button === 0) this.click(drag.start);
     }
 
@@ -325,6 +335,10 @@ export class Pointer {
         this.clicked = now;
         const point = pointAt(volume, store.state, spot);
         if (!point) return;
+        if (store.state.tool.name === 'measure') {
+            this.session.marks.click(point, spot);
+            return;
+        }
         history.step('crosshair', () => this.actions.setCursor(point));
         if (store.state.tool.name === 'path') void this.session.path.click(point);
     }

@@ -18,6 +18,8 @@ import {
     type Done,
     gridOf,
     type HapticsNews,
+    type LabelsNews,
+    type MarksNews,
     type Refusal,
     type SharedState,
     type Tool,
@@ -31,6 +33,9 @@ import { CatheterHand } from './catheter_hand.ts';
 import { Endoscope } from './endoscope.ts';
 import { Hand } from './hand.ts';
 import { Haptics } from './haptics.ts';
+import { LabelsTool } from './labels_tool.ts';
+import { LumenTool } from './lumen_tool.ts';
+import { MarksTool } from './marks_tool.ts';
 import { Movie } from './movie.ts';
 import { PathTool } from './path_tool.ts';
 import { Scene, type SceneParts } from './scene.ts';
@@ -61,6 +66,9 @@ export class Session extends Scene implements Listener {
     readonly endoscope = new Endoscope(this);
     readonly threshold = new ThresholdTool(this);
     readonly path = new PathTool(this);
+    readonly marks = new MarksTool(this);
+    readonly lumen = new LumenTool(this);
+    readonly labelMap = new LabelsTool(this);
     readonly movie = new Movie(this, this.path, this.threshold);
     readonly catheter: CatheterHand;
     readonly tissueDefaults: TissueDefaults;
@@ -108,6 +116,8 @@ export class Session extends Scene implements Listener {
         if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
         this.subscriptions.askAgain();
         this.subscriptions.askVessel();
+        this.labelMap.ask();
+        this.marks.ask(message.resumed);
         this.onWelcome();
     }
 
@@ -116,6 +126,8 @@ export class Session extends Scene implements Listener {
         this.subscriptions.forgetFields();
         this.takeVolume(info, false);
         this.subscriptions.askAgain();
+        this.labelMap.ask();
+        this.marks.ask(false);
     }
 
     state(shared: SharedState): void {
@@ -153,6 +165,18 @@ export class Session extends Scene implements Listener {
 
     restBox(frame: BoxFrame): void {
         this.subscriptions.restBox(frame);
+    }
+
+    labelBox(frame: BoxFrame): void {
+        this.labelMap.box(frame);
+    }
+
+    labels(news: LabelsNews): void {
+        this.labelMap.take(news);
+    }
+
+    marksNews(news: MarksNews): void {
+        this.marks.take(news);
     }
 
     vesselFrame(frame: SurfaceFrame | VesselFrame): void {
@@ -203,9 +227,12 @@ export class Session extends Scene implements Listener {
         this.endoscope.forget();
         this.history.clear();
         this.subscriptions.forgetVessel();
+        this.labelMap.forget();
+        this.marks.forget();
         const { frames } = initialState().sections;
         this.store.set({
             way: { path: null, flying: false, position: 0 },
+            lumen: { tip: null, along: [], share: 1 },
             tool: { cuts: [], outcome: null },
             hands: { force_n: 0, energy_per_mm: 0 },
             sections: { frames },
@@ -256,6 +283,8 @@ export class Session extends Scene implements Listener {
         this.catheter.tick(dt, now);
         this.hand.follow();
         this.hand.sendPose(now);
+        this.lumen.tick(now);
+        this.labelMap.tick(now);
         if (this.stage.frame(now) && this.boxesSinceDraw) {
             this.boxesSinceDraw = 0;
             this.latencies.drawn();

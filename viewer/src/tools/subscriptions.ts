@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Subscriptions to data beside the voxels: an overlay, the rest field while the style needs it, a
-// vessel with its catheter. Fields are at rest until their boxes arrive.
+// Subscriptions to data beside the voxels: an overlay, the rest field while the style or marks need
+// it, a vessel with its catheter. Fields are at rest until their boxes arrive.
 
 import type { BoxFrame, OverlayKind } from '../net/protocol.ts';
 import { type SurfaceFrame, Vessel, type VesselFrame } from '../net/vessel.ts';
@@ -22,7 +22,9 @@ export class Subscriptions {
     constructor(private readonly scene: Scene) {
         scene.store.listen((state, before) => {
             if (state.overlay !== before.overlay) this.askOverlay();
-            if (state.look !== before.look) this.askRest();
+            const { look, marks, tool } = state;
+            if (look !== before.look || marks !== before.marks || tool !== before.tool)
+                this.askRest();
         });
     }
 
@@ -135,8 +137,9 @@ export class Subscriptions {
 
     private askRest(): void {
         const { store, connection, stage } = this.scene;
-        const { look, link } = store.state;
-        const on = look.style === 'real' && link.features.includes('rest');
+        const { look, link, marks, tool } = store.state;
+        const marked = marks.list.length > 0 || tool.name === 'measure';
+        const on = (look.style === 'real' || marked) && link.features.includes('rest');
         if (!on) stage.setRest(undefined);
         if (on === this.askedRest || link.status !== 'open') return;
         this.askedRest = on;

@@ -14,6 +14,7 @@ import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
 import { meteredExposure } from './exposure.ts';
 import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
 import { instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
+import { kNoLabels } from './label_field.ts';
 import { liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
 import { kOutsideField, orbitCamera } from './orbit.ts';
@@ -67,6 +68,7 @@ export class EndoscopeView {
         (this.copy.mesh.material as THREE.Material).transparent = true; // blended by its share
         const common = {
             ...kNoField,
+            ...kNoLabels,
             ...restUniforms(undefined),
             ...kNoCatheter(),
             eye: new THREE.Vector3(),
@@ -137,6 +139,14 @@ export class EndoscopeView {
     setOverlay(state: State, field: OverlayField | undefined): void {
         for (const picture of [this.inside, this.outside])
             picture.set(overlayUniforms(state, field));
+    }
+
+    /// @param uniforms  of shaders/labels.glsl; undefined: without labels
+    setLabels(uniforms: Record<string, unknown> | undefined): void {
+        for (const picture of [this.inside, this.outside]) {
+            if (uniforms) picture.set(uniforms);
+            picture.define({ LABELS: uniforms !== undefined });
+        }
     }
 
     setRest(field: RestField | undefined): void {

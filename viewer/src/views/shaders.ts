@@ -11,6 +11,7 @@ import field from '../shaders/field.glsl';
 import fluoroscopy from '../shaders/fluoroscopy.frag.glsl';
 import full from '../shaders/full.vert.glsl';
 import instrument from '../shaders/instrument.glsl';
+import labels from '../shaders/labels.glsl';
 import overlay from '../shaders/overlay.glsl';
 import real from '../shaders/real.glsl';
 import rest from '../shaders/rest.glsl';
@@ -21,8 +22,8 @@ import vesselVertex from '../shaders/vessel.vert.glsl';
 
 export const kFullScreen = full;
 export const kEndoscope =
-    field + surface + overlay + rest + camera + instrument + catheter + real + endoscope;
-export const kSection = field + overlay + section;
+    field + surface + overlay + labels + rest + camera + instrument + catheter + real + endoscope;
+export const kSection = field + overlay + labels + section;
 export const kCopy = copy;
 export const kFluoroscopy = '#define SHADOW\n' + field + catheter + fluoroscopy;
 export const kVesselVertex = vesselVertex;

@@ -14,6 +14,7 @@ import { kViews, type SectionName, type State, type ViewName } from '../state/st
 import type { Store } from '../state/store.ts';
 import { EndoscopeView, kPasses } from './endoscope_view.ts';
 import type { ToolBall } from './instruments.ts';
+import { kNoLabels, LabelColours, type LabelField } from './label_field.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture, type ViewRect } from './picture.ts';
 import type { RestField } from './rest_field.ts';
@@ -29,7 +30,12 @@ const kLoadingPart = 0.08; // share of a scan after which its sections are drawn
 const kStillMs = 180; // time without a change before the full picture
 
 /// Groups of the state that the views depend on, apart from the threshold and the cut face.
-const inAllViews = ({ scan, overlay, display }: State): unknown[] => [scan, overlay, display];
+const inAllViews = ({ scan, overlay, labels, display }: State): unknown[] => [
+    scan,
+    overlay,
+    labels,
+    display,
+];
 const inEndoscope = (state: State): unknown[] => {
     const { view, look, fluoro, flight, versions, hands } = state;
     return [...inAllViews(state), view, look, fluoro, flight, versions, hands];
@@ -53,13 +59,16 @@ export class Stage {
     texture: VolumeTexture | undefined;
     overlay: OverlayField | undefined;
     rest: RestField | undefined;
+    labels: LabelField | undefined;
     vessel: Vessel | undefined;
     /// Mean time of the graphics processor for a frame in motion [ms].
     frameMs = 0;
     framesDrawn = 0;
     private readonly endoscope = new EndoscopeView();
+    private readonly labelColours = new LabelColours();
     private readonly section = new Picture(kSection, {
         ...kNoField,
+        ...kNoLabels,
         centre: new THREE.Vector3(),
         right: new THREE.Vector3(),
         up: new THREE.Vector3(),
@@ -104,7 +113,9 @@ export class Stage {
             this.fence = null; // fences of a lost context are never signalled
             // three.js would delete stale handles later, in the new context.
             this.endoscope.dispose();
-            for (const field of [this.texture, this.overlay, this.rest]) field?.dispose();
+            for (const field of [this.texture, this.overlay, this.rest, this.labels])
+                field?.dispose();
+            this.labelColours.dispose();
             hooks.onContext(true);
         });
         canvas.addEventListener('webglcontextrestored', () => {
@@ -113,6 +124,7 @@ export class Stage {
             this.texture?.restore();
             this.overlay?.restore();
             this.rest?.restore();
+            this.labels?.restore();
             this.invalidate();
             hooks.onContext(false);
         });
@@ -143,6 +155,12 @@ export class Stage {
         this.markEndoscope();
     }
 
+    setLabels(field: LabelField | undefined): void {
+        this.labels?.dispose();
+        this.labels = field;
+        this.invalidate();
+    }
+
     setTools(balls: readonly ToolBall[]): void {
         if (!balls.length && !this.balls.length) return;
         this.balls = balls;
@@ -171,6 +189,7 @@ export class Stage {
         this.texture.upload(this.renderer);
         this.overlay?.upload(this.renderer);
         this.rest?.upload(this.renderer);
+        this.labels?.upload(this.renderer);
         const still = now - this.lastChange > kStillMs && !this.first;
         const { maximised } = state.display;
         if (maximised && maximised !== 'endoscope') this.full = true; // hidden
@@ -304,6 +323,7 @@ export class Stage {
             const { outside, fluoroscopy } = state.view;
             const passes = still && fine && !cheap && !(outside && fluoroscopy);
             this.endoscope.setOverlay(state, this.overlay);
+            this.endoscope.setLabels(this.labels && this.labelColours.uniforms(state, this.labels));
             this.endoscope.setVessel(this.vessel, state.versions.vessel);
             const pass = passes ? this.pass++ : undefined;
             const seed = still ? 0 : this.framesDrawn; // a still picture doesn't flicker
@@ -317,6 +337,8 @@ export class Stage {
         const { frames, cursor, window, level } = state.sections;
         const plane = sectionPlane(grid, view, frames[view], cursor, rect.width, rect.height);
         this.section.set(overlayUniforms(state, this.overlay));
+        if (this.labels) this.section.set(this.labelColours.uniforms(state, this.labels));
+        this.section.define({ LABELS: this.labels !== undefined });
         this.section.set({
             centre: new THREE.Vector3(...plane.centre),
             right: new THREE.Vector3(...plane.axes.right),

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A label map on the scan's grid: each voxel at rest has the number of its label. Maps on another
+// grid are sampled at the nearest voxel, so that the labels of a crop fit the whole scan.
+
+#pragma once
+
+#include <pliant/result.h>
+#include <pliant/tasks.h>
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/messages.h"
+
+namespace pliant::serve {
+
+struct LabelMap {
+    std::string name{};  ///< of the file
+    Grid grid{};         ///< of the scan
+    std::vector<LabelInfo> labels{};
+    /// Number of each voxel's label in the list, from 1; 0 without a label. i fastest.
+    std::vector<std::uint16_t> numbers{};
+};
+
+/// Reads a label map. Names and colours are those of 3D Slicer's segments in a NRRD file.
+/// @param give_up  polled while the file is read; may be empty
+/// @returns an error for values that aren't whole numbers, more than kMaxLabels labels, and maps
+///          without a label inside of the scan
+Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::path& file,
+                                                       const Grid& scan, const TaskArena& arena,
+                                                       const std::function<bool()>& give_up = {});
+
+}  // namespace pliant::serve

@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Drawings of marks over the views: points, lines with their values, the section of the lumen at
+// the tip, warnings, and bars of scale. Marks beyond a slice or behind a wall are faint.
+
+import { kPointsOf, type Mark, valueOf, valueText } from '../maths/marks.ts';
+import { firstHit } from '../maths/rays.ts';
+import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
+import { surfaceOf } from '../state/state.ts';
+import type { Session } from '../tools/session.ts';
+import { type Extent, spotInView } from '../views/projection.ts';
+import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
+import { svg } from './dom.ts';
+
+const kNear = 2; // distance from a slice up to which a mark is drawn strong [mm]
+const kBehind = 1; // depth behind a wall from which a mark is faint [mm]
+const kHandle = 4; // radius of a point [pixels]
+
+type Spot = readonly [number, number];
+
+/// Where and how a view shows a point.
+interface Seen {
+    readonly spot: Spot | undefined;
+    readonly near: boolean;
+}
+
+export function marksInSection(session: Session, plane: SectionPlane): SVGElement[] {
+    const seen = (place: Vec3): Seen => ({
+        spot: pixelOfWorld(plane, place),
+        near: Math.abs(dot(sub(place, plane.centre), plane.axes.normal)) <= kNear,
+    });
+    return [
+        ...lumenMarks(session, plane),
+        ...allMarks(session, seen),
+        ...riskMarks(session, (place) => pixelOfWorld(plane, place), 1 / plane.mmPerPixel),
+        ...scaleBar(plane.mmPerPixel, plane.width, plane.height),
+    ];
+}
+
+export function marksInEndoscope(session: Session, box: Extent): SVGElement[] {
+    const { state } = session.store;
+    const { volume } = session;
+    if (!volume) return [];
+    const { eye } = state.view.camera;
+    const seen = (place: Vec3): Seen => {
+        const spot = spotInView(state.view, place, box);
+        if (!spot || state.view.outside) return { spot, near: true };
+        const way = sub(place, eye);
+        const reach = norm(way);
+        const hit = firstHit(volume, eye, way, surfaceOf(state), reach);
+        return { spot, near: !hit || hit.distance > reach - kBehind };
+    };
+    return [
+        ...allMarks(session, seen),
+        ...riskMarks(session, (place) => spotInView(state.view, place, box), 0),
+    ];
+}
+
+const kRing = 14; // least radius of a warning [pixels]
+
+/// Warning at the own tools while they touch a structure at risk.
+function riskMarks(
+    session: Session,
+    spotOf: (place: Vec3) => Spot | undefined,
+    pixelsPerMm: number,
+): SVGElement[] {
+    const { touched } = session.store.state.labels;
+    if (!touched.length) return [];
+    return session.stage.balls
+        .filter((ball) => ball.own)
+        .flatMap(({ centre, radius }) => {
+            const spot = spotOf(centre);
+            if (!spot) return [];
+            const [cx, cy] = spot;
+            const r = Math.max(radius * pixelsPerMm + 4, kRing);
+            const label = svg('text', { class: 'risk', x: cx + r + 4, y: cy + 4 });
+            label.textContent = `touches ${touched.join(', ')}`;
+            return [svg('circle', { class: 'risk', cx, cy, r }), label];
+        });
+}
+
+function allMarks(session: Session, seen: (place: Vec3) => Seen): SVGElement[] {
+    const { list, selected } = session.store.state.marks;
+    const shown = list.filter((mark) => mark.shown);
+    return [
+        ...shown.flatMap((mark) =>
+            oneMark(mark, session.marks.present(mark).map(seen), session, mark.key === selected),
+        ),
+        ...pendingMark(session, seen),
+    ];
+}
+
+function oneMark(
+    mark: Mark,
+    places: readonly Seen[],
+    session: Session,
+    own: boolean,
+): SVGElement[] {
+    const near = places.some((place) => place.near);
+    const kind = `mark${near ? ' near' : ''}${own ? ' chosen' : ''}`;
+    const spots = places.flatMap(({ spot }) => (spot ? [spot] : []));
+    if (!spots.length) return [];
+    const value = valueOf(mark.kind, session.marks.present(mark));
+    const label = value ? valueText(value) : mark.name;
+    const handles = mark.kind === 'curve' ? [] : spots;
+    // An angle has its value at the vertex, others in the middle.
+    const at = mark.kind === 'angle' ? places[1]!.spot : middle(spots);
+    return [
+        ...lines(kind, spots),
+        ...handles.map(([cx, cy]) => svg('circle', { class: kind, cx, cy, r: kHandle })),
+        ...(at ? [text(kind, at, label)] : []),
+    ];
+}
+
+/// A mark without its last points, with a line to the pointer.
+function pendingMark(session: Session, seen: (place: Vec3) => Seen): SVGElement[] {
+    const { marks, pointer, tool } = session.store.state;
+    if (!marks.pending.length || tool.name !== 'measure') return [];
+    const set = marks.pending.map((rest) => session.marks.presentPoint(rest));
+    const ahead = pointer.under?.point;
+    const places = ahead ? [...set, ahead] : set;
+    const spots = places.flatMap((place) => {
+        const { spot } = seen(place);
+        return spot ? [spot] : [];
+    });
+    const whole = places.length === kPointsOf[marks.kind];
+    const value = whole ? valueOf(marks.kind, places) : undefined;
+    if (!spots.length) return [];
+    return [
+        ...lines('mark near pending', spots),
+        ...spots.map(([cx, cy]) =>
+            svg('circle', { class: 'mark near pending', cx, cy, r: kHandle }),
+        ),
+        ...(value ? [text('mark near', spots[spots.length - 1]!, valueText(value))] : []),
+    ];
+}
+
+function lines(kind: string, spots: readonly Spot[]): SVGElement[] {
+    if (spots.length < 2) return [];
+    const points = spots.map((spot) => spot.join(',')).join(' ');
+    return [
+        svg('polyline', { class: 'mark rim', points }),
+        svg('polyline', { class: kind, points }),
+    ];
+}
+
+const middle = (spots: readonly Spot[]): Spot => {
+    const [a, b] = [spots[0]!, spots[spots.length - 1]!];
+    return spots.length === 2 ? [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] : spots[spots.length >> 1]!;
+};
+
+function text(kind: string, [x, y]: Spot, label: string): SVGElement {
+    const element = svg('text', { class: kind, x: x + 8, y: y - 7 });
+    element.textContent = label;
+    return element;
+}
+
+/// Border of the lumen's section at the tip, projected.
+function lumenMarks(session: Session, plane: SectionPlane): SVGElement[] {
+    const { tip } = session.store.state.lumen;
+    if (!tip || tip === 'open') return [];
+    const pieces = tip.border.map(([a, b]) => {
+        const [from, to] = [pixelOfWorld(plane, a), pixelOfWorld(plane, b)];
+        const text = (spot: Spot): string => spot.map((x) => x.toFixed(1)).join(' ');
+        return `M${text(from)}L${text(to)}`;
+    });
+    return [svg('path', { class: 'mark near lumen', d: pieces.join('') })];
+}
+
+const kLongestBar = 110; // [pixels]
+
+/// Length of a bar of scale: 1, 2 or 5 times a power of ten [mm].
+export function barLength(mmPerPixel: number): number {
+    const most = kLongestBar * mmPerPixel;
+    const power = 10 ** Math.floor(Math.log10(most));
+    const leading = [5, 2, 1].find((n) => n * power <= most)!;
+    return Number((leading * power).toPrecision(1));
+}
+
+function scaleBar(mmPerPixel: number, width: number, height: number): SVGElement[] {
+    const mm = barLength(mmPerPixel);
+    const long = mm / mmPerPixel;
+    const [right, y] = [width - 10, height - 10];
+    const left = right - long;
+    const d = `M${left} ${y - 4}V${y}H${right}V${y - 4}`;
+    const label = svg('text', { class: 'scale', x: left - 6, y });
+    label.textContent = mm >= 10 && mm % 10 === 0 ? `${mm / 10} cm` : `${mm} mm`;
+    return [
+        svg('path', { class: 'scale rim', d }),
+        svg('path', { class: 'scale', d, 'data-mm': mm }),
+        label,
+    ];
+}
