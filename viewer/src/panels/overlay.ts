@@ -161,7 +161,9 @@ export class Overlay {
         this.show(view, parts, box);
         const { axis } = plane.axes;
         const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
-        this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
+        const { slab, projection } = state.sections;
+        const thick = slab > 0 ? `, ${projection} of ${slab} mm` : '';
+        this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm${thick}`;
     }
 
     /// Path through the lumen: its projection faint, parts near the section strong.
@@ -266,17 +268,12 @@ export class Overlay {
         const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
             state.flight.wall
         ];
-        const shadow = view.outside && view.fluoroscopy;
-        this.names.endoscope.textContent = shadow
-            ? 'Fluoroscopy'
-            : view.outside
-              ? 'Outside'
-              : kTitles.endoscope;
-        this.captions.endoscope.textContent = view.outside
-            ? shadow
-                ? 'X-rays through the scan'
-                : 'from outside, cut open at the tip'
-            : `${Math.round(view.fieldOfView)}°, ${wall}`;
+        const [name, caption] = outsideTexts(state) ?? [
+            kTitles.endoscope,
+            `${Math.round(view.fieldOfView)}°, ${wall}`,
+        ];
+        this.names.endoscope.textContent = name;
+        this.captions.endoscope.textContent = caption;
     }
 
     private spotFromOutside(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
@@ -314,6 +311,15 @@ export class Overlay {
         this.drawings[view].setAttribute('viewBox', `0 0 ${box.width} ${box.height}`);
         this.drawings[view].replaceChildren(...parts);
     }
+}
+
+/// Name and caption of the outside view; undefined in the endoscope.
+function outsideTexts({ view, rendering }: State): [string, string] | undefined {
+    if (!view.outside) return undefined;
+    if (view.fluoroscopy) return ['Fluoroscopy', 'X-rays through the scan'];
+    const cut = 'cut open at the tip';
+    if (!view.blended) return ['Outside', `from outside, ${cut}`];
+    return ['Volume', rendering.cut ? `${rendering.preset}, ${cut}` : rendering.preset];
 }
 
 const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One undo for everything. Steps that change the tissue or the threshold are the server's; the
-// groups `view` and `sections` are the page's own. Each own step remembers the number of server
-// steps before it, which puts both kinds into one order.
+// groups `view`, `sections` and `rendering` are the page's own. Each own step remembers the number
+// of server steps before it, which puts both kinds into one order.
 
 import type { State } from './state.ts';
 import type { Store } from './store.ts';
 
-type Own = Pick<State, 'view' | 'sections'>;
+type Own = Pick<State, 'view' | 'sections' | 'rendering'>;
 
 interface Step {
     readonly name: string;
@@ -20,14 +20,16 @@ interface Step {
 const kMaxSteps = 200;
 const kMergeMs = 700;
 
-const ownOf = ({ view, sections }: State): Own => ({ view, sections });
+const ownOf = ({ view, sections, rendering }: State): Own => ({ view, sections, rendering });
 
 function sameValues<T extends object>(a: T, b: T): boolean {
     return (Object.keys(a) as (keyof T)[]).every((key) => a[key] === b[key]);
 }
 
 const same = (a: Own, b: Own): boolean =>
-    sameValues(a.view, b.view) && sameValues(a.sections, b.sections);
+    sameValues(a.view, b.view) &&
+    sameValues(a.sections, b.sections) &&
+    sameValues(a.rendering, b.rendering);
 
 export class History {
     private readonly done: Step[] = [];

@@ -11,13 +11,14 @@ import type { Patch, Store } from './store.ts';
 const kKey = 'pliant.view.2'; // a new number where the form changes
 
 function keptOf(state: State): Patch {
-    const { view, sections, look, fluoro, flight, overlay } = state;
+    const { view, sections, look, fluoro, rendering, flight, overlay } = state;
     const { maximised, contour, space, timings } = state.display;
     return {
         view,
         sections,
         look,
         fluoro,
+        rendering,
         flight,
         overlay,
         tool: { ...state.tool, outcome: '' },

@@ -9,6 +9,7 @@ import type { Space } from '../maths/grid.ts';
 import type { Keyframe } from '../maths/keyframes.ts';
 import type { Path } from '../maths/path.ts';
 import type { Camera, Surface } from '../maths/rays.ts';
+import { kMuscle, type Transfer } from '../maths/transfer.ts';
 import type { Vec3 } from '../maths/vec.ts';
 import type {
     HapticsNews,
@@ -49,6 +50,10 @@ export type Lining = (typeof kLinings)[number];
 /// Shapes of the picture's edge.
 export const kFieldStops = ['round', 'octagon', 'full'] as const;
 export type FieldStop = (typeof kFieldStops)[number];
+
+/// Projections of a slab in the sections.
+export const kProjections = ['maximum', 'minimum', 'mean'] as const;
+export type Projection = (typeof kProjections)[number];
 
 /// The connection, and the server's abilities.
 export interface Link {
@@ -107,6 +112,7 @@ export interface View {
     readonly fog: number; ///< [mm]; 0: none
     readonly outside: boolean; ///< the lumen is seen from outside
     readonly fluoroscopy: boolean; ///< from outside: X-rays through the scan
+    readonly blended: boolean; ///< from outside, without fluoroscopy: the scan as a volume
     readonly orbit: Orbit;
 }
 
@@ -121,6 +127,8 @@ export interface Sections {
     readonly frames: Readonly<Record<SectionName, SectionFrame>>;
     readonly window: number; ///< [HU]
     readonly level: number; ///< [HU]
+    readonly slab: number; ///< thickness [mm]; 0: a plane
+    readonly projection: Projection; ///< of the slab
 }
 
 /// Style of the endoscope's picture.
@@ -137,6 +145,15 @@ export interface Fluoro {
     readonly exposure: number; ///< factor of the automatic exposure
     readonly noise: number; ///< factor of the quantum noise
     readonly field: FieldStop; ///< collimator
+}
+
+/// Volume rendering. Can be undone.
+export interface Rendering {
+    readonly preset: string; ///< name of the chosen one; empty: none yet
+    readonly transfer: Transfer; ///< of the preset
+    readonly opacity: number; ///< factor of its extinctions
+    readonly shift: number; ///< of its values [HU]
+    readonly cut: boolean; ///< open at the plane through the endoscope's tip
 }
 
 /// Settings of free flight.
@@ -204,6 +221,7 @@ export interface State {
     readonly sections: Sections;
     readonly look: Look;
     readonly fluoro: Fluoro;
+    readonly rendering: Rendering;
     readonly flight: Flight;
     readonly way: Way;
     readonly movie: MovieState;
@@ -238,6 +256,7 @@ export const initialState = (): State => ({
         fog: 120,
         outside: false,
         fluoroscopy: false,
+        blended: false,
         orbit: { centre: [0, 0, 0], direction: [0, 1, 0], up: [0, 0, 1], distance: 300 },
     },
     sections: {
@@ -245,9 +264,18 @@ export const initialState = (): State => ({
         frames: { axial: kWhole, coronal: kWhole, sagittal: kWhole },
         window: 1500,
         level: -200,
+        slab: 0,
+        projection: 'maximum',
     },
     look: { style: 'real', styleChosen: false, lining: 'auto', fieldStop: 'round' },
     fluoro: { contrast: 1, exposure: 1, noise: 1, field: 'round' },
+    rendering: {
+        preset: '',
+        transfer: kMuscle,
+        opacity: 1,
+        shift: 0,
+        cut: false,
+    },
     flight: { speed: 1, wall: 'stop', tip: 2.5 },
     way: { path: null, position: 0, flying: false, from: null, busy: false },
     movie: { keyframes: [], playing: false },

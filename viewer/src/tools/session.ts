@@ -35,6 +35,7 @@ import { Scene, type SceneParts } from './scene.ts';
 import { steeringOf } from './steering.ts';
 import { Subscriptions } from './subscriptions.ts';
 import { ThresholdTool } from './threshold.ts';
+import { followScan } from './volume_presets.ts';
 
 const kLongestFrame = 0.1; // time step limit after a pause [s]
 
@@ -69,6 +70,7 @@ export class Session extends Scene implements Listener {
         this.held = parts.held;
         this.onWelcome = () => parts.onWelcome();
         this.catheter = new CatheterHand(this, parts.held, this.device);
+        followScan(this);
     }
 
     /// Connects to the server.
@@ -190,6 +192,7 @@ export class Session extends Scene implements Listener {
             tool: { outcome: '' },
             hands: { force_n: 0, energy_per_mm: 0 },
             sections: { frames },
+            rendering: initialState().rendering,
         });
         this.hand.placeBalls();
     }

@@ -19,6 +19,7 @@ import { fieldUniforms, kNoField, overlayUniforms, Picture, type ViewRect } from
 import type { RestField } from './rest_field.ts';
 import { sectionPlane } from './section_geometry.ts';
 import { kSection } from './shaders.ts';
+import { kNoSlab, slabUniforms } from './volume_view.ts';
 import { VolumeTexture } from './volume_texture.ts';
 
 const kScales = [1, 0.66, 0.5, 0.35, 0.25];
@@ -30,8 +31,8 @@ const kStillMs = 180; // time without a change before the full picture
 /// Groups of the state that the views depend on, apart from the threshold and the cut face.
 const inAllViews = ({ scan, overlay, display }: State): unknown[] => [scan, overlay, display];
 const inEndoscope = (state: State): unknown[] => {
-    const { view, look, fluoro, flight, versions, hands } = state;
-    return [...inAllViews(state), view, look, fluoro, flight, versions, hands];
+    const { view, look, fluoro, rendering, flight, versions, hands } = state;
+    return [...inAllViews(state), view, look, fluoro, rendering, flight, versions, hands];
 };
 const inSections = (state: State): unknown[] => [...inAllViews(state), state.sections];
 
@@ -59,6 +60,7 @@ export class Stage {
     private readonly endoscope = new EndoscopeView();
     private readonly section = new Picture(kSection, {
         ...kNoField,
+        ...kNoSlab,
         centre: new THREE.Vector3(),
         right: new THREE.Vector3(),
         up: new THREE.Vector3(),
@@ -269,7 +271,8 @@ export class Stage {
             this.endoscope.setVessel(this.vessel, state.versions.vessel);
             const pass = passes ? this.pass++ : undefined;
             const seed = still ? 0 : this.framesDrawn; // a still picture doesn't flicker
-            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed, pass);
+            const { renderer, balls } = this;
+            this.endoscope.draw(renderer, state, balls, rect, scale, seed, pass, !still);
             this.full = still && (!passes || this.pass === kPasses.length);
         } else this.drawSection(view, state, rect);
     }
@@ -279,6 +282,7 @@ export class Stage {
         const { frames, cursor, window, level } = state.sections;
         const plane = sectionPlane(grid, view, frames[view], cursor, rect.width, rect.height);
         this.section.set(overlayUniforms(state, this.overlay));
+        this.section.set(slabUniforms(state.sections, grid, plane));
         this.section.set({
             centre: new THREE.Vector3(...plane.centre),
             right: new THREE.Vector3(...plane.axes.right),
