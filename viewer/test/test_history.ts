@@ -92,3 +92,17 @@ test('flying and looking around at the same time are one step', async () => {
     assert.deepEqual(store.state.view.camera.eye, [0, 0, 0]);
     assert.equal(history.names().undo, '');
 });
+
+test('settings of the volume rendering and of slabs are steps', async () => {
+    const { store, history } = setUp();
+    history.step('opacity', () => store.set({ rendering: { opacity: 3 } }));
+    history.step('slab', () => store.set({ sections: { slab: 10, projection: 'mean' } }));
+    await history.undo();
+    assert.equal(store.state.sections.slab, 0);
+    assert.equal(store.state.sections.projection, 'maximum');
+    assert.equal(store.state.rendering.opacity, 3);
+    await history.undo();
+    assert.equal(store.state.rendering.opacity, 1);
+    await history.redo();
+    assert.equal(store.state.rendering.opacity, 3);
+});

@@ -14,7 +14,7 @@ import type { SectionPlane } from './section_geometry.ts';
 
 const kMaxEmpty = 4; // as in the shader
 const kStillStep = 0.5; // of the smallest voxel spacing, as in C++
-const kMovingStep = 1.5;
+const kMovingStep = 1;
 const kFar = 1e30; // stands for infinity in uniforms
 
 const vectors4 = (length: number): THREE.Vector4[] =>
