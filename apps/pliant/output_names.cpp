@@ -51,7 +51,8 @@ Status stage_names(std::span<const OutputName> outputs, const std::string& input
     for (const OutputName& output : outputs) {
         if (output.name.empty()) continue;
         if (const Status status = check_name(output.option, output.name, output.endings);
-            !status.ok()) return status;
+            !status.ok())
+            return status;
         const fs::path place = whole_path(output.name);
         for (const auto& [option, other] : taken)
             if (place == other)

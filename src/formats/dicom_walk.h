@@ -28,14 +28,15 @@ namespace pliant {
 
 namespace dicom_tags {
 inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080016,
-                               kModality = 0x00080060, kSeriesDescription = 0x0008103e, kSeriesUid = 0x0020000e,
-                               kPosition = 0x00200032, kOrientation = 0x00200037,
-                               kSamples = 0x00280002, kPhotometric = 0x00280004,
-                               kPlanar = 0x00280006, kFrames = 0x00280008, kRows = 0x00280010,
-                               kColumns = 0x00280011, kPixelSpacing = 0x00280030,
-                               kBitsAllocated = 0x00280100, kBitsStored = 0x00280101,
-                               kHighBit = 0x00280102, kPixelRepresentation = 0x00280103,
-                               kIntercept = 0x00281052, kSlope = 0x00281053, kRescaleType = 0x00281054,
+                               kModality = 0x00080060, kSeriesDescription = 0x0008103e,
+                               kSeriesUid = 0x0020000e, kPosition = 0x00200032,
+                               kOrientation = 0x00200037, kSamples = 0x00280002,
+                               kPhotometric = 0x00280004, kPlanar = 0x00280006,
+                               kFrames = 0x00280008, kRows = 0x00280010, kColumns = 0x00280011,
+                               kPixelSpacing = 0x00280030, kBitsAllocated = 0x00280100,
+                               kBitsStored = 0x00280101, kHighBit = 0x00280102,
+                               kPixelRepresentation = 0x00280103, kIntercept = 0x00281052,
+                               kSlope = 0x00281053, kRescaleType = 0x00281054,
                                kModalityLut = 0x00283000, kSliceThickness = 0x00180050;
 }
 

@@ -159,14 +159,13 @@ struct PathMessage {
 };
 
 /// Commands to the scene come first, then messages that the server answers itself.
-using Action =
-    std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
-                 RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand, MaterialsCommand,
-                 IsoCommand, UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand,
-                 HelloMessage, ToolMessage, ChecksumMessage, SeenMessage, PingMessage,
-                 OverlayMessage, PathMessage, HapticsMessage, HapticPoseMessage, VesselMessage,
-                 RestMessage, CameraMessage, FollowMessage, ReplayMessage, LabelsMessage,
-                 MarksMessage, MarkMessage>;
+using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
+                            CarveCommand, RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand,
+                            MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, TissueCommand,
+                            DepthCommand, DriveCommand, HelloMessage, ToolMessage, ChecksumMessage,
+                            SeenMessage, PingMessage, OverlayMessage, PathMessage, HapticsMessage,
+                            HapticPoseMessage, VesselMessage, RestMessage, CameraMessage,
+                            FollowMessage, ReplayMessage, LabelsMessage, MarksMessage, MarkMessage>;
 
 struct Message {
     std::uint32_t id = 0;

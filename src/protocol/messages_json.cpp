@@ -156,7 +156,8 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
     const Json features =
         welcome.is_watched
             ? Json{"save", "overlay", "path", "vessel", "rest", "labels", "follow", "replay"}
-            : Json{"save", "open", "overlay", "path", "tissue", "haptics", "vessel", "rest", "labels", "marks", "follow"};
+            : Json{"save",   "open", "overlay", "path",  "tissue", "haptics",
+                   "vessel", "rest", "labels",  "marks", "follow"};
     Json json = json_of(welcome.client);
     json.update({{"t", "welcome"},
                  {"protocol", kProtocolVersion},

@@ -261,8 +261,8 @@ class Hub final : private FeedHost {
     PlaybackFeed m_playback{*this};
     LabelFeed m_labels{*this};
     MarkFeed m_marks{*this};
-    std::array<Feed*, 9> m_feeds{&m_device, &m_overlays, &m_rest,     &m_vessel, &m_paths,
-                                 &m_labels, &m_marks,    &m_cameras,  &m_playback};
+    std::array<Feed*, 9> m_feeds{&m_device, &m_overlays, &m_rest,    &m_vessel,  &m_paths,
+                                 &m_labels, &m_marks,    &m_cameras, &m_playback};
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

@@ -99,6 +99,7 @@ function start(): void {
             },
             onTooSlow: () => {
                 const { style, styleChosen } = store.state.look;
+                if (store.state.view.outside) return; // drawn in neither style
                 if (style === 'plain' || styleChosen) return;
                 store.set({ look: { style: 'plain' } });
                 message.say('switched to the plain look: the real one is too slow here');

@@ -135,3 +135,17 @@ test('the defaults of a fresh scan are no step of the user', async () => {
     await history.undo();
     assert.deepEqual(log, []);
 });
+
+test('settings of the volume rendering and of slabs are steps', async () => {
+    const { store, history } = setUp();
+    history.step('opacity', () => store.set({ rendering: { opacity: 3 } }));
+    history.step('slab', () => store.set({ sections: { slab: 10, projection: 'mean' } }));
+    await history.undo();
+    assert.equal(store.state.sections.slab, 0);
+    assert.equal(store.state.sections.projection, 'maximum');
+    assert.equal(store.state.rendering.opacity, 3);
+    await history.undo();
+    assert.equal(store.state.rendering.opacity, 1);
+    await history.redo();
+    assert.equal(store.state.rendering.opacity, 3);
+});

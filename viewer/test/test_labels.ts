@@ -14,7 +14,7 @@ import { type Grid, voxelCount, worldFromVoxel } from '../src/maths/grid.ts';
 import { add, along, norm, sub, type Vec3 } from '../src/maths/vec.ts';
 import { readNames } from '../src/state/labels.ts';
 import type { Session } from '../src/tools/session.ts';
-import { isLabelMap } from '../src/tools/labels_tool.ts';
+import { isLabelMap } from '../src/tools/label_guess.ts';
 import { picture, pixels, rectOf, stateOf, still, untilState, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 

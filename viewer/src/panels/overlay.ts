@@ -5,7 +5,7 @@
 // sharp, accessible to screen readers, and cheap to update.
 
 import { type Grid, shown, voxelFromWorld } from '../maths/grid.ts';
-import { type Camera, firstHit, frameOf } from '../maths/rays.ts';
+import { type Camera, firstHit } from '../maths/rays.ts';
 import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
 import { kKinds, type ShownKind } from '../state/overlay_kinds.ts';
@@ -116,9 +116,7 @@ export class Overlay {
         if (!place) return undefined;
         const box = this.views[view].getBoundingClientRect();
         if (view !== 'endoscope') return pixelOfWorld(this.planeOf(view, state, box), place);
-        return state.view.outside
-            ? this.spotFromOutside(state.view, place, box)
-            : this.spotInEndoscope(state.view, place, box);
+        return spotInView(state.view, place, box);
     }
 
     /// Shows newtons, logarithmic from a millinewton on. Tissues without forces have no bar: their
@@ -200,7 +198,10 @@ export class Overlay {
         this.show(view, parts, box);
         const { axis } = plane.axes;
         const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
-        this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm${sliceText(grid, plane)}`;
+        const { slab, projection } = state.sections;
+        const thick = slab > 0 ? `, ${projection} of ${slab} mm` : '';
+        this.captions[view].textContent =
+            `${axis} ${at.toFixed(1)} mm${sliceText(this.session.volume!.grid, plane)}${thick}`;
     }
 
     /// Cuts where they cross the section.
@@ -337,7 +338,7 @@ export class Overlay {
                         svg('polyline', {
                             class: 'cut',
                             points: run
-                                .map((p) => this.spotInEndoscope(view, p, box))
+                                .map((p) => spotInView(view, p, box))
                                 .filter(Boolean)
                                 .join(' '),
                         }),
@@ -350,17 +351,12 @@ export class Overlay {
         const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
             state.flight.wall
         ];
-        const shadow = view.outside && view.fluoroscopy;
-        this.names.endoscope.textContent = shadow
-            ? 'Fluoroscopy'
-            : view.outside
-              ? 'Outside'
-              : kTitles.endoscope;
-        this.captions.endoscope.textContent = view.outside
-            ? shadow
-                ? 'X-rays through the scan'
-                : 'from outside, cut open at the tip'
-            : `${Math.round(view.fieldOfView)}°, ${wall}`;
+        const [name, caption] = outsideTexts(state) ?? [
+            kTitles.endoscope,
+            `${Math.round(view.fieldOfView)}°, ${wall}`,
+        ];
+        this.names.endoscope.textContent = name;
+        this.captions.endoscope.textContent = caption;
     }
 
     private show(view: ViewName, parts: SVGElement[], box: DOMRect): void {
@@ -375,6 +371,15 @@ function sliceText(grid: Grid, { axes, centre }: SectionPlane): string {
     if (axis < 0) return '';
     const slice = Math.round(voxelFromWorld(grid, centre)[axis]!) + 1;
     return ` · slice ${slice} of ${grid.size[axis]}`;
+}
+
+/// Name and caption of the outside view; undefined in the endoscope.
+function outsideTexts({ view, rendering }: State): [string, string] | undefined {
+    if (!view.outside) return undefined;
+    if (view.fluoroscopy) return ['Fluoroscopy', 'X-rays through the scan'];
+    const cut = 'cut open at the tip';
+    if (!view.blended) return ['Outside', `from outside, ${cut}`];
+    return ['Volume', rendering.cut ? `${rendering.preset}, ${cut}` : rendering.preset];
 }
 
 const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>

@@ -9,7 +9,15 @@ import type { Session } from '../tools/session.ts';
 import { type Control, h, slider, type SliderSettings } from './dom.ts';
 
 /// Groups of the state with numbers for sliders.
-type Settings = 'view' | 'sections' | 'flight' | 'tool' | 'overlay' | 'fluoro' | 'labels';
+type Settings =
+    | 'view'
+    | 'sections'
+    | 'flight'
+    | 'tool'
+    | 'overlay'
+    | 'fluoro'
+    | 'labels'
+    | 'rendering';
 type NumberOf<G extends Settings> = keyof {
     [K in keyof State[G] as State[G][K] extends number ? K : never]: 0;
 };

@@ -17,6 +17,7 @@ import { Parts } from './panel_parts.ts';
 import { sessionPanel } from './panel_session.ts';
 import { tissuePanel } from './panel_springs.ts';
 import { vesselPanel } from './panel_vessel.ts';
+import { slabPanel, volumePanel } from './panel_volume.ts';
 import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
 import { displayPanel, endoscopePanel, placesPanel, windowPanel } from './panels_view.ts';
 
@@ -29,10 +30,12 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         toolPanel(parts),
         surfacePanel(parts),
         windowPanel(parts),
+        slabPanel(parts),
         overlayPanel(parts),
         labelsPanel(parts),
         marksPanel(parts),
         endoscopePanel(parts),
+        volumePanel(parts),
         fluoroscopyPanel(parts),
         tissuePanel(parts),
         materialPanel(parts),

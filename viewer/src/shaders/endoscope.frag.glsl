@@ -32,17 +32,6 @@ const float kDepth = 0.6;
 const float kSoftness = 400.0;  // [HU]
 const float kBehind = 0.7;      // voxels
 
-vec3 srgbOf(vec3 light) {
-    light = clamp(light, 0.0, 1.0);
-    return mix(light * 12.92, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055,
-               vec3(greaterThan(light, vec3(0.0031308))));
-}
-
-vec3 linearOf(vec3 srgb) {
-    return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)),
-               vec3(greaterThan(srgb, vec3(0.04045))));
-}
-
 // Colour of the wall; an overlay shows the value of the tissue behind the surface.
 vec3 wallColour(vec3 p, vec3 normal) {
     vec4 over = overlayAt(p - kBehind * normalize(voxelVectorOf(normal)));

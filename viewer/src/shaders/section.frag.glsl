@@ -21,7 +21,7 @@ void main() {
         return;
     }
     float value = quickSample(p);
-    float grey = clamp((value - level) / max(window, 1e-6) + 0.5, 0.0, 1.0);
+    float grey = clamp((slabAt(p) - level) / max(window, 1e-6) + 0.5, 0.0, 1.0);
     vec3 shade = vec3(grey);
     vec4 over = overlayAt(p);
     shade = mix(shade, over.rgb, over.a);

@@ -91,8 +91,8 @@ float firstHit(vec3 o, vec3 d) {
     return kNothing;
 }
 
-// Unit normal of the wall, towards the lumen and never along the ray.
-vec3 wallNormal(vec3 p, vec3 ray) {
+// Gradient [HU/mm, LPS] by central differences. p [voxels]
+vec3 gradientAt(vec3 p) {
     vec3 last = size - 1.0;
     vec3 slope;
     for (int a = 0; a < 3; ++a) {
@@ -102,7 +102,12 @@ vec3 wallNormal(vec3 p, vec3 ray) {
         float width = dot(after - before, e);
         slope[a] = width > 0.0 ? (quickSample(after) - quickSample(before)) / width : 0.0;
     }
-    vec3 world = transpose(mat3(voxelFromWorld)) * slope;
+    return transpose(mat3(voxelFromWorld)) * slope;
+}
+
+// Unit normal of the wall, towards the lumen and never along the ray.
+vec3 wallNormal(vec3 p, vec3 ray) {
+    vec3 world = gradientAt(p);
     float steepness = length(world);
     if (!(steepness > 1e-9)) return -ray;
     vec3 n = (rising ? -1.0 : 1.0) / steepness * world;

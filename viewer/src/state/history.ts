@@ -2,15 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One undo for everything. Steps that change the tissue or the threshold are the server's; the
-// groups `view` and `sections` and the marks are the page's own. Each own step remembers the number
-// of server steps before it, which puts both kinds into one order. Marks are shared with other
-// clients, so a step takes back its own changes of them, and none of the changes since.
+// groups `view`, `sections` and `rendering` and the marks are the page's own. Each own step
+// remembers the number of server steps before it, which puts both kinds into one order. Marks are
+// shared with other clients, so a step takes back its own changes of them, and none of the changes
+// since.
 
 import { type Mark, patched } from '../maths/marks.ts';
 import type { State } from './state.ts';
 import type { Store } from './store.ts';
 
-type Own = Pick<State, 'view' | 'sections'> & { readonly marks: readonly Mark[] };
+type Own = Pick<State, 'view' | 'sections' | 'rendering'> & { readonly marks: readonly Mark[] };
 
 interface Step {
     readonly name: string;
@@ -34,14 +35,22 @@ function undoable({ shared }: State): number {
     return isDefaults ? 0 : steps;
 }
 
-const ownOf = ({ view, sections, marks }: State): Own => ({ view, sections, marks: marks.list });
+const ownOf = ({ view, sections, rendering, marks }: State): Own => ({
+    view,
+    sections,
+    rendering,
+    marks: marks.list,
+});
 
 function sameValues<T extends object>(a: T, b: T): boolean {
     return (Object.keys(a) as (keyof T)[]).every((key) => a[key] === b[key]);
 }
 
 const same = (a: Own, b: Own): boolean =>
-    sameValues(a.view, b.view) && sameValues(a.sections, b.sections) && a.marks === b.marks;
+    sameValues(a.view, b.view) &&
+    sameValues(a.sections, b.sections) &&
+    sameValues(a.rendering, b.rendering) &&
+    a.marks === b.marks;
 
 export class History {
     private readonly done: Step[] = [];

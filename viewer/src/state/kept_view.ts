@@ -11,7 +11,7 @@ import type { Patch, Store } from './store.ts';
 const kKey = 'pliant.view.2'; // a new number where the form changes
 
 function keptOf(state: State): Patch {
-    const { view, sections, look, fluoro, flight, overlay } = state;
+    const { view, sections, look, fluoro, rendering, flight, overlay } = state;
     const { looks, names, opacity, outline } = state.labels;
     const { maximised, contour, space, timings } = state.display;
     return {
@@ -19,6 +19,7 @@ function keptOf(state: State): Patch {
         sections,
         look,
         fluoro,
+        rendering,
         flight,
         overlay,
         tool: { ...state.tool, cuts: [], outcome: null },

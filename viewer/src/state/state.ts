@@ -11,6 +11,7 @@ import type { CrossSection } from '../maths/lumen.ts';
 import type { Mark } from '../maths/marks.ts';
 import type { Path } from '../maths/path.ts';
 import type { Camera, Surface } from '../maths/rays.ts';
+import { kMuscle, type Transfer } from '../maths/transfer.ts';
 import type { Vec3 } from '../maths/vec.ts';
 import type {
     HapticsNews,
@@ -40,7 +41,7 @@ export const kTools = [
 export type ToolName = (typeof kTools)[number];
 
 /// Tools of clients that only view.
-export const kViewing: readonly ToolName[] = ['look', 'window', 'path'];
+export const kViewing: readonly ToolName[] = ['look', 'window', 'path', 'measure'];
 
 /// Behaviour of the tip at a wall.
 export const kWalls = ['stop', 'push', 'pass'] as const;
@@ -60,6 +61,9 @@ export type FieldStop = (typeof kFieldStops)[number];
 /// Silent: connected, but the server has not answered for some seconds. Refused: the link's token
 /// is wrong.
 export type LinkStatus = 'connecting' | 'open' | 'silent' | 'lost' | 'ended' | 'refused';
+/// Projections of a slab in the sections.
+export const kProjections = ['maximum', 'minimum', 'mean'] as const;
+export type Projection = (typeof kProjections)[number];
 
 /// The connection, and the server's abilities.
 export interface Link {
@@ -118,6 +122,7 @@ export interface View {
     readonly fog: number; ///< [mm]; 0: none
     readonly outside: boolean; ///< the lumen is seen from outside
     readonly fluoroscopy: boolean; ///< from outside: X-rays through the scan
+    readonly blended: boolean; ///< from outside, without fluoroscopy: the scan as a volume
     readonly orbit: Orbit;
 }
 
@@ -132,6 +137,8 @@ export interface Sections {
     readonly frames: Readonly<Record<SectionName, SectionFrame>>;
     readonly window: number; ///< [HU]
     readonly level: number; ///< [HU]
+    readonly slab: number; ///< thickness [mm]; 0: a plane
+    readonly projection: Projection; ///< of the slab
 }
 
 /// Style of the endoscope's picture.
@@ -148,6 +155,15 @@ export interface Fluoro {
     readonly exposure: number; ///< factor of the automatic exposure
     readonly noise: number; ///< factor of the quantum noise
     readonly field: FieldStop; ///< collimator
+}
+
+/// Volume rendering. Can be undone.
+export interface Rendering {
+    readonly preset: string; ///< name of the chosen one; empty: none yet
+    readonly transfer: Transfer; ///< of the preset
+    readonly opacity: number; ///< factor of its extinctions
+    readonly shift: number; ///< of its values [HU]
+    readonly cut: boolean; ///< open at the plane through the endoscope's tip
 }
 
 /// Settings of free flight.
@@ -255,6 +271,7 @@ export interface State {
     readonly sections: Sections;
     readonly look: Look;
     readonly fluoro: Fluoro;
+    readonly rendering: Rendering;
     readonly flight: Flight;
     readonly way: Way;
     readonly movie: MovieState;
@@ -292,6 +309,7 @@ export const initialState = (): State => ({
         fog: 120,
         outside: false,
         fluoroscopy: false,
+        blended: false,
         orbit: { centre: [0, 0, 0], direction: [0, 1, 0], up: [0, 0, 1], distance: 300 },
     },
     sections: {
@@ -299,9 +317,18 @@ export const initialState = (): State => ({
         frames: { axial: kWhole, coronal: kWhole, sagittal: kWhole },
         window: 1500,
         level: -200,
+        slab: 0,
+        projection: 'maximum',
     },
     look: { style: 'real', styleChosen: false, lining: 'auto', fieldStop: 'round' },
     fluoro: { contrast: 1, exposure: 1, noise: 1, field: 'round' },
+    rendering: {
+        preset: '',
+        transfer: kMuscle,
+        opacity: 1,
+        shift: 0,
+        cut: false,
+    },
     flight: { speed: 1, wall: 'stop', tip: 2.5 },
     way: { path: null, position: 0, flying: false, from: null, busy: false },
     movie: { keyframes: [], playing: false },

@@ -14,6 +14,7 @@ import { kOverlays } from '../net/protocol.ts';
 import { kKinds, rangeOf } from '../state/overlay_kinds.ts';
 import {
     kViewing,
+    kProjections,
     kViews,
     kWalls,
     pushOrSlide,
@@ -31,6 +32,7 @@ import type { Session } from './session.ts';
 import { kMinCarving, newStroke } from './strokes.ts';
 
 const kBeside = 8; // distance to a lumen [mm]
+const kUsualSlab = 10; // [mm]
 
 const isTable = (name: string): boolean => /\.(csv|ctbl)$/i.test(name);
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
@@ -115,6 +117,20 @@ export class Actions {
         });
     }
 
+    /// Switches the sections to the next projection of a slab; to planes after the last.
+    cycleSlab(): void {
+        const { slab, projection } = this.state.sections;
+        const next = slab > 0 ? kProjections.indexOf(projection) + 1 : 0;
+        const ends = next === kProjections.length;
+        this.session.history.step('slab', () =>
+            this.set({
+                sections: ends
+                    ? { slab: 0 }
+                    : { slab: slab || kUsualSlab, projection: kProjections[next]! },
+            }),
+        );
+    }
+
     /// Shows the whole volume in all sections.
     fit(): void {
         const whole = { shift: [0, 0] as const, zoom: 1 };
@@ -160,10 +176,19 @@ export class Actions {
     }
 
     toggleOutside(): void {
-        const { outside, fluoroscopy } = this.state.view;
-        const next = fluoroscopy || !outside;
+        const { outside, fluoroscopy, blended } = this.state.view;
+        const next = fluoroscopy || blended || !outside;
         this.session.history.step('outside', () =>
-            this.set({ view: { outside: next, fluoroscopy: false } }),
+            this.set({ view: { outside: next, fluoroscopy: false, blended: false } }),
+        );
+    }
+
+    /// Shows the scan as a volume, from outside.
+    toggleBlended(): void {
+        const { outside, fluoroscopy, blended } = this.state.view;
+        const next = !(outside && blended && !fluoroscopy);
+        this.session.history.step('volume rendering', () =>
+            this.set({ view: { outside: next, fluoroscopy: false, blended: next } }),
         );
     }
 
@@ -171,7 +196,7 @@ export class Actions {
         const { view } = this.state;
         const fluoroscopy = !(view.fluoroscopy && view.outside);
         this.session.history.step('fluoroscopy', () =>
-            this.set({ view: { fluoroscopy, outside: fluoroscopy } }),
+            this.set({ view: { fluoroscopy, outside: fluoroscopy, blended: false } }),
         );
     }
 

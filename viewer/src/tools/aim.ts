@@ -3,7 +3,9 @@
 
 // Picking: world positions under the pointer, in all views.
 
+import { blendAlong } from '../maths/blend.ts';
 import { firstHit, frameOf, rayThrough } from '../maths/rays.ts';
+import { adjusted } from '../maths/transfer.ts';
 import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import { type State, surfaceOf, type View, type ViewName } from '../state/state.ts';
@@ -26,8 +28,12 @@ export function planeAt(volume: VolumeData, state: State, spot: Spot): SectionPl
     return sectionPlane(volume.grid, view, frames[view], cursor, width, height);
 }
 
+/// Tests whether the endoscope's view shows the scan as a volume.
+export const showsVolume = ({ outside, fluoroscopy, blended }: View): boolean =>
+    outside && blended && !fluoroscopy;
+
 /// Origin and direction of the ray through a spot of the endoscope's view.
-export function rayAt(view: View, spot: Spot): { origin: Vec3; direction: Vec3 } {
+export function rayAt({ view, rendering }: State, spot: Spot): { origin: Vec3; direction: Vec3 } {
     const u = (2 * spot.x - spot.width) / spot.height;
     const v = 1 - (2 * spot.y) / spot.height;
     if (!view.outside) {
@@ -36,17 +42,23 @@ export function rayAt(view: View, spot: Spot): { origin: Vec3; direction: Vec3 }
     }
     const camera = orbitCamera(view);
     const direction = rayThrough(camera, kOutsideField, 0, u, v);
+    if (showsVolume(view) && !rendering.cut) return { origin: camera.eye, direction };
     // In the outside view rays begin at the plane through the tip that cuts the volume open.
     const ahead = dot(sub(view.camera.eye, camera.eye), camera.look);
     const start = Math.max(ahead / Math.max(dot(direction, camera.look), 1e-6), 0);
     return { origin: along(camera.eye, start, direction), direction };
 }
 
-/// World position under a spot; undefined if its ray hits no wall.
+/// World position under a spot; undefined if its ray hits no wall, or
+/// loses less than half of its light in a volume.
 export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | undefined {
     const plane = planeAt(volume, state, spot);
     if (plane) return worldOfPixel(plane, spot.x, spot.y);
-    const { origin, direction } = rayAt(state.view, spot);
+    const { origin, direction } = rayAt(state, spot);
+    if (showsVolume(state.view)) {
+        const { transfer, opacity, shift } = state.rendering;
+        return blendAlong(volume, adjusted(transfer, opacity, shift), origin, direction).picked;
+    }
     return firstHit(volume, origin, direction, surfaceOf(state))?.point;
 }
 

@@ -46,7 +46,7 @@ export class CarveWall {
                 this.depth,
                 this.plane.axes.normal,
             );
-        const { origin, direction } = rayAt(state.view, spot);
+        const { origin, direction } = rayAt(state, spot);
         const surface = surfaceOf(state);
         const then = firstHit(this.copy, origin, direction, surface);
         const now = firstHit(this.volume, origin, direction, surface);

@@ -6,8 +6,7 @@
 
 import { download } from './download.ts';
 import { droppedFiles, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
-import { labelReason } from './label_guess.ts';
-import { isLabelMap } from './labels_tool.ts';
+import { isLabelMap, labelReason } from './label_guess.ts';
 import type { Scene } from './scene.ts';
 import { readSeries, type Series } from './series.ts';
 

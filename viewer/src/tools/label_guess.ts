@@ -4,6 +4,10 @@
 // Recognises label maps, so that none is opened as a scan by mistake: by its name, or by few whole
 // values in a NRRD, NIfTI or MetaImage file with its data.
 
+/// Whether a name ends as those of label maps do: such a file is opened over the scan.
+export const isLabelMap = (name: string): boolean =>
+    /(\.seg|[-_. ](labels?|seg|segmentation|mask))\.(nrrd|nhdr|nii|nii\.gz|mha)$/i.test(name);
+
 const kName = /(^|[^a-z])(labels?|labelmap|seg|segmentation|masks?)([^a-z]|$)/i;
 const kHead = 4096; // bytes that hold a header's fields
 const kMaxBytes = 64 << 20; // of the voxels that are looked at

@@ -22,10 +22,6 @@ const kBehind = 1.2; // as in shaders/labels.glsl [voxels]
 const kTouchMs = 60; // between two tests of the tools
 const kMargin = 0.5; // distance at which a tool touches [mm]
 
-/// Tests whether a file is a label map, by its name.
-export const isLabelMap = (name: string): boolean =>
-    /(\.seg|[-_. ](labels?|seg|segmentation|mask))\.(nrrd|nhdr|nii|nii\.gz|mha)$/i.test(name);
-
 export class LabelsTool {
     /// Sends a label map to the server.
     send: (file: File) => Promise<void> = async () => {};

@@ -197,10 +197,10 @@ export class Pointer {
     private press(way: number): void {
         const { drag, session } = this;
         const { stroke } = session.hand;
-        const { tool, view } = session.store.state;
+        const { tool } = session.store.state;
         if (!drag?.place || !stroke || tool.outcome?.isStopped) return;
         const there = stroke.path[stroke.path.length - 1]!;
-        const { direction } = rayAt(view, drag.last);
+        const { direction } = rayAt(session.store.state, drag.last);
         const next = along(drag.place, way * tool.strength, direction);
         if (norm(sub(next, there)) > kPressLead) return;
         drag.place = next;

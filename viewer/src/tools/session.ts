@@ -43,6 +43,7 @@ import { steeringOf, type Stick } from './steering.ts';
 import { Subscriptions } from './subscriptions.ts';
 import { ThresholdTool } from './threshold.ts';
 import { TissueDefaults } from './tissue_defaults.ts';
+import { followScan } from './volume_presets.ts';
 
 const kAirBelow = -500; // [HU]
 const kLongestFrame = 0.1; // time step limit after a pause [s]
@@ -87,6 +88,7 @@ export class Session extends Scene implements Listener {
         this.tissueDefaults = new TissueDefaults(this, parts.lasting);
         this.onWelcome = () => parts.onWelcome();
         this.catheter = new CatheterHand(this, parts.held, this.stick, this.device);
+        followScan(this);
     }
 
     /// Connects to the server.
@@ -236,6 +238,7 @@ export class Session extends Scene implements Listener {
             tool: { cuts: [], outcome: null },
             hands: { force_n: 0, energy_per_mm: 0 },
             sections: { frames },
+            rendering: initialState().rendering,
         });
         this.hand.placeBalls();
     }

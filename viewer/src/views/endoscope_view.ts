@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Picture of the endoscope, of the lumen cut open and seen from outside, or of fluoroscopy. It is
-// drawn into a target with fewer pixels than the view (while something moves) or four times as many
-// (when still), or as the mean of several pictures with shifted rays.
+// Picture of the endoscope, of the lumen cut open and seen from outside, of the whole scan as a
+// volume, or of fluoroscopy. It is drawn into a target with fewer pixels than the view (while
+// something moves) or four times as many (when still), or as the mean of several pictures with
+// shifted rays.
 
 import * as THREE from 'three';
 import { frameOf } from '../maths/rays.ts';
@@ -21,9 +22,10 @@ import { kOutsideField, orbitCamera } from './orbit.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture, type ViewRect } from './picture.ts';
 import { type RestField, restUniforms } from './rest_field.ts';
-import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
+import { kBlend, kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import { VesselView } from './vessel_view.ts';
 import type { VolumeTexture } from './volume_texture.ts';
+import { kNoTransfer, transferUniforms } from './volume_view.ts';
 
 const kReach = 2000; // distance of depth 1 in the endoscope's picture [mm]
 const kMaxTools = 9; // as in the shader: eight, and the endoscope from outside
@@ -51,6 +53,7 @@ export class EndoscopeView {
     private readonly inside: Picture;
     private readonly outside: Picture;
     private readonly fluoroscopy: Picture;
+    private readonly blended: Picture;
     private readonly vessel = new VesselView();
     private readonly catheter = new CatheterTexture();
     private readonly noise = noiseTexture();
@@ -109,6 +112,7 @@ export class EndoscopeView {
             seed: 0,
             pixels: new THREE.Vector2(),
         });
+        this.blended = new Picture(kBlend, { ...common, ...kNoTransfer() });
         this.outside = new Picture(
             kEndoscope,
             {
@@ -125,7 +129,7 @@ export class EndoscopeView {
 
     setVolume(texture: VolumeTexture): void {
         this.volume = texture;
-        for (const picture of [this.inside, this.outside, this.fluoroscopy])
+        for (const picture of [this.inside, this.outside, this.fluoroscopy, this.blended])
             picture.set(fieldUniforms(texture));
     }
 
@@ -137,7 +141,7 @@ export class EndoscopeView {
     }
 
     setOverlay(state: State, field: OverlayField | undefined): void {
-        for (const picture of [this.inside, this.outside])
+        for (const picture of [this.inside, this.outside, this.blended])
             picture.set(overlayUniforms(state, field));
     }
 
@@ -174,6 +178,7 @@ export class EndoscopeView {
     /// @param pass  index of kPasses: the mean of the passes so far is shown; absent: a single
     /// picture
     /// @param seed  of the quantum noise
+    /// @param moving  the picture may be coarser
     draw(
         renderer: THREE.WebGLRenderer,
         state: State,
@@ -182,6 +187,7 @@ export class EndoscopeView {
         scale: number,
         seed: number,
         pass?: number,
+        moving = false,
     ): void {
         const width = Math.max(Math.round(rect.width * scale), 1);
         const height = Math.max(Math.round(rect.height * scale), 1);
@@ -190,13 +196,16 @@ export class EndoscopeView {
         const aspect = rect.width / rect.height;
         const { outside } = state.view;
         const shadow = outside && state.view.fluoroscopy;
-        const picture = shadow ? this.fluoroscopy : outside ? this.outside : this.inside;
+        const blended = outside && !shadow && state.view.blended;
+        const fromOutside = blended ? this.blended : this.outside;
+        const picture = shadow ? this.fluoroscopy : outside ? fromOutside : this.inside;
         this.setCommon(picture, state, balls, rect);
         const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
         const jitter = new THREE.Vector2((2 * dx) / width, (2 * dy) / height);
         picture.set({ jitter });
         renderer.setRenderTarget(this.target);
         if (shadow) this.drawFluoroscopy(renderer, state, rect, seed);
+        else if (blended) this.drawBlended(renderer, state, moving, pass ?? 0);
         else if (outside) this.drawOutside(renderer, state, aspect, jitter);
         else {
             renderer.clear(true, true, false);
@@ -221,7 +230,8 @@ export class EndoscopeView {
         const frame = frameOf(camera);
         const field = outside ? kOutsideField : fieldOfView;
         const slope = Math.tan((field * Math.PI) / 360);
-        const seen = picture === this.outside ? kCatheterPixels / rect.height : 0;
+        const thin = picture === this.outside || picture === this.blended;
+        const seen = thin ? kCatheterPixels / rect.height : 0;
         picture.set({
             eye: vector(camera.eye),
             right: vector(frame.right),
@@ -321,6 +331,19 @@ export class EndoscopeView {
         });
         renderer.clear(true, true, false);
         this.fluoroscopy.draw(renderer);
+    }
+
+    private drawBlended(
+        renderer: THREE.WebGLRenderer,
+        state: State,
+        moving: boolean,
+        pass: number,
+    ): void {
+        const { grid } = this.volume!.data;
+        const phase = pass / kPasses.length;
+        this.blended.set(transferUniforms(state, grid, moving, phase));
+        renderer.clear(true, true, false);
+        this.blended.draw(renderer);
     }
 
     private clipFromWorld(): THREE.Matrix4 {

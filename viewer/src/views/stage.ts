@@ -20,6 +20,7 @@ import { fieldUniforms, kNoField, overlayUniforms, Picture, type ViewRect } from
 import type { RestField } from './rest_field.ts';
 import { sectionPlane } from './section_geometry.ts';
 import { kSection } from './shaders.ts';
+import { kNoSlab, slabUniforms } from './volume_view.ts';
 import { VolumeTexture } from './volume_texture.ts';
 
 const kScales = [1, 0.66, 0.5, 0.35, 0.25];
@@ -37,8 +38,8 @@ const inAllViews = ({ scan, overlay, labels, display }: State): unknown[] => [
     display,
 ];
 const inEndoscope = (state: State): unknown[] => {
-    const { view, look, fluoro, flight, versions, hands } = state;
-    return [...inAllViews(state), view, look, fluoro, flight, versions, hands];
+    const { view, look, fluoro, rendering, flight, versions, hands } = state;
+    return [...inAllViews(state), view, look, fluoro, rendering, flight, versions, hands];
 };
 const inSections = (state: State): unknown[] => [...inAllViews(state), state.sections];
 
@@ -69,6 +70,7 @@ export class Stage {
     private readonly section = new Picture(kSection, {
         ...kNoField,
         ...kNoLabels,
+        ...kNoSlab,
         centre: new THREE.Vector3(),
         right: new THREE.Vector3(),
         up: new THREE.Vector3(),
@@ -327,7 +329,8 @@ export class Stage {
             this.endoscope.setVessel(this.vessel, state.versions.vessel);
             const pass = passes ? this.pass++ : undefined;
             const seed = still ? 0 : this.framesDrawn; // a still picture doesn't flicker
-            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed, pass);
+            const { renderer, balls } = this;
+            this.endoscope.draw(renderer, state, balls, rect, scale, seed, pass, !still);
             this.full = still && (!passes || this.pass === kPasses.length);
         } else this.drawSection(view, state, rect);
     }
@@ -339,6 +342,7 @@ export class Stage {
         this.section.set(overlayUniforms(state, this.overlay));
         if (this.labels) this.section.set(this.labelColours.uniforms(state, this.labels));
         this.section.define({ LABELS: this.labels !== undefined });
+        this.section.set(slabUniforms(state.sections, grid, plane));
         this.section.set({
             centre: new THREE.Vector3(...plane.centre),
             right: new THREE.Vector3(...plane.axes.right),

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Panels of the volume rendering and of slabs in the sections.
+
+import type { TransferPreset } from '../maths/transfer.ts';
+import { kProjections } from '../state/state.ts';
+import { showsVolume } from '../tools/aim.ts';
+import { presetsOf, usePreset } from '../tools/volume_presets.ts';
+import { button, checkbox, choice, h, slider } from './dom.ts';
+import { type Parts, section } from './panel_parts.ts';
+
+export function volumePanel(parts: Parts): HTMLElement {
+    const { store } = parts.session;
+    const opacity = parts.number('rendering', 'opacity', {
+        label: 'Opacity',
+        unit: '×',
+        low: 0,
+        high: 8,
+        step: 0.05,
+        curved: true,
+        input: (value) => store.set({ rendering: { opacity: Math.max(value, 0) } }),
+    });
+    return section(
+        'Volume rendering',
+        false,
+        parts.add(
+            checkbox(
+                'the scan as a volume (Shift+O)',
+                () => showsVolume(parts.state.view),
+                () => parts.actions.toggleBlended(),
+            ),
+        ),
+        presets(parts),
+        opacity,
+        threshold(parts),
+        parts.add(
+            checkbox(
+                'cut open at the tip',
+                () => parts.state.rendering.cut,
+                (cut) =>
+                    parts.session.history.step('cut', () => store.set({ rendering: { cut } })),
+            ),
+        ),
+    );
+}
+
+/// Creates the buttons of the presets that suit the scan.
+function presets(parts: Parts): HTMLElement {
+    const { session } = parts;
+    const { store, history } = session;
+    const row = h('div', { class: 'row', role: 'group', 'aria-label': 'Presets of the volume' });
+    const mark = (): void => {
+        for (const made of row.querySelectorAll('button'))
+            made.ariaPressed = String(made.textContent === store.state.rendering.preset);
+    };
+    const pick = (preset: TransferPreset) => (): void =>
+        history.step('preset', () => {
+            usePreset(session, preset);
+            store.set({ view: { outside: true, fluoroscopy: false, blended: true } });
+        });
+    store.watch(
+        ({ scan: { volume, loaded } }) => [loaded === 1 && volume],
+        (info) => {
+            const made = (info ? presetsOf(info) : []).map((preset) =>
+                button(preset.name, pick(preset), preset.hint),
+            );
+            row.replaceChildren(...made);
+            mark();
+        },
+    );
+    store.watch(({ rendering }) => [rendering.preset], mark);
+    return row;
+}
+
+/// Creates the slider of the value from which on the scan is visible. It moves all values.
+function threshold(parts: Parts): HTMLElement {
+    const { store, history } = parts.session;
+    const control = slider({
+        label: 'Threshold',
+        unit: 'HU',
+        low: -1000,
+        high: 1000,
+        step: 1,
+        hint: 'lowest value that is visible',
+        value: () => parts.state.rendering.transfer[0]!.value + parts.state.rendering.shift,
+        input: (value) => {
+            const shift = value - store.state.rendering.transfer[0]!.value;
+            store.set({ rendering: { shift } });
+        },
+        begin: () => history.begin(),
+        end: () => history.end('threshold of the volume'),
+    });
+    store.watch(
+        ({ scan: { volume } }) => [volume],
+        (volume) => {
+            const range = control.element.querySelector('input')!;
+            range.min = String(volume?.range_hu[0] ?? -1000);
+            range.max = String(volume?.range_hu[1] ?? 1000);
+        },
+    );
+    return parts.add(control);
+}
+
+export function slabPanel(parts: Parts): HTMLElement {
+    const { store, history } = parts.session;
+    return section(
+        'Slab',
+        false,
+        parts.number('sections', 'slab', {
+            label: 'Thickness',
+            unit: 'mm',
+            low: 0,
+            high: 100,
+            step: 0.5,
+            curved: true,
+            hint: '0: a plane',
+            input: (value) => store.set({ sections: { slab: Math.max(value, 0) } }),
+        }),
+        parts.add(
+            choice(
+                'Projection (U)',
+                kProjections.map((value) => ({ value, text: value })),
+                () => parts.state.sections.projection,
+                (projection) =>
+                    history.step('projection', () => store.set({ sections: { projection } })),
+            ),
+        ),
+    );
+}
