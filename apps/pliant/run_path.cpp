@@ -59,7 +59,7 @@ int run_path(const PathOptions& o) {
     bar.reset();
     if (!path) return bad_input(named_by_option(path.error()).message);
     if (path->points_mm.size() < 2)
-        return bad_input("--from, --to: expected two different places, found one");
+        return bad_input("--from, --to: expected two different positions, found one");
     if (const Status s = write_camera_path(o.out, path->points_mm, path->radius_mm); !s)
         return bad_input(s.error().message);
     tell(o, *path);

@@ -144,7 +144,7 @@ void add_haptics(CLI::App& app, HapticsOptions& o) {
         ->check(CLI::Range(1.0, 1000.0));
     c->add_flag("--load", o.load, "push, resample and draw a phantom at the same time");
     c->add_option("--out", o.out, "report, JSON");
-    c->add_option("--record", o.record, "places of the device, for --device replay:FILE");
+    c->add_option("--record", o.record, "positions of the device, for --device replay:FILE");
     c->add_flag("--json", o.json, "say it as one JSON object");
     add_threads(c, o.threads);
     c->footer(

@@ -3,12 +3,14 @@
 
 // What a scan's values are, and defaults that suit them: window, threshold, materials, background.
 //
+// @code
 //   ReadNotes notes;
 //   Result<Volume> scan = read_volume("head.nii.gz", {}, &notes);
 //   const ValueDefaults values = value_defaults(*scan, notes);
 //   scan->background = float(values.background);
 //   ChainMailSettings settings;
 //   suit_materials(values, settings);  // material.h
+// @endcode
 //
 // Values are Hounsfield units if
 //

@@ -155,7 +155,7 @@ Status CarriedScan::update(std::span<const Vec3d> wall_positions) noexcept {
 
 Status CarriedScan::Impl::update(std::span<const Vec3d> wall_positions) {
     if (wall_positions.size() != rest.size())
-        return invalid("update: expected " + std::to_string(rest.size()) + " places, found " +
+        return invalid("update: expected " + std::to_string(rest.size()) + " positions, found " +
                        std::to_string(wall_positions.size()));
     for (std::size_t c = 0; c < moved.size(); ++c) {
         Vec3d sum{0, 0, 0};

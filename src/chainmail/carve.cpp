@@ -48,7 +48,7 @@ Result<Capsule> capsule_of(const Grid& grid, const CarveTool& tool) {
     const Vec3d along = lattice_from_world_vector(grid, tool.to_mm - tool.from_mm);
     if (!(norm(from) <= 1e5 && norm(along) <= 1e5))
         return about("carve", ErrorCode::InvalidArgument,
-                     "expected places within 100000 mm of the scan, found others");
+                     "expected positions within 100000 mm of the scan, found others");
     if (!(tool.radius_mm > 0 && tool.radius_mm <= kMaxMovementMm))
         return about(
             "carve", ErrorCode::InvalidArgument,

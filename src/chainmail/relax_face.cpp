@@ -31,7 +31,7 @@ Status check_options(const RelaxOptions& o) {
             return wrong("tools: radius_mm", "more than 0, up to 100000", tool.radius_mm);
         for (const Vec3d place : {tool.from_mm, tool.to_mm})
             if (!(norm(place) <= kMaxToolMm))
-                return wrong("tools", "places up to 100000 mm from the origin", norm(place));
+                return wrong("tools", "positions up to 100000 mm from the origin", norm(place));
     }
     return Ok{};
 }

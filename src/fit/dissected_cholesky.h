@@ -34,7 +34,7 @@ class DissectedCholesky {
     /// Nodes of each element.
     using Joined = std::vector<std::vector<std::int32_t>>;
 
-    /// @param places  positions of all nodes
+    /// @param positions  positions of all nodes
     /// @param joined  nodes of each link and cell
     /// @param free    [node]: whether the node has unknowns, three each
     DissectedCholesky(std::span<const Vec3d> positions, const Joined& joined,

@@ -143,7 +143,7 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
                              ": expected time_ns x y z [roll], within 500 mm and 4 rad");
         positions.push_back({place, values[4]});
     }
-    if (positions.empty()) return wrong(ErrorCode::Unreadable, "expected places, found none");
+    if (positions.empty()) return wrong(ErrorCode::Unreadable, "expected positions, found none");
     return std::unique_ptr<HapticDevice>(std::make_unique<ReplayDevice>(std::move(positions)));
 }
 

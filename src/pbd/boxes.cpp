@@ -174,7 +174,7 @@ Status PbdBoxes::update(std::span<const Vec3d> positions, double reach, PbdBody&
                        " particles, found " + std::to_string(body.particle_count()));
     if (!(std::isfinite(reach) && reach >= 0)) return invalid("reach: expected 0 or more");
     for (const Vec3d& p : positions)
-        if (!is_finite(p)) return invalid("update: expected places of three numbers");
+        if (!is_finite(p)) return invalid("update: expected positions of three numbers");
     const Status listed = attempt([&]() -> Status {
         m_blends.reserve(m_rest.size());
         mark_around(positions, reach);

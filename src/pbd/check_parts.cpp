@@ -146,11 +146,11 @@ Status check_state(Vec3d position, Vec3d velocity) {
 Status check_parts(const PbdParts& parts, PbdMethod method) {
     constexpr std::size_t kMost = std::size_t(1) << 29;
     if (parts.positions.empty() || parts.positions.size() > kMost)
-        return invalid("places: expected 1 to " + std::to_string(kMost) + ", found " +
+        return invalid("positions: expected 1 to " + std::to_string(kMost) + ", found " +
                        std::to_string(parts.positions.size()));
     if (parts.inverse_masses.size() != parts.positions.size())
         return invalid("inverse_masses: expected one for each of " +
-                       std::to_string(parts.positions.size()) + " places, found " +
+                       std::to_string(parts.positions.size()) + " positions, found " +
                        std::to_string(parts.inverse_masses.size()));
     for (std::size_t n = 0; n < parts.positions.size(); ++n) {
         if (!is_finite(parts.positions[n])) return bad_part("place", n, "three numbers");

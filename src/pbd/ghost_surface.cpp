@@ -28,7 +28,7 @@ Status GhostSurface::check(const TetMesh& mesh, const TriangleMesh& ghost,
                            std::span<const Embedded> ghost_positions) {
     if (ghost.cells.empty()) return invalid("ghost: expected triangles, found none");
     if (ghost_positions.size() != ghost.nodes_mm.size())
-        return invalid("ghost_places: expected one for each of " +
+        return invalid("ghost_positions: expected one for each of " +
                        std::to_string(ghost.nodes_mm.size()) + " nodes, found " +
                        std::to_string(ghost_positions.size()));
     if (const Status s = check_cells(ghost); !s.ok()) return invalid("ghost: " + s.error().message);
@@ -40,7 +40,7 @@ Status GhostSurface::check(const TetMesh& mesh, const TriangleMesh& ghost,
                                std::to_string(n));
     for (std::size_t n = 0; n < ghost_positions.size(); ++n) {
         const Embedded& e = ghost_positions[n];
-        const std::string where = "ghost_places: node " + std::to_string(n);
+        const std::string where = "ghost_positions: node " + std::to_string(n);
         if (e.tetrahedron < 0 || std::size_t(e.tetrahedron) >= mesh.cells.size())
             return invalid(where + ": expected a tetrahedron below " +
                            std::to_string(mesh.cells.size()) + ", found " +

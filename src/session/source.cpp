@@ -121,7 +121,7 @@ void suit(LoadedScan& loaded, const ReadNotes& notes) {
 /// Reads ChainMail's settings and its label materials. Empty names leave the settings as they are.
 Status load_materials(const SceneSource& source, LoadedScan& loaded) {
     if (source.config.empty()) return Ok{};
-    auto settings = read_chainmail_settings(source.config);
+    auto settings = read_chainmail_settings(source.config, loaded.info.values);
     if (!settings.ok()) return settings.error();
     loaded.settings = std::move(*settings);
     Hash64 hash;

@@ -13,7 +13,7 @@ constexpr void add_outer(Mat3d& m, Vec3d v, double weight) {
     for (int c = 0; c < 3; ++c) m.columns[c] = m.columns[c] + (weight * v[c]) * v;
 }
 
-/// SpringNetwork::stable_time_step for a deformed shape. @param places  [node]; empty: the rest
+/// SpringNetwork::stable_time_step for a deformed shape. @param positions  [node]; empty: the rest
 /// shape
 double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> positions);
 

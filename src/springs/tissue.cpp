@@ -179,7 +179,7 @@ Status SpringTissue::move_held(std::span<const Vec3d> positions) noexcept {
                            std::to_string(state.held.size()) + " held nodes, found " +
                            std::to_string(positions.size()));
         for (const Vec3d place : positions)
-            if (!is_finite(place)) return invalid("move_held: expected places of three numbers");
+            if (!is_finite(place)) return invalid("move_held: expected positions of three numbers");
         return Ok{};
     });
     if (!status.ok()) return status;

@@ -34,7 +34,7 @@ Status check_ghost(const VesselWall& wall) {
                              ", expected " + std::to_string(wall.ends.size()) +
                              ", one at each end of the vessel");
     if (wall.ghost_positions.size() != wall.ghost.nodes_mm.size())
-        return vessel::wrong("ghost_places: expected " +
+        return vessel::wrong("ghost_positions: expected " +
                              std::to_string(wall.ghost.nodes_mm.size()) + ", found " +
                              std::to_string(wall.ghost_positions.size()));
     std::int64_t away = 0;

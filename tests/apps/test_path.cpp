@@ -114,7 +114,7 @@ TEST_F(PathTest, BadInputIsOneLineAndNoFile) {
         {"--from 900,0,0 --to 22,1,-20", "--from: expected a position in the scan"},
         {"--from 0.3,-1.8,38", "--to"},
         {"--from 0.3,-1.8 --to 22,1,-20", "--from"},
-        {"--from 0.3,-1.8,38 --to 0.3,-1.8,38", "two different places"},
+        {"--from 0.3,-1.8,38 --to 0.3,-1.8,38", "two different positions"},
         {"--from 0.3,-1.8,38 --to 22,1,-20 --polarity up", "--polarity"},
         {"--from 0.3,-1.8,38 --to 22,1,-20 --spacing 0", "--spacing"},
     };

@@ -257,7 +257,7 @@ TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
          [](PbdParts& p, PbdSettings&) { p.distances[0].stiffness = 1.5; }},
         {"place 5: expected three numbers",
          [&](PbdParts& p, PbdSettings&) { p.positions[5].y = nan; }},
-        {"inverse_masses: expected one for each of 8 places, found 7",
+        {"inverse_masses: expected one for each of 8 positions, found 7",
          [](PbdParts& p, PbdSettings&) { p.inverse_masses.pop_back(); }},
         {"solid 0: expected a Poisson's ratio above 0 and below 0.5, found 0.5",
          [](PbdParts& p, PbdSettings&) { p.solids[0].poisson_ratio = 0.5; }},

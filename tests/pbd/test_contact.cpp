@@ -388,7 +388,7 @@ TEST(RodContact, SaysWhatIsWrong) {
     wall.ghost_positions[3].tetrahedron = 100000;
     EXPECT_NE(message({}).find("node 3: expected a tetrahedron below"), std::string::npos);
     wall.ghost_positions.pop_back();
-    EXPECT_NE(message({}).find("ghost_places: expected one for each"), std::string::npos);
+    EXPECT_NE(message({}).find("ghost_positions: expected one for each"), std::string::npos);
 }
 
 }  // namespace

@@ -456,7 +456,7 @@ TEST(Relax, OptionsThatMakeNoSenseAreNamed) {
     EXPECT_EQ(message({.tools = {{{0, 0, 0}, {0, 0, 0}, 0}}}),
               "relax: tools: radius_mm: expected more than 0, up to 100000, found 0");
     EXPECT_EQ(message({.tools = {{{0, 0, 0}, {NAN, 0, 0}, 1}}}),
-              "relax: tools: expected places up to 100000 mm from the origin, found nan");
+              "relax: tools: expected positions up to 100000 mm from the origin, found nan");
     EXPECT_EQ(message({}), "");
 }
 

@@ -123,7 +123,7 @@ TEST(CheckWall, SaysWhichFaultItFound) {
               0u);
     EXPECT_EQ(after([](VesselWall& w) {
                   w.ghost_positions.pop_back();
-              }).find("vessel wall: ghost_places: expected "),
+              }).find("vessel wall: ghost_positions: expected "),
               0u);
     EXPECT_EQ(after([](VesselWall& w) {
                   for (Vec3d& p : w.ghost.nodes_mm) p = p + Vec3d{0, 0, p.z > 18 ? 9.0 : 0.0};
