@@ -44,7 +44,7 @@ else()
         "extern \"C\" {\n${declarations}}\n")
 endif()
 file(WRITE "${OUTPUT}.new"
-    "// Made by cmake/embed_page.cmake.\n#include <cstddef>\n\n#include \"serve/page.h\"\n\n"
+    "// Made by cmake/embed_page.cmake.\n#include <cstddef>\n\n#include \"network/page.h\"\n\n"
     "${declarations}\nnamespace pliant::serve {\n\n${body}\n}  // namespace pliant::serve\n")
 file(COPY_FILE "${OUTPUT}.new" "${OUTPUT}")
 file(REMOVE "${OUTPUT}.new")

@@ -83,6 +83,8 @@ struct ImageHeader {
 
 Result<ImageHeader> read_nrrd_header(const std::filesystem::path& path);
 Result<ImageHeader> read_meta_header(const std::filesystem::path& path);
+/// Whether MetaImage uses a name for a field of its own; such keys are not written.
+bool is_meta_field(std::string_view name);
 Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 Result<ImageHeader> read_vti_header(const std::filesystem::path& path);
 Result<ImageHeader> read_vtk_header(const std::filesystem::path& path);

@@ -9,7 +9,6 @@
 #include "formats/data_check.h"
 #include "formats/header_lines.h"
 #include "formats/image_header.h"
-#include "formats/meta_writer.h"
 
 #include <algorithm>
 #include <bit>

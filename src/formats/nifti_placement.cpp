@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "formats/small_svd.h"
+#include "core/small_svd.h"
 
 namespace pliant {
 namespace {

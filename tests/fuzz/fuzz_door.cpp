@@ -7,8 +7,8 @@
 #include <boost/beast/http.hpp>
 
 #include "fuzz/fuzz.h"
-#include "serve/door.h"
-#include "serve/page.h"
+#include "network/door.h"
+#include "network/page.h"
 
 using namespace pliant;
 

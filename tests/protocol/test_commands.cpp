@@ -9,8 +9,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "network/door.h"
 #include "protocol/commands.h"
-#include "serve/door.h"
 #include "support/random.h"
 
 namespace pliant::serve {

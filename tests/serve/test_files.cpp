@@ -19,8 +19,8 @@
 #include <optional>
 #include <thread>
 
+#include "network/upload.h"
 #include "serve/test_client.h"
-#include "serve/upload.h"
 #include "support/random.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"

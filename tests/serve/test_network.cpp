@@ -3,7 +3,7 @@
 
 // The server for other machines: with a certificate, and behind a proxy; links of a session.
 
-#include "serve/hidden_boost.h"
+#include "network/hidden_boost.h"
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>

@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "core/errors.h"
+#include "network/network.h"
 #include "serve/hub.h"
-#include "serve/network.h"
 #include "session/checkpoint.h"
 
 namespace pliant {

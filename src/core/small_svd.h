@@ -10,6 +10,7 @@
 
 #include <array>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// Columns of an N×N matrix.
@@ -31,3 +32,4 @@ extern template struct SmallSvd<3>;
 extern template struct SmallSvd<4>;
 
 }  // namespace pliant
+#pragma GCC visibility pop

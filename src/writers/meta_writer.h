@@ -7,16 +7,13 @@
 #pragma once
 
 #include "formats/image_header.h"
-#include "formats/image_sink.h"
-#include "formats/nrrd_writer.h"
+#include "writers/image_sink.h"
+#include "writers/nrrd_writer.h"
 
 #include <filesystem>
 #include <span>
 
 namespace pliant {
-
-/// Whether MetaImage uses a name for a field of its own; such keys are not written.
-bool is_meta_field(std::string_view name);
 
 class MetaWriter {
   public:

@@ -8,8 +8,8 @@
 #pragma once
 
 #include "formats/image_header.h"
-#include "formats/image_sink.h"
-#include "formats/nrrd_writer.h"
+#include "writers/image_sink.h"
+#include "writers/nrrd_writer.h"
 
 #include <filesystem>
 #include <span>

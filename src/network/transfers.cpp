@@ -3,7 +3,7 @@
 
 // Admission of transfers, and downloads.
 
-#include "serve/transfers.h"
+#include "network/transfers.h"
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -14,8 +14,8 @@
 #include <new>
 #include <sstream>
 
-#include "serve/http_answer.h"
-#include "serve/transfer.h"
+#include "network/http_answer.h"
+#include "network/transfer.h"
 
 namespace pliant::serve {
 namespace {

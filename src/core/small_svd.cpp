@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "formats/small_svd.h"
+#include "core/small_svd.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "serve/network.h"
+#include "network/network.h"
 
-#include "serve/hidden_boost.h"
+#include "network/hidden_boost.h"
 
 #include <algorithm>
 #include <boost/asio.hpp>
@@ -15,11 +15,11 @@
 #include <optional>
 
 #include "core/errors.h"
+#include "network/door.h"
+#include "network/http_answer.h"
+#include "network/page.h"
+#include "network/transfers.h"
 #include "protocol/limits.h"
-#include "serve/door.h"
-#include "serve/http_answer.h"
-#include "serve/page.h"
-#include "serve/transfers.h"
 #include "session/guarded.h"
 
 namespace pliant::serve {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "serve/page.h"
+#include "network/page.h"
 
 #include <utility>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "formats/image_sink.h"
+#include "writers/image_sink.h"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -15,7 +15,7 @@
 
 #include <pliant/tasks.h>
 
-#include "serve/hidden_boost.h"
+#include "network/hidden_boost.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/beast/core.hpp>
@@ -23,8 +23,8 @@
 #include <memory>
 #include <string_view>
 
-#include "serve/door.h"
-#include "serve/network.h"
+#include "network/door.h"
+#include "network/network.h"
 
 namespace pliant::serve {
 

@@ -4,9 +4,9 @@
 // Choice of the writer for a path. Files are staged, so that they appear atomically.
 
 #include "core/text.h"
-#include "formats/meta_writer.h"
-#include "formats/nifti_writer.h"
-#include "formats/nrrd_writer.h"
+#include "writers/meta_writer.h"
+#include "writers/nifti_writer.h"
+#include "writers/nrrd_writer.h"
 
 #include <pliant/files.h>
 #include <pliant/volume.h>

@@ -5,11 +5,11 @@
 
 #pragma once
 
-#include "serve/hidden_boost.h"
+#include "network/hidden_boost.h"
 
 #include <boost/beast/http.hpp>
 
-#include "serve/door.h"
+#include "network/door.h"
 
 namespace pliant::serve {
 

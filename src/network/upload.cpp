@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "serve/upload.h"
+#include "network/upload.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -7,7 +7,7 @@
 
 #pragma once
 
-#include "serve/hidden_boost.h"
+#include "network/hidden_boost.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cctype>
 
-#include "serve/opening.h"
-#include "serve/transfer.h"
+#include "network/opening.h"
+#include "network/transfer.h"
 
 namespace pliant::serve {
 namespace {

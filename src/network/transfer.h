@@ -7,7 +7,7 @@
 #pragma once
 
 #include "core/descriptor.h"
-#include "serve/hidden_boost.h"
+#include "network/hidden_boost.h"
 
 #include <array>
 #include <atomic>
@@ -17,9 +17,9 @@
 #include <thread>
 #include <vector>
 
-#include "serve/door.h"
-#include "serve/opening.h"
-#include "serve/transfers.h"
+#include "network/door.h"
+#include "network/opening.h"
+#include "network/transfers.h"
 #include "session/guarded.h"
 
 namespace pliant::serve {

@@ -15,11 +15,11 @@
 #include <memory>
 #include <string>
 
+#include "network/tls.h"
+#include "network/tokens.h"
+#include "network/upload.h"
 #include "serve/client.h"
 #include "serve/hub.h"
-#include "serve/tls.h"
-#include "serve/tokens.h"
-#include "serve/upload.h"
 
 namespace pliant::serve {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "formats/dicom_series.h"
+#include "network/upload.h"
 #include "serve/hub.h"
-#include "serve/upload.h"
 
 namespace pliant::serve {
 

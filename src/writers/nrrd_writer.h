@@ -8,7 +8,7 @@
 #pragma once
 
 #include "formats/image_header.h"
-#include "formats/image_sink.h"
+#include "writers/image_sink.h"
 
 #include <filesystem>
 #include <span>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "formats/nifti_writer.h"
+#include "writers/nifti_writer.h"
 
 #include "core/text.h"
 

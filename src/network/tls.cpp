@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "serve/tls.h"
+#include "network/tls.h"
 
 #include <arpa/inet.h>
 #include <openssl/x509v3.h>
