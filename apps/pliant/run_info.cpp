@@ -59,7 +59,7 @@ Vec3d centre_of(const Grid& grid) {
 }
 
 Vec3d ras_of(Vec3d lps_mm) {
-    return {-lps_mm.x, -lps_mm.y, lps_mm.z};
+    return {0 - lps_mm.x, 0 - lps_mm.y, lps_mm.z};  // no -0
 }
 
 WorldBox ras_box(const WorldBox& lps) {

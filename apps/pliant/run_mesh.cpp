@@ -8,6 +8,7 @@
 #include <pliant/vessel.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -103,15 +104,18 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
                                                    {"volume_mm3", volume}};
             std::printf("%s\n", report.dump().c_str());
         } else {
-            std::printf("triangles           %zu, %zu nodes, %lld pieces\n", surface.cells.size(),
-                        surface.nodes_mm.size(), static_cast<long long>(t.pieces));
+            std::printf("triangles           %zu, %zu nodes, %lld piece%s\n", surface.cells.size(),
+                        surface.nodes_mm.size(), static_cast<long long>(t.pieces),
+                        t.pieces == 1 ? "" : "s");
             std::printf("Euler               %lld\n", static_cast<long long>(t.euler));
             std::printf(
                 "edges               %lld open, %lld of three triangles or more, %lld where "
                 "sides differ\n",
                 static_cast<long long>(t.open_edges), static_cast<long long>(t.non_manifold_edges),
                 static_cast<long long>(t.disagreeing_edges));
-            if (!t.open_edges) std::printf("encloses            %.1f mm3\n", volume);
+            if (!t.open_edges)
+                std::printf("encloses            %.1f mm3%s\n", std::abs(volume),
+                            volume < 0 ? ", its triangles face inwards" : "");
         }
         return kExitOk;
     }
@@ -183,7 +187,13 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
     }
     const auto lumen = o.seed_mm ? lumen_of_region(*volume, region, arena)
                                  : lumen_of_labels(*volume, o.labels, o.smoothing_voxels, arena);
-    if (!lumen) return lumen.error();
+    if (!lumen) {
+        Error error = lumen.error();
+        const std::string name = "within_mm", option = "--to and --within";
+        if (const auto at = error.message.find(name); at != std::string::npos)
+            error.message.replace(at, name.size(), option);
+        return error;
+    }
     bar.show(0.3);
     surface = lumen->surface;
     if (!o.json)

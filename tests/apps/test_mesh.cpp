@@ -72,6 +72,19 @@ TEST_F(MeshTest, AScanGetsAWallOfItsLumen) {
     EXPECT_FALSE(exists("w2.vtu"));
 }
 
+TEST_F(MeshTest, ASurfaceThatFacesInwardsIsNoted) {
+    const std::string nodes = "v 0 0 0\nv 6 0 0\nv 0 6 0\nv 0 0 6\n";
+    write("out.obj", nodes + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+    write("in.obj", nodes + "f 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n");
+    ASSERT_EQ(run("mesh out.obj"), 0) << said();
+    EXPECT_NE(out().find("triangles           4, 4 nodes, 1 piece\n"), std::string::npos) << out();
+    EXPECT_NE(out().find("encloses            36.0 mm3\n"), std::string::npos) << out();
+    ASSERT_EQ(run("mesh in.obj"), 0) << said();
+    EXPECT_NE(out().find("encloses            36.0 mm3, its triangles face inwards\n"),
+              std::string::npos)
+        << out();
+}
+
 TEST_F(MeshTest, WhatCantBeUsedIsSaidInOneLine) {
     TetMesh mesh = tet_mesh({});
     std::swap(mesh.cells[2][0], mesh.cells[2][1]);

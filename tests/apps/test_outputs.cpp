@@ -114,10 +114,15 @@ TEST_F(OutputsTest, AScanOfOneSliceIsDeformedAndStaysOne) {
     EXPECT_EQ(out->grid.size, slice.grid.size);
     EXPECT_EQ(out->grid.spacing_mm, slice.grid.spacing_mm);
     EXPECT_LT(norm(out->grid.origin_mm - slice.grid.origin_mm), 1e-12);
-    // The edge at x = 0 moved with the sphere, and stayed at the border.
-    EXPECT_LT(out->at({23, 15, 0}), 60);
-    EXPECT_EQ(slice.at({23, 15, 0}), 80);
-    EXPECT_EQ(out->at({23, 0, 0}), 80);
+    // The edge at x = 0 moved with the sphere, by 6 mm, and less elsewhere.
+    const auto edge_of_row = [&](int j) {
+        int i = 0;
+        while (i < 39 && out->at({i, j, 0}) < 60) ++i;
+        return i;
+    };
+    EXPECT_EQ(edge_of_row(15), 26);
+    EXPECT_GE(edge_of_row(0), 20);
+    EXPECT_LT(edge_of_row(0), 26);
     EXPECT_EQ(run("info flat.nii.gz --json"), 0) << said();
     const Json info = Json::parse(this->out());
     EXPECT_EQ(info["size"], (std::vector<int>{40, 30, 1}));

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const Vec3i kSize{90, 81, 77};  // above 1 MiB as 16-bit integers
+const Vec3i kMappedSize{90, 81, 77};  // above 1 MiB as 16-bit integers
 constexpr std::size_t kCount = 90 * 81 * 77;
 
 /// Whether a file is mapped into this process.
@@ -110,7 +110,7 @@ TEST(MappedScans, AreWhatTheFilesHold) {
             const auto path = folder.write(std::to_string(n) + ending, make(random, narrow, data));
             const auto volume = read_volume(path);
             ASSERT_TRUE(volume.ok()) << volume.error().message;
-            EXPECT_EQ(volume->grid.size, kSize);
+            EXPECT_EQ(volume->grid.size, kMappedSize);
             mapped += is_mapped(path);
             ++scans;
             if (narrow)
@@ -196,7 +196,7 @@ TEST(MappedScans, FloatsThatAreWholeNumbersBecome16BitIntegers) {
 TEST(MappedScans, WhatIsWrittenRawIsMappedWhenItIsReadAgain) {
     const test::TemporaryFolder folder;
     Volume volume;
-    volume.grid.size = kSize;
+    volume.grid.size = kMappedSize;
     volume.voxels = std::vector<float>(kCount, 1.5f);
     for (int n = 0; n < 5; ++n) {
         volume.key_values = {{"k", std::string(std::size_t(n * 13), 'v')}};
@@ -215,7 +215,7 @@ TEST(MappedScans, WhatIsWrittenRawIsMappedWhenItIsReadAgain) {
 TEST(MappedScans, AFileThatWasCutShortCannotBeWrittenAgain) {
     const test::TemporaryFolder folder;
     Volume volume;
-    volume.grid.size = kSize;
+    volume.grid.size = kMappedSize;
     volume.voxels = std::vector<std::int16_t>(kCount, 9);
     const auto path = folder.path() / "a.nrrd";
     ASSERT_TRUE(write_volume(path, volume, Encoding::Raw).ok());

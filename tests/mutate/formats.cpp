@@ -25,6 +25,7 @@ const std::vector<NamedFormat>& all_formats() {
         {"nhdr", nhdr},
         {"metaimage", metaimage},
         {"nifti", nifti},
+        {"vtk_image", vtk_image},
         {"dicom", dicom},
         {"dicom_rle", dicom_rle},
         {"dicom_jpeg", dicom_jpeg},
@@ -64,8 +65,8 @@ std::string corpus_bytes(const std::filesystem::path& path) {
 
 Format upload(const Sources& sources) {
     Format all{.name = "upload", .words = {}, .seeds = {}, .is_uploaded = true};
-    for (const auto make :
-         {nrrd, nhdr, metaimage, nifti, dicom, dicom_rle, dicom_jpeg, dicom_jpegls, dicom_j2k}) {
+    for (const auto make : {nrrd, nhdr, metaimage, nifti, vtk_image, dicom, dicom_rle, dicom_jpeg,
+                            dicom_jpegls, dicom_j2k}) {
         const Format format = make(sources);
         for (Seed seed : format.seeds) {
             seed.damaged = [seed, words = format.words](Random& random) {

@@ -23,6 +23,7 @@ Format nrrd(const Sources&);
 Format nhdr(const Sources&);
 Format metaimage(const Sources&);
 Format nifti(const Sources&);
+Format vtk_image(const Sources&);
 // dicom_seeds.cpp
 Format dicom(const Sources&);
 Format dicom_rle(const Sources&);

@@ -234,4 +234,18 @@ Format nifti(const Sources&) {
                       single("float", "a.nii", reals.bytes(), 352), std::move(gzip)}};
 }
 
+Format vtk_image(const Sources& from) {
+    const auto seed = [&](const std::string& name, const std::string& file) {
+        const std::string bytes = corpus_bytes(from.fuzz_corpus / "vtk" / name);
+        return single(name, file, bytes, bytes.size() - 48);
+    };
+    return {.name = "vtk_image",
+            .words = {"type=\"ImageData\"", "WholeExtent=\"0 3 0 2 0 1\"", "<Piece", "<DataArray",
+                      "format=\"appended\"", "offset=\"0\"", "encoding=\"raw\"", "DIMENSIONS 4 3 2",
+                      "SCALARS v short", "LOOKUP_TABLE default"},
+            .seeds = {seed("appended_raw", "a.vti"), seed("appended_zlib", "a.vti"),
+                      seed("inline_zlib", "a.vti"), seed("text", "a.vti"),
+                      seed("points_text", "a.vtk"), seed("points_bytes", "a.vtk")}};
+}
+
 }  // namespace pliant::mutate

@@ -363,6 +363,24 @@ TEST(SessionLog, IsReadAsItWasWrittenAndReplays) {
     EXPECT_GE(report->marks, 3);
 }
 
+TEST(SessionLog, RemembersHowTheScanWasRead) {
+    TemporaryFolder folder;
+    int n = 0;
+    for (const bool straighten : {false, true})
+        for (const std::optional<std::int64_t> frame : {std::optional<std::int64_t>(), {7}}) {
+            SceneSource source{.file = "/scan.nii", .series = "1.2"};
+            source.frame = frame;
+            source.straighten = straighten;
+            const auto path = folder / ("s" + std::to_string(n++) + ".pls");
+            ASSERT_TRUE(SessionLog::create(path, {source, 1}).ok());
+            const auto file = read_session(path);
+            ASSERT_TRUE(file.ok()) << file.error().message;
+            EXPECT_EQ(file->header.source, source);
+            EXPECT_EQ(file->header.source.frame, frame);
+            EXPECT_EQ(file->header.source.straighten, straighten);
+        }
+}
+
 TEST(SessionLog, LosesOnlyTheLineThatWasNotFinished) {
     TemporaryFolder folder;
     const auto path = folder / "s.pls";
