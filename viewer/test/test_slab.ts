@@ -7,7 +7,7 @@
 import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
 import { voxelFromWorld, voxelVector } from '../src/maths/grid.ts';
-import { along } from '../src/maths/vec.ts';
+import { along, type Vec3 } from '../src/maths/vec.ts';
 import type { VolumeData } from '../src/maths/volume.ts';
 import { kProjections, kViews, type Projection, type SectionName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
@@ -29,20 +29,14 @@ const set = (sections: object): Promise<void> =>
         sections,
     );
 
-let cursor: [number, number, number];
-before(async () => {
-    const { grid } = await mirrorOf(page);
-    cursor = grid.origin.map(
-        (x, a) => x + 0.47 * (grid.size[a]! - 1) * grid.spacing[a]!,
-    ) as typeof cursor;
-    await set({ cursor, window: 1500, level: -300 });
-});
+const cursor: Vec3 = [-6.9, -4.6, 19]; // in the wall of the airway
+before(() => set({ cursor, window: 1500, level: -300 }));
 
 /// Projection of a slab by brute force; voxels outside the scan don't count.
 function projected(
     volume: VolumeData,
-    p: readonly [number, number, number],
-    normal: readonly [number, number, number],
+    p: Vec3,
+    normal: Vec3,
     slab: number,
     projection: Projection,
 ): number {
@@ -104,8 +98,8 @@ test('a slab follows the tissue', async () => {
             (window as never as { pliant: Session }).pliant.ask({
                 do: 'push',
                 point,
-                push: [6, 3, 0],
-                radius: 8,
+                push: [-6, 0, 0],
+                radius: 4,
             }),
         cursor,
     );
