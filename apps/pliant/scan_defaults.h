@@ -13,7 +13,7 @@
 
 namespace pliant::app {
 
-/// Finds out what a scan's values are, and sets its background.
+/// Determines the kind of a scan's values, and sets its background.
 ValueDefaults take_values(Volume& volume, const ReadNotes& notes);
 
 /// Polarity of an option, or else of the defaults.

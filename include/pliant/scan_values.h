@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a scan's values are, and defaults that suit them: window, threshold, materials, background.
+// Kind of a scan's values, and defaults that suit them: window, threshold, materials, background.
 //
 // @code
 //   ReadNotes notes;

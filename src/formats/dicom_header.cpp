@@ -179,7 +179,7 @@ std::optional<Error> fault_of(const DicomWalk& tags, DicomSlice& slice, bool who
     return std::nullopt;
 }
 
-/// Makes a slice of each frame. @param slice  what the frames have in common, without a fault
+/// Makes a slice of each frame. @param slice  the fields that all frames share, without a fault
 /// @returns one slice with a fault if a frame has no position or no pixels
 std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice& slice) {
     const auto faulty = [&](Error fault) {

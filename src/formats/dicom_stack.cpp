@@ -193,7 +193,7 @@ double thickness_of(const DicomSlice& slice, std::vector<std::string>& notes) {
     return known ? slice.thickness_mm : 1;
 }
 
-/// What straightening mends in a message that refuses a stack.
+/// Remedy by straightening, for the message that refuses a stack.
 std::string mended(const std::string& message, const fs::path& folder) {
     std::string text = message.substr(std::min(message.size(), folder.string().size() + 2));
     return text.substr(0, std::min(text.find(", expected"), text.find(" (--straighten")));

@@ -44,7 +44,7 @@ SliceStack stack_of(const Grid& grid);
 double shear_degrees(const Grid& grid);
 
 /// Resamples a stack. @param stacked  its voxels; the positions of its grid aren't used
-/// @param[out] notes  what was done
+/// @param[out] notes  changes that were made
 Result<Volume> straightened(const std::filesystem::path& path, const Volume& stacked,
                             const SliceStack& stack, const ReadOptions& options,
                             std::vector<std::string>& notes);

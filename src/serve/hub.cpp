@@ -420,7 +420,7 @@ void Hub::note(SessionRecord record) noexcept {
     m_unlogged.push_back(std::move(record));  // reserved: no work while records wait
 }
 
-/// Records the time that has passed, for those who watch the session later.
+/// Records the time that has passed, for a later replay in the page.
 void Hub::note_time() {
     if (m_noted_at == Clock::time_point{}) m_noted_at = m_now;
     const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(m_now - m_noted_at);

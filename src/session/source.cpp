@@ -109,7 +109,7 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
     return hash.value();
 }
 
-/// Sets what follows from the scan's values.
+/// Sets the defaults that follow from the scan's values.
 void suit(LoadedScan& loaded, const ReadNotes& notes) {
     const ValueDefaults& values = loaded.info.values = value_defaults(loaded.volume, notes);
     loaded.volume.background = float(values.background);

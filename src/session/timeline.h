@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// When the records of a session happened, for who watches it.
+// Times of a session's records, for its time line.
 
 #pragma once
 

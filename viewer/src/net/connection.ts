@@ -312,7 +312,7 @@ export class Connection {
         try {
             return (await fetch(url)).status === 403;
         } catch {
-            return false; // nobody answers
+            return false; // no answer comes
         }
     }
 }

@@ -14,7 +14,7 @@ const kTurnMs = 12; // of measurements along a path, per frame
 
 export class LumenTool {
     private lastTip = 0;
-    private measured: readonly unknown[] = []; // what the tip's section depends on
+    private measured: readonly unknown[] = []; // inputs of the tip's section
     private run: Generator<unknown> | undefined;
 
     constructor(private readonly scene: Scene) {
@@ -26,7 +26,7 @@ export class LumenTool {
         });
     }
 
-    /// Measures what is due. @param now  [ms]
+    /// Updates the measurements that are due. @param now  [ms]
     tick(now: number): void {
         this.measureTip(now);
         const end = performance.now() + kTurnMs;
