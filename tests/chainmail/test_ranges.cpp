@@ -4,7 +4,9 @@
 // Scans of any range of values: the same tissue in other numbers moves in the same way.
 
 #include <gtest/gtest.h>
+#include <pliant/resample.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -100,6 +102,25 @@ TEST_F(RangeTest, BrightTissueOfAnMrIsPushed) {
     suit_materials(value_defaults(head, mr), settings);
     ChainMail as_mr = tissue_of(head, m_arena, settings);
     EXPECT_EQ(made(as_mr.push(push)).status, PushStatus::Applied);
+}
+
+TEST_F(RangeTest, GapsAndPlacesFromOutsideHaveTheBackgroundsValue) {
+    for (const bool is_16_bit : {true, false}) {
+        Volume head = block({24, 24, 24}, 100);
+        if (!is_16_bit) head = converted<float>(head, 1, 0.5);
+        head.background = 10;
+        ChainMailSettings settings;
+        settings.air_enabled = false;
+        ChainMail tissue = tissue_of(head, m_arena, settings);
+        made(tissue.push({.point_mm = {2, 12, 12}, .push_mm = {5, 0, 0}, .sphere_radius_mm = 4}));
+        made(tissue.carve({.from_mm = {12, 12, 12}, .to_mm = {12, 12, 12}, .radius_mm = 3}));
+        const Volume after = made(deform_volume(tissue, Mapping::Cells)).volume;
+        EXPECT_LT(after.at({0, 12, 12}), 60);  // from beyond the border
+        EXPECT_EQ(after.at({12, 12, 12}), 10);
+        float lowest = 1000;
+        for_each_element(after.grid, [&](Vec3i e) { lowest = std::min(lowest, after.at(e)); });
+        EXPECT_EQ(lowest, 10);
+    }
 }
 
 TEST_F(RangeTest, TheLawFollowsTheRangeAndTheFactor) {

@@ -154,6 +154,56 @@ TEST(FindEndoscope, FindsABrightLumenWhenTheWallIsDarker) {
     EXPECT_GT(std::abs(e->look.x), 0.95);
 }
 
+TEST(FindEndoscope, PrefersGasInTheBodyToTheAirBetweenItAndTheTable) {
+    TaskArena arena(2);
+    // A body on a table, with a hollow of its back over the table, and gas in its belly.
+    const Volume volume =
+        make_volume<std::int16_t>(plain_grid({100, 75, 80}, {3, 3, 3}), [](Vec3d p) {
+            const double x = p.x - 150, y = p.y - 105;
+            if (std::hypot(x, y + 45) < 12 && std::abs(p.z - 120) < 35) return -1000.0;  // gas
+            if (p.y > 190 && p.y < 193) return -200.0;                                   // table
+            if (p.y >= 193 || x * x / 2 + y * y > 8100) return -1000.0;
+            const bool hollow = std::hypot(x, p.y - 190) < 22;
+            return hollow ? -1000.0 : 40.0;
+        });
+    const auto e = find_endoscope(volume, -500, Polarity::Rising, arena);
+    ASSERT_TRUE(e);
+    EXPECT_LT(std::hypot(e->eye_mm.x - 150, e->eye_mm.y - 60), 12);
+}
+
+TEST(FindEndoscope, FollowsTheSizeOfTheSpecimen) {
+    TaskArena arena(2);
+    for (const double scale : {1.0, 0.01}) {
+        const Volume volume = make_volume<std::int16_t>(
+            plain_grid({120, 60, 60}, {scale, scale, scale}), [&](Vec3d p) {
+                if (std::abs(p.x / scale - 60) > 50) return 40.0;
+                return test::tube_hu((1 / scale) * p, {0, 28, 33}, normalized({1, 0.1, 0}),
+                                     p.x < 60 * scale ? 7 : 4);
+            });
+        const auto e = find_endoscope(volume, -500, Polarity::Rising, arena);
+        ASSERT_TRUE(e) << scale;
+        EXPECT_DOUBLE_EQ(e->fog_distance_mm, scale == 1 ? 120 : 120 * 0.012);
+        const Vec3d eye = (1 / scale) * e->eye_mm, d = eye - Vec3d{0, 28, 33};
+        const Vec3d axis = normalized({1, 0.1, 0});
+        EXPECT_LT(norm(d - dot(d, axis) * axis), 3) << scale;
+        EXPECT_LT(std::abs(eye.x - 60), 50) << scale;
+        EXPECT_GT(std::abs(dot(normalized(e->look), axis)), 0.9) << scale;
+    }
+}
+
+TEST(FindEndoscope, TheWholeScanIsInViewFromOutside) {
+    const Volume volume =
+        make_volume<float>(test::odd_grid({20, 30, 25}), [](Vec3d) { return 40.0; });
+    const Endoscope e = view_of_whole(volume);
+    const render::Camera camera(e, 400, 400);
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3d ijk{corner & 1 ? 19.0 : 0, corner & 2 ? 29.0 : 0, corner & 4 ? 24.0 : 0};
+        const Vec3d to = normalized(world_from_voxel(volume.grid, ijk) - e.eye_mm);
+        EXPECT_GT(dot(to, normalized(e.look)),
+                  std::cos(e.field_of_view_deg * std::numbers::pi / 360));
+    }
+}
+
 TEST(FindEndoscope, FindsNothingInSolidTissue) {
     TaskArena arena(1);
     const Volume volume = make_volume<float>(plain_grid({20, 20, 20}), [](Vec3d) { return 40.0; });

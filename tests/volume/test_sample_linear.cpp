@@ -55,6 +55,10 @@ TEST(SampleLinear, FadesToAirOverOneVoxelAtTheBorder) {
     EXPECT_EQ(sample_linear(volume, {0, 1e30, 0}), float(kAirHu));
     EXPECT_EQ(sample_linear(volume, {0, 0, std::numeric_limits<double>::quiet_NaN()}),
               float(kAirHu));
+    Volume other = volume;
+    other.background = 7;
+    EXPECT_NEAR(sample_linear(other, {4.5, 3, 2}), 0.5 * linear_field_at({4, 3, 2}) + 3.5, 1e-3);
+    EXPECT_EQ(sample_linear(other, {5, 0, 0}), 7);
 }
 
 }  // namespace
