@@ -179,7 +179,10 @@ void print_geometry(const Grid& grid) {
 void print_next(const InfoOptions& options, const Grid& grid,
                 const std::optional<PushOption>& push) {
     std::string file = shell_word(options.file);
-    if (!options.series.empty()) file += " --series " + shell_word(options.series);
+    const ScanChoice& scan = options.scan;
+    if (!scan.series.empty()) file += " --series " + shell_word(scan.series);
+    if (scan.frame) file += " --frame " + std::to_string(*scan.frame);
+    if (scan.straighten) file += " --straighten";
     if (options.iso_hu) file += " --iso " + digits(*options.iso_hu);
     if (options.polarity) file += " --polarity " + *options.polarity;
     std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());
