@@ -140,7 +140,11 @@ function start(): void {
     const showHelp = (): void => {
         if (!help.open) help.showModal();
     };
-    const landing = h('div', { class: 'landing', 'aria-hidden': 'true' }, 'Drop a scan or a path here');
+    const landing = h(
+        'div',
+        { class: 'landing', 'aria-hidden': 'true' },
+        'Drop a scan or a path here',
+    );
     views.replaceChildren(
         canvas,
         overlay.element,

@@ -10,7 +10,7 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { Readable, Writable } from 'node:stream';
-import { findChromium, kArguments } from './browser.ts';
+import { findChromium, kArguments, keepTissue } from './browser.ts';
 
 const kPatience = 3000; // tenths of a second until a page is ready
 
@@ -55,6 +55,8 @@ export class BareBrowser implements Evaluator {
             deviceScaleFactor: 1,
             mobile: false,
         });
+        const source = `(${keepTissue.toString()})()`;
+        await browser.ask('Page.addScriptToEvaluateOnNewDocument', { source });
         await browser.ask('Page.navigate', { url: link });
         for (let n = 0; n < kPatience; ++n) {
             await new Promise((r) => setTimeout(r, 100));

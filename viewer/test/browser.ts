@@ -101,6 +101,14 @@ export const kArguments = [
 export const launch = (): Promise<Browser> =>
     chromium.launch({ executablePath: findChromium(), args: kArguments });
 
+/// Keeps the tissue as the server starts it, unless a test has chosen otherwise: checksums and
+/// steps of undo are then the server's own. Runs in the page.
+export function keepTissue(): void {
+    const key = 'pliant.tissue';
+    const wish = '{"limits": "box", "springsBack": false}';
+    if (!localStorage.getItem(key)) localStorage.setItem(key, wish);
+}
+
 export interface Visit {
     readonly page: Page;
     readonly errors: string[];
@@ -122,10 +130,7 @@ export async function visit(
             const name = new URL(route.request().url()).pathname.slice(1) || 'index.html';
             return route.fulfill({ path: join(folder, name) });
         });
-    // Checksums and steps of undo are those of the server's own start.
-    await context.addInitScript((wish) => {
-        if (!localStorage.getItem('pliant.tissue')) localStorage.setItem('pliant.tissue', wish);
-    }, JSON.stringify({ limits: 'box', springsBack: false }));
+    await context.addInitScript(keepTissue);
     const page = await context.newPage();
     const errors: string[] = [];
     page.on('pageerror', (error) => errors.push(String(error)));

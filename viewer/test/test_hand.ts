@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Hand and eye: the sections follow the tool, a probe that is held presses, a scoop keeps its depth,
-// the endoscope comes to the crosshair, and outcomes are shown at the tool.
+// Hand and eye: the sections follow the tool, a probe that is held presses, a scoop keeps its
+// depth, the endoscope comes to the crosshair, and outcomes are shown at the tool.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -114,7 +114,7 @@ test('a scoop that wobbles in one place makes a dent of its size, no shaft', asy
     await page.keyboard.press('1');
 });
 
-test('the endoscope comes to the crosshair: key, button, and Ctrl with a double click', async () => {
+test('the endoscope comes to the crosshair: key, button, Ctrl with a double click', async () => {
     const eye = async (): Promise<Vec3> => (await stateOf(page)).view.camera.eye;
     const start = await eye();
     const lumen = await page.evaluate(() => {
@@ -179,7 +179,9 @@ test('the wheel with Ctrl zooms at the pointer', async () => {
 
 test('outcomes are shown at the tool and go away; no panel moves', async () => {
     const top = (): Promise<number> =>
-        page.locator('summary', { hasText: /^Surface$/ }).evaluate((e) => e.getBoundingClientRect().y);
+        page
+            .locator('summary', { hasText: /^Surface$/ })
+            .evaluate((e) => e.getBoundingClientRect().y);
     const before = await top();
     const place = await cursor();
     await page.mouse.move(...(await spot(page, 'axial')));

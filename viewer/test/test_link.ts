@@ -6,7 +6,16 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { launch, picture, serve, type Served, spot, stateOf, untilState, visit } from './browser.ts';
+import {
+    launch,
+    picture,
+    serve,
+    type Served,
+    spot,
+    stateOf,
+    untilState,
+    visit,
+} from './browser.ts';
 
 let browser: Browser;
 let served: Served;
@@ -20,7 +29,8 @@ after(async () => {
 });
 
 const notice = (page: Page): Promise<string | null> => page.locator('.notice').textContent();
-const kRefused = 'This link is not valid, or no longer. Open the link that pliant serve printed last.';
+const kRefused =
+    'This link is not valid, or no longer. Open the link that pliant serve printed last.';
 
 test('a link with a wrong token is told from a server that is away, within 5 s', async () => {
     const page = await (await browser.newContext()).newPage();

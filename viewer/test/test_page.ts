@@ -46,7 +46,7 @@ test('every control and every view has a name', async () => {
     await page.locator('.panels').evaluate((e) => e.scrollTo(0, 0));
 });
 
-test('a force is shown in newtons; the energy of tissue without forces with the times only', async () => {
+test('a force is shown in newtons; energies of tissue without forces with the times', async () => {
     const shown = (force_n: number, energy_per_mm: number): Promise<(string | null)[]> =>
         page.evaluate(
             async (hands) => {
@@ -184,6 +184,29 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     await octagon.click();
     assert.equal((await stateOf(page)).look.fieldStop, 'octagon');
     assert.equal(await afterSlowFrame(true), 'real');
+});
+
+test('sections of a scan that is being loaded are shown', async () => {
+    const lit = await page.evaluate(async () => {
+        const { stage, store } = (window as never as { pliant: Session }).pliant;
+        store.set({ scan: { loaded: 0 } });
+        (stage as never as { clear(): void }).clear();
+        store.set({ scan: { loaded: 0.5 } });
+        await new Promise((drawn) => setTimeout(drawn, 500));
+        const copy = await stage.copy(async () => {});
+        const ratio = copy.width / document.querySelector('canvas')!.clientWidth;
+        return ['axial', 'endoscope'].map((name) => {
+            const box = document.querySelector(`.view.${name}`)!.getBoundingClientRect();
+            const own = document.querySelector('canvas')!.getBoundingClientRect();
+            const x = (box.left - own.left + 0.5 * box.width) * ratio;
+            const y = (box.top - own.top + 0.2 * box.height) * ratio;
+            return copy.getContext('2d')!.getImageData(x, y, 1, 1).data[0]! > 40;
+        });
+    });
+    assert.deepEqual(lit, [true, false]);
+    await page.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.store.set({ scan: { loaded: 1 } }),
+    );
 });
 
 test('times are shown on request', async () => {

@@ -38,7 +38,8 @@ export class VolumeData {
     /// Number of patches so far.
     version = 0;
 
-    constructor(grid: Grid, halves: Uint16Array) {
+    /// @param isEmpty  the values are still to come, by fill(): the bricks need no look at them
+    constructor(grid: Grid, halves: Uint16Array, isEmpty = false) {
         if (halves.length !== voxelCount(grid))
             throw new Error(`volume: ${halves.length} voxels, expected ${voxelCount(grid)}`);
         this.grid = grid;
@@ -49,7 +50,18 @@ export class VolumeData {
         const count = this.brickSize[0] * this.brickSize[1] * this.brickSize[2];
         this.brickHalves = new Uint16Array(2 * count);
         this.brickRange = new Float32Array(2 * count);
-        this.updateBricks({ begin: [0, 0, 0], end: grid.size });
+        if (!isEmpty) this.updateBricks({ begin: [0, 0, 0], end: grid.size });
+    }
+
+    /// Writes a box of a scan that is being loaded; the bricks are stale until finish().
+    fill(box: Box, values: Uint16Array): void {
+        writeBox(this.halves, this.grid.size, box, values);
+        ++this.version;
+    }
+
+    /// Updates all bricks once, after many calls of fill(). @returns the box of all bricks
+    finish(): Box {
+        return this.updateBricks({ begin: [0, 0, 0], end: this.grid.size });
     }
 
     /// Writes a box of values, i fastest, and returns the box of bricks that changed.

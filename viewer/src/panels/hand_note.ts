@@ -26,7 +26,8 @@ export class HandNote {
         this.element.classList.toggle('stopped', outcome.isStopped);
         const { width, height } = view.getBoundingClientRect();
         const [x, y] = at ?? [width / 2, height / 2];
-        const left = x + kAside + kWidth > width ? x - kAside - this.element.offsetWidth : x + kAside;
+        const isRight = x + kAside + kWidth > width;
+        const left = isRight ? x - kAside - this.element.offsetWidth : x + kAside;
         this.element.style.left = `${Math.min(Math.max(left, 4), Math.max(width - 60, 4))}px`;
         this.element.style.top = `${Math.min(Math.max(y + kAside, 26), height - 30)}px`;
     }

@@ -5,8 +5,8 @@
 // sharp, accessible to screen readers, and cheap to update.
 
 import { shown, voxelFromWorld } from '../maths/grid.ts';
-import { type Camera, frameOf } from '../maths/rays.ts';
-import { dot, sub, type Vec3 } from '../maths/vec.ts';
+import { type Camera, firstHit, frameOf } from '../maths/rays.ts';
+import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
 import { kKinds, type ShownKind } from '../state/overlay_kinds.ts';
 import {
@@ -37,6 +37,7 @@ const kTitles: Record<ViewName, string> = {
     coronal: 'Coronal',
     sagittal: 'Sagittal',
 };
+const kPathSight = 60; // length of a path that the endoscope shows [mm]
 const kNearSection = 2; // distance of path points that are drawn strong [mm]
 
 export class Overlay {
@@ -167,7 +168,8 @@ export class Overlay {
         for (const view of kViews) {
             this.views[view].hidden = maximised !== null && maximised !== view;
             this.views[view].classList.toggle('active', active === view);
-            const hint = maximised ? 'all four views (Esc)' : `${kTitles[view]} alone (double click)`;
+            const alone = `${kTitles[view]} alone (double click)`;
+            const hint = maximised ? 'all four views (Esc)' : alone;
             this.maximisers[view].className = 'maximise';
             this.maximisers[view].textContent = maximised ? '⊞' : '⤢';
             this.maximisers[view].title = hint;
@@ -230,13 +232,36 @@ export class Overlay {
         if (path && state.view.outside) {
             const points = path.points.map(spot).filter(Boolean).join(' ');
             marks.push(svg('polyline', { class: 'way near', points }));
-        }
+        } else if (path)
+            for (const run of this.visibleRuns(path.points, state))
+                marks.push(
+                    svg('polyline', {
+                        class: 'way inside',
+                        points: run.map(spot).filter(Boolean).join(' '),
+                    }),
+                );
         const begin = from && spot(from);
         if (begin) {
             const [cx, cy] = begin;
             marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
         }
         return marks;
+    }
+
+    /// Parts of a path that the endoscope sees: ahead of it, and not behind a wall.
+    private visibleRuns(points: readonly Vec3[], { view }: State): Vec3[][] {
+        const { volume, surface } = this.session;
+        const { eye, look } = view.camera;
+        const runs: Vec3[][] = [[]];
+        for (const point of points) {
+            const way = sub(point, eye);
+            const distance = norm(way);
+            const isAhead = dot(way, look) > 1 && distance < kPathSight;
+            if (isAhead && !firstHit(volume!, eye, way, surface, distance))
+                runs[runs.length - 1]!.push(point);
+            else if (runs[runs.length - 1]!.length) runs.push([]);
+        }
+        return runs.filter((run) => run.length > 1);
     }
 
     /// Line of a cut in progress, and the places of other clients' tools without a body.

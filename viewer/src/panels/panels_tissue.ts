@@ -32,7 +32,7 @@ const kThresholds: readonly Preset<Threshold>[] = [
 
 export function toolPanel(parts: Parts): HTMLElement {
     const { session, actions } = parts;
-    const relax = button('Relax', () => actions.relax(), 'tissue springs back to rest by itself (X)');
+    const relax = button('Relax', () => actions.relax(), 'tissue springs back by itself (X)');
     session.store.watch(
         ({ shared }) => [shared],
         (shared) => {
@@ -81,7 +81,7 @@ export function toolPanel(parts: Parts): HTMLElement {
                     'sections follow the tool',
                     () => parts.state.tool.follow,
                     (follow) => session.store.set({ tool: { follow } }),
-                    'the crosshair goes with the tool, or the tip of a catheter, while it is at work',
+                    'the crosshair goes with the tool, or the tip of a catheter, while it moves',
                 ),
             ),
             h(

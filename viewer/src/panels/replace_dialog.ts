@@ -17,13 +17,17 @@ export function askToReplace({ name, present, others, labels }: Replacement): Pr
         });
         const cancel = button('Cancel', () => dialog.close());
         (labels ? cancel : agree).autofocus = true;
-        const company =
-            others > 0 ? ` for you and ${others} other${others > 1 ? 's' : ''} in this session` : '';
+        const people = `${others} other${others > 1 ? 's' : ''}`;
+        const company = others > 0 ? ` for you and ${people} in this session` : '';
         dialog.append(
             h('h2', {}, `Open ${name}?`),
             labels
-                ? h('p', { class: 'warning' }, `${name} looks like a label map (${labels}), `,
-                      'not like a scan: its labels would be shown as grey values.')
+                ? h(
+                      'p',
+                      { class: 'warning' },
+                      `${name} looks like a label map (${labels}), not like a scan: `,
+                      'its labels would be shown as grey values.',
+                  )
                 : '',
             h(
                 'p',

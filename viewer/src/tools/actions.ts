@@ -7,7 +7,7 @@ import { worldBounds } from '../maths/grid.ts';
 import { alongLumen, freePlace } from '../maths/flight.ts';
 import { readPath } from '../maths/path.ts';
 import { frameOf } from '../maths/rays.ts';
-import { add, along, dot, mul, sub, type Vec3 } from '../maths/vec.ts';
+import { add, along, dot, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import { kOverlays } from '../net/protocol.ts';
 import { kKinds, rangeOf } from '../state/overlay_kinds.ts';
@@ -24,6 +24,7 @@ import {
 } from '../state/state.ts';
 import type { Patch } from '../state/store.ts';
 import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
+import type { Stage } from '../views/stage.ts';
 import { saveBlob } from './download.ts';
 import type { Session } from './session.ts';
 import { kMinCarving, newStroke } from './strokes.ts';
@@ -296,7 +297,12 @@ export class Actions {
         try {
             const text = await file.text();
             if (this.session.movie.open(text, file.name)) return;
-            this.session.path.use(readPath(text, file.name));
+            const path = readPath(text, file.name);
+            const { volume } = this.session;
+            const isOutside = (p: Vec3): boolean => norm(sub(keptInside(volume!.grid, p), p)) > 1;
+            if (volume && path.points.every(isOutside))
+                throw new Error(`${file.name}: the path lies outside of this scan`);
+            this.session.path.use(path);
             this.session.say(`${file.name}: a path; press Fly in the panel Endoscope`);
         } catch (error) {
             this.session.warn((error as Error).message);
@@ -304,7 +310,7 @@ export class Actions {
     }
 
     /// Draws the marks over the pictures into a copy of them; set by the page.
-    paintMarks: (context: CanvasRenderingContext2D, ratio: number) => Promise<void> = async () => {};
+    paintMarks: Parameters<Stage['copy']>[0] = async () => {};
 
     /// Saves a picture of the views with their marks.
     async snapshot(): Promise<void> {

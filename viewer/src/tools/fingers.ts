@@ -43,8 +43,10 @@ export class Fingers {
         this.touching.set(pointerId, { x, y });
         const after = this.spread();
         if (!before || !after) return undefined;
+        const length = (spread: { distance: number }): number =>
+            Math.max(spread.distance, kMinDistance);
         return {
-            factor: Math.max(after.distance, kMinDistance) / Math.max(before.distance, kMinDistance),
+            factor: length(after) / length(before),
             dx: after.middle.x - before.middle.x,
             dy: after.middle.y - before.middle.y,
             middle: after.middle,

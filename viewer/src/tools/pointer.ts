@@ -161,7 +161,16 @@ export class Pointer {
         if (event.button === 1) event.preventDefault(); // no automatic scrolling
         const { button } = event;
         const slop = isTouch ? kTapPixels : kClickPixels;
-        this.drag = { kind, button, start: spot, last: spot, moved: false, place: undefined, wall: undefined, slop };
+        this.drag = {
+            kind,
+            button,
+            start: spot,
+            slop,
+            last: spot,
+            moved: false,
+            place: undefined,
+            wall: undefined,
+        };
         if (hasUndo(kind)) this.session.history.begin();
         const { volume, store } = this.session;
         if (kind === 'tissue' && volume && store.state.scan.loaded === 1)

@@ -6,6 +6,7 @@
 
 import { autoWindow } from '../maths/auto_window.ts';
 import { voxelCount, worldFromVoxel } from '../maths/grid.ts';
+import { halfOfFloat } from '../maths/half.ts';
 import { checksumOf } from '../maths/murmur.ts';
 import { mul, norm, normalized, sub } from '../maths/vec.ts';
 import { VolumeData } from '../maths/volume.ts';
@@ -128,9 +129,10 @@ export class Session extends Scene implements Listener {
     box(frame: BoxFrame): void {
         const texture = this.stage.texture;
         if (!texture || !this.volume) return;
-        texture.patch(frame.box, frame.halves);
-        ++this.boxesSinceDraw;
         const { loaded, voxels } = this.store.state.scan;
+        if (loaded < 1) texture.fill(frame.box, frame.halves, frame.last);
+        else texture.patch(frame.box, frame.halves);
+        ++this.boxesSinceDraw;
         if (loaded < 1) {
             this.received += frame.halves.length;
             const share = this.received / voxelCount(this.volume.grid);
@@ -213,7 +215,8 @@ export class Session extends Scene implements Listener {
 
     private takeVolume(info: VolumeInfo, keepsView: boolean): void {
         const grid = gridOf(info);
-        this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)));
+        const missing = halfOfFloat(info.range_hu[0]); // dark in the sections
+        this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)).fill(missing), true);
         this.stage.setVolume(this.volume);
         this.stage.setOverlay(undefined);
         this.stage.setRest(undefined);

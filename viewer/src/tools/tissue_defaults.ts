@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How ChainMail behaves in a fresh scan: with rounded limits, and springing back to rest. The server
-// starts with the limits of a box and without relaxation; a page that is alone with an untouched
-// scan, or the first of several, sets this browser's wish.
+// How ChainMail behaves in a fresh scan: with rounded limits, and springing back to rest. The
+// server starts with the limits of a box and without relaxation; a page that is alone with an
+// untouched scan, or the first of several, sets this browser's wish.
 
 import type { Memory } from '../net/connection.ts';
 import type { SharedState } from '../net/protocol.ts';

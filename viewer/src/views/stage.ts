@@ -25,6 +25,7 @@ const kScales = [1, 0.66, 0.5, 0.35, 0.25];
 const kFirstQuality = 3; // index of kScales for the first picture
 const kSlowMs = 45; // frame time above which pixels are reduced
 const kQuickMs = 22; // frame time below which pixels are increased
+const kLoadingPart = 0.08; // share of a scan after which its sections are drawn again
 const kStillMs = 180; // time without a change before the full picture
 
 /// Groups of the state that the views depend on, apart from the threshold and the cut face.
@@ -76,6 +77,7 @@ export class Stage {
     private fenceMoving = false; // the frame was drawn in motion
     private full = false; // the endoscope's picture is complete
     private first = true; // no picture of this scan was drawn
+    private loadedThen = 0; // share of the scan in the last picture before it was complete
     private blank = true; // gaps between the views may hold old pixels
     private prepared = false; // programs for instruments are compiled
     private pass = 0; // next index of kPasses while all is still
@@ -122,6 +124,7 @@ export class Stage {
         this.texture = new VolumeTexture(data);
         this.endoscope.setVolume(this.texture);
         this.first = true;
+        this.loadedThen = 0;
         this.section.set(fieldUniforms(this.texture));
         this.invalidate();
     }
@@ -162,8 +165,8 @@ export class Stage {
     /// Draws the stale views. @returns whether anything was drawn
     frame(now: number): boolean {
         const { state } = this.store;
-        if (this.lost || !this.texture || state.scan.loaded < 1) return false;
-        if (!this.lastIsDone(now)) return false;
+        if (this.lost || !this.texture || !this.lastIsDone(now)) return false;
+        if (state.scan.loaded < 1) return this.drawLoading(this.texture, state);
         this.fitCanvas();
         this.texture.upload(this.renderer);
         this.overlay?.upload(this.renderer);
@@ -181,6 +184,21 @@ export class Stage {
         this.first = false;
         this.raiseFence(now);
         ++this.framesDrawn;
+        return true;
+    }
+
+    /// Draws the sections of a scan that is being loaded, after each further part of it.
+    private drawLoading(texture: VolumeTexture, state: State): boolean {
+        const { loaded } = state.scan;
+        if (loaded - this.loadedThen < kLoadingPart) return false;
+        this.loadedThen = loaded;
+        this.fitCanvas();
+        texture.upload(this.renderer);
+        this.clear();
+        for (const view of kViews.slice(1)) this.drawView(view, state, false);
+        this.invalidate();
+        this.fenceMoving = false;
+        this.raiseFence(performance.now());
         return true;
     }
 

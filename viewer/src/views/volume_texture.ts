@@ -61,6 +61,13 @@ export class VolumeTexture {
         this.voxelUploads.add(box);
     }
 
+    /// Writes a box of a scan that is being loaded. The last one completes the bricks.
+    fill(box: Box, halves: Uint16Array, last: boolean): void {
+        this.data.fill(box, halves);
+        this.voxelUploads.add(box);
+        if (last) this.brickUploads.add(this.data.finish());
+    }
+
     /// Uploads the boxes patched since the last call. @returns the number of voxels
     upload(renderer: THREE.WebGLRenderer): number {
         this.brickUploads.send(renderer);
