@@ -101,7 +101,12 @@ function withSteps(...names: string[]): { history: History; log: string[] } {
     const last = (list: readonly string[]) => ({ steps: list.length, next: list.at(-1) ?? '' });
     const tell = (): void =>
         store.set({
-            shared: { undo: last(done), redo: last(undone), relaxing: true } as SharedState,
+            shared: {
+                undo: last(done),
+                redo: last(undone),
+                relaxing: true,
+                materials: { limits: 'rounded' },
+            } as SharedState,
         });
     const history = new History(store, async (step) => {
         const name = (step === 'undo' ? done : undone).pop()!;

@@ -25,11 +25,16 @@ export function tissuePanel(parts: Parts): HTMLElement {
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
     const choose = (model: TissueState['model']): void => {
         const { cursor } = parts.state.sections;
-        void session.ask(
-            model === 'springs'
-                ? { do: 'tissue', model, centre: cursor, nodes: kNodes, cell_mm: cell }
-                : { do: 'tissue', model },
-        );
+        const had = (parts.state.shared?.undo.steps ?? 0) > 0;
+        void session
+            .ask(
+                model === 'springs'
+                    ? { do: 'tissue', model, centre: cursor, nodes: kNodes, cell_mm: cell }
+                    : { do: 'tissue', model },
+            )
+            .then((done) => {
+                if (done && had) session.say('the tissue is at rest again; earlier steps are gone');
+            });
     };
     const depth = parts.add(
         slider({

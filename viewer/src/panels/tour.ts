@@ -19,14 +19,14 @@ const kSteps: readonly Step[] = [
         title: 'Look and fly',
         text:
             'Top left is the endoscope. Drag in it to look around, hold W to fly ahead, S ' +
-            'to fly back. The tip stops at walls.',
+            'to fly back, or use the stick on a touch screen. The tip stops at walls.',
         done: (now, then) => now.view.camera.eye !== then.view.camera.eye,
     },
     {
         title: 'Push',
         text:
-            'Choose Push above, press on a wall in any view and drag. All four views show ' +
-            'the deformed scan at once.',
+            'Choose Push above and hold a wall in the endoscope: the probe goes into it. Or ' +
+            'drag in any view. All four views follow the probe and show the deformed scan.',
         done: (now, then) => (now.shared?.step ?? 0) > (then.shared?.step ?? 0),
     },
     {

@@ -27,7 +27,8 @@ const kMergeMs = 700;
 /// Number of the server's steps that the user can undo.
 function undoable({ shared }: State): number {
     const { steps, next } = shared?.undo ?? { steps: 0, next: '' };
-    const isDefaults = steps === 1 && next === kDefaultsStep;
+    const isRound = shared?.materials?.limits === 'rounded';
+    const isDefaults = steps === 1 && next === kDefaultsStep && isRound;
     return isDefaults ? 0 : steps;
 }
 

@@ -237,9 +237,9 @@ export class Pointer {
         }
         const dx = spot.x - drag.last.x;
         const dy = spot.y - drag.last.y;
-        const far = Math.hypot(spot.x - drag.start.x, spot.y - drag.start.y) >= drag.slop;
-        if (!drag.moved && !far) return;
-        this.pressing.give();
+        const way = Math.hypot(spot.x - drag.start.x, spot.y - drag.start.y);
+        if (!drag.moved && way < drag.slop) return;
+        this.pressing.yieldTo(way);
         if (!drag.moved && drag.kind === 'tissue') this.beginStroke(drag);
         drag.moved = true;
         drag.last = spot;
@@ -319,11 +319,11 @@ export class Pointer {
     private click(spot: Spot): void {
         const { volume, store, history } = this.session;
         if (!volume || store.state.scan.loaded < 1) return;
-        const point = pointAt(volume, store.state, spot);
-        if (!point) return;
         const now = performance.now();
         if (now - this.clicked > kDoubleMs) this.beforeClick = store.state.sections.cursor;
         this.clicked = now;
+        const point = pointAt(volume, store.state, spot);
+        if (!point) return;
         history.step('crosshair', () => this.actions.setCursor(point));
         if (store.state.tool.name === 'path') void this.session.path.click(point);
     }

@@ -6,6 +6,7 @@
 
 const kHoldMs = 400; // until a press begins
 const kTickMs = 40;
+const kTremble = 12; // [pixels]
 const kSpeed = 8; // [mm/s]
 
 export class Pressing {
@@ -34,8 +35,9 @@ export class Pressing {
         this.ticking = 0;
     }
 
-    /// Ends the wait only: the pointer moves.
-    give(): void {
-        if (!this.ticking) clearTimeout(this.waiting);
+    /// Ends the wait, since the pointer has moved; a press that has begun goes on while the pointer
+    /// only trembles. @param way  of the pointer [pixels]
+    yieldTo(way: number): void {
+        if (!this.ticking || way > kTremble) this.stop();
     }
 }

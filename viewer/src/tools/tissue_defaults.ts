@@ -24,7 +24,7 @@ const isFresh = ({ undo, redo, tissue }: SharedState): boolean =>
     !undo.steps && !redo.steps && (tissue?.model ?? 'chainmail') === 'chainmail';
 
 export class TissueDefaults {
-    private setFor: string | undefined; ///< scan and model whose defaults were set
+    private setFor: number | undefined; ///< id of the scan whose defaults were set
 
     constructor(
         private readonly scene: Scene,
@@ -51,15 +51,16 @@ export class TissueDefaults {
 
     private apply(): void {
         const { shared, link, scan } = this.scene.store.state;
-        if (!shared || link.status !== 'open' || link.role === 'view') return;
-        const place = `${scan.volume?.id} ${shared.tissue?.model ?? 'chainmail'}`;
-        if (place === this.setFor) return;
-        this.setFor = place;
+        if (!shared || !scan.volume || link.status !== 'open' || link.role === 'view') return;
+        if ((shared.tissue?.model ?? 'chainmail') !== 'chainmail') this.setFor = undefined;
+        if (scan.volume.id === this.setFor) return;
         const first = Math.min(
             ...shared.clients.filter((c) => c.role === 'control').map((c) => c.client),
         );
         if (!isFresh(shared) || first < link.client) return;
         const { limits, springsBack } = this.wish;
+        if (shared.materials.limits === limits && shared.relaxing === springsBack) return;
+        this.setFor = scan.volume.id;
         if (shared.materials.limits !== limits)
             void this.scene.connection.ask({ do: kDefaultsStep, limits });
         if (shared.relaxing !== springsBack)
