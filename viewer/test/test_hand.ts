@@ -114,6 +114,19 @@ test('a scoop that wobbles in one place makes a dent of its size, no shaft', asy
     await page.keyboard.press('1');
 });
 
+test('a cut is marked in the sections until it is undone', async () => {
+    await page.keyboard.press('5');
+    const at = await spot(page, 'axial', 0.5, 0.3);
+    await dragBy(page, at, [40, 30]);
+    await untilState(page, ({ shared }) => shared!.undo.steps > 0);
+    await page.locator('.view.axial line.cut').first().waitFor({ state: 'attached' });
+    await picture(page, 'cut_marked');
+    await undo(0);
+    await page.waitForTimeout(300);
+    assert.equal(await page.locator('line.cut').count(), 0);
+    await page.keyboard.press('1');
+});
+
 test('the endoscope comes to the crosshair: key, button, Ctrl with a double click', async () => {
     const eye = async (): Promise<Vec3> => (await stateOf(page)).view.camera.eye;
     const start = await eye();

@@ -14,6 +14,7 @@ import { VolumeData } from '../src/maths/volume.ts';
 import type { Done, SharedState } from '../src/net/protocol.ts';
 import { initialState, type State } from '../src/state/state.ts';
 import { CarveWall } from '../src/tools/carve_wall.ts';
+import { cutCrossings } from '../src/tools/cuts.ts';
 import { Fingers } from '../src/tools/fingers.ts';
 import { findBone, outcomeOf } from '../src/tools/outcome.ts';
 
@@ -86,6 +87,22 @@ test('a scoop follows the wall as it was: carving does not deepen it', () => {
     assert.deepEqual(scoop.at(seen, spot), first);
     scoop.depth = 3;
     assert.ok(Math.abs(scoop.at(seen, spot)![0] - first[0] - 3) < 1e-9);
+});
+
+test('a cut crosses a section in a line as long as its depth', () => {
+    const line: Vec3[] = [
+        [10, 5, 10],
+        [10, 5, 20],
+        [10, 5, 30],
+    ];
+    const cut = { line, depth: [0, 8, 0] as Vec3, steps: 1 };
+    assert.deepEqual(cutCrossings(cut, [0, 0, 25], [0, 0, 1]), [
+        [
+            [10, 5, 25],
+            [10, 13, 25],
+        ],
+    ]);
+    assert.deepEqual(cutCrossings(cut, [0, 0, 35], [0, 0, 1]), []);
 });
 
 test('in a section a scoop stays in its plane, at its depth', () => {

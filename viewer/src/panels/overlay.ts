@@ -18,6 +18,7 @@ import {
     type ViewName,
     type Way,
 } from '../state/state.ts';
+import { cutCrossings } from '../tools/cuts.ts';
 import type { Session } from '../tools/session.ts';
 import { kOutsideField, orbitCamera } from '../views/orbit.ts';
 import {
@@ -192,12 +193,20 @@ export class Overlay {
             ...instrumentMarks(this.session, plane),
             ...this.toolMarks(state.hands.others, plane),
             ...this.endoscopeMarks(state.view.camera, plane),
+            ...this.cutMarks(state, plane),
             ...obstacleMark(state, plane),
         ];
         this.show(view, parts, box);
         const { axis } = plane.axes;
         const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
         this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
+    }
+
+    /// Cuts where they cross the section.
+    private cutMarks({ tool }: State, plane: SectionPlane): SVGElement[] {
+        return tool.cuts
+            .flatMap((cut) => cutCrossings(cut, plane.centre, plane.axes.normal))
+            .map(([a, b]) => line('cut', ...pixelOfWorld(plane, a), ...pixelOfWorld(plane, b)));
     }
 
     /// Path through the lumen: its projection faint, parts near the section strong.
@@ -320,6 +329,18 @@ export class Overlay {
                 parts.push(svg('polyline', { class: 'blade', points }));
             }
         }
+        if (!view.outside)
+            for (const cut of state.tool.cuts)
+                for (const run of this.visibleRuns(cut.line, state))
+                    parts.push(
+                        svg('polyline', {
+                            class: 'cut',
+                            points: run
+                                .map((p) => this.spotInEndoscope(view, p, box))
+                                .filter(Boolean)
+                                .join(' '),
+                        }),
+                    );
         parts.push(
             ...this.pathFrom(state, (p) =>
                 view.outside

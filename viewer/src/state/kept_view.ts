@@ -20,7 +20,7 @@ function keptOf(state: State): Patch {
         fluoro,
         flight,
         overlay,
-        tool: { ...state.tool, outcome: null },
+        tool: { ...state.tool, cuts: [], outcome: null },
         display: { maximised, contour, space, timings },
         movie: { keyframes: state.movie.keyframes },
     };

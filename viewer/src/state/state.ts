@@ -184,6 +184,13 @@ export interface Outcome {
     readonly isStopped: boolean;
 }
 
+/// A cut by this client: the surface between a line and the same line at a depth.
+export interface CutMark {
+    readonly line: readonly Vec3[]; ///< [mm, LPS]
+    readonly depth: Vec3; ///< [mm]
+    readonly steps: number; ///< the server's steps of undo with it
+}
+
 export interface ToolSettings {
     readonly name: ToolName;
     readonly radius: number; ///< of the sphere probe [mm]
@@ -191,6 +198,7 @@ export interface ToolSettings {
     readonly slide: boolean; ///< tissue slides off the sphere
     readonly depth: number; ///< of a cut [mm]
     readonly follow: boolean; ///< the sections go with the tool and the catheter's tip
+    readonly cuts: readonly CutMark[];
     readonly outcome: Outcome | null; ///< of the last command, for some seconds
 }
 
@@ -275,6 +283,7 @@ export const initialState = (): State => ({
         slide: false,
         depth: 10,
         follow: true,
+        cuts: [],
         outcome: null,
     },
     display: {

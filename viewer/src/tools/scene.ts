@@ -15,6 +15,7 @@ import { History } from '../state/history.ts';
 import { surfaceOf } from '../state/state.ts';
 import type { Store } from '../state/store.ts';
 import type { Stage } from '../views/stage.ts';
+import { Cuts } from './cuts.ts';
 import { type Motion, Outcomes } from './outcome.ts';
 
 const kNewsMs = 2000; // longest wait for the state after an undo
@@ -33,6 +34,7 @@ export class Scene {
     readonly connection: Connection;
     readonly history: History;
     readonly outcomes: Outcomes;
+    readonly cuts: Cuts;
     volume: VolumeData | undefined;
     vessel: Vessel | undefined;
     private stepsArrived: () => void = () => {};
@@ -42,6 +44,7 @@ export class Scene {
         this.stage = parts.stage;
         this.connection = parts.connection;
         this.outcomes = new Outcomes(parts.store, () => this.volume);
+        this.cuts = new Cuts(parts.store);
         this.history = new History(parts.store, (step) => this.step(step));
     }
 

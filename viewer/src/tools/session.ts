@@ -206,7 +206,7 @@ export class Session extends Scene implements Listener {
         const { frames } = initialState().sections;
         this.store.set({
             way: { path: null, flying: false, position: 0 },
-            tool: { outcome: null },
+            tool: { cuts: [], outcome: null },
             hands: { force_n: 0, energy_per_mm: 0 },
             sections: { frames },
         });

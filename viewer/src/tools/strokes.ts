@@ -11,6 +11,7 @@ import type { Command, Done } from '../net/protocol.ts';
 import { pushOrSlide } from '../state/state.ts';
 import type { Store } from '../state/store.ts';
 import type { ToolKind } from '../views/instruments.ts';
+import type { Cuts } from './cuts.ts';
 import type { Motion, Outcomes } from './outcome.ts';
 
 let nextStroke = 1 + Math.floor(Math.random() * 2 ** 30);
@@ -35,6 +36,7 @@ export interface Means {
     readonly connection: Connection;
     readonly store: Store;
     readonly outcomes: Outcomes;
+    readonly cuts: Cuts;
 }
 
 /// Follows the newest target, one command after the other.
@@ -223,13 +225,16 @@ export class CutStroke implements Stroke {
 
     async end(): Promise<void> {
         if (this.path.length < 2) return;
-        const { connection, store, outcomes } = this.means;
+        const { connection, store, outcomes, cuts } = this.means;
         const depth = mul(store.state.tool.depth, this.direction);
         // In a section the cut extends equally to the front and to the back; at a wall it starts
         // just in front of it.
         const shift = this.centred ? -0.5 : -0.15;
         const line = this.path.map((p) => along(p, shift, depth));
         const motion = { from: this.path[0]!, by: depth, radius: 0 };
-        outcomes.take(await connection.ask({ do: 'cut', line, depth }), motion);
+        const steps = cuts.nextStep;
+        const answer = await connection.ask({ do: 'cut', line, depth });
+        outcomes.take(answer, motion);
+        if (answer?.t === 'done' && answer.cut_links) cuts.add({ line, depth, steps });
     }
 }
