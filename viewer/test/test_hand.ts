@@ -9,8 +9,19 @@ import { test } from 'node:test';
 import { dot, norm, sub, type Vec3 } from '../src/maths/vec.ts';
 import type { SharedState } from '../src/net/protocol.ts';
 import type { Session } from '../src/tools/session.ts';
-import { dragBy, picture, rectOf, spot, stateOf, still, untilState, untilUndo } from './browser.ts';
-import { page, served, useOnePage } from './one_page.ts';
+import {
+    dragBy,
+    picture,
+    rectOf,
+    serve,
+    spot,
+    stateOf,
+    still,
+    untilState,
+    untilUndo,
+    visit,
+} from './browser.ts';
+import { browser, page, served, useOnePage } from './one_page.ts';
 
 useOnePage();
 
@@ -253,22 +264,26 @@ test('flying goes on when the pointer slips into a section', async () => {
 });
 
 test('a fresh scan gets round, springing tissue; the step of that is not undone', async () => {
-    await page.evaluate(() => localStorage.setItem('pliant.tissue', '{}'));
-    const before = (await stateOf(page)).shared as SharedState;
+    const fresh = await serve();
+    const { page: first } = await visit(browser, fresh.link);
+    const before = (await stateOf(first)).shared as SharedState;
     assert.deepEqual([before.undo.steps, before.materials.limits], [0, 'box']);
-    await page.reload();
+    await first.evaluate(() => localStorage.setItem('pliant.tissue', '{}'));
+    await first.reload();
     await untilState(
-        page,
+        first,
         ({ shared, link }) =>
             link.status === 'open' && shared!.materials.limits === 'rounded' && shared!.relaxing,
     );
-    assert.equal(await steps(), 1);
-    assert.ok(await page.locator('#undo').isDisabled());
-    await page.locator('summary', { hasText: /^Material$/ }).click();
-    await page.getByLabel('diamond').check();
-    await untilState(page, ({ shared }) => shared!.materials.limits === 'box');
+    assert.equal((await stateOf(first)).shared!.undo.steps, 1);
+    assert.ok(await first.locator('#undo').isDisabled());
+    await first.locator('summary', { hasText: /^Material$/ }).click();
+    await first.getByLabel('diamond').check();
+    await untilState(first, ({ shared }) => shared!.materials.limits === 'box');
     assert.match(
-        await page.evaluate(() => localStorage.getItem('pliant.tissue')!),
+        await first.evaluate(() => localStorage.getItem('pliant.tissue')!),
         /"limits":"box"/,
     );
+    await first.context().close();
+    await fresh.stop();
 });

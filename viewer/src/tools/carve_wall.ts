@@ -50,9 +50,10 @@ export class CarveWall {
         const surface = surfaceOf(state);
         const then = firstHit(this.copy, origin, direction, surface);
         const now = firstHit(this.volume, origin, direction, surface);
-        // Carving takes the wall away from the eye: a nearer one stands in front of the copy.
-        const inFront = now && then && now.distance < then.distance;
-        const hit = then && !inFront ? then : now && !this.holds(now.point) ? now : undefined;
+        // The wall of the moment counts where there is no copy, also in front of the copied one.
+        const isBeyond = now !== undefined && !this.holds(now.point);
+        const inFront = isBeyond && (!then || now.distance < then.distance);
+        const hit = inFront ? now : then;
         return hit && along(hit.point, this.depth, direction);
     }
 

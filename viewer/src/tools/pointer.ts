@@ -67,7 +67,7 @@ export class Pointer {
     private wheelRest = 0;
     private readonly fingers = new Fingers();
     private readonly pressing = new Pressing();
-    private clicked = 0; // time of the last click [ms]
+    private clicked = -Infinity; // time of the last click [ms]
     private beforeClick: Vec3 | undefined; // the crosshair before it, or before two in a row
 
     constructor(
@@ -122,6 +122,7 @@ export class Pointer {
         if ((event.target as HTMLElement).closest('button')) return;
         const { store } = this.session;
         if (this.beforeClick) store.set({ sections: { cursor: this.beforeClick } });
+        this.clicked = -Infinity;
         if (event.ctrlKey || event.metaKey) {
             const { volume } = this.session;
             const place = volume && pointAt(volume, store.state, this.spot(view, event));
