@@ -4,6 +4,8 @@
 // Starts the page: reads the link's token, creates all parts, connects, and draws.
 
 import './style.css';
+import './hand.css';
+import './windows.css';
 import { Connection } from './net/connection.ts';
 import { h } from './panels/dom.ts';
 import { Drawer } from './panels/drawer.ts';
