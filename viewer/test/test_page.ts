@@ -4,10 +4,12 @@
 // The page around the views: keyboard, help, tour, labels, themes, small screens.
 
 import assert from 'node:assert/strict';
+import { readFile, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Session } from '../src/tools/session.ts';
 import type { StageHooks } from '../src/views/stage.ts';
-import { picture, rectOf, spot, stateOf, visit } from './browser.ts';
+import { kPictures, picture, rectOf, spot, stateOf, still, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
 useOnePage();
@@ -207,6 +209,36 @@ test('sections of a scan that is being loaded are shown', async () => {
     await page.evaluate(() =>
         (window as never as { pliant: Session }).pliant.store.set({ scan: { loaded: 1 } }),
     );
+});
+
+test('a saved picture has the marks of the views, and the name of the scan', async () => {
+    await still(page);
+    const coming = page.waitForEvent('download');
+    await page.keyboard.press('p');
+    const download = await coming;
+    assert.match(download.suggestedFilename(), /^(mock_tube|airway_phantom)_views\.png$/);
+    const bytes = await readFile((await download.path())!);
+    await writeFile(join(kPictures, 'saved.png'), bytes);
+    const marked = await page.evaluate(async (text) => {
+        const image = new Image();
+        image.src = `data:image/png;base64,${text}`;
+        await image.decode();
+        const canvas = document.querySelector('canvas')!;
+        const dataOf = (source: CanvasImageSource): Uint8ClampedArray => {
+            const copy = document.createElement('canvas');
+            copy.width = canvas.width;
+            copy.height = canvas.height;
+            const context = copy.getContext('2d')!;
+            context.drawImage(source, 0, 0);
+            return context.getImageData(0, 0, copy.width, copy.height).data;
+        };
+        const [saved, shown] = [dataOf(image), dataOf(canvas)];
+        let differ = 0;
+        for (let i = 0; i < saved.length; i += 4)
+            if (Math.abs(saved[i + 1]! - shown[i + 1]!) > 60) ++differ;
+        return differ;
+    }, bytes.toString('base64'));
+    assert.ok(marked > 1000, `${marked} pixels of marks`);
 });
 
 test('times are shown on request', async () => {
