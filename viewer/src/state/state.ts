@@ -53,13 +53,13 @@ export type Lining = (typeof kLinings)[number];
 export const kFieldStops = ['round', 'octagon', 'full'] as const;
 export type FieldStop = (typeof kFieldStops)[number];
 
-/// Silent: connected, but the server has not answered for some seconds. Refused: the link's token
-/// is wrong.
-export type LinkStatus = 'connecting' | 'open' | 'silent' | 'lost' | 'ended' | 'refused';
+/// Refused: the link's token is wrong.
+export type LinkStatus = 'connecting' | 'open' | 'lost' | 'ended' | 'refused';
 
 /// The connection, and the server's abilities.
 export interface Link {
     readonly status: LinkStatus;
+    readonly silent: boolean; ///< the server has not answered for some seconds
     readonly text: string; ///< reason for a status other than open
     readonly role: Role;
     readonly client: number;
@@ -242,6 +242,7 @@ const kWhole: SectionFrame = { shift: [0, 0], zoom: 1 };
 export const initialState = (): State => ({
     link: {
         status: 'connecting',
+        silent: false,
         text: '',
         role: 'view',
         client: 0,

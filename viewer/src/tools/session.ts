@@ -178,10 +178,7 @@ export class Session extends Scene implements Listener {
     }
 
     silent(is: boolean): void {
-        const { status } = this.store.state.link;
-        if (is) this.store.set({ link: { status: 'silent', text: '' } });
-        else if (status === 'silent')
-            this.store.set({ link: { status: this.connection.client ? 'open' : 'connecting' } });
+        this.store.set({ link: { silent: is } });
     }
 
     lost(status: 'lost' | 'ended' | 'refused', reason: string): void {
