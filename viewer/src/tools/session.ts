@@ -108,6 +108,7 @@ export class Session extends Scene implements Listener {
         if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
         this.subscriptions.askAgain();
         this.subscriptions.askVessel();
+        this.tissueDefaults.take(message.state);
         this.onWelcome();
     }
 
@@ -121,6 +122,7 @@ export class Session extends Scene implements Listener {
     state(shared: SharedState): void {
         const before = this.surface;
         this.store.set({ shared });
+        this.tissueDefaults.take(shared);
         const { iso, rising } = this.surface;
         if (iso !== before.iso || rising !== before.rising) this.endoscope.judgeEye();
         this.tellSteps();
