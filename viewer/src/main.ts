@@ -42,10 +42,10 @@ function noticeOf({ link, scan }: State, contextLost: boolean): string {
         return 'The graphics context is lost. It comes back by itself; if not, reload the page.';
     if (link.status === 'refused')
         return `${capital(link.text)}. Open the link that pliant serve printed last.`;
-    if (link.status === 'silent')
+    if (link.silent)
         return (
             'The server does not answer: it is busy, or it hangs. ' +
-            'Until it answers, nothing that you do is sent.'
+            'What you do waits until it answers.'
         );
     if (link.status === 'ended') return `${capital(link.text)}. Reload the page to connect again.`;
     if (link.status === 'lost') return `${capital(link.text)}. Connecting again…`;

@@ -94,10 +94,11 @@ test('flying and looking around at the same time are one step', async () => {
 });
 
 /// Server with named steps, as it is after pushes of tissue that springs back.
-function withSteps(...names: string[]): { history: History; log: string[] } {
+function withSteps(...names: string[]): { history: History; log: string[]; empty: () => void } {
     const store = new Store(initialState());
     const [done, undone]: string[][] = [names, []];
     const log: string[] = [];
+    let lastIsEmpty = false;
     const last = (list: readonly string[]) => ({ steps: list.length, next: list.at(-1) ?? '' });
     const tell = (): void =>
         store.set({
@@ -109,13 +110,18 @@ function withSteps(...names: string[]): { history: History; log: string[] } {
             } as SharedState,
         });
     const history = new History(store, async (step) => {
+        if (step === 'undo' && lastIsEmpty) done.pop();
+        lastIsEmpty = false;
         const name = (step === 'undo' ? done : undone).pop()!;
         (step === 'undo' ? undone : done).push(name);
         log.push(`${step} ${name}`);
         tell();
     });
     tell();
-    return { history, log };
+    const empty = (): void => {
+        lastIsEmpty = true;
+    };
+    return { history, log, empty };
 }
 
 test('a push and its springing back are undone and redone together', async () => {
@@ -148,4 +154,11 @@ test('settings of the volume rendering and of slabs are steps', async () => {
     assert.equal(store.state.rendering.opacity, 1);
     await history.redo();
     assert.equal(store.state.rendering.opacity, 3);
+});
+
+test('defaults that are undone because the push before had no effect come back', async () => {
+    const { history, log, empty } = withSteps('materials', 'push');
+    empty();
+    await history.undo();
+    assert.deepEqual(log, ['undo materials', 'redo materials']);
 });

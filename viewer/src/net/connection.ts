@@ -125,8 +125,7 @@ export class Connection {
     }
 
     get isOpen(): boolean {
-        const isOpen = this.socket?.readyState === WebSocket.OPEN && this.client !== 0;
-        return isOpen && !this.isSilent;
+        return this.socket?.readyState === WebSocket.OPEN && this.client !== 0;
     }
 
     /// Notes a sign of life.

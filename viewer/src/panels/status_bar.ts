@@ -4,6 +4,7 @@
 // Status bar: value under the pointer, messages, times, connection.
 
 import { quantile } from '../net/latencies.ts';
+import type { LinkStatus } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
 import { h } from './dom.ts';
 import { pointerText } from './overlay.ts';
@@ -41,7 +42,7 @@ export class StatusBar {
         session.store.watch(
             ({ link, shared }) => [link, shared],
             (link, shared) => {
-                const { status, role } = link;
+                const { status, role, silent } = link;
                 const people = shared?.clients.length ?? 0;
                 const company = people > 1 ? `, ${people} in this session` : '';
                 const isLost = status === 'open' && shared?.recorded === false;
@@ -49,17 +50,15 @@ export class StatusBar {
                 this.link.title = isLost
                     ? "The session's file can't be written: is there room on the server's disk?"
                     : '';
-                this.link.textContent =
-                    status === 'open'
-                        ? `${role === 'view' ? 'viewing' : 'connected'}${company}${unrecorded}`
-                        : {
-                              connecting: 'connecting…',
-                              silent: 'no answer',
-                              lost: 'connecting again…',
-                              ended: 'not connected',
-                              refused: 'not connected',
-                          }[status];
-                this.link.dataset.link = isLost ? 'lost' : status;
+                const texts: Record<LinkStatus, string> = {
+                    connecting: 'connecting…',
+                    open: `${role === 'view' ? 'viewing' : 'connected'}${company}${unrecorded}`,
+                    lost: 'connecting again…',
+                    ended: 'not connected',
+                    refused: 'not connected',
+                };
+                this.link.textContent = silent ? 'no answer' : texts[status];
+                this.link.dataset.link = isLost || silent ? 'lost' : status;
             },
         );
     }

@@ -149,8 +149,12 @@ export class History {
     private async undoServer(): Promise<void> {
         const { shared } = this.store.state;
         const springs = shared?.relaxing && shared.undo.next === 'relax';
+        const wantsDefaults = shared?.undo.next === kDefaultsStep;
         await this.server('undo');
         if (springs && undoable(this.store.state) > 0) await this.server('undo');
+        // The server drops an open step that has moved nothing, and takes the one before it.
+        const { undo, redo } = this.store.state.shared ?? shared!;
+        if (!wantsDefaults && !undo.steps && redo.next === kDefaultsStep) await this.server('redo');
     }
     private async redoServer(): Promise<void> {
         await this.server('redo');

@@ -58,9 +58,8 @@ export type Lining = (typeof kLinings)[number];
 export const kFieldStops = ['round', 'octagon', 'full'] as const;
 export type FieldStop = (typeof kFieldStops)[number];
 
-/// Silent: connected, but the server has not answered for some seconds. Refused: the link's token
-/// is wrong.
-export type LinkStatus = 'connecting' | 'open' | 'silent' | 'lost' | 'ended' | 'refused';
+/// Refused: the link's token is wrong.
+export type LinkStatus = 'connecting' | 'open' | 'lost' | 'ended' | 'refused';
 /// Projections of a slab in the sections.
 export const kProjections = ['maximum', 'minimum', 'mean'] as const;
 export type Projection = (typeof kProjections)[number];
@@ -68,6 +67,7 @@ export type Projection = (typeof kProjections)[number];
 /// The connection, and the server's abilities.
 export interface Link {
     readonly status: LinkStatus;
+    readonly silent: boolean; ///< the server has not answered for some seconds
     readonly text: string; ///< reason for a status other than open
     readonly role: Role;
     readonly client: number;
@@ -289,6 +289,7 @@ const kWhole: SectionFrame = { shift: [0, 0], zoom: 1 };
 export const initialState = (): State => ({
     link: {
         status: 'connecting',
+        silent: false,
         text: '',
         role: 'view',
         client: 0,

@@ -120,6 +120,7 @@ export class Session extends Scene implements Listener {
         this.subscriptions.askVessel();
         this.labelMap.ask();
         this.marks.ask(message.resumed);
+        this.tissueDefaults.take(message.state);
         this.onWelcome();
     }
 
@@ -135,6 +136,7 @@ export class Session extends Scene implements Listener {
     state(shared: SharedState): void {
         const before = this.surface;
         this.store.set({ shared });
+        this.tissueDefaults.take(shared);
         const { iso, rising } = this.surface;
         if (iso !== before.iso || rising !== before.rising) this.endoscope.judgeEye();
         this.tellSteps();
@@ -204,10 +206,7 @@ export class Session extends Scene implements Listener {
     }
 
     silent(is: boolean): void {
-        const { status } = this.store.state.link;
-        if (is) this.store.set({ link: { status: 'silent', text: '' } });
-        else if (status === 'silent')
-            this.store.set({ link: { status: this.connection.client ? 'open' : 'connecting' } });
+        this.store.set({ link: { silent: is } });
     }
 
     lost(status: 'lost' | 'ended' | 'refused', reason: string): void {

@@ -3,7 +3,7 @@
 
 // How ChainMail behaves in a fresh scan: with rounded limits, and springing back to rest. The
 // server starts with the limits of a box and without relaxation; a page that is alone with an
-// untouched scan, or the first of several, sets this browser's wish.
+// untouched scan, or the first of several, sets this browser's wish once.
 
 import type { Memory } from '../net/connection.ts';
 import type { SharedState } from '../net/protocol.ts';
@@ -19,22 +19,16 @@ export interface TissueWish {
 const kKey = 'pliant.tissue';
 const kUsual: TissueWish = { limits: 'rounded', springsBack: true };
 
-/// Tests whether nothing was done to the tissue.
-const isFresh = ({ undo, redo, tissue }: SharedState): boolean =>
-    !undo.steps && !redo.steps && (tissue?.model ?? 'chainmail') === 'chainmail';
+const modelOf = ({ tissue }: SharedState): string => tissue?.model ?? 'chainmail';
 
 export class TissueDefaults {
-    private setFor: number | undefined; ///< id of the scan whose defaults were set
+    private scan: number | undefined; ///< whose state has arrived
+    private model = '';
 
     constructor(
         private readonly scene: Scene,
         private readonly memory: Memory,
-    ) {
-        scene.store.watch(
-            ({ shared, link, scan }) => [shared, link.status, scan.volume],
-            () => this.apply(),
-        );
-    }
+    ) {}
 
     get wish(): TissueWish {
         try {
@@ -49,21 +43,25 @@ export class TissueDefaults {
         this.memory.setItem(kKey, JSON.stringify({ ...this.wish, ...wish }));
     }
 
-    private apply(): void {
-        const { shared, link, scan } = this.scene.store.state;
-        if (!shared || !scan.volume || link.status !== 'open' || link.role === 'view') return;
-        if ((shared.tissue?.model ?? 'chainmail') !== 'chainmail') this.setFor = undefined;
-        if (scan.volume.id === this.setFor) return;
-        const first = Math.min(
-            ...shared.clients.filter((c) => c.role === 'control').map((c) => c.client),
-        );
-        if (!isFresh(shared) || first < link.client) return;
+    /// Takes a state of the present scan; the first one of ChainMail gets the wish.
+    take(shared: SharedState): void {
+        const { volume } = this.scene.store.state.scan;
+        const model = modelOf(shared);
+        const isNew = volume?.id !== this.scan || model !== this.model;
+        this.scan = volume?.id;
+        this.model = model;
+        if (isNew && model === 'chainmail') this.apply(shared);
+    }
+
+    private apply({ undo, redo, clients, materials, relaxing }: SharedState): void {
+        const { link } = this.scene.store.state;
+        const controlling = clients.filter(({ role }) => role === 'control');
+        const isFirst = controlling.every(({ client }) => client >= link.client);
+        if (undo.steps || redo.steps || link.role === 'view' || !isFirst) return;
         const { limits, springsBack } = this.wish;
-        if (shared.materials.limits === limits && shared.relaxing === springsBack) return;
-        this.setFor = scan.volume.id;
-        if (shared.materials.limits !== limits)
+        if (materials.limits !== limits)
             void this.scene.connection.ask({ do: kDefaultsStep, limits });
-        if (shared.relaxing !== springsBack)
+        if (relaxing !== springsBack)
             void this.scene.connection.ask({ do: 'relax', on: springsBack });
     }
 }
