@@ -43,9 +43,9 @@ export function marksInEndoscope(session: Session, box: Extent): SVGElement[] {
     const { volume } = session;
     if (!volume) return [];
     const { eye } = state.view.camera;
-    const seen = (place: Vec3): Seen => {
+    const seen = (place: Vec3, isOne: boolean): Seen => {
         const spot = spotInView(state.view, place, box);
-        if (!spot || state.view.outside) return { spot, near: true };
+        if (!spot || !isOne || state.view.outside) return { spot, near: true };
         const way = sub(place, eye);
         const reach = norm(way);
         const hit = firstHit(volume, eye, way, surfaceOf(state), reach);
@@ -80,28 +80,26 @@ function riskMarks(
         });
 }
 
-function allMarks(session: Session, seen: (place: Vec3) => Seen): SVGElement[] {
+/// How a view shows a point. @param isOne  it is no point of a curve, which may have many
+type See = (place: Vec3, isOne: boolean) => Seen;
+
+function allMarks(session: Session, seen: See): SVGElement[] {
     const { list, selected } = session.store.state.marks;
     const shown = list.filter((mark) => mark.shown);
     return [
-        ...shown.flatMap((mark) =>
-            oneMark(mark, session.marks.present(mark).map(seen), session, mark.key === selected),
-        ),
+        ...shown.flatMap((mark) => oneMark(mark, session, seen, mark.key === selected)),
         ...pendingMark(session, seen),
     ];
 }
 
-function oneMark(
-    mark: Mark,
-    places: readonly Seen[],
-    session: Session,
-    own: boolean,
-): SVGElement[] {
+function oneMark(mark: Mark, session: Session, seen: See, own: boolean): SVGElement[] {
+    const points = session.marks.present(mark);
+    const places = points.map((place) => seen(place, mark.kind !== 'curve'));
     const near = places.some((place) => place.near);
     const kind = `mark${near ? ' near' : ''}${own ? ' chosen' : ''}`;
     const spots = places.flatMap(({ spot }) => (spot ? [spot] : []));
     if (!spots.length) return [];
-    const value = valueOf(mark.kind, session.marks.present(mark));
+    const value = valueOf(mark.kind, points);
     const label = value ? valueText(value) : mark.name;
     const handles = mark.kind === 'curve' ? [] : spots;
     // An angle has its value at the vertex, others in the middle.
@@ -114,14 +112,14 @@ function oneMark(
 }
 
 /// A mark without its last points, with a line to the pointer.
-function pendingMark(session: Session, seen: (place: Vec3) => Seen): SVGElement[] {
+function pendingMark(session: Session, seen: See): SVGElement[] {
     const { marks, pointer, tool } = session.store.state;
     if (!marks.pending.length || tool.name !== 'measure') return [];
     const set = marks.pending.map((rest) => session.marks.presentPoint(rest));
     const ahead = pointer.under?.point;
     const places = ahead ? [...set, ahead] : set;
     const spots = places.flatMap((place) => {
-        const { spot } = seen(place);
+        const { spot } = seen(place, false);
         return spot ? [spot] : [];
     });
     const whole = places.length === kPointsOf[marks.kind];

@@ -41,6 +41,7 @@ interface Held {
     readonly point: number;
 }
 
+const kClose = 0.005; // sufficient accuracy of a present position [mm]
 const kReachPixels = 9; // of a press from a mark's point
 const kBackOff = 25; // distance of the endoscope from a mark that it goes to [mm]
 
@@ -57,7 +58,7 @@ export class MarksTool {
     private readonly confirmed = new Set<string>();
     private keeps = false; // own marks that the server lacks are sent to it
     /// Last known present positions, by mark, and the version of the field they are of.
-    private readonly places = new Map<Mark, { rest: unknown; at: number; points: Vec3[] }>();
+    private readonly places = new WeakMap<Mark, { rest: unknown; at: number; points: Vec3[] }>();
 
     constructor(private readonly scene: Scene) {
         scene.store.listen((state, before) => {
@@ -175,13 +176,18 @@ export class MarksTool {
     presentPoint(rest: Vec3, guess?: Vec3): Vec3 {
         const field = this.scene.stage.rest;
         if (!field) return rest;
-        // The tissue at this position may have come from afar, so both guesses count.
+        // The iteration may fail at kinks of the field, so it has several beginnings.
         const h = Math.min(...field.grid.spacing);
         const off = (p: Vec3): number => norm(sub(sub(p, this.offsetAt(p)), rest));
-        const tried = [guess, rest, add(rest, this.offsetAt(rest))].flatMap((from) =>
-            from ? [presentOf(rest, this.offsetAt, from, h)] : [],
-        );
-        return tried.reduce((best, p) => (off(p) < off(best) ? p : best));
+        let best = rest;
+        let least = Infinity;
+        for (const from of [guess ?? rest, rest, add(rest, this.offsetAt(rest))]) {
+            const found = presentOf(rest, this.offsetAt, from, h);
+            const miss = off(found);
+            if (miss < least) [best, least] = [found, miss];
+            if (least < kClose) break;
+        }
+        return best;
     }
 
     /// Text of a mark's value; empty for a point.
