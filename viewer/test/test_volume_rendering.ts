@@ -325,7 +325,7 @@ test('bands, glass and opaque surfaces are those of every sample of each ray', a
     for (const transfer of [kBand, kThin, kOpaque]) near(away(await draw({ transfer }), transfer));
 });
 
-test('opacity and threshold change extinctions and values', async () => {
+test('density and shift change extinctions and values', async () => {
     const rendering = { opacity: 0.3, shift: 150 };
     const seen = await draw({ transfer: kBand, rendering });
     near(away(seen, adjusted(kBand, 0.3, 150)));
@@ -398,9 +398,8 @@ test('keys and presets show the volume, and each can be undone', async () => {
         assert.equal((await rendering()).preset, name);
         await page.waitForTimeout(800); // else both are one step of undo
     }
-    const opacity = page.getByLabel('Opacity, number');
-    await opacity.last().fill('2.5');
-    await opacity.last().press('Enter');
+    await page.getByLabel('Density, number').fill('2.5');
+    await page.getByLabel('Density, number').press('Enter');
     assert.equal((await rendering()).opacity, 2.5);
     const names: string[] = [];
     for (let n = 0; n < 4; ++n) {

@@ -13,8 +13,9 @@ import { type Parts, section } from './panel_parts.ts';
 export function volumePanel(parts: Parts): HTMLElement {
     const { store } = parts.session;
     const opacity = parts.number('rendering', 'opacity', {
-        label: 'Opacity',
+        label: 'Density',
         unit: '×',
+        hint: 'factor of the opacity per millimetre',
         low: 0,
         high: 8,
         step: 0.05,
@@ -77,19 +78,19 @@ function presets(parts: Parts): HTMLElement {
 function threshold(parts: Parts): HTMLElement {
     const { store, history } = parts.session;
     const control = slider({
-        label: 'Threshold',
+        label: 'Visible from',
         unit: 'HU',
         low: -1000,
         high: 1000,
         step: 1,
-        hint: 'lowest value that is visible',
+        hint: 'lowest value that is visible; moves all values of the preset',
         value: () => parts.state.rendering.transfer[0]!.value + parts.state.rendering.shift,
         input: (value) => {
             const shift = value - store.state.rendering.transfer[0]!.value;
             store.set({ rendering: { shift } });
         },
         begin: () => history.begin(),
-        end: () => history.end('threshold of the volume'),
+        end: () => history.end('visible from'),
     });
     store.watch(
         ({ scan: { volume } }) => [volume],
