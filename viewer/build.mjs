@@ -33,8 +33,15 @@ await build({
     logLevel: 'warning',
 });
 await copyFile(join(here, 'src/index.html'), join(out, 'index.html'));
-const three = await readFile(join(here, 'node_modules/three/LICENSE'), 'utf8');
-await writeFile(join(out, 'licenses.txt'), `This page contains three.js:\n\n${three}`);
+const licences = [];
+for (const [name, folder] of [
+    ['three.js', 'three'],
+    ['uqr', 'uqr'],
+]) {
+    const text = await readFile(join(here, 'node_modules', folder, 'LICENSE'), 'utf8');
+    licences.push(`This page contains ${name}:\n\n${text}`);
+}
+await writeFile(join(out, 'licenses.txt'), licences.join('\n\n'));
 
 for (const name of ['index.html', 'app.css', 'app.js', 'licenses.txt']) {
     const { size } = await stat(join(out, name));

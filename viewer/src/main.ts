@@ -7,18 +7,22 @@ import './style.css';
 import './hand.css';
 import './windows.css';
 import './marks.css';
+import './company.css';
 import { Connection } from './net/connection.ts';
 import { h } from './panels/dom.ts';
 import { Drawer } from './panels/drawer.ts';
 import { helpDialog } from './panels/help.ts';
 import { Legend } from './panels/legend.ts';
+import { followLine } from './panels/follow_line.ts';
 import { Overlay } from './panels/overlay.ts';
+import { keptName } from './panels/panel_session.ts';
 import { panels } from './panels/panels.ts';
 import { askToReplace } from './panels/replace_dialog.ts';
 import { chooseSeries } from './panels/series_dialog.ts';
 import { paintMarks } from './panels/snapshot.ts';
 import { MessageLine, StatusBar } from './panels/status_bar.ts';
 import { stick } from './panels/stick.ts';
+import { Timeline } from './panels/timeline.ts';
 import { toolbar } from './panels/toolbar.ts';
 import { Tour } from './panels/tour.ts';
 import { keepView } from './state/kept_view.ts';
@@ -75,7 +79,7 @@ function start(): void {
     const url = new URL(`ws?token=${encodeURIComponent(token)}`, location.href);
     url.protocol = url.protocol.replace('http', 'ws');
     url.hash = '';
-    const name = link.get('name') ?? '';
+    const name = keptName() || (link.get('name') ?? '');
 
     const store = new Store(initialState());
     const message = new MessageLine();
@@ -160,9 +164,9 @@ function start(): void {
     );
     const settings = panels(session, actions);
     const drawer = new Drawer(settings);
-    main.append(settings);
+    main.append(new Timeline(session).element, settings);
     main.before(toolbar(session, actions, files, { help: showHelp, settings: drawer.toggle }));
-    overlay.views.endoscope.append(stick(session));
+    overlay.views.endoscope.append(stick(session), followLine(session));
     document.body.append(status.element, help);
     actions.paintMarks = (context, ratio) =>
         paintMarks(

@@ -14,6 +14,7 @@ import { norm, sub, type Vec3 } from '../src/maths/vec.ts';
 import { kLabelFormat, kRestFormat } from '../src/net/protocol.ts';
 import { kRestStep, restCounts } from '../src/views/rest_field.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
+import { MockReplay, type RecordedPush } from './mock_replay.ts';
 import { MockSocket } from './mock_socket.ts';
 
 const kSlab = 8; // slices in a box of a snapshot
@@ -23,10 +24,14 @@ const kTypes: Record<string, string> = {
     css: 'text/css',
     txt: 'text/plain',
 };
+const kFeatures = ['save', 'open', 'overlay', 'path', 'rest', 'labels', 'marks', 'follow'];
 // The same policy as the real server's.
 const kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; " +
     "img-src 'self' blob: data:; connect-src 'self'; worker-src blob:";
+
+// eslint-disable-next-line @typescript-eslint/no-explicit-any
+type Message = Record<string, any>;
 
 interface Client {
     socket: MockSocket;
@@ -39,6 +44,8 @@ interface Client {
     rest: boolean;
     labels: boolean;
     marks: boolean;
+    camera: Message;
+    leader: number; ///< client that is followed; 0: none
 }
 
 /// Grows a box by a voxel on each side: volume changes depend on neighbours.
@@ -46,9 +53,6 @@ const grown = (box: Box): Box => ({
     begin: box.begin.map((b) => Math.max(b - 1, 0)) as unknown as Vec3,
     end: box.end.map((e, a) => Math.min(e + 1, kGrid.size[a]!)) as unknown as Vec3,
 });
-
-// eslint-disable-next-line @typescript-eslint/no-explicit-any
-type Message = Record<string, any>;
 
 /// Path along the tube's centre, or an error about its ends.
 function tubeWay(from: Vec3, to: Vec3): object | string {
@@ -73,12 +77,13 @@ export class MockServer {
     /// File names of uploads in parts.
     readonly parts: string[] = [];
     private readonly clients = new Set<Client>();
-    private readonly known = new Map<string, { number: number; missed: boolean }>();
+    private readonly known = new Map<string, { number: number; name: string; missed: boolean }>();
     private nextNumber = 1;
     overlaysSeen = 0;
     restsSeen = 0;
     private readonly marks = new Map<string, Message>();
     private relaxing = false;
+    private replay: MockReplay | undefined;
     private readonly server: Server;
 
     constructor(private readonly folder: string) {
@@ -176,7 +181,17 @@ export class MockServer {
         return `http://127.0.0.1:${port}/#token=${this.token}`;
     }
 
+    /// Shows a recorded session to all clients, after they have connected again.
+    watch(pushes: readonly RecordedPush[], length: number): void {
+        this.scene.reset();
+        this.replay = new MockReplay(this.scene, pushes, length, () => {
+            for (const client of this.clients) client.socket.text(this.replay!.news());
+        });
+        this.breakLines();
+    }
+
     stop(): void {
+        this.replay?.stop();
         this.breakLines();
         this.server.close();
         this.server.closeAllConnections();
@@ -208,7 +223,11 @@ export class MockServer {
         socket.onClose = () => {
             if (!client) return;
             this.clients.delete(client);
-            this.known.set(client.resume, { number: client.number, missed: false });
+            const { number, name } = client;
+            this.known.set(client.resume, { number, name, missed: false });
+            client.camera = {};
+            this.tellCamera(client);
+            for (const other of this.clients) if (other.leader === number) other.leader = 0;
             this.sendTools();
             this.sendState();
         };
@@ -221,13 +240,15 @@ export class MockServer {
             socket,
             number: place?.number ?? this.nextNumber++,
             role: hello.role === 'view' ? 'view' : 'control',
-            name: String(hello.name ?? ''),
+            name: String(hello.name || (place?.name ?? '')),
             resume: place ? hello.resume : Math.random().toString(36).slice(2),
             tool: undefined,
             overlay: 'none',
             rest: false,
             labels: false,
             marks: false,
+            camera: {},
+            leader: 0,
         };
         this.clients.add(client);
         socket.text({
@@ -239,7 +260,7 @@ export class MockServer {
             resume: client.resume,
             resumed,
             rate_hz: 60,
-            features: ['save', 'open', 'overlay', 'path', 'rest', 'labels', 'marks'],
+            features: this.replay ? [...kFeatures, 'replay'] : kFeatures,
             open_bytes: 100_000_000,
             volume: this.volume(),
             state: this.state(),
@@ -247,6 +268,10 @@ export class MockServer {
         if (!resumed) this.sendSnapshot(client);
         else if (place.missed) this.sendBox(client, { begin: [0, 0, 0], end: kGrid.size }, true);
         this.sendState();
+        if (this.replay) {
+            socket.text(this.replay.marks());
+            socket.text(this.replay.news());
+        }
         return client;
     }
 
@@ -401,6 +426,13 @@ export class MockServer {
         for (const client of this.clients) client.socket.binary(frame);
     }
 
+    /// Tells a camera to those who follow it. @param only  one of them
+    private tellCamera(of: Client, only?: Client): void {
+        const news = { t: 'camera', client: of.number, ...of.camera };
+        for (const client of only ? [only] : this.clients)
+            if (client.leader === of.number) client.socket.text(news);
+    }
+
     private takeTool(client: Client, m: Message): void {
         const tool = Buffer.alloc(80);
         tool.writeUInt32LE(client.number, 0);
@@ -423,7 +455,11 @@ export class MockServer {
         const refuse = (code: string, message: string): void =>
             client.socket.text({ t: 'error', id: m.id ?? 0, do: m.do, code, message });
         const free = ['tool', 'checksum', 'seen', 'ping', 'overlay', 'rest', 'path'];
-        free.push('labels', 'marks');
+        free.push('labels', 'marks', 'camera', 'follow');
+        if (this.replay && m.do !== 'replay' && !free.includes(m.do)) {
+            refuse('watched', `${m.do}: a session is watched`);
+            return;
+        }
         if (client.role === 'view' && !free.includes(m.do)) {
             refuse('view_only', 'this link can only view');
             return;
@@ -539,6 +575,27 @@ export class MockServer {
                     const { step } = scene;
                     client.socket.text({ t: 'path', id: m.id, step, volume: 1, ...way });
                 }
+                break;
+            }
+            case 'replay':
+                this.replay?.take(m);
+                client.socket.text({ t: 'done', id: m.id, do: m.do, step: scene.step });
+                break;
+            case 'camera': {
+                const { do: _, ...camera } = m;
+                client.camera = camera;
+                this.tellCamera(client);
+                break;
+            }
+            case 'follow': {
+                const leader = [...this.clients].find((c) => c.number === m.client);
+                if (m.client && (!leader || leader === client)) {
+                    refuse('out_of_range', `follow: client: found ${m.client}`);
+                    break;
+                }
+                client.leader = m.client;
+                client.socket.text({ t: 'done', id: m.id, do: m.do, step: scene.step });
+                if (leader?.camera.eye) this.tellCamera(leader, client);
                 break;
             }
             case 'tool':

@@ -6,6 +6,7 @@
 // session (with its undo steps) is resumed, and all voxels are sent again. A server that answers no
 // ping counts as silent until it says something.
 
+import type { CompanyNews, OwnCamera } from './company.ts';
 import {
     type Answer,
     type BoxFrame,
@@ -41,6 +42,7 @@ export interface Listener {
     labelBox(frame: BoxFrame): void;
     labels(news: LabelsNews): void;
     marksNews(news: MarksNews): void;
+    companyNews(news: CompanyNews): void;
     tools(tools: Tool[]): void;
     haptics(news: HapticsNews): void;
     vesselFrame(frame: SurfaceFrame | VesselFrame): void;
@@ -119,6 +121,18 @@ export class Connection {
         socket.onclose = (event: CloseEvent) => this.onClose(socket, event);
     }
 
+    /// Changes the own name: connects again, since clients tell their names at the beginning.
+    rename(name: string): void {
+        this.hello.name = name;
+        if (!this.isOpen) return; // told with the next connection
+        const old = this.socket!;
+        this.client = 0;
+        for (const { resolve } of this.waiting.values()) resolve(undefined);
+        this.waiting.clear();
+        this.connect();
+        old.close();
+    }
+
     close(): void {
         this.ended = true;
         this.socket?.close();
@@ -175,7 +189,7 @@ export class Connection {
         );
     }
 
-    tell(message: Pose | Seen | HapticPose): void {
+    tell(message: Pose | Seen | HapticPose | OwnCamera): void {
         if (this.isOpen) this.socket!.send(JSON.stringify(message));
     }
 
@@ -223,6 +237,11 @@ export class Connection {
             case 'marks':
             case 'mark':
                 this.listener.marksNews(message);
+                break;
+            case 'camera':
+            case 'replay':
+            case 'replay_marks':
+                this.listener.companyNews(message);
                 break;
             case 'error':
                 this.answer(message.id, message);

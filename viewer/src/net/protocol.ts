@@ -7,6 +7,7 @@
 import type { Box, Grid } from '../maths/grid.ts';
 import type { MarkKind } from '../maths/marks.ts';
 import type { Mat3, Vec3 } from '../maths/vec.ts';
+import type { CompanyCommand, CompanyNews } from './company.ts';
 import type { Drive, Materials, SpringSettings } from './settings.ts';
 import { decodeSurface, decodeVessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 
@@ -218,6 +219,7 @@ export type ServerText =
     | HapticsNews
     | LabelsNews
     | MarksNews
+    | CompanyNews
     | Answer
     | { t: 'pong'; id: number }
     | { t: 'bye'; code: number; message: string };
@@ -263,7 +265,8 @@ export type Command =
     | { do: 'haptics'; wish: 'stop' | 'go' | 'end' }
     | { do: 'overlay'; kind: OverlayKind }
     | { do: 'rest' | 'labels' | 'marks'; on: boolean }
-    | ({ do: 'mark' } & SharedMark);
+    | ({ do: 'mark' } & SharedMark)
+    | CompanyCommand;
 
 export interface Seen {
     do: 'seen';

@@ -30,6 +30,7 @@ import { button, h, svg } from './dom.ts';
 import { HandNote, obstacleMark } from './hand_note.ts';
 import { overlayValue } from './legend.ts';
 import { marksInEndoscope, marksInSection } from './mark_drawings.ts';
+import { namesInEndoscope, namesInSection } from './name_marks.ts';
 import { catheterMarks, instrumentMarks } from './section_marks.ts';
 
 const kTitles: Record<ViewName, string> = {
@@ -194,6 +195,7 @@ export class Overlay {
             ...this.cutMarks(state, plane),
             ...obstacleMark(state, plane),
             ...marksInSection(this.session, plane),
+            ...namesInSection(this.session, plane),
         ];
         this.show(view, parts, box);
         const { axis } = plane.axes;
@@ -346,6 +348,7 @@ export class Overlay {
         parts.push(
             ...this.pathFrom(state, (p) => spotInView(view, p, box)),
             ...marksInEndoscope(this.session, box),
+            ...namesInEndoscope(this.session, box),
         );
         this.show('endoscope', parts, box);
         const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[

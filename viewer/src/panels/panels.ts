@@ -3,6 +3,7 @@
 
 // The panels beside the views: every setting with its number, its unit and its preset.
 
+import { kWatched } from '../state/company.ts';
 import type { State } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
 import type { Session } from '../tools/session.ts';
@@ -48,13 +49,16 @@ export function panels(session: Session, actions: Actions): HTMLElement {
     const refresh = (): void => {
         parts.refresh();
         const { role, status } = parts.state.link;
-        for (const field of element.querySelectorAll<HTMLFieldSetElement>('fieldset.tissue'))
+        for (const field of element.querySelectorAll<HTMLFieldSetElement>('fieldset.tissue')) {
             field.disabled = role === 'view' || status !== 'open';
+            field.title = parts.state.replay.isOn ? kWatched : '';
+        }
     };
-    // Devices and tools report up to 60 times a second, and are no settings.
+    // Devices, tools and time lines report often, and are no settings.
     session.store.listen((state, before) => {
         const groups = Object.keys(state) as (keyof State)[];
-        const isSetting = (name: keyof State): boolean => name !== 'device' && name !== 'hands';
+        const isSetting = (name: keyof State): boolean =>
+            name !== 'device' && name !== 'hands' && name !== 'replay';
         if (groups.some((name) => isSetting(name) && state[name] !== before[name])) refresh();
     });
     refresh();

@@ -6,7 +6,11 @@
 const kStyles = [
     'fill',
     'fill-opacity',
+    'font-family',
+    'font-size',
+    'font-weight',
     'opacity',
+    'paint-order',
     'stroke',
     'stroke-dasharray',
     'stroke-linecap',

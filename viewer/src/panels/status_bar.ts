@@ -40,8 +40,8 @@ export class StatusBar {
     ) {
         this.element = h('footer', {}, this.pointer, message.element, this.times, this.link);
         session.store.watch(
-            ({ link, shared }) => [link, shared],
-            (link, shared) => {
+            ({ link, shared, replay }) => [link, shared, replay.isOn],
+            (link, shared, isWatched) => {
                 const { status, role, silent } = link;
                 const people = shared?.clients.length ?? 0;
                 const company = people > 1 ? `, ${people} in this session` : '';
@@ -50,9 +50,10 @@ export class StatusBar {
                 this.link.title = isLost
                     ? "The session's file can't be written: is there room on the server's disk?"
                     : '';
+                const viewing = isWatched ? 'watching a recording' : 'viewing';
                 const texts: Record<LinkStatus, string> = {
                     connecting: 'connecting…',
-                    open: `${role === 'view' ? 'viewing' : 'connected'}${company}${unrecorded}`,
+                    open: `${role === 'view' ? viewing : 'connected'}${company}${unrecorded}`,
                     lost: 'connecting again…',
                     ended: 'not connected',
                     refused: 'not connected',

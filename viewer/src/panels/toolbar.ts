@@ -3,6 +3,7 @@
 
 // Toolbar: files, tools, undo and redo, layout, help.
 
+import { kWatched } from '../state/company.ts';
 import { kTools, kViewing, type ToolName } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
 import { type Files, kSaved, type SavedName } from '../tools/files.ts';
@@ -73,12 +74,14 @@ export function toolbar(
     redo.id = 'redo';
     const name = h('span', { class: 'scan' });
     store.watch(
-        ({ tool, link, shared }) => [tool, link, shared],
-        (tool, link, shared) => {
+        ({ tool, link, shared, replay }) => [tool, link, shared, replay.isOn],
+        (tool, link, shared, isWatched) => {
             for (const b of tools) {
                 b.hidden = b.dataset.tool === 'catheter' && !shared?.tissue?.has_vessel;
                 b.setAttribute('aria-pressed', String(b.dataset.tool === tool.name));
-                b.disabled = link.role === 'view' && !kViewing.includes(b.dataset.tool as ToolName);
+                const name = b.dataset.tool as ToolName;
+                b.disabled = link.role === 'view' && !kViewing.includes(name);
+                b.title = b.disabled && isWatched ? kWatched : kTexts[name].hint;
             }
         },
     );

@@ -27,8 +27,12 @@ export const kDefaultsStep = 'materials';
 const kMaxSteps = 200;
 const kMergeMs = 700;
 
+const redoable = ({ shared, replay }: State): number =>
+    replay.isOn ? 0 : (shared?.redo.steps ?? 0);
+
 /// Number of the server's steps that the user can undo.
-function undoable({ shared }: State): number {
+function undoable({ shared, replay }: State): number {
+    if (replay.isOn) return 0; // they are part of the recorded session
     const { steps, next } = shared?.undo ?? { steps: 0, next: '' };
     const isRound = shared?.materials?.limits === 'rounded';
     const isDefaults = steps === 1 && next === kDefaultsStep && isRound;
@@ -163,16 +167,16 @@ export class History {
     }
 
     private redoNow(): Promise<void> | undefined {
-        const shared = this.store.state.shared;
+        const steps = redoable(this.store.state);
         const own = this.undone[this.undone.length - 1];
         const ownIsNext = own && own.serverSteps <= undoable(this.store.state);
-        if (own && (ownIsNext || !shared?.redo.steps)) {
+        if (own && (ownIsNext || !steps)) {
             this.undone.pop();
             this.done.push(own);
             this.restore(own.before, own.after);
             return undefined;
         }
-        return shared?.redo.steps ? this.redoServer() : undefined;
+        return steps ? this.redoServer() : undefined;
     }
 
     private restore(from: Own, { view, sections, marks }: Own): void {
@@ -189,9 +193,11 @@ export class History {
         const ownIsLast = own && own.serverSteps >= steps;
         const undo = ownIsLast ? own.name : steps > 0 ? shared!.undo.next : '';
         const redo =
-            again && (again.serverSteps <= steps || !shared?.redo.steps)
+            again && (again.serverSteps <= steps || !redoable(this.store.state))
                 ? again.name
-                : (shared?.redo.next ?? '');
+                : redoable(this.store.state)
+                  ? shared!.redo.next
+                  : '';
         return { undo, redo };
     }
 }

@@ -21,6 +21,7 @@ import type {
     Tool,
     VolumeInfo,
 } from '../net/protocol.ts';
+import { type Company, initialCompany, initialReplay, type Replay } from './company.ts';
 import { initialLabels, type Labels } from './labels.ts';
 
 export const kViews = ['endoscope', 'axial', 'coronal', 'sagittal'] as const;
@@ -69,7 +70,7 @@ export interface Link {
     readonly status: LinkStatus;
     readonly silent: boolean; ///< the server has not answered for some seconds
     readonly text: string; ///< reason for a status other than open
-    readonly role: Role;
+    readonly role: Role; ///< view in a recorded session
     readonly client: number;
     readonly program: string;
     readonly features: readonly string[];
@@ -280,6 +281,8 @@ export interface State {
     readonly marks: Marks;
     readonly lumen: LumenState;
     readonly labels: Labels;
+    readonly company: Company;
+    readonly replay: Replay;
     readonly display: Display;
     readonly pointer: PointerState;
 }
@@ -347,6 +350,8 @@ export const initialState = (): State => ({
     marks: { list: [], kind: 'ruler', pending: [], selected: '' },
     lumen: { on: false, tip: null, along: [], step: 0, share: 1 },
     labels: initialLabels,
+    company: initialCompany,
+    replay: initialReplay,
     display: {
         maximised: null,
         contour: false,

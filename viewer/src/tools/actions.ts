@@ -11,6 +11,7 @@ import { frameOf } from '../maths/rays.ts';
 import { add, along, dot, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import { kOverlays } from '../net/protocol.ts';
+import { kWatched } from '../state/company.ts';
 import { kKinds, rangeOf } from '../state/overlay_kinds.ts';
 import {
     kViewing,
@@ -241,8 +242,9 @@ export class Actions {
 
     /// Chooses a tool, unless this client may not use it.
     choose(name: ToolName): void {
-        const { link, shared } = this.state;
-        if (link.role === 'view' && !kViewing.includes(name))
+        const { link, shared, replay } = this.state;
+        if (replay.isOn && !kViewing.includes(name)) this.session.warn(kWatched);
+        else if (link.role === 'view' && !kViewing.includes(name))
             this.session.warn('this link is for viewing: it changes no tissue');
         else if (name === 'catheter' && !shared?.tissue?.has_vessel)
             this.session.warn('this scan has no catheter');

@@ -4,6 +4,7 @@
 // Transfers to and from the server: opening scans, and saving. One at a time; errors are shown as
 // one line.
 
+import { kWatched } from '../state/company.ts';
 import { download } from './download.ts';
 import { droppedFiles, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
 import { isLabelMap, labelReason } from './label_guess.ts';
@@ -90,7 +91,9 @@ export class Files {
         const labels = this.scene.volume && only && isLabelMap(only.name);
         if (labels) return this.openLabels(only);
         await this.during(async () => {
-            const { role, features, openBytes } = this.scene.store.state.link;
+            const { link, replay } = this.scene.store.state;
+            const { role, features, openBytes } = link;
+            if (replay.isOn) throw new Error(kWatched);
             if (role === 'view')
                 throw new Error('only clients that control the session can open scans');
             if (!features.includes('open')) throw new Error('this server does not open scans');
@@ -117,7 +120,9 @@ export class Files {
     /// Opens a label map over the present scan, for all clients.
     async openLabels(file: File): Promise<void> {
         await this.during(async () => {
-            const { role, features } = this.scene.store.state.link;
+            const { link, replay } = this.scene.store.state;
+            const { role, features } = link;
+            if (replay.isOn) throw new Error(kWatched);
             if (role === 'view')
                 throw new Error('only clients that control the session can open labels');
             if (!features.includes('labels')) throw new Error('this server shows no labels');

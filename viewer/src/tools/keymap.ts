@@ -24,6 +24,7 @@ export interface HelpLine {
     readonly text: string;
 }
 
+const watches = ({ replay }: State): boolean => replay.isOn;
 const inSection = (state: State): boolean => !inEndoscope(state);
 
 export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
@@ -101,6 +102,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     {
         title: 'Page',
         lines: [
+            { keys: 'Space; , .', text: 'recorded session: play, pause; previous, next command' },
             { keys: 'Double click, V', text: 'maximise a view; the next one' },
             { keys: 'G', text: 'coordinates in LPS or RAS' },
             { keys: 'M', text: 'colours: displacement, volume change, none' },
@@ -182,6 +184,7 @@ export class Keymap {
                     hooks.stop();
                 },
             },
+            { code: 'Space', when: watches, run: () => session.replay.toggle() },
             { code: 'Space', when: inEndoscope, run: () => this.stop() },
             { code: 'KeyV', run: () => actions.cycleViews() },
             { code: 'KeyO', shift: true, run: () => actions.toggleBlended() },
@@ -202,6 +205,8 @@ export class Keymap {
             { code: 'KeyN', run: () => session.path.toggle() },
             { code: 'BracketLeft', run: () => radius(1 / 1.25) },
             { code: 'BracketRight', run: () => radius(1.25) },
+            { code: 'Comma', when: watches, run: () => session.replay.step(-1) },
+            { code: 'Period', when: watches, run: () => session.replay.step(1) },
             { code: 'Comma', run: iso(-25) },
             { code: 'Period', run: iso(25) },
             { code: 'Enter', run: () => void actions.applyAtCursor() },

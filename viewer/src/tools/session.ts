@@ -10,6 +10,7 @@ import { halfOfFloat } from '../maths/half.ts';
 import { checksumOf } from '../maths/murmur.ts';
 import { mul, norm, normalized, sub } from '../maths/vec.ts';
 import { VolumeData } from '../maths/volume.ts';
+import type { CompanyNews } from '../net/company.ts';
 import type { Listener, Memory } from '../net/connection.ts';
 import { Latencies } from '../net/latencies.ts';
 import {
@@ -28,9 +29,11 @@ import {
 } from '../net/protocol.ts';
 import type { SurfaceFrame, VesselFrame } from '../net/vessel.ts';
 import { keepView, takeUpView } from '../state/kept_view.ts';
+import { initialReplay } from '../state/company.ts';
 import { initialState } from '../state/state.ts';
 import { CatheterHand } from './catheter_hand.ts';
 import { Endoscope } from './endoscope.ts';
+import { Follow } from './follow.ts';
 import { Hand } from './hand.ts';
 import { Haptics } from './haptics.ts';
 import { LabelsTool } from './labels_tool.ts';
@@ -38,6 +41,7 @@ import { LumenTool } from './lumen_tool.ts';
 import { MarksTool } from './marks_tool.ts';
 import { Movie } from './movie.ts';
 import { PathTool } from './path_tool.ts';
+import { ReplayTool } from './replay_tool.ts';
 import { Scene, type SceneParts } from './scene.ts';
 import { steeringOf, type Stick } from './steering.ts';
 import { Subscriptions } from './subscriptions.ts';
@@ -71,6 +75,11 @@ export class Session extends Scene implements Listener {
     readonly lumen = new LumenTool(this);
     readonly labelMap = new LabelsTool(this);
     readonly movie = new Movie(this, this.path, this.threshold);
+    readonly replay = new ReplayTool(this);
+    readonly follow = new Follow(this, () => {
+        this.movie.stop();
+        this.path.pause();
+    });
     readonly catheter: CatheterHand;
     readonly tissueDefaults: TissueDefaults;
     private readonly subscriptions = new Subscriptions(this);
@@ -99,11 +108,12 @@ export class Session extends Scene implements Listener {
     // --- messages of the server
 
     welcome(message: Welcome): void {
+        const isWatched = message.features.includes('replay');
         this.store.set({
             link: {
                 status: 'open',
                 text: '',
-                role: message.role,
+                role: isWatched ? 'view' : message.role,
                 client: message.client,
                 program: message.program,
                 features: message.features,
@@ -111,7 +121,13 @@ export class Session extends Scene implements Listener {
             },
             device: { offered: message.haptic_devices ?? [], news: null },
             shared: message.state,
+            replay: {
+                ...initialReplay,
+                isOn: isWatched,
+                controls: isWatched && message.role === 'control',
+            },
         });
+        this.follow.renew();
         const held = this.volume && this.store.state.scan.volume?.id === message.volume.id;
         if (this.volume && !held) this.forgetScan();
         this.subscriptions.forgetFields();
@@ -131,6 +147,7 @@ export class Session extends Scene implements Listener {
         this.subscriptions.askAgain();
         this.labelMap.ask();
         this.marks.ask(false);
+        this.follow.renew();
     }
 
     state(shared: SharedState): void {
@@ -160,7 +177,7 @@ export class Session extends Scene implements Listener {
         this.latencies.arrived(frame.step);
         this.store.set({ scan: { voxels: voxels + 1 } });
         this.subscriptions.openVessel();
-        this.endoscope.keepEyeFree();
+        if (!this.store.state.company.leader) this.endoscope.keepEyeFree();
     }
 
     overlayBox(frame: BoxFrame): void {
@@ -183,6 +200,11 @@ export class Session extends Scene implements Listener {
         this.marks.take(news);
     }
 
+    companyNews(news: CompanyNews): void {
+        if (news.t === 'camera') this.follow.take(news);
+        else this.replay.take(news);
+    }
+
     vesselFrame(frame: SurfaceFrame | VesselFrame): void {
         this.subscriptions.vesselFrame(frame);
     }
@@ -202,7 +224,8 @@ export class Session extends Scene implements Listener {
     }
 
     refused(refusal: Refusal): void {
-        if (refusal.code !== 'nothing') this.warn(refusal.message);
+        // A leader that has left is told by Follow.
+        if (refusal.code !== 'nothing' && refusal.do !== 'follow') this.warn(refusal.message);
     }
 
     silent(is: boolean): void {
@@ -280,11 +303,12 @@ export class Session extends Scene implements Listener {
     /// Advances by a frame's time, and draws.
     tick(seconds: number, now: number): void {
         const dt = Math.min(seconds, kLongestFrame);
-        if (this.volume && this.store.state.scan.loaded >= 1) this.move(dt);
+        if (this.volume && this.store.state.scan.loaded >= 1) this.move(dt, now);
         this.device.tick(dt, now);
         this.catheter.tick(dt, now);
         this.hand.follow();
         this.hand.sendPose(now);
+        this.follow.tell(now);
         this.lumen.tick(now);
         this.labelMap.tick(now);
         if (this.stage.frame(now) && this.boxesSinceDraw) {
@@ -293,15 +317,18 @@ export class Session extends Scene implements Listener {
         }
     }
 
-    /// Moves the endoscope: by keys, which end movies and flights along paths, else by a movie or a
-    /// path.
-    private move(seconds: number): void {
+    /// Moves the endoscope: by keys, which end movies and flights along paths, else by a movie,
+    /// with another client, or along a path.
+    private move(seconds: number, now: number): void {
         const steering = steeringOf(this.held, this.stick, this.store.state);
         if (this.endoscope.takeUp(steering)) {
             this.movie.stop();
             this.path.pause();
             this.endoscope.steer(steering, seconds);
-        } else if (!this.movie.tick(seconds)) this.path.follow(seconds);
+        } else if (!this.movie.tick(seconds)) {
+            const isLed = !this.store.state.way.flying && this.follow.tick(seconds, now);
+            if (!isLed) this.path.follow(seconds);
+        }
     }
 
     /// Compares the voxels of the page with the server's, by their checksum.
