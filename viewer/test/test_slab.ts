@@ -5,7 +5,7 @@
 // sampling of the page's mirror of the voxels.
 
 import assert from 'node:assert/strict';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import { voxelFromWorld, voxelVector } from '../src/maths/grid.ts';
 import { along, type Vec3 } from '../src/maths/vec.ts';
 import type { VolumeData } from '../src/maths/volume.ts';
@@ -16,8 +16,6 @@ import { pixels, stateOf, untilUndo } from './browser.ts';
 import { mirrorOf, pixelsOf } from './mirror.ts';
 import { page, useOnePage } from './one_page.ts';
 import { whole } from './random.ts';
-
-useOnePage({ size: 64 });
 
 const kSections = kViews.slice(1) as SectionName[];
 const kDense = 48; // samples per voxel
@@ -30,7 +28,7 @@ const set = (sections: object): Promise<void> =>
     );
 
 const cursor: Vec3 = [-6.9, -4.6, 19]; // in the wall of the airway
-before(() => set({ cursor, window: 1500, level: -300 }));
+useOnePage({ size: 64, ready: () => set({ cursor, window: 1500, level: -300 }) });
 
 /// Projection of a slab by brute force; voxels outside the scan don't count.
 function projected(

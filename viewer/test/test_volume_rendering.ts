@@ -13,7 +13,7 @@ import { execFileSync } from 'node:child_process';
 import { existsSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { after, test } from 'node:test';
 import type { Page } from 'playwright-core';
 import { blendAlong } from '../src/maths/blend.ts';
 import { type Camera, rayThrough } from '../src/maths/rays.ts';
@@ -45,8 +45,6 @@ import { kThorax } from './setups.ts';
 const program = process.env.PLIANT_SERVER;
 const folder = mkdtempSync(join(tmpdir(), 'pliant-volume-'));
 after(() => rmSync(folder, { recursive: true }));
-
-useOnePage({ size: 64 });
 
 // --- the same picture as in C++
 
@@ -235,10 +233,13 @@ const kFog = linearOf(8);
 
 let volume: VolumeData;
 let orbit: Orbit;
-before(async () => {
-    volume = await mirrorOf(page);
-    ({ orbit } = (await stateOf(page)).view);
-    orbit = { ...orbit, distance: 0.6 * orbit.distance, direction: [0.6, 0.64, -0.48] };
+useOnePage({
+    size: 64,
+    ready: async () => {
+        volume = await mirrorOf(page);
+        ({ orbit } = (await stateOf(page)).view);
+        orbit = { ...orbit, distance: 0.6 * orbit.distance, direction: [0.6, 0.64, -0.48] };
+    },
 });
 
 interface Scene {
