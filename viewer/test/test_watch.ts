@@ -171,6 +171,7 @@ test('Space plays and pauses, at a chosen speed, up to the end', async () => {
     await page.keyboard.press('Space');
     await untilState(page, ({ replay }) => replay.playing && replay.at > 0, 5);
     assert.equal(await page.locator('.timeline .play').getAttribute('aria-label'), 'Pause');
+    await slider.focus();
     await page.keyboard.press('Space');
     await untilState(page, ({ replay }) => !replay.playing, 5);
     const { at, length } = (await stateOf(page)).replay;

@@ -6,10 +6,26 @@
 import type { ReplayMark } from '../net/company.ts';
 import { nameOfClient } from '../state/company.ts';
 import type { Session } from '../tools/session.ts';
-import { button, h } from './dom.ts';
+import { button, h, svg } from './dom.ts';
 
 const kSpeeds = [0.25, 0.5, 1, 2, 4, 8, 16];
 const kMaxTicks = 400; // marks that are closer together share a tick
+
+// Drawn, since fonts lack some of these signs or show them as emoji.
+const kIcons = {
+    play: 'M4 2l10 6-10 6z',
+    pause: 'M3 2h4v12H3zM9 2h4v12H9z',
+    before: 'M2 2h2v12H2zM14 2v12L5 8z',
+    after: 'M12 2h2v12h-2zM2 2l9 6-9 6z',
+} as const;
+
+function setIcon(element: HTMLElement, name: keyof typeof kIcons): void {
+    if (element.dataset.icon === name) return;
+    element.dataset.icon = name;
+    const icon = svg('svg', { viewBox: '0 0 16 16', width: 14, height: 14, 'aria-hidden': 'true' });
+    icon.append(svg('path', { d: kIcons[name], fill: 'currentColor' }));
+    element.replaceChildren(icon);
+}
 
 /// Time as m:ss.
 export function timeText(ms: number): string {
@@ -41,17 +57,22 @@ export function ticksOf(
 export class Timeline {
     private readonly play = button('', () => this.session.replay.toggle());
     private readonly before = button(
-        '⏮',
+        '',
         () => this.session.replay.step(-1),
         'previous command (,)',
     );
-    private readonly after = button('⏭', () => this.session.replay.step(1), 'next command (.)');
+    private readonly after = button('', () => this.session.replay.step(1), 'next command (.)');
     private readonly range = h('input', {
         type: 'range',
         min: '0',
         step: '1',
         'aria-label': 'Time of the session',
         oninput: () => this.session.replay.jump(Number(this.range.value)),
+        onkeydown: (event) => {
+            if ((event as KeyboardEvent).code !== 'Space') return;
+            this.session.replay.toggle(); // as elsewhere: a slider needs no Space
+            event.preventDefault();
+        },
     });
     private readonly ticks = h('div', { class: 'ticks', 'aria-hidden': 'true' });
     private readonly time = h('span', { class: 'time' });
@@ -81,6 +102,8 @@ export class Timeline {
         this.before.setAttribute('aria-label', 'Previous command');
         this.after.setAttribute('aria-label', 'Next command');
         this.play.classList.add('play');
+        setIcon(this.before, 'before');
+        setIcon(this.after, 'after');
         const { store } = session;
         store.watch(
             ({ replay, link }) => [replay, link.status],
@@ -102,8 +125,7 @@ export class Timeline {
         const { at, length, speed, playing, seeking, failure, controls } =
             this.session.store.state.replay;
         const label = playing ? 'Pause' : 'Play';
-        const glyph = playing ? '⏸' : '▶';
-        if (this.play.textContent !== glyph) this.play.textContent = glyph;
+        setIcon(this.play, playing ? 'pause' : 'play');
         this.play.setAttribute('aria-label', label);
         this.play.title = `${label.toLowerCase()} (Space)`;
         this.range.max = String(length);

@@ -179,9 +179,9 @@ export class History {
         return steps ? this.redoServer() : undefined;
     }
 
-    private restore(from: Own, { view, sections, marks }: Own): void {
+    private restore(from: Own, { view, sections, rendering, marks }: Own): void {
         const list = patched(this.store.state.marks.list, from.marks, marks);
-        this.store.set({ view, sections, marks: { list } });
+        this.store.set({ view, sections, rendering, marks: { list } });
     }
 
     /// Names of the next steps to undo and to redo; empty: none.
