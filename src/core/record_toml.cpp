@@ -111,6 +111,15 @@ std::string title_of(const TomlTable& table) {
     return "[[" + name + "]] " + std::to_string(table.number);
 }
 
+SettingValue copy_of(const SettingValue& value) {
+    return std::visit(
+        [](const auto& held) -> SettingValue {
+            auto copy = held;
+            return SettingValue(std::move(copy));
+        },
+        value);
+}
+
 Error in_table(const TomlTable& table, std::string_view key, const Error& error) {
     return expected_error(title_of(table) + " " + shown(key), error.expected, error.found,
                           error.code);

@@ -33,6 +33,10 @@ Result<std::vector<TomlTable>> parse_toml(const std::string& text);
 /// process, it throws std::bad_alloc if memory is short.
 std::vector<TomlTable> parse_plain_toml(std::string_view text);
 
+/// Copy of a value, made before it enters the variant. As GCC 12 compiles the variant's own copy
+/// constructor here, memory that runs out in it ends the process.
+SettingValue copy_of(const SettingValue& value);
+
 /// Adds the table's title to an error about a key.
 Error in_table(const TomlTable& table, std::string_view key, const Error& error);
 
@@ -72,7 +76,7 @@ Status read_table(const TomlTable& table, std::type_identity_t<SettingRows<T>> r
         for (const Setting<T>& field : rows) {
             if (field.table != table.name || field.key_in_file() != named.name) continue;
             is_known = true;
-            set = assign(object, field, named.value);
+            set = assign(object, field, copy_of(named.value));
         }
         if (!is_known) set = unknown_setting(named.name, keys_of<T>(rows));
         if (!set) return in_table(table, named.name, set.error());
