@@ -165,7 +165,7 @@ test('Space plays and pauses, at a chosen speed, up to the end', async () => {
     await slider.fill('0');
     await untilAt(page, (ms) => ms === 0);
     assert.equal(await sumOf(page), sums[0]);
-    await page.getByLabel('Speed').selectOption('0.25');
+    await page.locator('.timeline select').selectOption('0.25');
     await untilState(page, ({ replay }) => replay.speed === 0.25, 5);
     await page.locator('.view.axial').focus();
     await page.keyboard.press('Space');
@@ -180,7 +180,7 @@ test('Space plays and pauses, at a chosen speed, up to the end', async () => {
         await slider.getAttribute('aria-valuetext'),
         `${timeText(at)} of ${timeText(length)}`,
     );
-    await page.getByLabel('Speed').selectOption('16');
+    await page.locator('.timeline select').selectOption('16');
     await page.getByRole('button', { name: 'Play' }).click();
     await untilAt(page, (ms, whole) => ms === whole);
     assert.equal(await sumOf(page), sums[commands.length]);
@@ -193,7 +193,7 @@ test('tools that would change the scene are disabled, and say why', async () => 
         assert.match((await button.getAttribute('title'))!, /recorded session/);
     }
     assert.ok(await page.locator('[data-tool=measure]').isEnabled());
-    assert.ok(await page.getByLabel('Threshold, number').isDisabled());
+    assert.ok(await page.getByLabel('Threshold, number').first().isDisabled());
     assert.ok(await page.locator('#open').isDisabled());
     assert.ok(await page.locator('#undo').isDisabled());
     await page.locator('.view.axial').focus();
