@@ -249,11 +249,11 @@ bool is_between_voxels(const Grid& grid, Vec3d ijk) {
 /// Error of a point outside of the scan: its bounds, and the point in RAS if that lies inside.
 Error outside_of_scan(const Grid& grid, Vec3d point_mm) {
     const WorldBox box = centre_bounds(grid);
-    std::string text = "the point lies outside of the scan, which has";
+    std::string text = "expected a point in the scan,";
     for (int a = 0; a < 3; ++a)
         text += std::string(a ? ", " : " ") + "xyz"[a] + " " + short_text(box.low_mm[a]) + "…" +
                 short_text(box.high_mm[a]);
-    text += " mm (LPS)";
+    text += " mm (LPS), found " + short_text(point_mm);
     const Vec3d turned{-point_mm.x, -point_mm.y, point_mm.z};
     if (is_between_voxels(grid, voxel_from_world(grid, turned)))
         text += "; did you mean " + short_text(turned.x) + "," + short_text(turned.y) + "," +

@@ -233,10 +233,12 @@ TEST(PushOutside, BoundsAreSaidAndRasIsTried) {
         return done.ok() ? std::string("pushed") : done.error().message;
     };
     const std::string bounds =
-        "push: the point lies outside of the scan, which has x 20…30, y -70…-60, z 26…30 mm (LPS)";
-    EXPECT_EQ(message({25, -65, 31}), bounds);
-    EXPECT_EQ(message({-25, 65.5, 28}),
-              bounds + "; did you mean 25,-65.5,28, which is the point if it was given in RAS?");
+        "push: expected a point in the scan, x 20…30, y -70…-60, z 26…30 mm (LPS), found ";
+    EXPECT_EQ(message({25, -65, 31}), bounds + "25, -65, 31");
+    EXPECT_EQ(
+        message({-25, 65.5, 28}),
+        bounds +
+            "-25, 65.5, 28; did you mean 25,-65.5,28, which is the point if it was given in RAS?");
     EXPECT_EQ(message({25, -65, 28}), "pushed");
 }
 
@@ -246,8 +248,7 @@ TEST_F(PushTest, BadInputIsNamedAndChangesNothing) {
     ASSERT_FALSE(outside.ok());
     const WorldBox box = centre_bounds(volume.grid);
     EXPECT_LT(box.high_mm.x, 100);
-    EXPECT_TRUE(outside.error().message.starts_with(
-        "push: the point lies outside of the scan, which has x "))
+    EXPECT_TRUE(outside.error().message.starts_with("push: expected a point in the scan, x "))
         << outside.error().message;
     EXPECT_EQ(outside.error().message.find("did you mean"), std::string::npos);
     EXPECT_FALSE(tissue.push({.point_mm = {5, 5, 5}, .push_mm = {NAN, 0, 0}}).ok());

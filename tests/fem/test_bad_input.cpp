@@ -136,7 +136,7 @@ TEST(BadInput, Loads) {
 
 TEST(BadInput, SettingsAndIterationsThatDoNotSuffice) {
     EXPECT_EQ(complaint(block(), kFoot, {.tolerance = 0}),
-              "tolerance: expected above 0, up to 1, found 0");
+              "tolerance: expected above 0, below 1, found 0");
     EXPECT_EQ(complaint(block(), kFoot, {.max_iterations = 0}),
               "max_iterations: expected 1 or more, found 0");
     const TaskArena arena(1);
