@@ -255,6 +255,7 @@ Status Hub::play_sweeps(int count) {
 std::unique_ptr<Scene> Hub::exchange(std::unique_ptr<Scene> scene) {
     scene->set_volume_id(m_scene->info().id);
     m_exchanged = m_deformed;
+    if (m_scene->live().keeps_sources()) (void)scene->keep_sources(true);
     std::swap(m_scene, scene);
     for (Feed* feed : m_feeds) feed->change_tissue();
     m_worked = m_moved = true;

@@ -63,6 +63,8 @@ bool RestFeed::make() {
 }
 
 bool RestFeed::follow(std::span<const Box3i> boxes) {
+    // Without a client the sources are given up a while later.
+    if (m_field && !m_host.scene().live().keeps_sources()) m_field.reset();
     if (!m_field) return true;
     if (m_is_stale) {
         // It belongs to another tissue, or a failed update left it incomplete.
@@ -83,7 +85,10 @@ void RestFeed::refresh() {
     m_frames.clear();
     m_left = kMaxRestNodes;
     if (!m_deliveries.empty()) m_host.keep_sources();
-    if (!m_host.scene().live().keeps_sources()) m_field.reset();
+    const bool has_sources = m_host.scene().live().keeps_sources();
+    if (!has_sources) m_field.reset();
+    if (!m_deliveries.empty() && !m_field && has_sources && !m_host.is_behind() && make())
+        for (auto& [number, delivery] : m_deliveries) delivery.mark({{0, 0, 0}, m_field->counts()});
     for (; !m_wishes.empty(); m_wishes.erase(m_wishes.begin())) {
         const Wish wish = m_wishes.front();
         Client* client = connected(m_host, wish.client);

@@ -57,6 +57,13 @@ const marksIn = (view: SectionName): Promise<Mark[]> =>
 test('a shaft is outlined in the sections', async () => {
     const start = await stateOf(page);
     await page.keyboard.press('3');
+    // So that the held tool stays where it is.
+    const { strength } = start.tool;
+    const setStrength = (value: number): Promise<void> =>
+        page.evaluate((v) => {
+            (window as never as { pliant: Session }).pliant.store.set({ tool: { strength: v } });
+        }, value);
+    await setStrength(0);
     const [x, y] = await spot(page, 'endoscope', 0.6, 0.4);
     await page.mouse.move(x, y);
     await page.mouse.down(); // the tool is shown before it acts
@@ -129,6 +136,7 @@ test('a shaft is outlined in the sections', async () => {
         }
     assert.equal(dots, 3);
     await page.mouse.up();
+    await setStrength(strength);
     await page.waitForTimeout(150);
     assert.equal((await marksIn('axial')).filter((m) => m.kind.startsWith('shaft')).length, 0);
     // A click with a tool pushes nothing.

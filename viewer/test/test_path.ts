@@ -190,7 +190,7 @@ test('the tip and a click, or two clicks, give a path that can be flown', async 
     assert.equal((await stateOf(page)).way.from, null);
     assert.equal((await stateOf(page)).way.path!.points.length, second.points.length);
     const said = (await page.locator('body').textContent()) ?? '';
-    assert.match(said, /expected (a place in the|places in one) lumen/);
+    assert.match(said, /expected (a position in the|positions in one) lumen/);
 });
 
 const left = join(kData, 'thorax_airway_path_left.mrk.json');

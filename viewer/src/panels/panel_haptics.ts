@@ -107,7 +107,7 @@ export function hapticsPanel(parts: Parts): HTMLElement {
     );
     const stop = button('Stop', () => haptics.toggleStop());
     stop.className = 'stop';
-    const plot = h('canvas', { class: 'force', role: 'img' });
+    const plot = h('canvas', { class: 'force', role: 'img', 'aria-label': 'Force' });
     const text = h('p', { class: 'felt' });
     const servo = h('dl', { class: 'servo' });
     const note = h('small', { class: 'quiet' });

@@ -47,7 +47,7 @@ export function labelsPanel(parts: Parts): HTMLElement {
         button('Hide all', () => labels.showAll(false)),
     );
     const opacity = parts.number('labels', 'opacity', {
-        label: 'Opacity',
+        label: 'Opacity of labels',
         unit: '',
         low: 0,
         high: 1,

@@ -155,6 +155,7 @@ function lumenControls(parts: Parts): HTMLElement[] {
         class: 'chart',
         viewBox: `0 0 ${kWidth} ${kHeight}`,
         role: 'img',
+        'aria-label': 'diameter of the lumen along the path',
     }) as SVGSVGElement;
     const summary = h('small', { class: 'quiet' });
     const along = button(
