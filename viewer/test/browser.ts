@@ -101,6 +101,11 @@ export const kArguments = [
 export const launch = (): Promise<Browser> =>
     chromium.launch({ executablePath: findChromium(), args: kArguments });
 
+/// PLIANT_GPU=1: the browser has a graphics processor. In software the first picture with a device's
+/// tool takes longer than the server waits for the page, which drops it.
+export const hasGpu = process.env.PLIANT_GPU === '1';
+export const kNeedsGpu = 'software rendering stalls the page for too long (PLIANT_GPU=1)';
+
 /// Keeps the tissue as the server starts it, unless a test has chosen otherwise: checksums and
 /// steps of undo are then the server's own. Runs in the page.
 export function keepTissue(): void {
