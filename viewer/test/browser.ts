@@ -101,8 +101,8 @@ export const kArguments = [
 export const launch = (): Promise<Browser> =>
     chromium.launch({ executablePath: findChromium(), args: kArguments });
 
-/// PLIANT_GPU=1: the browser has a graphics processor. In software the first picture with a device's
-/// tool takes longer than the server waits for the page, which drops it.
+/// PLIANT_GPU=1: the browser has a graphics processor. In software a picture with a device's tool
+/// may take longer than the server waits for the page, which it then drops.
 export const hasGpu = process.env.PLIANT_GPU === '1';
 export const kNeedsGpu = 'software rendering stalls the page for too long (PLIANT_GPU=1)';
 

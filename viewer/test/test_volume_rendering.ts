@@ -18,7 +18,7 @@ import type { Page } from 'playwright-core';
 import { blendAlong } from '../src/maths/blend.ts';
 import { type Camera, rayThrough } from '../src/maths/rays.ts';
 import { adjusted, linearOf, rampOf, type Transfer } from '../src/maths/transfer.ts';
-import { along, mul, type Vec3 } from '../src/maths/vec.ts';
+import { along, cross, mul, norm, type Vec3 } from '../src/maths/vec.ts';
 import type { VolumeData } from '../src/maths/volume.ts';
 import type { Orbit, Rendering } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
@@ -340,9 +340,10 @@ test('the cut opens the volume at the plane through the tip', async () => {
         (x, a) => x + 0.5 * (grid.size[a]! - 1) * grid.spacing[a]!,
     ) as unknown as Vec3;
     const { eye: from, look, up } = cameraOf();
+    const right = cross(look, up);
     const depth = eye.reduce((sum, x, a) => sum + (x - from[a]!) * look[a]!, 0);
     // In the same plane, but with the endoscope out of sight.
-    const tip = along(eye, 500, up);
+    const tip = along(eye, 500 / norm(right), right);
     const seen = await draw({ transfer: kOpaque, rendering: { cut: true }, eye: tip });
     near(away(seen, kOpaque, (ray) => depth / ray.reduce((s, r, a) => s + r * look[a]!, 0)));
 });
@@ -374,11 +375,13 @@ test('tools hide the tissue behind them, and are hidden by opaque tissue in fron
         ['ball', { balls: [ball(place(0.5))] }, { balls: [ball(place(1))] }],
         ['catheter', { catheter: line(0.5) }, { catheter: line(1) }],
     ] as const) {
-        const hidden = [-50, -60].map((mm) => along(eye, mm, look)); // behind the viewer
-        const bare = name === 'ball' ? {} : { catheter: hidden };
+        // Behind the viewer: the same program draws all pictures.
+        const hidden = [-200, -210].map((mm) => along(eye, mm, look));
+        const bare = name === 'ball' ? { balls: [ball(hidden[0]!)] } : { catheter: hidden };
         const opaque = await draw({ transfer: kOpaque, ...bare });
         assert.ok(changed(opaque, await draw({ transfer: kOpaque, ...front })) > 20, name);
-        assert.equal(changed(opaque, await draw({ transfer: kOpaque, ...inside })), 0, name);
+        const shown = changed(opaque, await draw({ transfer: kOpaque, ...inside }));
+        assert.ok(shown <= (name === 'ball' ? 40 : 0), `${name}: ${shown} pixels of it are seen`);
         const glass = await draw({ transfer: kThin, ...bare });
         const dim = await draw({ transfer: kThin, ...inside });
         assert.ok(changed(glass, dim) > 20, `${name} in glass`);
