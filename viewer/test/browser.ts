@@ -94,17 +94,16 @@ export const kArguments = [
     '--no-sandbox',
     '--use-angle=swiftshader',
     '--enable-unsafe-swiftshader',
+    // SwiftShader draws WebGL alone: for the page itself it is far slower than the processor, and
+    // stalls for seconds where a plot changes with each frame.
+    '--disable-gpu-rasterization',
+    '--disable-accelerated-2d-canvas',
     // Pages fulfilled from a folder don't count as local.
     '--disable-features=LocalNetworkAccessChecks',
 ];
 
 export const launch = (): Promise<Browser> =>
     chromium.launch({ executablePath: findChromium(), args: kArguments });
-
-/// PLIANT_GPU=1: the browser has a graphics processor. In software a picture with a device's tool
-/// may take longer than the server waits for the page, which it then drops.
-export const hasGpu = process.env.PLIANT_GPU === '1';
-export const kNeedsGpu = 'software rendering stalls the page for too long (PLIANT_GPU=1)';
 
 /// Keeps the tissue as the server starts it, unless a test has chosen otherwise: checksums and
 /// steps of undo are then the server's own. Runs in the page.

@@ -17,7 +17,6 @@ import type { SharedState, VesselState } from '../src/net/protocol.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
     compare,
-    hasGpu,
     launch,
     picture,
     pixels,
@@ -129,28 +128,26 @@ test('a catheter is driven, seen and played again', async (t) => {
         await page.keyboard.press('b');
 
         // A device holds it: 8 mm ahead and back in two seconds.
-        if (hasGpu) {
-            const panel = page.locator('details', {
-                has: page.locator('summary', { hasText: /^Device$/ }),
-            });
-            await panel.locator('summary').click();
-            await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
-            await panel.getByRole('button', { name: 'Start' }).click();
-            const base = vessel!.inserted_mm;
-            await untilState(page, ({ device: { news }, shared }) =>
-                Boolean(
-                    news?.holds === 'catheter' &&
-                    news.largest_n! > 0.005 &&
-                    Math.abs(shared!.vessel!.inserted_mm - base) > 2,
-                ),
-            );
-            assert.match((await panel.locator('.felt').textContent())!, /holds the catheter/);
-            await picture(page, 'catheter_device');
-            await page.keyboard.press('h');
-            await untilState(page, ({ device }) => device.news!.stopped!);
-            await panel.getByRole('button', { name: 'End' }).click();
-            await untilVessel(page, (v, { settled }) => v.insert_mm_s === 0 && settled);
-        }
+        const panel = page.locator('details', {
+            has: page.locator('summary', { hasText: /^Device$/ }),
+        });
+        await panel.locator('summary').click();
+        await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
+        await panel.getByRole('button', { name: 'Start' }).click();
+        const base = vessel!.inserted_mm;
+        await untilState(page, ({ device: { news }, shared }) =>
+            Boolean(
+                news?.holds === 'catheter' &&
+                news.largest_n! > 0.005 &&
+                Math.abs(shared!.vessel!.inserted_mm - base) > 2,
+            ),
+        );
+        assert.match((await panel.locator('.felt').textContent())!, /holds the catheter/);
+        await picture(page, 'catheter_device');
+        await page.keyboard.press('h');
+        await untilState(page, ({ device }) => device.news!.stopped!);
+        await panel.getByRole('button', { name: 'End' }).click();
+        await untilVessel(page, (v, { settled }) => v.insert_mm_s === 0 && settled);
 
         // A later client sees the same, and can't drive with the link for viewing.
         const sums = (await compare(page))!;

@@ -11,15 +11,7 @@ import type { HapticsNews } from '../src/net/protocol.ts';
 import { feltText, plotTop } from '../src/panels/panel_haptics.ts';
 import { capMotion, moved, padMotion } from '../src/tools/pads.ts';
 import type { Session } from '../src/tools/session.ts';
-import {
-    compare,
-    hasGpu,
-    kNeedsGpu,
-    picture,
-    stateOf,
-    untilState,
-    visit,
-} from './browser.ts';
+import { compare, picture, stateOf, untilState, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
 useOnePage({ name: 'Anna', size: 64 });
@@ -38,7 +30,6 @@ const draw = (on: Page, draws: boolean): Promise<void> =>
 test('a device pushes the tissue in all browsers until it is stopped', async (t) => {
     const { features } = (await stateOf(page)).link;
     if (!features.includes('haptics')) return t.skip('the mock has none');
-    if (!hasGpu) return t.skip(kNeedsGpu);
     const title = page.locator('summary', { hasText: /^Device$/ });
     const panel = page.locator('details', { has: title });
     await title.click();

@@ -9,16 +9,7 @@ import { test } from 'node:test';
 import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
 import type { SectionName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
-import {
-    dragBy,
-    hasGpu,
-    kNeedsGpu,
-    picture,
-    rectOf,
-    spot,
-    stateOf,
-    still,
-} from './browser.ts';
+import { dragBy, picture, rectOf, spot, stateOf, still } from './browser.ts';
 import { page, useOnePage } from './one_page.ts';
 
 useOnePage();
@@ -63,7 +54,7 @@ const marksIn = (view: SectionName): Promise<Mark[]> =>
         }),
     );
 
-test('a shaft is outlined in the sections', { skip: !hasGpu && kNeedsGpu }, async () => {
+test('a shaft is outlined in the sections', async () => {
     const start = await stateOf(page);
     await page.keyboard.press('3');
     // So that the held tool stays where it is.

@@ -7,8 +7,8 @@
 // that differs between neighbouring pixels: noise instead of rings like wood grain. Bricks without
 // extinction are crossed in one step.
 //
-// Instruments and catheters are opaque: rays end at them. INSTRUMENTS, CATHETER: the scene has
-// some.
+// Instruments and catheters are opaque: rays end at them. Samples lie where they lie without them.
+// INSTRUMENTS, CATHETER: the scene has some.
 
 uniform vec2 jitter;               // of all rays, -1...1 across the picture
 uniform vec3 fogColour;            // background, linear
@@ -70,8 +70,8 @@ void blend(inout vec3 light, inout float transmittance, vec3 o, vec3 d, vec3 ray
     vec3 t0 = -o * inverse, t1 = (size - 1.0 - o) * inverse;
     vec3 enter = min(t0, t1), leave = max(t0, t1);
     float begin = max(max(enter.x, enter.y), max(enter.z, 0.0));
-    float end = min(min(min(leave.x, leave.y), leave.z), reach);
-    if (!(begin < end)) return;
+    float end = min(min(leave.x, leave.y), leave.z);
+    if (!(begin < min(end, reach))) return;
     float count = min(ceil((end - begin) / stride), float(kMaxSamples));
     float step_mm = (end - begin) / count;
     float offset = fract(pixelShare() + phase);
@@ -80,6 +80,7 @@ void blend(inout vec3 light, inout float transmittance, vec3 o, vec3 d, vec3 ray
     for (int n = 0; n < kMaxSamples; ++n) {
         if (i >= count || transmittance < kDark) break;
         float t = begin + (i + offset) * step_mm;
+        if (t >= reach) break;
         vec3 p = o + t * d;
         i += 1.0;
         if (t >= brickEnd) {
@@ -116,5 +117,6 @@ void main() {
     float transmittance = 1.0;
     blend(light, transmittance, voxelOf(eye + start * ray), voxelVectorOf(ray), ray,
           nearest - start);
+    if (transmittance < kDark) transmittance = 0.0;
     colour = vec4(srgbOf(light + transmittance * behind), 1.0);
 }
