@@ -31,6 +31,7 @@ struct HelloMessage {
     bool view = false;
     std::string name{};
     bool lz4 = false;
+    bool coarse = false;  ///< whether a coarse scan is wanted first
     std::string resume{};
     std::optional<std::uint32_t> step{};  ///< step of the voxels that the client still has
 };

@@ -264,6 +264,7 @@ Action read_hello(Fields& f) {
     if (f.has("role")) hello.view = f.choice("role", {"control", "view"}) == 1;
     hello.name = f.text("name", 160, "");
     hello.lz4 = f.flag("lz4", false);
+    hello.coarse = f.flag("coarse", false);
     hello.resume = f.text("resume", 64, "");
     if (f.has("step")) hello.step = f.whole("step", 0, {});
     return hello;
@@ -499,6 +500,7 @@ void write(Json& o, const HelloMessage& c) {
     o["role"] = c.view ? "view" : "control";
     o["name"] = c.name;
     o["lz4"] = c.lz4;
+    if (c.coarse) o["coarse"] = true;
     if (!c.resume.empty()) o["resume"] = c.resume;
     if (c.step) o["step"] = *c.step;
 }

@@ -131,7 +131,7 @@ std::optional<FrameHeader> read_frame_header(std::string_view frame) {
 
 std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame) {
     const auto h = read_frame_header(frame);
-    if (!h || h->type != FrameType::Box || h->count < kFormatVoxels || h->count > kFormatLabels)
+    if (!h || h->type != FrameType::Box || h->count < kFormatVoxels || h->count > kFormatCoarse)
         return {};
     const Vec3i n = h->box.end - h->box.begin;
     const std::uint64_t count =

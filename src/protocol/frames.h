@@ -29,6 +29,9 @@ enum class OverlayKind : std::uint8_t { None = 0, Displacement = 1, Jacobian = 2
 inline constexpr std::uint16_t kFormatRest = 4;
 /// Labels: 0 without one, else the number in the list of the message `labels`, from 1.
 inline constexpr std::uint16_t kFormatLabels = 5;
+/// Every kCoarseStep-th voxel along each axis, from the first on [HU]; the box is in these.
+inline constexpr std::uint16_t kFormatCoarse = 6;
+inline constexpr int kCoarseStep = 4;
 /// Half floats per voxel or node of a box.
 constexpr std::uint64_t halves_each(std::uint16_t format) {
     return format == kFormatRest ? 4 : 1;

@@ -52,6 +52,15 @@ void halves_of_box(const Volume& volume, const Box3i& box, std::span<std::uint16
     }
 }
 
+void halves_of_every(const Volume& volume, int step, const Box3i& box,
+                     std::span<std::uint16_t> halves) {
+    std::size_t out = 0;
+    for (int k = box.begin.z; k < box.end.z; ++k)
+        for (int j = box.begin.y; j < box.end.y; ++j)
+            for (int i = box.begin.x; i < box.end.x; ++i)
+                halves[out++] = half_from_float(volume.at({step * i, step * j, step * k}));
+}
+
 void Murmur32::add(std::span<const std::byte> bytes) {
     m_size += std::uint32_t(bytes.size());
     for (; bytes.size() >= 4; bytes = bytes.subspan(4)) {

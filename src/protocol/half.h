@@ -22,6 +22,12 @@ using pliant::half_from_float;
 /// @param[out] halves  one per voxel
 void halves_of_box(const Volume& volume, const Box3i& box, std::span<std::uint16_t> halves);
 
+/// Converts every step-th voxel along each axis, i fastest.
+/// @param box  of these: its index n is the voxel n · step. @pre all of them lie in the volume
+/// @param[out] halves  one per node of the box
+void halves_of_every(const Volume& volume, int step, const Box3i& box,
+                     std::span<std::uint16_t> halves);
+
 /// MurmurHash3_x86_32 with seed 0 [Appleby2011]. All parts except the last are whole words.
 class Murmur32 {
   public:

@@ -61,6 +61,7 @@ inline constexpr std::chrono::milliseconds kRelaxTime{10};
 inline constexpr std::chrono::milliseconds kMotionTime{40};  ///< for a tissue with simulated time
 inline constexpr double kMaxOwedMs = 100;                    ///< maximum lag of that tissue's time
 inline constexpr std::chrono::milliseconds kChecksumPause{100};
+inline constexpr std::int64_t kCoarseFromVoxels = std::int64_t(4) << 20;
 inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
 inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< total of all clients
 inline constexpr std::int64_t kMaxRestNodes = std::int64_t(1) << 17;  ///< total of all clients, 8

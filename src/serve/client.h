@@ -96,7 +96,9 @@ struct Client {
     ClientInfo info;
     EyeCommand eye;  ///< last eye sent to the scene
     std::string resume;
-    bool packs = false;           ///< client supports LZ4
+    bool packs = false;         ///< client supports LZ4
+    bool wants_coarse = false;  ///< a coarse scan before the voxels
+    bool coarse_is_due = false;
     ConnectionId connection = 0;  ///< 0: away
     Clock::time_point since{};    ///< start of the absence, or of writing the batch
     bool writing = false;

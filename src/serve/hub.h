@@ -171,6 +171,7 @@ class Hub final : private FeedHost {
     void refresh_state();
     void refresh_tools();
     void publish(Client& client);
+    void add_coarse(const Client& client, std::vector<Outgoing>& batch);
     void add_boxes(Client& client, std::vector<Outgoing>& batch);
     const Checksums* current_checksums();
 

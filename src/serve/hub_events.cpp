@@ -138,8 +138,10 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
     client.info.view = hello.view || !may_control;
     if (is_new || !hello.name.empty()) client.info.name = shortened(hello.name);
     client.packs = hello.lz4;
+    client.wants_coarse = hello.coarse;
     client.state_version = client.tools_version = client.scene_step = 0;
     const bool resumed = client.delivery.come_back(hello.step);
+    client.coarse_is_due = !resumed;
     say(client, welcome_text({.client = client.info,
                               .resume = client.resume,
                               .resumed = resumed,

@@ -92,6 +92,7 @@ void Hub::take(ConnectionId, Opening& opening) {
 void Hub::begin_anew(Client& client) {
     client.delivery = Delivery(m_scene->info().grid.size);
     client.delivery.mark_all();
+    client.coarse_is_due = true;
     client.tool = {};
     client.eye = {};
     client.tools_version = 0;

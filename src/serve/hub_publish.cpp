@@ -79,6 +79,7 @@ void Hub::publish(Client& client) {
     if (client.state_version != m_state_version) batch.push_back(text_message(m_state_text));
     if (client.tools_version != m_tools_version)
         batch.push_back({false, std::make_shared<const std::string>(m_tools_frame)});
+    add_coarse(client, batch);
     add_boxes(client, batch);
     bool more_is_due = false;
     for (Feed* feed : m_feeds) {
@@ -99,10 +100,36 @@ void Hub::publish(Client& client) {
     client.writing = true;
     client.since = m_now;
     client.texts.clear();
+    client.coarse_is_due = false;
     client.state_version = m_state_version;
     client.tools_version = m_tools_version;
     if (sends_checksums) client.checksums.clear();
     for (Feed* feed : m_feeds) feed->sent(client);
+}
+
+void Hub::add_coarse(const Client& client, std::vector<Outgoing>& batch) {
+    const Volume& volume = m_scene->deformed();
+    if (!client.coarse_is_due || !client.wants_coarse) return;
+    if (voxel_count(volume.grid) < kCoarseFromVoxels) return;
+    Vec3i nodes;
+    for (int a = 0; a < 3; ++a) nodes[a] = (volume.grid.size[a] + kCoarseStep - 1) / kCoarseStep;
+    const int layers = std::max(int(DirtyBlocks::kMaxBoxVoxels / (nodes.x * nodes.y)), 1);
+    for (int begin = 0; begin < nodes.z; begin += layers) {
+        const Box3i box{{0, 0, begin}, {nodes.x, nodes.y, std::min(begin + layers, nodes.z)}};
+        const std::uint8_t flags = box.end.z == nodes.z ? kFrameLastOfStep : 0;
+        batch.push_back({false, m_frames.get(box, flags, client.packs, kFormatCoarse, [&] {
+                             std::vector<std::uint16_t> halves(
+                                 std::size_t(nodes.x) * std::size_t(nodes.y) *
+                                 std::size_t(box.end.z - box.begin.z));
+                             halves_of_every(volume, kCoarseStep, box, halves);
+                             return box_frame(halves, box,
+                                              {.flags = flags,
+                                               .count = kFormatCoarse,
+                                               .step = m_step,
+                                               .volume = m_scene->info().id},
+                                              client.packs);
+                         })});
+    }
 }
 
 void Hub::add_boxes(Client& client, std::vector<Outgoing>& batch) {

@@ -46,6 +46,7 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"catheter","bend_first_deg":30,"bend_second_deg":-180})",
         R"({"do":"vessel","on":true})",
         R"({"do":"hello","protocol":2,"role":"view","name":"Änne","lz4":true})",
+        R"({"coarse":true,"do":"hello","lz4":false,"name":"","protocol":2,"role":"control"})",
         R"({"do":"hello","protocol":2,"resume":"ab","step":0})",
         R"({"do":"tool","kind":"sphere","position":[1,2,3],"direction":[0,0,1],"radius":4})",
         R"({"do":"tool","kind":"none"})",

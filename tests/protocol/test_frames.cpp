@@ -99,6 +99,21 @@ Volume random_volume(Vec3i size, bool whole, Random& random) {
     return volume;
 }
 
+TEST(Half, OfEveryFewVoxelsIsThatOfThese) {
+    Random random(8);
+    for (const bool whole : {true, false}) {
+        const Volume volume = random_volume({13, 9, 10}, whole, random);
+        const Box3i box{{1, 0, 1}, {4, 3, 3}};
+        std::vector<std::uint16_t> halves(3 * 3 * 2);
+        halves_of_every(volume, 4, box, halves);
+        std::size_t n = 0;
+        for (const int k : {4, 8})
+            for (const int j : {0, 4, 8})
+                for (const int i : {4, 8, 12})
+                    EXPECT_EQ(halves[n++], half_from_float(volume.at({i, j, k})));
+    }
+}
+
 TEST(Checksum, OfAVolumeIsThatOfItsHalves) {
     Random random(7);
     for (const Vec3i size : {Vec3i{1, 1, 1}, {3, 5, 7}, {31, 17, 40}, {64, 64, 9}})

@@ -73,7 +73,8 @@ class TestClient : public RawConnection {
     int boxes = 0;
     Vec3i size{0, 0, 0};
     std::vector<std::uint16_t> voxels;
-    int overlay_format = 0;  ///< 0: none
+    std::vector<std::uint16_t> coarse;  ///< of all its boxes
+    int overlay_format = 0;             ///< 0: none
     std::vector<std::uint16_t> overlay;
     int overlay_boxes = 0, whole_overlays = 0;
     std::uint32_t overlay_step = 0;  ///< newest whole one

@@ -85,6 +85,37 @@ TEST_F(ServerTest, TwoClientsAgreeAfterBothPushed) {
     EXPECT_EQ(late.checked_checksum()["tissue"], before["tissue"]);
 }
 
+TEST_F(ServerTest, ALargeScanComesCoarseFirstIfThatIsWanted) {
+    Volume scan;
+    scan.grid.size = {163, 161, 162};  // more than 4 Mi
+    std::vector<std::int16_t> values(voxel_count(scan.grid));
+    Random random(4);
+    for (auto& value : values) value = std::int16_t(random.whole(-1000, 1000));
+    scan.voxels = values;
+    ASSERT_TRUE(write_volume(*s_folder / "large.nrrd", scan, Encoding::Raw).ok());
+    auto server = Server::start({.file = (*s_folder / "large.nrrd").string()}, m_arena);
+    ASSERT_TRUE(server.ok()) << server.error().message;
+    TestClient a(server->port(), server->link()), b(server->port(), server->link());
+    a.enter({{"coarse", true}});
+    b.enter();
+    EXPECT_TRUE(b.coarse.empty());
+    EXPECT_EQ(a.voxels, b.voxels);
+    std::vector<std::uint16_t> expected;
+    for (int k = 0; k < 162; k += 4)
+        for (int j = 0; j < 161; j += 4)
+            for (int i = 0; i < 163; i += 4)
+                expected.push_back(a.voxels[std::size_t(i + 163 * (j + 161 * k))]);
+    EXPECT_EQ(a.coarse, expected);
+}
+
+TEST_F(ServerTest, ASmallScanComesAtOnce) {
+    auto server = Server::start(settings(), m_arena);
+    ASSERT_TRUE(server.ok());
+    TestClient a(server->port(), server->link());
+    a.enter({{"coarse", true}});
+    EXPECT_TRUE(a.coarse.empty());
+}
+
 TEST_F(ServerTest, BytesFollowTheChange) {
     auto server = Server::start(settings(), m_arena);
     ASSERT_TRUE(server.ok());

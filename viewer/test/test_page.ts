@@ -7,9 +7,11 @@ import assert from 'node:assert/strict';
 import { readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import type { Vec3 } from '../src/maths/vec.ts';
+import { kCoarseFormat, kCoarseStep } from '../src/net/protocol.ts';
 import type { Session } from '../src/tools/session.ts';
 import type { StageHooks } from '../src/views/stage.ts';
-import { kPictures, picture, rectOf, spot, stateOf, still, visit } from './browser.ts';
+import { kPictures, picture, pixels, rectOf, spot, stateOf, still, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
 useOnePage();
@@ -188,32 +190,58 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     assert.equal(await afterSlowFrame(true), 'real');
 });
 
-test('sections of a scan that is being loaded are shown', async () => {
-    const lit = await page.evaluate(async () => {
-        const { stage, store } = (window as never as { pliant: Session }).pliant;
-        store.set({ scan: { loaded: 0 } });
-        (stage as never as { clear(): void }).clear();
-        store.set({ scan: { loaded: 0.5 } });
-        const look = async (): Promise<boolean[]> => {
-            const copy = await stage.copy(async () => {});
-            const ratio = copy.width / document.querySelector('canvas')!.clientWidth;
-            return ['axial', 'endoscope'].map((name) => {
-                const box = document.querySelector(`.view.${name}`)!.getBoundingClientRect();
-                const own = document.querySelector('canvas')!.getBoundingClientRect();
-                const x = (box.left - own.left + 0.5 * box.width) * ratio;
-                const y = (box.top - own.top + 0.2 * box.height) * ratio;
-                return copy.getContext('2d')!.getImageData(x, y, 1, 1).data[0]! > 40;
-            });
-        };
-        let seen = await look();
-        for (let n = 0; n < 40 && !seen[0]; ++n) {
-            await new Promise((drawn) => setTimeout(drawn, 250));
-            seen = await look();
-        }
-        store.set({ scan: { loaded: 1 } });
-        return seen;
+test('a coarse scan is shown in all views until the voxels are there', async () => {
+    await still(page);
+    const views = ['endoscope', 'axial'] as const;
+    const seen = async (): Promise<{ hash: number; mean: number }[]> => {
+        const found = [];
+        for (const view of views) found.push(await pixels(page, view));
+        return found;
+    };
+    const full = await seen();
+    await page.evaluate(
+        ([format, step]) => {
+            const session = (window as never as { pliant: Session }).pliant;
+            const { grid, halves } = session.volume!;
+            session.store.set({ scan: { loaded: 0 } });
+            const [nx, ny, nz] = grid.size.map((n) => Math.ceil(n / step!)) as unknown as Vec3;
+            // In two parts, as from a server.
+            for (const [low, high] of [
+                [0, 5],
+                [5, nz],
+            ] as const) {
+                const values: number[] = [];
+                for (let k = low; k < high; ++k)
+                    for (let j = 0; j < ny; ++j)
+                        for (let i = 0; i < nx; ++i)
+                            values.push(
+                                halves[step! * (i + grid.size[0] * (j + grid.size[1] * k))]!,
+                            );
+                session.coarseBox({
+                    kind: 'box',
+                    format: format!,
+                    step: 0,
+                    volume: 1,
+                    last: high === nz,
+                    box: { begin: [0, 0, low], end: [nx, ny, high] },
+                    halves: new Uint16Array(values),
+                });
+            }
+        },
+        [kCoarseFormat, kCoarseStep] as const,
+    );
+    const coarse = await seen();
+    await picture(page, 'coarse');
+    await page.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.store.set({ scan: { loaded: 1 } }),
+    );
+    const again = await seen();
+    views.forEach((view, i) => {
+        assert.equal(again[i]!.hash, full[i]!.hash, view);
+        assert.notEqual(coarse[i]!.hash, full[i]!.hash, view);
+        const off = Math.abs(coarse[i]!.mean - full[i]!.mean);
+        assert.ok(off < 0.2 * full[i]!.mean, `${view}: mean ${coarse[i]!.mean}`);
     });
-    assert.deepEqual(lit, [true, false]);
 });
 
 test('a saved picture has the marks of the views, and the name of the scan', async () => {

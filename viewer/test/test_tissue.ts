@@ -7,6 +7,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
+import type { SharedState } from '../src/net/protocol.ts';
 import { kViews, type ToolName, type ViewName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
@@ -18,6 +19,7 @@ import {
     spot,
     stateOf,
     still,
+    untilState,
     untilUndo,
     visit,
 } from './browser.ts';
@@ -165,6 +167,35 @@ test('the threshold changes the endoscope’s picture and its line in the sectio
     );
     await page.getByLabel('as a line in the sections').uncheck();
     assert.deepEqual(await all(page), start);
+});
+
+test('air follows the threshold on request', async () => {
+    const shared = async (): Promise<SharedState> => (await stateOf(page)).shared!;
+    const { iso_hu: start, materials } = await shared();
+    const air = async (): Promise<number> => (await shared()).materials.air_threshold_hu;
+    const ask = async (iso_hu: number): Promise<void> => {
+        await page.evaluate((iso) => {
+            (window as never as { pliant: Session }).pliant.threshold.ask({ iso_hu: iso });
+        }, iso_hu);
+        await untilState(page, ({ shared: now }) => now!.iso_hu === iso_hu);
+        await page.waitForTimeout(800);
+    };
+    await ask(start - 40);
+    assert.equal(await air(), materials.air_threshold_hu);
+    await page.locator('summary', { hasText: /^Material$/ }).click();
+    const tie = page.getByLabel('air is what the threshold shows as empty');
+    await tie.check();
+    await untilState(page, ({ shared: now }) => now!.materials.air_threshold_hu === start - 40);
+    await ask(start - 90);
+    assert.equal(await air(), start - 90);
+    // Each change is a step of undo.
+    const { undo } = await shared();
+    assert.equal(undo.next, 'materials');
+    await page.locator('#undo').click();
+    await untilState(page, ({ shared: now }) => now!.materials.air_threshold_hu === start - 40);
+    await tie.uncheck();
+    await ask(start);
+    assert.equal(await air(), start - 40);
 });
 
 test('a tip that pushes moves the wall, and the eye goes on', async () => {

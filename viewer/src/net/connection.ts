@@ -15,6 +15,7 @@ import {
     type Done,
     type HapticPose,
     type HapticsNews,
+    kCoarseFormat,
     kLabelFormat,
     kProtocol,
     kRestFormat,
@@ -37,6 +38,7 @@ export interface Listener {
     newVolume(info: VolumeInfo): void;
     state(state: SharedState): void;
     box(frame: BoxFrame): void;
+    coarseBox(frame: BoxFrame): void;
     overlayBox(frame: BoxFrame): void;
     restBox(frame: BoxFrame): void;
     labelBox(frame: BoxFrame): void;
@@ -201,6 +203,7 @@ export class Connection {
                 do: 'hello',
                 protocol: kProtocol,
                 lz4: false,
+                coarse: true,
                 ...this.hello,
                 ...(resume ? { resume } : {}),
                 ...step,
@@ -279,6 +282,10 @@ export class Connection {
             return;
         }
         if (frame.format !== 1) {
+            if (frame.format === kCoarseFormat) {
+                this.listener.coarseBox(frame);
+                return;
+            }
             if (frame.format === kRestFormat) this.listener.restBox(frame);
             else if (frame.format === kLabelFormat) this.listener.labelBox(frame);
             else this.listener.overlayBox(frame);

@@ -294,7 +294,7 @@ export interface BoxFrame {
     kind: 'box';
     step: number;
     volume: number;
-    format: number; ///< 1: voxels [HU]; others: state/overlay_kinds.ts, kRestFormat, kLabelFormat
+    format: number; ///< 1: voxels [HU]; others: state/overlay_kinds.ts and below
     last: boolean; ///< last box of the step
     box: Box;
     halves: Uint16Array;
@@ -321,8 +321,11 @@ export interface ToolsFrame {
 
 /// Format of the rest field's boxes.
 export const kRestFormat = 4;
-/// Format of labels' boxes; the largest format.
+/// Format of labels' boxes.
 export const kLabelFormat = 5;
+/// Format of a coarse scan's boxes, in every kCoarseStep-th voxel; the largest format.
+export const kCoarseFormat = 6;
+export const kCoarseStep = 4;
 
 const kHeader = 32;
 const kToolBytes = 80;
@@ -353,8 +356,8 @@ export function decodeFrame(
 
 function decodeBox(view: DataView, last: boolean, payload: number): BoxFrame {
     const format = view.getUint16(6, true);
-    if (format < 1 || format > kLabelFormat)
-        throw new Error(`box: format ${format}, expected 1…${kLabelFormat}`);
+    if (format < 1 || format > kCoarseFormat)
+        throw new Error(`box: format ${format}, expected 1…${kCoarseFormat}`);
     const u16 = (offset: number): number => view.getUint16(offset, true);
     const begin: Vec3 = [u16(16), u16(18), u16(20)];
     const count: Vec3 = [u16(22), u16(24), u16(26)];

@@ -180,6 +180,13 @@ export function materialPanel(parts: Parts): HTMLElement {
             ),
             materialNumber(parts, 'air_threshold_hu', 'Air below', 10, -1000, 0),
             parts.add(
+                checkbox(
+                    'air is what the threshold shows as empty',
+                    () => parts.state.display.airFollows,
+                    (on) => parts.session.threshold.tieAir(on),
+                ),
+            ),
+            parts.add(
                 choice<Materials['limits']>(
                     'Deforms as',
                     [

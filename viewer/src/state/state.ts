@@ -250,6 +250,7 @@ export interface LumenState {
 export interface Display {
     readonly maximised: ViewName | null;
     readonly contour: boolean; ///< the threshold as a line in the sections
+    readonly airFollows: boolean; ///< the tissue's air follows the threshold
     readonly space: Space;
     readonly theme: 'light' | 'dark' | 'system';
     readonly timings: boolean;
@@ -355,6 +356,7 @@ export const initialState = (): State => ({
     display: {
         maximised: null,
         contour: false,
+        airFollows: false,
         space: 'LPS',
         theme: 'system',
         timings: false,

@@ -198,7 +198,7 @@ export class Pointer {
         const { drag, session } = this;
         const { stroke } = session.hand;
         const { tool } = session.store.state;
-        if (!drag?.place || !stroke || tool.outcome?.isStopped) return;
+        if (!drag?.place || !stroke || tool.outcome?.isStopped || tool.strength === 0) return;
         const there = stroke.path[stroke.path.length - 1]!;
         const { direction } = rayAt(session.store.state, drag.last);
         const next = along(drag.place, way * tool.strength, direction);

@@ -5,7 +5,7 @@
 // everything that moves, once per frame.
 
 import { autoWindow } from '../maths/auto_window.ts';
-import { voxelCount, worldFromVoxel } from '../maths/grid.ts';
+import { type Grid, voxelCount, worldFromVoxel } from '../maths/grid.ts';
 import { halfOfFloat } from '../maths/half.ts';
 import { checksumOf } from '../maths/murmur.ts';
 import { mul, norm, normalized, sub } from '../maths/vec.ts';
@@ -18,6 +18,7 @@ import {
     type Checksum,
     type Done,
     gridOf,
+    kCoarseStep,
     type HapticsNews,
     type LabelsNews,
     type MarksNews,
@@ -51,6 +52,13 @@ import { followScan } from './volume_presets.ts';
 
 const kAirBelow = -500; // [HU]
 const kLongestFrame = 0.1; // time step limit after a pause [s]
+
+/// Scan of every kCoarseStep-th voxel, without values.
+function coarseOf({ size, spacing, ...rest }: Grid): VolumeData {
+    const nodes = size.map((n) => Math.ceil(n / kCoarseStep)) as unknown as Grid['size'];
+    const grid = { ...rest, size: nodes, spacing: mul(kCoarseStep, spacing) };
+    return new VolumeData(grid, new Uint16Array(voxelCount(grid)), true);
+}
 
 export interface SessionParts extends SceneParts {
     /// The tab's storage, which outlives a reload.
@@ -86,6 +94,7 @@ export class Session extends Scene implements Listener {
     private readonly memory: Memory;
     private readonly held: ReadonlySet<string>;
     private readonly onWelcome: () => void;
+    private coarse: VolumeData | undefined; // not complete
     private received = 0; // voxels of the first snapshot
     private boxesSinceDraw = 0;
     private fitsWindow = false; // a scan without air: the usual window would show nothing
@@ -172,12 +181,23 @@ export class Session extends Scene implements Listener {
             this.store.set({ scan: { loaded: frame.last ? 1 : Math.min(share, 0.99) } });
         }
         if (!frame.last) return;
-        if (this.fitsWindow) this.store.set({ sections: autoWindow(this.volume) });
-        this.fitsWindow = false;
+        this.fitWindow(this.volume);
         this.latencies.arrived(frame.step);
         this.store.set({ scan: { voxels: voxels + 1 } });
         this.subscriptions.openVessel();
         if (!this.store.state.company.leader) this.endoscope.keepEyeFree();
+    }
+
+    /// Takes a part of the coarse scan, which is shown while the voxels arrive.
+    coarseBox({ box, halves, last }: BoxFrame): void {
+        if (!this.volume || this.store.state.scan.loaded >= 1) return;
+        this.coarse ??= coarseOf(this.volume.grid);
+        this.coarse.fill(box, halves);
+        if (!last) return;
+        this.coarse.finish();
+        this.stage.setCoarse(this.coarse);
+        this.fitWindow(this.coarse);
+        this.coarse = undefined;
     }
 
     overlayBox(frame: BoxFrame): void {
@@ -269,6 +289,7 @@ export class Session extends Scene implements Listener {
         const grid = gridOf(info);
         const missing = halfOfFloat(info.range_hu[0]); // dark in the sections
         this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)).fill(missing), true);
+        this.coarse = undefined;
         this.stage.setVolume(this.volume);
         this.stage.setOverlay(undefined);
         this.stage.setRest(undefined);
@@ -299,6 +320,12 @@ export class Session extends Scene implements Listener {
     }
 
     // --- frames
+
+    /// Fits the window of the sections to a scan, once.
+    private fitWindow(volume: VolumeData): void {
+        if (this.fitsWindow) this.store.set({ sections: autoWindow(volume) });
+        this.fitsWindow = false;
+    }
 
     /// Advances by a frame's time, and draws.
     tick(seconds: number, now: number): void {

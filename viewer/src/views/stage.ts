@@ -27,12 +27,15 @@ const kScales = [1, 0.66, 0.5, 0.35, 0.25];
 const kFirstQuality = 3; // index of kScales for the first picture
 const kSlowMs = 45; // frame time above which pixels are reduced
 const kQuickMs = 22; // frame time below which pixels are increased
-const kLoadingPart = 0.08; // share of a scan after which its sections are drawn again
 const kStillMs = 180; // time without a change before the full picture
 
 /// Groups of the state that the views depend on, apart from the threshold and the cut face.
 const inAllViews = ({ scan, overlay, labels, display }: State): unknown[] => [
-    scan,
+    scan.volume,
+    scan.voxels,
+    scan.overlay,
+    scan.extreme,
+    scan.loaded === 1,
     overlay,
     labels,
     display,
@@ -88,7 +91,7 @@ export class Stage {
     private fenceMoving = false; // the frame was drawn in motion
     private full = false; // the endoscope's picture is complete
     private first = true; // no picture of this scan was drawn
-    private loadedThen = 0; // share of the scan in the last picture before it was complete
+    private coarse: VolumeTexture | undefined; // shown until the scan is complete
     private blank = true; // gaps between the views may hold old pixels
     private prepared = false; // programs for instruments are compiled
     private pass = 0; // next index of kPasses while all is still
@@ -115,18 +118,14 @@ export class Stage {
             this.fence = null; // fences of a lost context are never signalled
             // three.js would delete stale handles later, in the new context.
             this.endoscope.dispose();
-            for (const field of [this.texture, this.overlay, this.rest, this.labels])
-                field?.dispose();
+            for (const field of this.fields) field?.dispose();
             this.labelColours.dispose();
             hooks.onContext(true);
         });
         canvas.addEventListener('webglcontextrestored', () => {
             this.lost = false;
             this.renderer.setScissorTest(true);
-            this.texture?.restore();
-            this.overlay?.restore();
-            this.rest?.restore();
-            this.labels?.restore();
+            for (const field of this.fields) field?.restore();
             this.invalidate();
             hooks.onContext(false);
         });
@@ -134,13 +133,29 @@ export class Stage {
     }
 
     setVolume(data: VolumeData): void {
+        this.coarse?.dispose();
+        this.coarse = undefined;
         this.texture?.dispose();
         this.texture = new VolumeTexture(data);
-        this.endoscope.setVolume(this.texture);
+        this.show(this.texture);
+    }
+
+    /// Shows a coarse scan until the scan itself is complete.
+    setCoarse(data: VolumeData): void {
+        this.coarse?.dispose();
+        this.coarse = new VolumeTexture(data);
+        this.show(this.coarse);
+    }
+
+    private show(texture: VolumeTexture): void {
+        this.endoscope.setVolume(texture);
+        this.section.set(fieldUniforms(texture));
         this.first = true;
-        this.loadedThen = 0;
-        this.section.set(fieldUniforms(this.texture));
         this.invalidate();
+    }
+
+    private get fields(): ({ dispose(): void; restore(): void } | undefined)[] {
+        return [this.texture, this.coarse, this.overlay, this.rest, this.labels];
     }
 
     setOverlay(field: OverlayField | undefined): void {
@@ -179,16 +194,22 @@ export class Stage {
 
     /// Tests whether all views are drawn completely.
     get isStill(): boolean {
-        return this.full && !this.stale.size && !this.fence;
+        const isCoarse = this.coarse !== undefined && this.store.state.scan.loaded === 1;
+        return this.full && !this.stale.size && !this.fence && !isCoarse;
     }
 
     /// Draws the stale views. @returns whether anything was drawn
     frame(now: number): boolean {
         const { state } = this.store;
         if (this.lost || !this.texture || !this.lastIsDone(now)) return false;
-        if (state.scan.loaded < 1) return this.drawLoading(this.texture, state);
+        if (state.scan.loaded === 1 && this.coarse) {
+            this.coarse.dispose();
+            this.coarse = undefined;
+            this.show(this.texture);
+        }
+        if (state.scan.loaded < 1 && !this.coarse) return false;
         this.fitCanvas();
-        this.texture.upload(this.renderer);
+        (this.coarse ?? this.texture).upload(this.renderer);
         this.overlay?.upload(this.renderer);
         this.rest?.upload(this.renderer);
         this.labels?.upload(this.renderer);
@@ -205,21 +226,6 @@ export class Stage {
         this.first = false;
         this.raiseFence(now);
         ++this.framesDrawn;
-        return true;
-    }
-
-    /// Draws the sections of a scan that is being loaded, after each further part of it.
-    private drawLoading(texture: VolumeTexture, state: State): boolean {
-        const { loaded } = state.scan;
-        if (loaded - this.loadedThen < kLoadingPart) return false;
-        this.loadedThen = loaded;
-        this.fitCanvas();
-        texture.upload(this.renderer);
-        this.clear();
-        for (const view of kViews.slice(1)) this.drawView(view, state, false);
-        this.invalidate();
-        this.fenceMoving = false;
-        this.raiseFence(performance.now());
         return true;
     }
 
