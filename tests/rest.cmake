@@ -69,7 +69,7 @@ foreach(plugin IN ITEMS example wrong)
     add_dependencies(test_haptics ${plugin}_haptic_device)
 endforeach()
 target_link_libraries(example_haptic_device PRIVATE m)
-# And what is loaded in place of libspnav.
+# A library that is loaded in place of libspnav.
 add_library(fake_spnav MODULE haptics/fake_spnav.c)
 target_compile_definitions(test_haptics PRIVATE
     PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
@@ -112,7 +112,15 @@ if(PLIANT_BUILD_APP)
         PLIANT_APPS_DATA="${CMAKE_CURRENT_SOURCE_DIR}/apps/data")
     add_dependencies(test_apps pliant_app)
 endif()
-# The pages of results: what draws and measures is tested, not the program that times.
+# README's and the documents' command lines. With sanitizers they would take minutes; the rooms'
+# tests cover the same code.
+if(PLIANT_BUILD_APP AND NOT PLIANT_SANITIZE)
+    pliant_test(documents SOURCES commands.cpp test_commands.cpp LIBRARIES PNG::PNG)
+    target_compile_definitions(test_documents PRIVATE
+        PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>" PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+    add_dependencies(test_documents pliant_app)
+endif()
+# The pages of results: their drawing and measuring code, not the programs that take times.
 pliant_test(results
     SOURCES ../../benchmarks/results_page/chart.cpp
             ../../benchmarks/results_page/glyphs.cpp
@@ -140,7 +148,7 @@ target_include_directories(example_colliding_objects PRIVATE
 target_link_libraries(example_colliding_objects PRIVATE pliant pliant_flags)
 add_test(NAME example_colliding_objects
          COMMAND example_colliding_objects ${CMAKE_CURRENT_BINARY_DIR}/collision.png --check)
-# What reads other people's bytes, with bytes that nobody meant.
+# Readers of untrusted input, on their corpora.
 add_subdirectory(fuzz)
 # And the whole program with damaged files.
 if(PLIANT_BUILD_APP)

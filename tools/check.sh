@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
-# What `./dev test` and `./dev lint` run: steps with a name, each timed, the first failure ends it.
+# The steps of `./dev test` and `./dev lint`, each named and timed; the first failure ends them.
 
 readonly clang_format=clang-format-14  # other versions set some lines differently
 step_lines=()
@@ -90,8 +90,8 @@ build_example() { # EXAMPLE PREFIX [CMake arguments…]
     cmake --build "$prefix/build/$example"
 }
 
-# What the component `models` must not need, by CMake's names and by those of files. To build it,
-# the headers of Eigen and toml++ are needed, to use it not.
+# Libraries that the component `models` must not need, by CMake's names and by those of files. To
+# build it, the headers of Eigen and toml++ are needed, to use it not.
 readonly not_for_models=(Boost CLI11 GDCM NLopt OpenSSL PNG ZLIB nlohmann_json pugixml)
 readonly no_files_for_models='boost|lib(ssl|crypto)|gdcm|nlopt|png|/libz\.|pugi|toml'\
 '|pliant_(io|fit|render|serve)'
@@ -190,7 +190,7 @@ run_tests() { # [--sanitize]
     closing_lines
 }
 
-# What ctest itself said last, the ordinary build at the end.
+# The last lines of each ctest run, the ordinary build's at the end.
 closing_lines() {
     local preset
     for preset in tsan asan clang gcc; do

@@ -48,7 +48,7 @@ demo() { # [FILE]
     show_page "$pliant" "$scan"
 }
 
-# Ends in the page, which somebody at a terminal closes with Ctrl+C; scripts are told how.
+# Ends in the page at a terminal, until Ctrl+C; otherwise prints the command.
 show_page() { # PROGRAM SCAN
     if [[ -t 1 && ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         say "the page: fly, push and cut in the browser"

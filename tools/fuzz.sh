@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
-# `./dev fuzz`: libFuzzer's programs, one after the other. What they learn stays in
-# build/fuzz-corpus for the next time; what they find is in build/fuzz-found, to be run again by the
-# same program, and belongs into tests/fuzz/corpus once it is put right.
+# `./dev fuzz`: libFuzzer's programs, one after the other. build/fuzz-corpus keeps their inputs for
+# the next time. build/fuzz-found has the failing inputs, to be run again by the same program; they
+# belong into tests/fuzz/corpus once the fault is repaired.
 
 fuzz() { # [TARGET…] [--seconds N]
     local seconds=600 targets=() target

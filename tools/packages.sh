@@ -3,7 +3,7 @@
 # shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
 # The system packages that each task needs, by their names in Debian 12 and Ubuntu 24.04.
-# THIRD_PARTY.md says what each library is for.
+# THIRD_PARTY.md has the purpose of each library.
 
 packages_of() {
     case $1 in

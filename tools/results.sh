@@ -5,12 +5,12 @@
 # The pages that set Pliant beside its papers, each written by a program of its own: pictures and
 # numbers together, or nothing where something fails.
 
-readonly results_topics="chainmail, colours, endoscope, haptics, pbd or springs"
+readonly results_topics="chainmail, colours, endoscope, haptics, pbd, pushed or springs"
 
 results() { # TOPIC
     (($# == 1)) || fail "results: expected one topic ($results_topics), found $#"
     case $1 in
-        chainmail | colours | endoscope | haptics | pbd | springs) "results_$1" ;;
+        chainmail | colours | endoscope | haptics | pbd | pushed | springs) "results_$1" ;;
         *) fail "results: expected $results_topics, found '$1'" ;;
     esac
 }
@@ -39,6 +39,22 @@ results_pbd() {
     local scans=$root/../shared/data
     [[ -d $scans ]] || fail "results: the scans of the vessels are not there: expected $scans"
     write_results pbd "$root/scenes"
+}
+
+# Runs the commands of a page that shows their pictures.
+results_pushed() {
+    local page=$root/docs/results/endoscope scan=$root/../shared/data/thorax_ct_256.nrrd folder
+    [[ -f $scan ]] || fail "results: the scan of the chest is not there: expected $scan"
+    build
+    folder=$(mktemp -d)
+    ln -s "$(readlink -f -- "$scan")" "$folder"
+    awk '/^```(sh|bash)$/ { inside = 1; next } /^```$/ { inside = 0 } inside' "$page/pushed.md" \
+        >"$folder/commands"
+    say "pushing and drawing"
+    (cd "$folder" && PATH=$root/build/release:$PATH sh -eu commands)
+    mv "$folder"/pushed_*_*.png "$page"
+    rm -r "$folder"
+    say "done: docs/results/endoscope/pushed.md"
 }
 
 results_springs() {

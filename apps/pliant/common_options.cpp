@@ -61,8 +61,8 @@ void add_threads(CLI::App* command, int& threads) {
 }
 
 void add_surface(CLI::App* command, std::optional<double>& iso,
-                 std::optional<std::string>& polarity, const std::string& what) {
-    command->add_option("--iso", iso, what + " (default: CT -500 HU, others by their values)");
+                 std::optional<std::string>& polarity, const std::string& meaning) {
+    command->add_option("--iso", iso, meaning + " (default: CT -500 HU, others by their values)");
     command
         ->add_option("--polarity", polarity,
                      "rising (air lumen) or falling (contrast lumen) (default: CT rising)")

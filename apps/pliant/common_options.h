@@ -27,9 +27,9 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
 /// Adds --series, --frame and --straighten.
 void add_scan(CLI::App* command, ScanChoice& scan);
 void add_threads(CLI::App* command, int& threads);
-/// Adds --iso and --polarity. @param what  "threshold of the surface"
+/// Adds --iso and --polarity. @param meaning  "threshold of the surface"
 void add_surface(CLI::App* command, std::optional<double>& iso,
-                 std::optional<std::string>& polarity, const std::string& what);
+                 std::optional<std::string>& polarity, const std::string& meaning);
 /// Adds --window and --level. @param more_window, more_level  added to the defaults' texts
 void add_window(CLI::App* command, std::optional<double>& window, std::optional<double>& level,
                 const std::string& more_window = {}, const std::string& more_level = {});

@@ -22,8 +22,8 @@ void clear_progress_line() noexcept {
     if (g_line_is_drawn.exchange(false)) std::fprintf(stderr, "\r\033[K");
 }
 
-ProgressBar::ProgressBar(std::string what)
-    : m_what(std::move(what)),
+ProgressBar::ProgressBar(std::string work)
+    : m_what(std::move(work)),
       m_terminal(::isatty(STDERR_FILENO) != 0),
       m_start(std::chrono::steady_clock::now()) {
     if (m_terminal) {

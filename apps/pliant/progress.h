@@ -17,8 +17,8 @@ namespace pliant::app {
 
 class ProgressBar {
   public:
-    /// @param what  name of the work, as in "making airway"
-    explicit ProgressBar(std::string what);
+    /// @param work  its name, as in "making airway"
+    explicit ProgressBar(std::string work);
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;

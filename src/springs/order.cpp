@@ -10,9 +10,9 @@
 namespace pliant {
 
 Status check_sources(const SpringNetwork& network, std::span<const std::int32_t> sources,
-                     const char* what) {
+                     const char* argument) {
     const auto complain = [&](const std::string& text) {
-        return Error{ErrorCode::InvalidArgument, std::string(what) + ": " + text};
+        return Error{ErrorCode::InvalidArgument, std::string(argument) + ": " + text};
     };
     for (const std::int32_t node : sources) {
         if (node < 0 || node >= network.node_count())

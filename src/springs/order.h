@@ -9,9 +9,9 @@
 
 namespace pliant {
 
-/// @param what  name of the argument in the message
+/// @param argument  its name in the message
 Status check_sources(const SpringNetwork& network, std::span<const std::int32_t> sources,
-                     const char* what);
+                     const char* argument);
 Status check_depth(std::int32_t depth);
 
 class OrderSearch {

@@ -10,6 +10,34 @@
 
 #include "core/errors.h"
 
+namespace pliant {
+
+SettingRows<WallSettings> wall_rows() noexcept {
+    using S = WallSettings;
+    static constexpr Setting<S> kRows[] = {
+        setting<&S::thickness_mm>({.name = "thickness_mm",
+                                   .unit = "mm",
+                                   .low = 0,
+                                   .above_low = true,
+                                   .text = "thickness of the wall"}),
+        setting<&S::layers>({.name = "layers",
+                             .low = 1,
+                             .high = 16,
+                             .text = "tetrahedra across the wall, at least"}),
+        setting<&S::cell_mm>({.name = "cell_mm",
+                              .unit = "mm",
+                              .low = 0,
+                              .text = "cell of the lattice; 0: as the layers allow"}),
+        setting<&S::ghost_mm>({.name = "ghost_mm",
+                               .unit = "mm",
+                               .low = 0,
+                               .text = "cell for the ghost surface; 0: the wall's"}),
+    };
+    return kRows;
+}
+
+}  // namespace pliant
+
 namespace pliant::vessel {
 namespace {
 
@@ -28,24 +56,6 @@ bool behind_end(const VesselEnd& end, double thickness_mm, Vec3d x) {
     return dot(from, end.outward) > 0 && std::abs(norm(from) - reach) < 1e-6 * thickness_mm;
 }
 
-constexpr Setting<WallSettings> kRows[] = {
-    setting<&WallSettings::thickness_mm>({.name = "thickness_mm",
-                                          .unit = "mm",
-                                          .low = 0,
-                                          .above_low = true,
-                                          .text = "thickness of the wall"}),
-    setting<&WallSettings::layers>(
-        {.name = "layers", .low = 1, .high = 16, .text = "tetrahedra across the wall, at least"}),
-    setting<&WallSettings::cell_mm>({.name = "cell_mm",
-                                     .unit = "mm",
-                                     .low = 0,
-                                     .text = "cell of the lattice; 0: as the layers allow"}),
-    setting<&WallSettings::ghost_mm>({.name = "ghost_mm",
-                                      .unit = "mm",
-                                      .low = 0,
-                                      .text = "cell for the ghost surface; 0: the wall's"}),
-};
-
 /// Cell size for the layers. An edge of the mesh has at most 1.59 cells (a short one with both ends
 /// warped away), so layers − 1 edges don't reach across; and the surfaces need two layers to stay
 /// apart.
@@ -54,10 +64,6 @@ double cell_of_layers(const WallSettings& s) {
 }
 
 }  // namespace
-
-SettingRows<WallSettings> wall_rows() noexcept {
-    return kRows;
-}
 
 double outside_of_ends(const std::vector<VesselEnd>& ends, double thickness_mm, Vec3d x) {
     double least = std::numeric_limits<double>::infinity();

@@ -23,7 +23,7 @@ inline constexpr double kMaxOriginMm = 1e8;
 /// Cosine between axes that pass as perpendicular: 0.06 degrees.
 inline constexpr double kMaxSkew = 1e-3;
 
-/// Whether the axes are perpendicular, to within what rounding in a file may do to them.
+/// Whether the axes are perpendicular, to within the rounding of numbers in a file.
 inline bool is_perpendicular(const Mat3d& direction) {
     const auto& c = direction.columns;
     for (int a = 0; a < 3; ++a) {

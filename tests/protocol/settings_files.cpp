@@ -7,8 +7,12 @@
 #include <pliant/chainmail.h>
 #include <pliant/fem.h>
 #include <pliant/fit.h>
+#include <pliant/haptics.h>
 #include <pliant/pbd.h>
+#include <pliant/serve.h>
 #include <pliant/tissues.h>
+#include <pliant/vessel.h>
+#include <pliant/volume.h>
 
 #include <cmath>
 
@@ -146,7 +150,15 @@ std::map<std::string, std::string> settings_tables() {
             {"spring solver", table_of(spring_solver_rows())},
             {"fem", table_of(elastic_rows())},
             {"fit", table_of(fit_rows())},
+            {"gauss newton", table_of(gauss_newton_rows())},
             {"annealing", table_of(annealing_rows())},
+            {"direct search", table_of(direct_search_rows())},
+            {"wall", table_of(wall_rows())},
+            {"phantom", table_of(phantom_rows())},
+            {"feel", table_of(chainmail_feel_rows())},
+            {"servo", table_of(haptic_servo_rows())},
+            {"server", table_of(server_rows())},
+            {"depth", table_of(serve::depth_rows())},
             {"relax", table_of(relax_rows())}};
 }
 

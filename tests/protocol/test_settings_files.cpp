@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <regex>
 #include <set>
 
 #include "protocol/settings_files.h"
@@ -35,16 +36,38 @@ void expect_text(const char* name, const std::string& expected) {
 TEST(SettingsFiles, DocumentsHaveTheTablesOfTheRows) {
     std::set<std::string> placed;
     for (const char* name :
-         {"docs/chainmail.md", "docs/conventions.md", "docs/fem.md", "docs/fit.md", "docs/pbd.md",
-          "docs/protocol.md", "docs/springs.md", "docs/vessel.md"}) {
+         {"docs/chainmail.md", "docs/fem.md", "docs/fit.md", "docs/pbd.md", "docs/protocol.md",
+          "docs/settings.md", "docs/springs.md", "docs/vessel.md"}) {
         const std::string text = text_in(fs::path(PLIANT_SOURCE_DIR) / name);
         ASSERT_FALSE(text.empty()) << name;
-        for (const auto& [table, rows] : settings_tables())
-            if (text.find("<!-- settings: " + table + " -->\n") != text.npos) placed.insert(table);
+        if (name == std::string("docs/settings.md") || name == std::string("docs/protocol.md"))
+            for (const auto& [table, rows] : settings_tables())
+                if (text.find("<!-- settings: " + table + " -->\n") != text.npos)
+                    placed.insert(table);
         expect_text(name, with_tables(text));
     }
     for (const auto& [table, rows] : settings_tables())
-        EXPECT_TRUE(placed.contains(table)) << table << " stands in no document";
+        EXPECT_TRUE(placed.contains(table))
+            << table << ": expected in docs/settings.md, or in docs/protocol.md for a message";
+}
+
+TEST(SettingsFiles, TablesAreMadeOfAllRows) {
+    const fs::path root = PLIANT_SOURCE_DIR;
+    std::vector<fs::path> headers{root / "src/protocol/wire_rows.h"};
+    for (const auto& entry : fs::directory_iterator(root / "include/pliant"))
+        if (entry.is_regular_file()) headers.push_back(entry.path());
+    const std::string tables = text_in(root / "tests/protocol/settings_files.cpp");
+    const std::regex declaration("\nSettingRows<\\w+> (\\w+_rows\\(\\)) noexcept;");
+    std::size_t count = 0;
+    for (const fs::path& header : headers) {
+        const std::string text = text_in(header);
+        for (std::sregex_iterator at(text.begin(), text.end(), declaration), end; at != end; ++at) {
+            ++count;
+            EXPECT_NE(tables.find((*at)[1].str()), tables.npos)
+                << header.filename() << ": expected a table of " << (*at)[1];
+        }
+    }
+    EXPECT_GT(count, 20u);
 }
 
 TEST(SettingsFiles, ThePagesTypesAreThoseOfTheRows) {

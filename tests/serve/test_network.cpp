@@ -144,7 +144,7 @@ TEST_F(ServedToOthers, ACertificateEncryptsPageSceneAndFiles) {
     std::snprintf(hash, sizeof hash, "%016lx", static_cast<unsigned long>(hash_volume(*volume)));
     EXPECT_EQ(sum["volume"], hash);
 
-    // Nobody gets an answer in plain text, and another certificate isn't trusted.
+    // Plain text gets no answer, and another certificate isn't trusted.
     RawConnection plain(server->port());
     plain.send("GET / HTTP/1.1\r\nHost: " + plain.host() + "\r\n\r\n");
     EXPECT_EQ(plain.read_response().find("200 OK"), std::string::npos);

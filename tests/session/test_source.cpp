@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A scene's scan, and what follows from its values.
+// A scene's scan, and the defaults that follow from its values.
 
 #include "session/source.h"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files with bytes changed, cut out or cut off anywhere, and what reading them may return.
+// Files with bytes changed, cut out or cut off anywhere, and the allowed results of reading them.
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What scans' values are taken for, and the defaults that follow.
+// The kind that is inferred from a scan's values, and the defaults that follow.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_values.h>

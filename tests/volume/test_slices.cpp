@@ -25,7 +25,7 @@ TEST(Slices, OneSliceBecomesTwoBesideItAndOneAgain) {
         EXPECT_TRUE(check_volume(*doubled).ok());
         EXPECT_EQ(doubled->key_values, volume.key_values);
         for (int a = 0; a < 3; ++a) EXPECT_EQ(doubled->grid.size[a], std::max(2, size[a]));
-        // In the middle between the two is what was there.
+        // The middle between the two has the original value.
         for (int k = 0; k < size.z; ++k)
             for (int j = 0; j < size.y; ++j)
                 for (int i = 0; i < size.x; ++i) {

@@ -93,14 +93,14 @@ const panel = async (page: Page, title: RegExp): Promise<void> => {
 export const kFeatures: readonly Feature[] = [
     {
         name: 'views',
-        caption: 'Four views of one scan: endoscope, and sections through its right wall',
+        caption: 'Four views of one scan: endoscope, and sections through the wall on the right',
         show: (page) => lookCloser(page, kBeforeWall, 4),
     },
     {
         name: 'pushed',
         caption:
-            'The right wall is pushed 9 mm into the lumen, cartilage included: all four views ' +
-            'show the deformed scan',
+            'The wall on the right is pushed 9 mm into the lumen, cartilage included: all four ' +
+            'views show the deformed scan',
         show: async (page) => {
             await ask(page, { do: 'materials', ...kSoft });
             await ask(page, { do: 'push', ...kWall });

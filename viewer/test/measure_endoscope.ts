@@ -229,6 +229,9 @@ ${compared('CT', ct)}
 
 ## Pictures
 
+[pushed.md](pushed.md) shows a push in both styles, [colours.md](colours.md) compares colours with
+published figures.
+
 ${galleryText()}
 
 The catheter is a curve through the lumen here; nothing is simulated.

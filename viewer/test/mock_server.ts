@@ -426,7 +426,7 @@ export class MockServer {
         for (const client of this.clients) client.socket.binary(frame);
     }
 
-    /// Tells a camera to those who follow it. @param only  one of them
+    /// Sends a camera to its followers. @param only  one of them
     private tellCamera(of: Client, only?: Client): void {
         const news = { t: 'camera', client: of.number, ...of.camera };
         for (const client of only ? [only] : this.clients)

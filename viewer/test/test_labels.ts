@@ -311,7 +311,7 @@ test('marks are shared with other clients; viewers keep their own', async () => 
         marks.rename(store.state.marks.list[1]!.key, 'carina');
     });
     await until(page, ['point 2', 'carina']);
-    // A viewer sees them; its own marks reach nobody.
+    // A viewer sees them; its own marks are not sent.
     const viewer = await visit(browser, served.link, '&notour&role=view');
     await until(viewer.page, ['point 2', 'carina']);
     await click(viewer.page, 3);
