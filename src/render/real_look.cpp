@@ -24,7 +24,10 @@ constexpr double kAcross = 4;                // distance of the samples beside a
 constexpr Vec3d kSlit{0.045, 0.004, 0.005};  // blood in a slit
 constexpr double kShadow = 0.35;             // share of light left in a shadow
 constexpr int kShadowTaps = 6;
-constexpr double kGlintReach_mm = 15;  // distance at which glints are twice as wide
+constexpr double kGlintReach_mm = 15;    // distance at which glints are twice as wide
+constexpr double kFaceSteps[] = {2, 3};  // distances of the samples around a raw face [voxels]
+constexpr double kFarthest = 1.5;     // largest distance of a raw face to the voxels' wall [voxels]
+constexpr double kFaceSoftHu = 1000;  // a step between tissue and air has no flat sides
 
 double smooth_step(double low, double high, double x) {
     const double s = std::clamp((x - low) / (high - low), 0.0, 1.0);
@@ -78,6 +81,8 @@ RealLook::RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endosc
     const Vec3d s = rays.volume.grid.spacing_mm;
     m_spacing_mm = std::cbrt(s.x * s.y * s.z);
     m_voxel_mm = std::clamp(m_spacing_mm, 0.4, 1.2);
+    const Grid& grid = rays.volume.grid;
+    for (int a = 0; a < 3; ++a) m_voxel_axes[a] = s[a] * grid.direction.columns[a];
 }
 
 double RealLook::value_behind(Vec3d point_mm, Vec3d normal, double voxels) const {
@@ -106,6 +111,43 @@ double RealLook::lit(Vec3d point_mm, Vec3d normal, Vec3d to_lamp, double far_mm)
         dark = std::max(dark, std::clamp(e, 0.0, 1.0));
     }
     return mix(1, kShadow, dark);
+}
+
+RealLook::Face RealLook::raw_face(Vec3d point_mm, Vec3d normal, Vec3d direction, double raw) const {
+    const auto tissue_at = [&](Vec3d at_mm) {
+        return std::clamp(excess(at_mm) / kFaceSoftHu + 0.5, 0.0, 1.0);
+    };
+    double share = tissue_at(point_mm), far = 0;
+    int count = 1;
+    Vec3d slope{0, 0, 0};  // per voxel, along the grid's axes
+    for (int n = 0; n < 27; ++n) {
+        if (n == 13) continue;
+        const Vec3d d =
+            normalized(Vec3d{double(n % 3 - 1), double(n / 3 % 3 - 1), double(n / 9 - 1)});
+        const Vec3d way = d.x * m_voxel_axes[0] + d.y * m_voxel_axes[1] + d.z * m_voxel_axes[2];
+        for (const double step : kFaceSteps) {
+            const double tissue = tissue_at(point_mm + step * way);
+            share += tissue;
+            slope = slope + tissue * d;
+            far += step;
+            ++count;
+        }
+    }
+    share /= count;
+    slope = (3 / far) * slope;  // the gradient of a linear field
+    const Mat3d& to_voxel = m_rays.voxel_from_world;
+    const Vec3d gradient{dot(to_voxel.columns[0], slope), dot(to_voxel.columns[1], slope),
+                         dot(to_voxel.columns[2], slope)};  // per mm
+    const double steepness = norm(gradient);
+    if (!(steepness > 1e-6)) return {point_mm, normal};
+    Vec3d smooth = (-1 / steepness) * gradient;
+    smooth = smooth - std::max(dot(smooth, direction), 0.0) * direction;
+    if (!(norm(smooth) > 1e-3)) return {point_mm, normal};
+    const double weight = smooth_step(0.1, 0.6, raw);
+    const double far_mm = kFarthest * m_spacing_mm;
+    const double off_mm = std::clamp((share - 0.5) / steepness, -far_mm, far_mm);
+    return {point_mm + weight * off_mm * normalized(smooth),
+            normalized(mix(normal, normalized(smooth), weight))};
 }
 
 RealLook::Slit RealLook::slit_at(Vec3d point_mm, Vec3d normal, double raw) const {
@@ -188,8 +230,12 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
 }
 
 Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) const {
-    const Coat own = coat(t, point_mm, normal);
-    const double open = openness(point_mm, normal);
+    Face face{point_mm, normal};
+    const double raw =
+        m_endoscope.rest ? double(m_endoscope.rest->at(m_rays.to_voxel(point_mm)).raw) : 0;
+    if (raw > 0) face = raw_face(point_mm, normal, direction, raw);
+    const Coat own = coat(t, point_mm, face.normal);
+    const double open = openness(face.point_mm, face.normal);
     const Vec3d rough = normalized(own.normal + 0.35 * (own.film - own.normal));
     // Far away a pixel covers many folds: glints are wider and weaker, or single pixels would be
     // white specks in dark lumina.
@@ -201,7 +247,7 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
         const Vec3d to_lamp = (1 / std::max(far_mm, 1e-6)) * way;
         const double facing = dot(rough, to_lamp);
         const double falloff = m_exposure / (far_mm * far_mm + kLampSize_mm * kLampSize_mm);
-        const double arrives = 0.5 * falloff * lit(point_mm, normal, to_lamp, far_mm);
+        const double arrives = 0.5 * falloff * lit(face.point_mm, face.normal, to_lamp, far_mm);
         const Vec3d half = normalized(to_lamp - direction);
         const double cosine = std::max(dot(own.film, half), 0.0);
         const double fresnel = 0.04 + 0.96 * std::pow(1 - std::max(dot(half, to_lamp), 0.0), 5.0);

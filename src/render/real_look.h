@@ -44,6 +44,11 @@ class RealLook {
         double depth;   ///< 0…1: darkness
         Vec3d towards;  ///< direction to the slit along the wall, longest at its lips
     };
+    /// Position and normal of a wall for its light.
+    struct Face {
+        Vec3d point_mm;
+        Vec3d normal;
+    };
     struct Coat {
         Vec3d colour;
         Vec3d normal;  ///< normal of the wall, bent at the lips of a slit
@@ -52,6 +57,10 @@ class RealLook {
     };
 
     Coat coat(double t, Vec3d point_mm, Vec3d normal) const;
+    /// Face of raw tissue. Carving takes out whole voxels, which leaves terraces: the normal is
+    /// that of the share of tissue within a few voxels, and the position is where that share is
+    /// half.
+    Face raw_face(Vec3d point_mm, Vec3d normal, Vec3d direction, double raw) const;
     Slit slit_at(Vec3d point_mm, Vec3d normal, double raw) const;
     double value_behind(Vec3d point_mm, Vec3d normal, double voxels) const;
     double excess(Vec3d point_mm) const;
@@ -63,8 +72,9 @@ class RealLook {
     LiningColours m_colours;
     const NoiseTile& m_noise;
     Vec3d m_lamps[2];
-    double m_spacing_mm;  ///< of the voxels, geometric mean
-    double m_voxel_mm;    ///< step behind the wall
+    Vec3d m_voxel_axes[3];  ///< a step along each axis of the grid [mm]
+    double m_spacing_mm;    ///< of the voxels, geometric mean
+    double m_voxel_mm;      ///< step behind the wall
     double m_exposure;
     double m_radius;  ///< of the field [halves of the picture's height]
 };

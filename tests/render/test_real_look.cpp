@@ -262,6 +262,36 @@ TEST(RealLook, ShowsACutThatNothingHoldsOpen) {
     EXPECT_EQ(pixel_at(cut, 20, 80), pixel_at(whole, 20, 80)) << "elsewhere nothing changes";
 }
 
+TEST(RealLook, ShadesACarvedHollowLikeASmoothOne) {
+    // Carving takes out whole voxels. The same hollow with an edge of one voxel has no terraces.
+    TaskArena arena(2);
+    const Vec3d centre{40, 21, 40};
+    constexpr double kRadius = 7;
+    const Volume volume = wall_at(20, 40);
+    const Volume smooth = make_volume<std::int16_t>(plain_grid({81, 121, 81}), [&](Vec3d p) {
+        const double wall = std::clamp(p.y - 20 + 0.5, 0.0, 1.0);
+        return -1000 +
+               1040 * std::min(wall, std::clamp(norm(p - centre) - kRadius + 0.5, 0.0, 1.0));
+    });
+    auto tissue = ChainMail::create(volume, {}, arena);
+    ASSERT_TRUE(tissue.ok());
+    ASSERT_TRUE(tissue->carve({centre, centre, kRadius}).ok());
+    const auto deformed = deform_volume(*tissue, Mapping::Cells, true);
+    ASSERT_TRUE(deformed.ok());
+    const auto rest = RestField::create(*tissue, *deformed);
+    ASSERT_TRUE(rest.ok());
+    const RayCaster carved(deformed->volume, arena), even(smooth, arena);
+    Endoscope e = real_from_the_front();
+    e.rest = &*rest;
+    const Image a = carved.endoscope_view(e, 160, 160), b = even.endoscope_view(e, 160, 160);
+    double sum = 0;  // of the differences in the hollow
+    int count = 0;
+    for (int y = 60; y < 100; ++y)
+        for (int x = 60; x < 100; ++x, ++count)
+            sum += std::abs(double(pixel_at(a, x, y).r) - double(pixel_at(b, x, y).r));
+    EXPECT_LT(sum / count, 5.5) << "of 255; 7.4 with the normals of the voxels";
+}
+
 TEST(RealLook, IsTheSameForAnyThreadCount) {
     const Volume volume = make_volume<std::int16_t>(plain_grid({60, 60, 60}), [](Vec3d p) {
         return 600 * std::sin(p.x * 0.4) * std::cos(p.y * 0.3) + 500 * std::sin(p.z * 0.35);

@@ -34,27 +34,29 @@ export interface Shown {
 }
 
 /// Difference of the view in the canvas's upper left corner and a picture in a file.
+/// @param left  begin of the part that is compared, in the canvas [pixels]
 export async function pixelDifference(
     page: Page,
     file: string,
+    left = 0,
 ): Promise<Pick<Difference, 'mean' | 'far'>> {
     const url = `data:image/png;base64,${readFileSync(file).toString('base64')}`;
     return page.evaluate(
-        async ({ source, far }) => {
+        async ({ source, far, left }) => {
             const theirs = new Image();
             theirs.src = source;
             await theirs.decode();
             const canvas = document.querySelector('canvas')!;
-            const pixelsOf = (image: CanvasImageSource): Uint8ClampedArray => {
+            const pixelsOf = (image: CanvasImageSource, x: number): Uint8ClampedArray => {
                 const copy = document.createElement('canvas');
                 copy.width = theirs.width;
                 copy.height = theirs.height;
                 const context = copy.getContext('2d')!;
-                context.drawImage(image, 0, 0);
+                context.drawImage(image, -x, 0);
                 return context.getImageData(0, 0, copy.width, copy.height).data;
             };
-            const a = pixelsOf(theirs);
-            const b = pixelsOf(canvas);
+            const a = pixelsOf(theirs, 0);
+            const b = pixelsOf(canvas, left);
             let sum = 0;
             let many = 0;
             for (let i = 0; i < a.length; i += 4) {
@@ -68,7 +70,7 @@ export async function pixelDifference(
             }
             return { mean: sum / (0.75 * a.length), far: many / (a.length / 4) };
         },
-        { source: url, far: kFar },
+        { source: url, far: kFar, left },
     );
 }
 

@@ -12,7 +12,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import { cross, dot, sub, type Vec3 } from '../src/maths/vec.ts';
+import { cross, dot, norm, sub, type Vec3 } from '../src/maths/vec.ts';
 import type { SharedState, VesselState } from '../src/net/protocol.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
@@ -57,6 +57,54 @@ const untilVessel = (
     holds: (vessel: VesselState, shared: SharedState) => boolean,
 ): Promise<void> =>
     untilState(page, ({ shared }) => Boolean(shared?.vessel && holds(shared.vessel, shared)));
+
+/// The endoscope rides on the tip while the catheter is withdrawn and inserted again, until the
+/// user looks around; undo goes back.
+async function rides(page: Page): Promise<void> {
+    const from = (await stateOf(page)).view;
+    await page.keyboard.press('i');
+    await untilState(page, ({ view }) => view.onTip && !view.outside);
+    const settled = async (): Promise<{ eye: Vec3; look: Vec3; tip: Vec3 }> => {
+        await page.waitForTimeout(700);
+        return page.evaluate(() => {
+            const { vessel, store } = (window as never as Held).pliant;
+            const { eye, look } = store.state.view.camera;
+            return { eye, look, tip: vessel!.catheter.at(-1)! };
+        });
+    };
+    const near = ({ eye, look, tip }: Awaited<ReturnType<typeof settled>>): void => {
+        const way = sub(tip, eye);
+        assert.ok(norm(way) < 14, `${norm(way)} mm from the tip`);
+        assert.ok(dot(way, look) > 0.8 * norm(way), 'the tip is in the picture');
+    };
+    const begin = await settled();
+    near(begin);
+    await picture(page, 'catheter_ride');
+    const { inserted_mm } = (await stateOf(page)).shared!.vessel!;
+    await page.keyboard.down('ArrowDown');
+    await untilVessel(page, (v) => v.insert_mm_s < 0);
+    await page.waitForFunction(
+        (most) => (window as never as Held).pliant.store.state.shared!.vessel!.inserted_mm < most,
+        inserted_mm - 10,
+    );
+    await page.keyboard.up('ArrowDown');
+    await untilVessel(page, (v, shared) => v.insert_mm_s === 0 && shared.settled);
+    const back = await settled();
+    near(back);
+    assert.ok(norm(sub(back.eye, begin.eye)) > 5, 'the eye goes with the tip');
+    await page.keyboard.press('q', { delay: 60 });
+    await untilState(page, ({ view }) => !view.onTip);
+    assert.match((await page.locator('.message').textContent())!, /no longer rides/);
+    await page.keyboard.press('Control+z');
+    await untilState(page, ({ view }) => view.onTip);
+    // Before the ride's begin, undo takes the catheter's own steps back.
+    for (let n = 0; n < 4 && (await stateOf(page)).view.onTip; ++n) {
+        await page.keyboard.press('Control+z');
+        await page.waitForTimeout(500);
+    }
+    assert.deepEqual((await stateOf(page)).view, from);
+    await untilVessel(page, (v, shared) => v.inserted_mm >= inserted_mm - 0.1 && shared.settled);
+}
 
 test('a catheter is driven, seen and played again', async (t) => {
     const program = process.env.PLIANT_SERVER;
@@ -126,6 +174,8 @@ test('a catheter is driven, seen and played again', async (t) => {
         assert.ok(shadow.mean > 40 && shadow.mean < 250, `${shadow.mean}`);
         await picture(page, 'catheter_fluoroscopy');
         await page.keyboard.press('b');
+
+        await rides(page);
 
         // A device holds it: 8 mm ahead and back in two seconds.
         const panel = page.locator('details', {

@@ -5,11 +5,15 @@
 // are one line.
 
 import assert from 'node:assert/strict';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { basename, join } from 'node:path';
 import { test } from 'node:test';
 import { gunzipSync, gzipSync } from 'node:zlib';
 import { scanOf } from '../src/tools/dropped.ts';
 import { labelReason } from '../src/tools/label_guess.ts';
+import { seriesDescription } from '../src/tools/series.ts';
 import type { Session } from '../src/tools/session.ts';
 import { compare, loaded, picture, pixels, stateOf, untilUndo, visit } from './browser.ts';
 import { dicomSlice } from './dicom.ts';
@@ -324,9 +328,50 @@ test('the user chooses one of several DICOM series in a folder', async (t) => {
     await drop(files);
     await agree();
     await dialog.getByText('venous (2 slices)').click();
-    await untilScan('scan');
+    await untilScan('venous');
     assert.deepEqual((await stateOf(page)).scan.volume!.size, [8, 6, 2]);
     assert.deepEqual((await stateOf(page)).scan.volume!.range_hu, [30, 40]);
+});
+
+test('files of a series have its description as their name, a folder keeps its own', async (t) => {
+    if (served.mock) return t.skip('the mock reads no DICOM');
+    const slices = [0, 1, 2].map((z) => dicomSlice('1.2.5', 'late phase', z, z));
+    await drop(slices.map((bytes, z) => ({ name: `IM${z}`, text: bytes.toString('base64') })));
+    await agree();
+    await untilScan('late phase');
+    const folder = mkdtempSync(join(tmpdir(), 'pliant-series-'));
+    slices.forEach((bytes, z) => writeFileSync(join(folder, `IM${z}`), bytes));
+    const [choice] = await Promise.all([
+        page.waitForEvent('filechooser'),
+        page.getByRole('button', { name: 'Folder…' }).click(),
+    ]);
+    await choice.setFiles(folder);
+    await agree();
+    await untilScan(basename(folder));
+    assert.deepEqual((await stateOf(page)).scan.volume!.size, [8, 6, 3]);
+    rmSync(folder, { recursive: true });
+});
+
+test('a description is found in explicit and implicit DICOM headers only', async () => {
+    const found = (bytes: Buffer): Promise<string> =>
+        seriesDescription(new Blob([Uint8Array.from(bytes)]));
+    const explicit = dicomSlice('1.2.5', 'late phase ', 0, 0);
+    assert.equal(await found(explicit), 'late phase');
+    const at = explicit.indexOf(Buffer.from([0x08, 0, 0x3e, 0x10]));
+    const implicit = Buffer.from(explicit);
+    implicit.writeUInt32LE(explicit.readUInt16LE(at + 6), at + 4);
+    assert.equal(await found(implicit), 'late phase');
+    const tooLong = Buffer.from(explicit);
+    tooLong.writeUInt16LE(60_000, at + 6);
+    for (const other of [tooLong, nrrd(), Buffer.alloc(0), explicit.subarray(0, at + 12)])
+        assert.equal(await found(other), '');
+});
+
+test('a mesh is refused with a line that says what can be opened', async () => {
+    const { volume } = (await stateOf(page)).scan;
+    await choose('liver.stl', Buffer.from('solid liver'));
+    await untilSaid('liver.stl: a mesh; the page opens scans (NRRD, NIfTI');
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
 });
 
 test('a client that only views can save, but not open', async () => {

@@ -14,6 +14,7 @@ import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 import type { Fluoro, Orbit } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
+import { planesOf } from '../src/views/planes.ts';
 import { kPictures, launch, picture, rectOf, serve, stateOf, still, visit } from './browser.ts';
 import { pixelDifference } from './picture_difference.ts';
 import { kAorta, kThorax } from './setups.ts';
@@ -25,25 +26,28 @@ interface Kind {
     readonly fluoro?: Partial<Fluoro>;
     readonly look?: Orbit['direction'];
     readonly seed?: number; ///< of the C++ renderer
+    readonly plane?: 0 | 1; ///< of two planes; absent: there is one
 }
 
 /// Mean difference of both pictures, of 255.
 async function compare(page: Page, scan: string, name: string, kind: Kind): Promise<number> {
-    await page.evaluate(({ fluoro, look }) => {
+    await page.evaluate(({ fluoro, look, plane }) => {
         const { store } = (window as never as { pliant: Session }).pliant;
         const { orbit } = store.state.view;
         const direction = look ?? orbit.direction;
         store.set({
             view: { outside: true, fluoroscopy: true, orbit: { ...orbit, direction } },
-            fluoro: { field: 'round', noise: 1, ...fluoro },
+            fluoro: { field: 'round', noise: 1, biplane: plane !== undefined, ...fluoro },
         });
     }, kind);
     await page.waitForTimeout(300);
     await still(page);
-    const { view, fluoro } = await stateOf(page);
-    const { orbit } = view;
+    const state = await stateOf(page);
+    const { fluoro } = state;
     const box = await rectOf(page, 'endoscope');
-    const [width, height] = [Math.round(box.width), Math.round(box.height)];
+    const whole = { width: Math.round(box.width), height: Math.round(box.height) };
+    const { view, x, width, height } = planesOf(state, whole)[kind.plane ?? 0]!;
+    const { orbit } = view;
     const shown = (2 * orbit.distance * Math.tan(Math.PI / 12) * width) / height;
     const file = join(kPictures, `${name}_cpp.png`);
     execFileSync(program!, [
@@ -63,7 +67,7 @@ async function compare(page: Page, scan: string, name: string, kind: Kind): Prom
         `--seed=${kind.seed ?? 0}`,
     ]);
     await picture(page, `${name}_browser`);
-    const { mean } = await pixelDifference(page, file);
+    const { mean } = await pixelDifference(page, file, x);
     console.log(`# ${name}: mean ${mean.toFixed(3)}`);
     return mean;
 }
@@ -85,13 +89,16 @@ test('fluoroscopy of the phantom looks the same as in C++', { skip: !program }, 
     const folder = mkdtempSync(join(tmpdir(), 'pliant-fluoroscopy-'));
     const scan = join(folder, 'airway.nrrd');
     execFileSync(program!, ['phantom', 'airway', '--size', '96', '--out', scan]);
-    const [round, octagon, full, otherNoise] = await compareAll(scan, {
+    const [round, octagon, full, otherNoise, first, second] = await compareAll(scan, {
         phantom: {},
         octagon: { fluoro: { field: 'octagon', contrast: 2.5 } },
         full: { fluoro: { field: 'full', noise: 0, contrast: 1 } },
         other_noise: { fluoro: { field: 'full' }, seed: 1 },
+        first_plane: { plane: 0 },
+        second_plane: { plane: 1, seed: 1 },
     }).finally(() => rmSync(folder, { recursive: true }));
-    for (const mean of [round, octagon, full]) assert.ok(mean! < kMean, `mean ${mean}`);
+    for (const mean of [round, octagon, full, first, second])
+        assert.ok(mean! < kMean, `mean ${mean}`);
     assert.ok(otherNoise! > 2 * kMean, `mean ${otherNoise}: the noise is not compared`);
 });
 

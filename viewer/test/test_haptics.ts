@@ -7,10 +7,18 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
+import { voxelFromWorld } from '../src/maths/grid.ts';
+import { inTissue } from '../src/maths/rays.ts';
+import { add, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
 import type { HapticsNews } from '../src/net/protocol.ts';
 import { feltText, plotTop } from '../src/panels/panel_haptics.ts';
+import { initialState, type View } from '../src/state/state.ts';
+import { startOfTool } from '../src/tools/haptics.ts';
 import { capMotion, moved, padMotion } from '../src/tools/pads.ts';
 import type { Session } from '../src/tools/session.ts';
+import { spotInView } from '../src/views/projection.ts';
+import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
 import { compare, picture, stateOf, untilState, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
@@ -19,6 +27,20 @@ useOnePage({ name: 'Anna', size: 64 });
 const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<void> =>
     untilState(on, ({ device: { news } }) => Boolean(news && holds(news)));
 
+/// Contrast of two colours of the form rgb(r, g, b), as WCAG 2 defines it.
+function contrast(a: string, b: string): number {
+    const [high, low] = [a, b]
+        .map((colour) => {
+            const [r, g, b] = colour.match(/[\d.]+/g)!.map((c) => {
+                const s = Number(c) / 255;
+                return s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4;
+            });
+            return 0.2126 * r! + 0.7152 * g! + 0.0722 * b! + 0.05;
+        })
+        .sort((x, y) => y - x);
+    return high! / low!;
+}
+
 /// Switches drawing on or off: software rendering overloads a slow machine.
 const draw = (on: Page, draws: boolean): Promise<void> =>
     on.evaluate((yes) => {
@@ -26,6 +48,33 @@ const draw = (on: Page, draws: boolean): Promise<void> =>
         if (yes) delete (stage as Partial<typeof stage>).frame;
         else stage.frame = () => false;
     }, draws);
+
+test('the tool of a device begins beside the middle of the view, if the lumen has room', () => {
+    const scene = new MockScene();
+    const volume = new VolumeData(kGrid, scene.halves);
+    const surface = { iso: -500, rising: true };
+    const { view } = initialState();
+    const from = (eye: Vec3): View => ({
+        ...view,
+        camera: { eye, look: [0, 0, -1], up: [0, 1, 0] },
+    });
+    const wide = from(tubeCentre(10));
+    const radius = 1.5;
+    const start = startOfTool(volume, wide, radius, surface);
+    const spots = [-1, 1].map((side) =>
+        spotInView(wide, add(start, [side * radius, side * radius, 0]), {
+            width: 300,
+            height: 300,
+        }),
+    );
+    // Right of the picture's middle and below it; the lumen has no more room.
+    for (const spot of spots) assert.ok(spot![0] > 185 && spot![1] > 185, `${spot}`);
+    assert.ok(!inTissue(volume.sample(voxelFromWorld(kGrid, start)), surface));
+    const eye = add(tubeCentre(10), [0, 3, 0]);
+    const near: View = { ...view, camera: { eye, look: [0, 1, 0], up: [0, 0, 1] } };
+    const straight = startOfTool(volume, near, radius, surface);
+    assert.ok(Math.abs(straight[0] - eye[0]) < 0.5, `${straight}: before a wall`);
+});
 
 test('a device pushes the tissue in all browsers until it is stopped', async (t) => {
     const { features } = (await stateOf(page)).link;
@@ -70,6 +119,20 @@ test('a device pushes the tissue in all browsers until it is stopped', async (t)
     const plot = await lit();
     for (let n = 0; n < 100 && (await lit()) === plot; ++n) await page.waitForTimeout(50);
     assert.notEqual(await lit(), plot);
+    // The curve and its ground in the dark theme.
+    await page.evaluate(() => {
+        document.documentElement.dataset.theme = 'dark';
+    });
+    const colours = await page.locator('canvas.force').evaluate((plot) => {
+        const { accentColor, color } = getComputedStyle(plot);
+        const ground = getComputedStyle(plot.closest('.panels')!).backgroundColor;
+        return { curve: accentColor, text: color, ground };
+    });
+    for (const over of [colours.curve, colours.text])
+        assert.ok(contrast(over, colours.ground) >= 4.5, JSON.stringify(colours));
+    await page.evaluate(() => {
+        delete document.documentElement.dataset.theme;
+    });
     await draw(page, true);
     await panel.locator('dl.servo').scrollIntoViewIfNeeded();
     await picture(page, 'haptics');

@@ -13,6 +13,7 @@ import { VolumeData } from '../src/maths/volume.ts';
 import { decodeFrame } from '../src/net/protocol.ts';
 import { Vessel } from '../src/net/vessel.ts';
 import { chainParts, crossings } from '../src/panels/chain_marks.ts';
+import { initialState } from '../src/state/state.ts';
 import { sumOf, wishOfKeys, wishOfPad } from '../src/tools/catheter_hand.ts';
 import {
     catheterRows,
@@ -22,9 +23,10 @@ import {
     kMaxPoints,
     smoothed,
 } from '../src/views/catheter_texture.ts';
+import { planesOf, planeUnder } from '../src/views/planes.ts';
 import { projectionOf, usualWater, waterAlong } from '../src/views/fluoroscopy.ts';
 import { distanceToSegment } from '../src/views/instruments.ts';
-import { behindTip, outsideOf, principalAxes } from '../src/views/vessel_camera.ts';
+import { behindTip, onTip, outsideOf, principalAxes } from '../src/views/vessel_camera.ts';
 import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
 import { between, random, whole } from './random.ts';
 
@@ -328,4 +330,60 @@ test('the first view in a vessel is of the catheter’s tip, from the lumen besi
     vessel.radius = 9.5;
     vessel.catheter = [tubeCentre(0), tubeCentre(3)];
     assert.equal(behindTip(vessel, volume, surface), undefined);
+});
+
+test('an endoscope rides behind the tip in the lumen, without sudden turns', () => {
+    const scene = new MockScene();
+    const volume = new VolumeData(kGrid, scene.halves);
+    const surface = { iso: -500, rising: true };
+    const vessel = new Vessel(new Float32Array(9), new Uint32Array([0, 1, 2]));
+    vessel.radius = 0.8;
+    const aside: Vec3 = [3, 2, 0];
+    const points = Array.from({ length: 80 }, (_, i) => add(tubeCentre(-38 + i), aside));
+    vessel.catheter = points.slice(0, 15);
+    let camera = onTip(vessel, volume, surface, behindTip(vessel, volume, surface)!)!;
+    for (let count = 16; count <= points.length; ++count) {
+        vessel.catheter = points.slice(0, count);
+        const next = onTip(vessel, volume, surface, camera)!;
+        const tip = points[count - 1]!;
+        const tangent = normalized(sub(tip, points[count - 2]!));
+        assert.ok(volume.sample(voxelFromWorld(kGrid, next.eye)) < -500);
+        const away = norm(sub(tip, next.eye));
+        assert.ok(away > 8 && away < 13, `${away} mm from the tip`);
+        assert.ok(dot(next.look, tangent) > Math.cos(0.35), `${next.look} along ${tangent}`);
+        assert.ok(Math.abs(dot(next.up, next.look)) < 1e-9);
+        // A millimetre ahead, the eye stays on its side and the picture keeps its roll.
+        assert.ok(norm(sub(next.eye, camera.eye)) < 2, `${norm(sub(next.eye, camera.eye))} mm`);
+        assert.ok(dot(next.look, camera.look) > Math.cos(0.15));
+        assert.ok(dot(next.up, camera.up) > Math.cos(0.15));
+        camera = next;
+    }
+    vessel.catheter = points.slice(0, 1);
+    assert.equal(onTip(vessel, volume, surface, camera), undefined);
+});
+
+test('two planes of fluoroscopy are at a right angle, and positions fall into one of them', () => {
+    const state = initialState();
+    const { orbit } = state.view;
+    const one = { ...state, view: { ...state.view, outside: true, fluoroscopy: true } };
+    const two = { ...one, fluoro: { ...state.fluoro, biplane: true } };
+    assert.equal(planesOf(one, { width: 301, height: 200 }).length, 1);
+    for (const [width, height] of [
+        [301, 200],
+        [200, 301],
+    ] as const) {
+        const [first, second] = planesOf(two, { width, height });
+        assert.deepEqual(first!.view, two.view);
+        const turned = second!.view.orbit;
+        assert.ok(Math.abs(dot(turned.direction, orbit.direction)) < 1e-9);
+        assert.ok(norm(sub(turned.up, orbit.up)) < 1e-9, 'the vertical axis stays');
+        assert.deepEqual(turned.centre, orbit.centre);
+        assert.equal(second!.x + second!.width, width);
+        assert.equal(second!.y + second!.height, height);
+        const under = planeUnder(two, { x: width - 10, y: height - 20, width, height });
+        assert.deepEqual(under.view, second!.view);
+        assert.equal(under.spot.x, second!.width - 10);
+        assert.equal(under.spot.y, second!.height - 20);
+        assert.deepEqual(planeUnder(two, { x: 5, y: 6, width, height }).view, two.view);
+    }
 });

@@ -7,7 +7,7 @@
 import { kPointsOf, type Mark, valueOf, valueText } from '../maths/marks.ts';
 import { firstHit } from '../maths/rays.ts';
 import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
-import { surfaceOf } from '../state/state.ts';
+import { surfaceOf, type View } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
 import { type Extent, spotInView } from '../views/projection.ts';
 import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
@@ -38,14 +38,14 @@ export function marksInSection(session: Session, plane: SectionPlane): SVGElemen
     ];
 }
 
-export function marksInEndoscope(session: Session, box: Extent): SVGElement[] {
+export function marksInEndoscope(session: Session, view: View, box: Extent): SVGElement[] {
     const { state } = session.store;
     const { volume } = session;
     if (!volume) return [];
-    const { eye } = state.view.camera;
+    const { eye } = view.camera;
     const seen = (place: Vec3, isOne: boolean): Seen => {
-        const spot = spotInView(state.view, place, box);
-        if (!spot || !isOne || state.view.outside) return { spot, near: true };
+        const spot = spotInView(view, place, box);
+        if (!spot || !isOne || view.outside) return { spot, near: true };
         const way = sub(place, eye);
         const reach = norm(way);
         const hit = firstHit(volume, eye, way, surfaceOf(state), reach);
@@ -53,7 +53,7 @@ export function marksInEndoscope(session: Session, box: Extent): SVGElement[] {
     };
     return [
         ...allMarks(session, seen),
-        ...riskMarks(session, (place) => spotInView(state.view, place, box), 0),
+        ...riskMarks(session, (place) => spotInView(view, place, box), 0),
     ];
 }
 

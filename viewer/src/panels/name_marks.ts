@@ -6,7 +6,7 @@
 import { firstHit } from '../maths/rays.ts';
 import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
 import { nameOfClient } from '../state/company.ts';
-import { type State, surfaceOf } from '../state/state.ts';
+import { type State, surfaceOf, type View } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
 import { type Extent, spotInView } from '../views/projection.ts';
 import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
@@ -34,17 +34,21 @@ export function namesInSection({ store }: Session, plane: SectionPlane): SVGElem
     return labels(names, plane);
 }
 
-export function namesInEndoscope({ store, volume }: Session, box: Extent): SVGElement[] {
+export function namesInEndoscope(
+    { store, volume }: Session,
+    view: View,
+    box: Extent,
+): SVGElement[] {
     const { state } = store;
-    const { eye } = state.view.camera;
+    const { eye } = view.camera;
     const isHidden = (position: Vec3, radius: number): boolean => {
         const way = sub(position, eye);
         const reach = norm(way) - radius;
         return !!volume && reach > 0 && !!firstHit(volume, eye, way, surfaceOf(state), reach);
     };
     const names = toolsOf(state).flatMap(({ name, position, radius }): Named[] => {
-        const spot = spotInView(state.view, position, box);
-        if (!spot || (!state.view.outside && isHidden(position, radius))) return [];
+        const spot = spotInView(view, position, box);
+        if (!spot || (!view.outside && isHidden(position, radius))) return [];
         return [{ name, spot, near: true }];
     });
     return labels(names, box);

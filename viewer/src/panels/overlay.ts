@@ -19,6 +19,7 @@ import {
 } from '../state/state.ts';
 import { cutCrossings } from '../tools/cuts.ts';
 import type { Session } from '../tools/session.ts';
+import { hasTwoPlanes, type PlaneOfView, planesOf } from '../views/planes.ts';
 import { spotInView } from '../views/projection.ts';
 import {
     kSectionAxes,
@@ -117,7 +118,8 @@ export class Overlay {
         if (!place) return undefined;
         const box = this.views[view].getBoundingClientRect();
         if (view !== 'endoscope') return pixelOfWorld(this.planeOf(view, state, box), place);
-        return spotInView(state.view, place, box);
+        const [{ view: seen, width, height }] = planesOf(state, box) as [PlaneOfView];
+        return spotInView(seen, place, { width, height });
     }
 
     /// Shows newtons, logarithmic from a millinewton on. Tissues without forces have no bar: their
@@ -316,8 +318,35 @@ export class Overlay {
     }
 
     private drawEndoscope(state: State, box: DOMRect): void {
+        const planes = planesOf(state, box);
+        const parts = planes.map((plane) => this.partsOf(state, plane));
+        if (planes.length > 1)
+            this.show(
+                'endoscope',
+                planes.map(({ x, y, width, height }, n) => {
+                    const part = svg('svg', { x, y, width, height });
+                    part.append(...parts[n]!, svg('rect', { class: 'plane', width, height }));
+                    return part;
+                }),
+                box,
+            );
+        else this.show('endoscope', parts[0]!, box);
+        const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
+            state.flight.wall
+        ];
+        const angle = `${Math.round(state.view.fieldOfView)}°`;
+        const [name, caption] = outsideTexts(state) ?? [
+            kTitles.endoscope,
+            state.view.onTip ? `${angle}, rides on the catheter’s tip` : `${angle}, ${wall}`,
+        ];
+        this.names.endoscope.textContent = name;
+        this.captions.endoscope.textContent = caption;
+    }
+
+    /// Creates the marks over a picture of the endoscope's view.
+    private partsOf(state: State, { view, width, height }: PlaneOfView): SVGElement[] {
+        const box = { width, height };
         const parts: SVGElement[] = [];
-        const { view } = state;
         if (!view.outside) {
             const spot = spotInView(view, state.sections.cursor, box);
             if (spot) {
@@ -332,8 +361,6 @@ export class Overlay {
                     .join(' ');
                 parts.push(svg('polyline', { class: 'blade', points }));
             }
-        }
-        if (!view.outside)
             for (const cut of state.tool.cuts)
                 for (const run of this.visibleRuns(cut.line, state))
                     parts.push(
@@ -345,21 +372,13 @@ export class Overlay {
                                 .join(' '),
                         }),
                     );
-        parts.push(
+        }
+        return [
+            ...parts,
             ...this.pathFrom(state, (p) => spotInView(view, p, box)),
-            ...marksInEndoscope(this.session, box),
-            ...namesInEndoscope(this.session, box),
-        );
-        this.show('endoscope', parts, box);
-        const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
-            state.flight.wall
+            ...marksInEndoscope(this.session, view, box),
+            ...namesInEndoscope(this.session, view, box),
         ];
-        const [name, caption] = outsideTexts(state) ?? [
-            kTitles.endoscope,
-            `${Math.round(view.fieldOfView)}°, ${wall}`,
-        ];
-        this.names.endoscope.textContent = name;
-        this.captions.endoscope.textContent = caption;
     }
 
     private show(view: ViewName, parts: SVGElement[], box: DOMRect): void {
@@ -377,8 +396,10 @@ function sliceText(grid: Grid, { axes, centre }: SectionPlane): string {
 }
 
 /// Name and caption of the outside view; undefined in the endoscope.
-function outsideTexts({ view, rendering }: State): [string, string] | undefined {
+function outsideTexts(state: State): [string, string] | undefined {
+    const { view, rendering } = state;
     if (!view.outside) return undefined;
+    if (hasTwoPlanes(state)) return ['Fluoroscopy', 'X-rays through the scan, two planes at 90°'];
     if (view.fluoroscopy) return ['Fluoroscopy', 'X-rays through the scan'];
     const cut = 'cut open at the tip';
     if (!view.blended) return ['Outside', `from outside, ${cut}`];

@@ -4,6 +4,7 @@
 // Panel of fluoroscopy: contrast, exposure, noise and collimator.
 
 import { kFieldStops } from '../state/state.ts';
+import { hasTwoPlanes } from '../views/planes.ts';
 import { button, checkbox, choice, h } from './dom.ts';
 import { type Parts, section } from './panel_parts.ts';
 
@@ -68,6 +69,13 @@ export function fluoroscopyPanel(parts: Parts): HTMLElement {
                 'X-rays through the scan (B)',
                 () => parts.state.view.fluoroscopy && parts.state.view.outside,
                 () => parts.actions.toggleFluoroscopy(),
+            ),
+        ),
+        parts.add(
+            checkbox(
+                'second plane, at 90° (Shift+B)',
+                () => hasTwoPlanes(parts.state),
+                () => parts.actions.toggleBiplane(),
             ),
         ),
         presets,

@@ -5,7 +5,7 @@
 
 import type { VesselState } from '../net/protocol.ts';
 import { kMaxBend, kMaxInsert } from '../tools/catheter_hand.ts';
-import { button, h, slider } from './dom.ts';
+import { button, checkbox, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 
 /// Numbers of the catheter as text, by name.
@@ -58,13 +58,21 @@ export function vesselPanel(parts: Parts): HTMLElement {
         void session.ask({ do: 'tissue', model: 'vessel' });
     });
     const driving = tissue(...handControls(parts));
-    const element = section('Catheter', true, list, warnings, failure, driving, back);
+    const ride = parts.add(
+        checkbox(
+            'endoscope rides on the tip (I)',
+            () => parts.state.view.onTip,
+            () => session.ride.toggle(),
+            'seen from behind the tip; own flights and looks end it',
+        ),
+    );
+    const element = section('Catheter', true, list, warnings, failure, ride, driving, back);
     session.store.watch(
         ({ shared }) => [shared],
         (shared) => {
             element.hidden = !shared?.tissue?.has_vessel;
             const there = shared?.tissue?.model === 'vessel';
-            list.hidden = driving.hidden = !there;
+            list.hidden = ride.hidden = driving.hidden = !there;
             back.hidden = there;
             show(shared?.vessel);
         },

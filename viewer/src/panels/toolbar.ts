@@ -44,6 +44,12 @@ export function toolbar(
         'a scan, or a path (.mrk.json); or drop files, or a folder of DICOM slices (Ctrl+O)',
     );
     open.id = 'open';
+    const folder = button(
+        'Folder…',
+        () => files.chooseFolder(),
+        'opens a folder of DICOM slices, with a choice between its series',
+    );
+    folder.className = 'folder';
     const save = menu<SavedName | 'picture'>(
         'Save…',
         [
@@ -57,7 +63,8 @@ export function toolbar(
     session.store.watch(
         ({ link }) => [link],
         ({ role, features, transfer }) => {
-            open.disabled = role === 'view' || !features.includes('open') || transfer !== '';
+            open.disabled = folder.disabled =
+                role === 'view' || !features.includes('open') || transfer !== '';
             const saves = features.includes('save') && transfer === '';
             for (const n of kSaved.keys()) save.options[n + 1]!.disabled = !saves;
         },
@@ -125,7 +132,7 @@ export function toolbar(
         {},
         h('h1', {}, 'Pliant'),
         name,
-        h('div', { class: 'group' }, open, files.input, save),
+        h('div', { class: 'group' }, open, folder, files.input, files.folder, save),
         h('div', { class: 'tools', role: 'group', 'aria-label': 'Tools' }, ...tools),
         h('div', { class: 'group' }, undo, redo),
         h(

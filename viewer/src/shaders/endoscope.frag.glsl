@@ -69,9 +69,12 @@ vec3 lit(vec3 own, float t, vec3 normal, vec3 ray, float open) {
 
 #ifdef DEPTH
 vec3 wallLight(vec3 p, float t, vec3 normal, vec3 ray) {
-    float open = openness(p, normal);
+    vec3 face = p;
+    float raw = real ? restAt(p).w : 0.0;
+    if (raw > 0.0) toRawFace(face, normal, ray, raw);
+    float open = openness(face, normal);
     if (!real) return lit(wallColour(p, normal), t, normal, ray, open);
-    vec3 light = realLight(p, t, normal, ray, open);
+    vec3 light = realLight(p, face, t, normal, ray, open);
 #ifdef LABELS
     vec4 label = labelBehind(p, normal);
     if (label.a > 0.0)

@@ -30,6 +30,9 @@ const vec3 kLampColour = vec3(1.0, 0.97, 0.94);
 const float kShadow = 0.35;
 const float kGlintReach = 15.0;  // distance at which glints are twice as wide [mm]
 const int kShadowTaps = 6;
+const float kFaceNear = 2.0, kFaceFar = 3.0;  // samples around a raw face [voxels]
+const float kFaceSoftHu = 1000.0;
+const float kFarthest = 1.5;  // largest distance of a raw face to the voxels' wall [voxels]
 
 vec4 noiseAt(vec3 q) {
     return texture(noiseTile, q / 16.0 + 0.5 / 64.0);
@@ -46,6 +49,39 @@ float lineAtHalf(vec4 n, vec3 normal, float halfWidth) {
     float width = halfWidth * smoothstep(0.25, 0.7, along);
     float away = abs(n.w - 0.5) / max(along, 0.25);
     return width > 0.0 ? 1.0 - smoothstep(0.3 * width, width, away) : 0.0;
+}
+
+float tissueAt(vec3 p) {
+    return clamp(excessAt(p) / kFaceSoftHu + 0.5, 0.0, 1.0);
+}
+
+// Moves a point and its normal to the face of raw tissue. Carving takes out whole voxels, which
+// leaves terraces: the normal is that of the share of tissue within a few voxels, and the position
+// is where that share is half.
+void toRawFace(inout vec3 p, inout vec3 normal, vec3 ray, float raw) {
+    float share = tissueAt(p);
+    vec3 slope = vec3(0.0);
+    for (int n = 0; n < 27; ++n) {
+        if (n == 13) continue;
+        vec3 d = normalize(vec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
+        float tissue = tissueAt(p + kFaceNear * d) + tissueAt(p + kFaceFar * d);
+        share += tissue;
+        slope += tissue * d;
+    }
+    share /= 53.0;
+    slope *= 3.0 / (26.0 * (kFaceNear + kFaceFar));  // the gradient of a linear field
+    vec3 gradient = transpose(mat3(voxelFromWorld)) * slope;
+    float steepness = length(gradient);
+    if (!(steepness > 1e-6)) return;
+    vec3 smoothed = -gradient / steepness;
+    smoothed -= max(dot(smoothed, ray), 0.0) * ray;
+    if (!(length(smoothed) > 1e-3)) return;
+    smoothed = normalize(smoothed);
+    float weight = smoothstep(0.1, 0.6, raw);
+    float far = kFarthest * spacingMm;
+    float off = clamp((share - 0.5) / steepness, -far, far);
+    p += voxelVectorOf(weight * off * smoothed);
+    normal = normalize(mix(normal, smoothed, weight));
 }
 
 // Share of a lamp's light that reaches a point. p [voxels]
@@ -145,7 +181,8 @@ vec3 tone(vec3 x) {
 }
 
 // Light of the wall at p [voxels], at a distance of t mm; linear, after the tone curve.
-vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
+// face: position for shadows [voxels]
+vec3 realLight(vec3 p, vec3 face, float t, vec3 normal, vec3 ray, float open) {
     vec3 world = eye + t * ray;
     vec3 film;
     float wetness;
@@ -160,7 +197,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
         vec3 toLamp = way / max(far, 1e-6);
         float facing = dot(rough, toLamp);
         float falloff = exposure / (far * far + kLampSize * kLampSize);
-        float arrives = 0.5 * falloff * litBy(p, normal, toLamp, far);
+        float arrives = 0.5 * falloff * litBy(face, normal, toLamp, far);
         arrives *= mix(kShadow, 1.0, shadowAt(world, toLamp, far));
         vec3 half_ = normalize(toLamp - ray);
         float cosine = max(dot(film, half_), 0.0);

@@ -118,6 +118,7 @@ export interface Orbit {
 /// The endoscope's view. Can be undone.
 export interface View {
     readonly camera: Camera;
+    readonly onTip: boolean; ///< the camera rides on the tip of the vessel's catheter
     readonly fieldOfView: number; ///< [degrees]
     readonly barrel: number; ///< distortion of the lens
     readonly fog: number; ///< [mm]; 0: none
@@ -156,6 +157,7 @@ export interface Fluoro {
     readonly exposure: number; ///< factor of the automatic exposure
     readonly noise: number; ///< factor of the quantum noise
     readonly field: FieldStop; ///< collimator
+    readonly biplane: boolean; ///< with a second plane, at 90°
 }
 
 /// Volume rendering. Can be undone.
@@ -309,6 +311,7 @@ export const initialState = (): State => ({
     hands: { others: [], force_n: 0, energy_per_mm: 0 },
     view: {
         camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
+        onTip: false,
         fieldOfView: 80,
         barrel: 0.15,
         fog: 120,
@@ -326,7 +329,7 @@ export const initialState = (): State => ({
         projection: 'maximum',
     },
     look: { style: 'real', styleChosen: false, lining: 'auto', fieldStop: 'round' },
-    fluoro: { contrast: 1, exposure: 1, noise: 1, field: 'round' },
+    fluoro: { contrast: 1, exposure: 1, noise: 1, field: 'round', biplane: false },
     rendering: {
         preset: '',
         transfer: kMuscle,

@@ -27,6 +27,7 @@ import {
 } from '../state/state.ts';
 import type { Patch } from '../state/store.ts';
 import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
+import { hasTwoPlanes } from '../views/planes.ts';
 import type { Stage } from '../views/stage.ts';
 import { saveBlob } from './download.ts';
 import type { Session } from './session.ts';
@@ -199,6 +200,13 @@ export class Actions {
         this.session.history.step('fluoroscopy', () =>
             this.set({ view: { fluoroscopy, outside: fluoroscopy, blended: false } }),
         );
+    }
+
+    /// Shows fluoroscopy in two planes, or without the second.
+    toggleBiplane(): void {
+        const biplane = !hasTwoPlanes(this.state);
+        if (!(this.state.view.fluoroscopy && this.state.view.outside)) this.toggleFluoroscopy();
+        this.set({ fluoro: { biplane } });
     }
 
     /// Shows the outside view from a direction.

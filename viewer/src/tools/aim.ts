@@ -10,6 +10,7 @@ import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import { type State, surfaceOf, type View, type ViewName } from '../state/state.ts';
 import { kOutsideField, orbitCamera } from '../views/orbit.ts';
+import { planeUnder } from '../views/planes.ts';
 import { sectionPlane, type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
 
 /// Position in a view [CSS pixels from its top left corner].
@@ -33,7 +34,9 @@ export const showsVolume = ({ outside, fluoroscopy, blended }: View): boolean =>
     outside && blended && !fluoroscopy;
 
 /// Origin and direction of the ray through a spot of the endoscope's view.
-export function rayAt({ view, rendering }: State, spot: Spot): { origin: Vec3; direction: Vec3 } {
+export function rayAt(state: State, under: Spot): { origin: Vec3; direction: Vec3 } {
+    const { rendering } = state;
+    const { view, spot } = planeUnder(state, under);
     const u = (2 * spot.x - spot.width) / spot.height;
     const v = 1 - (2 * spot.y) / spot.height;
     if (!view.outside) {
@@ -74,11 +77,12 @@ export function dragFrame(
         const { right, up, normal } = plane.axes;
         return { right, up, ahead: normal, mmPerPixel: plane.mmPerPixel };
     }
-    const { outside, fieldOfView } = state.view;
-    const camera = outside ? orbitCamera(state.view) : state.view.camera;
+    const { view, spot: inside } = planeUnder(state, spot);
+    const { outside, fieldOfView } = view;
+    const camera = outside ? orbitCamera(view) : view.camera;
     const field = outside ? kOutsideField : fieldOfView;
     const { right, up, forward } = frameOf(camera);
     const depth = Math.max(dot(sub(place, camera.eye), forward), 0.1);
     const slope = Math.tan((field * Math.PI) / 360);
-    return { right, up, ahead: forward, mmPerPixel: (2 * depth * slope) / spot.height };
+    return { right, up, ahead: forward, mmPerPixel: (2 * depth * slope) / inside.height };
 }

@@ -15,6 +15,7 @@ export interface ScanFiles {
 }
 
 export const kMaxFiles = 4096;
+export const kUnnamed = 'scan'; ///< name of several files without a folder
 
 const kNoScan = /(^|\/)(\.[^/]*|Thumbs\.db|desktop\.ini)$/i;
 
@@ -65,5 +66,5 @@ export function scanOf(all: readonly NamedFile[]): ScanFiles {
         return { path: free, file };
     });
     const [folder, ...below] = files[0]!.path.split('/');
-    return { name: below.length ? folder! : 'scan', files: named };
+    return { name: below.length ? folder! : kUnnamed, files: named };
 }

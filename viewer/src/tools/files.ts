@@ -6,10 +6,10 @@
 
 import { kWatched } from '../state/company.ts';
 import { download } from './download.ts';
-import { droppedFiles, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
+import { droppedFiles, kUnnamed, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
 import { isLabelMap, labelReason } from './label_guess.ts';
 import type { Scene } from './scene.ts';
-import { readSeries, type Series } from './series.ts';
+import { readSeries, type Series, seriesDescription } from './series.ts';
 
 export const kSaved = [
     'volume.nrrd',
@@ -39,6 +39,7 @@ export interface Replacement {
     readonly labels: string | undefined; ///< reason to take it for a label map
 }
 
+const kMesh = /\.(stl|vtp|vtu|ply|obj|off|msh)$/i;
 const kKeepMs = 60_000; // time for the browser to store a download
 
 const mib = (bytes: number): string => `${Math.ceil(bytes / 2 ** 20)} MiB`;
@@ -46,6 +47,8 @@ const mib = (bytes: number): string => `${Math.ceil(bytes / 2 ** 20)} MiB`;
 export class Files {
     /// Hidden file input, clicked by choose().
     readonly input: HTMLInputElement;
+    /// Hidden input of a folder, clicked by chooseFolder().
+    readonly folder: HTMLInputElement;
     /// Upload under way: a scan, or one file of it.
     private request: XMLHttpRequest | undefined;
 
@@ -55,17 +58,26 @@ export class Files {
         private readonly query: string,
         private readonly hooks: FileHooks,
     ) {
-        this.input = document.createElement('input');
-        this.input.type = 'file';
-        this.input.id = 'files';
-        this.input.multiple = true;
-        this.input.hidden = true;
-        this.input.setAttribute('aria-label', 'scan, path or marks to open');
-        this.input.addEventListener('change', () => {
-            const files = [...(this.input.files ?? [])];
-            this.input.value = '';
-            void this.open(files.map((file) => ({ path: file.name, file })));
+        this.input = this.makeInput('files', 'scan, path or marks to open');
+        this.folder = this.makeInput('folder', 'folder of DICOM slices to open');
+        this.folder.webkitdirectory = true;
+    }
+
+    private makeInput(id: string, label: string): HTMLInputElement {
+        const input = document.createElement('input');
+        input.type = 'file';
+        input.id = id;
+        input.multiple = true;
+        input.hidden = true;
+        input.setAttribute('aria-label', label);
+        input.addEventListener('change', () => {
+            const files = [...(input.files ?? [])];
+            input.value = '';
+            void this.open(
+                files.map((file) => ({ path: file.webkitRelativePath || file.name, file })),
+            );
         });
+        return input;
     }
 
     /// Cancels the upload or the reading of a scan.
@@ -75,6 +87,10 @@ export class Files {
 
     choose(): void {
         this.input.click();
+    }
+
+    chooseFolder(): void {
+        this.folder.click();
     }
 
     async drop(data: DataTransfer): Promise<void> {
@@ -88,6 +104,13 @@ export class Files {
     async open(files: readonly NamedFile[]): Promise<void> {
         const only = files.length === 1 ? files[0]!.file : undefined;
         if (only && /\.(json|csv|ctbl)$/i.test(only.name)) return this.hooks.openPath(only);
+        if (only && kMesh.test(only.name)) {
+            this.scene.warn(
+                `${only.name}: a mesh; the page opens scans (NRRD, NIfTI, MetaImage, VTI, ` +
+                    'DICOM), label maps, paths and marks',
+            );
+            return;
+        }
         const labels = this.scene.volume && only && isLabelMap(only.name);
         if (labels) return this.openLabels(only);
         await this.during(async () => {
@@ -103,9 +126,12 @@ export class Files {
                 throw new Error(
                     `${scan.name}: ${mib(total)}, expected a scan of up to ${mib(openBytes)}`,
                 );
-            if (!(await this.mayReplace(scan))) return;
-            await this.send(scan.name, scan.files, total);
-            this.scene.say(`opened ${scan.name}`);
+            const described =
+                scan.name === kUnnamed ? await seriesDescription(scan.files[0]!.file) : '';
+            const name = described || scan.name;
+            if (!(await this.mayReplace({ ...scan, name }))) return;
+            const opened = await this.send(name, scan.files, total);
+            this.scene.say(`opened ${opened}`);
         });
     }
 
@@ -131,7 +157,12 @@ export class Files {
         });
     }
 
-    private async send(name: string, files: readonly NamedFile[], total: number): Promise<void> {
+    /// Sends a scan. @returns its name: the description of a series that was chosen
+    private async send(
+        name: string,
+        files: readonly NamedFile[],
+        total: number,
+    ): Promise<string> {
         let sent = 0;
         const tell = (more: number): void => {
             const share = total ? Math.floor((100 * (sent + more)) / total) : 100;
@@ -144,7 +175,7 @@ export class Files {
         tell(0);
         if (files.length === 1) {
             await this.post('open', { name: files[0]!.path }, files[0]!.file, tell);
-            return;
+            return name;
         }
         const upload = [...crypto.getRandomValues(new Uint8Array(16))]
             .map((byte) => byte.toString(16).padStart(2, '0'))
@@ -155,15 +186,18 @@ export class Files {
         }
         this.tell(`Reading ${name}… (Esc cancels)`);
         const asked = await this.post('open/done', { upload, name }, new Blob());
-        if (asked === undefined) return;
+        if (asked === undefined) return name;
         this.tell(`${name} holds several series`);
-        const series = await this.hooks.chooseSeries(name, readSeries(asked));
+        const list = readSeries(asked);
+        const series = await this.hooks.chooseSeries(name, list);
         if (series === undefined) {
             await this.post('open/drop', { upload }, new Blob());
             throw new Error(`${name}: no series was chosen`);
         }
-        this.tell(`Reading ${name}… (Esc cancels)`);
-        await this.post('open/done', { upload, name, series }, new Blob());
+        const chosen = list.find(({ uid }) => uid === series)?.description || name;
+        this.tell(`Reading ${chosen}… (Esc cancels)`);
+        await this.post('open/done', { upload, name: chosen, series }, new Blob());
+        return chosen;
     }
 
     /// Posts a file, with progress, which fetch() lacks. @returns the text of a choice of series,

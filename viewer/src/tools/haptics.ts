@@ -6,14 +6,19 @@
 // pad, SpaceMouse). The server computes the force at 1 kHz.
 
 import { flown } from '../maths/flight.ts';
-import { mul, type Vec3 } from '../maths/vec.ts';
+import { frameOf, type Surface } from '../maths/rays.ts';
+import { add, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
+import type { VolumeData } from '../maths/volume.ts';
 import type { HapticsNews } from '../net/protocol.ts';
+import type { View } from '../state/state.ts';
 import { keptInside } from '../views/section_geometry.ts';
 import { buttonsOff, kNoMotion, type Motion, moved, padMotion, spaceMouse } from './pads.ts';
 import type { Scene } from './scene.ts';
 
 export const kPlotSeconds = 10;
 const kAhead = 10; // distance of the tool's start ahead of the tip, if there is room [mm]
+const kLens = 1.2;
+const kOffWall = 0.5; // distance of the tool's start to the wall [mm]
 const kShowMs = 80; // between two updates of the shown numbers
 const kLead = 0.1; // motion of the mouse [mm per pixel]
 const kLeadRoll = 0.5; // rotation of a catheter by the mouse [degrees per pixel]
@@ -22,6 +27,20 @@ const kPadRoll = 4.5; // rotation by a stick, per sideways motion [degrees/mm]
 export interface Felt {
     readonly at: number; ///< time [ms]
     readonly newtons: number;
+}
+
+/// Start of the tool: ahead of the tip, and beside the middle of the view as far as the lumen has
+/// room, like an instrument from the working channel. Where a wall is ahead: straight before it.
+export function startOfTool(volume: VolumeData, view: View, tip: number, surface: Surface): Vec3 {
+    const { camera, fieldOfView } = view;
+    const { right, up, forward } = frameOf(camera);
+    const ahead = mul(kAhead, forward);
+    const place = flown(volume, camera.eye, ahead, tip, surface);
+    if (norm(sub(place, add(camera.eye, ahead))) > 1e-6) return place;
+    // Clear of the middle third of the picture's height, by the tool's radius. The lens draws both
+    // nearer to the middle.
+    const off = kLens * ((kAhead * Math.tan((fieldOfView * Math.PI) / 360)) / 3 + tip);
+    return flown(volume, place, mul(off, sub(right, up)), tip + kOffWall, surface);
 }
 
 export class Haptics {
@@ -92,8 +111,7 @@ export class Haptics {
         if (!volume || !shared) return false;
         const { camera } = view;
         const { tip } = flight;
-        const ahead = mul(kAhead, camera.look);
-        const position = this.follows ? camera.eye : flown(volume, camera.eye, ahead, tip, surface);
+        const position = this.follows ? camera.eye : startOfTool(volume, view, tip, surface);
         this.place = [0, 0, 0];
         this.roll = 0;
         // Tissue that doesn't relax is felt only once.

@@ -26,6 +26,7 @@ import {
 import { add, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { MarksNews, SharedMark } from '../net/protocol.ts';
 import type { Marks } from '../state/state.ts';
+import { planeUnder } from '../views/planes.ts';
 import { spotInView } from '../views/projection.ts';
 import { pixelOfWorld } from '../views/section_geometry.ts';
 import { planeAt, type Spot } from './aim.ts';
@@ -246,6 +247,7 @@ export class MarksTool {
         const { volume, store } = this.scene;
         if (!volume) return undefined;
         const plane = planeAt(volume, store.state, spot);
+        const { view, spot: inView } = planeUnder(store.state, spot);
         let best: Held | undefined;
         let least = kReachPixels;
         for (const mark of this.marks.list) {
@@ -253,8 +255,9 @@ export class MarksTool {
             this.present(mark).forEach((place, point) => {
                 const at = plane
                     ? pixelOfWorld(plane, place)
-                    : spotInView(store.state.view, place, spot);
-                const off = at ? Math.hypot(at[0] - spot.x, at[1] - spot.y) : Infinity;
+                    : spotInView(view, place, inView);
+                const { x, y } = plane ? spot : inView;
+                const off = at ? Math.hypot(at[0] - x, at[1] - y) : Infinity;
                 if (off > least) return;
                 least = off;
                 best = { key: mark.key, point };

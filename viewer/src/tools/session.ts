@@ -47,6 +47,7 @@ import { Scene, type SceneParts } from './scene.ts';
 import { steeringOf, type Stick } from './steering.ts';
 import { Subscriptions } from './subscriptions.ts';
 import { ThresholdTool } from './threshold.ts';
+import { TipRide } from './tip_ride.ts';
 import { TissueDefaults } from './tissue_defaults.ts';
 import { followScan } from './volume_presets.ts';
 
@@ -84,6 +85,11 @@ export class Session extends Scene implements Listener {
     readonly labelMap = new LabelsTool(this);
     readonly movie = new Movie(this, this.path, this.threshold);
     readonly replay = new ReplayTool(this);
+    readonly ride = new TipRide(this, () => {
+        this.movie.stop();
+        this.path.pause();
+        this.follow.end();
+    });
     readonly follow = new Follow(this, () => {
         this.movie.stop();
         this.path.pause();
@@ -185,7 +191,8 @@ export class Session extends Scene implements Listener {
         this.latencies.arrived(frame.step);
         this.store.set({ scan: { voxels: voxels + 1 } });
         this.subscriptions.openVessel();
-        if (!this.store.state.company.leader) this.endoscope.keepEyeFree();
+        const { company, view } = this.store.state;
+        if (!company.leader && !view.onTip) this.endoscope.keepEyeFree();
     }
 
     /// Takes a part of the coarse scan, which is shown while the voxels arrive.
@@ -280,6 +287,7 @@ export class Session extends Scene implements Listener {
             tool: { cuts: [], outcome: null },
             hands: { force_n: 0, energy_per_mm: 0 },
             sections: { frames },
+            view: { onTip: false },
             rendering: initialState().rendering,
         });
         this.hand.placeBalls();
@@ -345,7 +353,7 @@ export class Session extends Scene implements Listener {
     }
 
     /// Moves the endoscope: by keys, which end movies and flights along paths, else by a movie,
-    /// with another client, or along a path.
+    /// with another client, with the catheter's tip, or along a path.
     private move(seconds: number, now: number): void {
         const steering = steeringOf(this.held, this.stick, this.store.state);
         if (this.endoscope.takeUp(steering)) {
@@ -353,7 +361,9 @@ export class Session extends Scene implements Listener {
             this.path.pause();
             this.endoscope.steer(steering, seconds);
         } else if (!this.movie.tick(seconds)) {
-            const isLed = !this.store.state.way.flying && this.follow.tick(seconds, now);
+            const { flying } = this.store.state.way;
+            const isLed =
+                !flying && (this.follow.tick(seconds, now) || this.ride.tick(seconds));
             if (!isLed) this.path.follow(seconds);
         }
     }

@@ -17,6 +17,7 @@ import type { ToolBall } from './instruments.ts';
 import { kNoLabels, LabelColours, type LabelField } from './label_field.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture, type ViewRect } from './picture.ts';
+import { planesOf } from './planes.ts';
 import type { RestField } from './rest_field.ts';
 import { sectionPlane } from './section_geometry.ts';
 import { kSection } from './shaders.ts';
@@ -336,7 +337,16 @@ export class Stage {
             const pass = passes ? this.pass++ : undefined;
             const seed = still ? 0 : this.framesDrawn; // a still picture doesn't flicker
             const { renderer, balls } = this;
-            this.endoscope.draw(renderer, state, balls, rect, scale, seed, pass, !still);
+            planesOf(state, rect).forEach(({ view: seen, x, y, width, height }, n) => {
+                const part = {
+                    x: rect.x + x,
+                    y: rect.y + rect.height - y - height,
+                    width,
+                    height,
+                };
+                const shown = { ...state, view: seen };
+                this.endoscope.draw(renderer, shown, balls, part, scale, seed + n, pass, !still);
+            });
             this.full = still && (!passes || this.pass === kPasses.length);
         } else this.drawSection(view, state, rect);
     }

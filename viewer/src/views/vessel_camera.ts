@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Initial cameras of a scene with a catheter: the outside view shows the whole vessel from its
-// broad side; the endoscope is behind the catheter's tip and looks at it.
+// broad side; the endoscope is behind the catheter's tip and looks at it. An endoscope that rides
+// on the tip has the same camera, with directions that change smoothly.
 
 import { type Camera, firstHit, naturalUp, type Surface } from '../maths/rays.ts';
 import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../maths/vec.ts';
@@ -13,6 +14,8 @@ import type { Orbit } from '../state/state.ts';
 const kBehind = 9; // distance of the eye behind the tip [mm]
 const kAside = 3; // largest distance of the eye to the catheter's surface [mm]
 const kAhead = 4; // distance of the target ahead of the tip [mm]
+const kRideAhead = 12; // the same for an endoscope that rides on the tip [mm]
+const kKeptSide = 1.5; // factor of the room on the side where the eye is already
 const kSides = 12;
 const kMargin = 1.15;
 
@@ -51,27 +54,68 @@ export function behindTip(
     volume: VolumeData,
     surface: Surface,
 ): Camera | undefined {
-    const { catheter, radius } = vessel;
-    const tip = catheter[catheter.length - 1]!;
-    let n = catheter.length - 1;
+    const spot = besideCatheter(vessel, volume, surface);
+    if (!spot) return undefined;
+    const { eye, place, tip } = spot;
+    const look = normalized(sub(along(tip, kAhead, normalized(sub(tip, place))), eye));
+    return { eye, look, up: naturalUp(look) };
+}
+
+/// Camera of an endoscope that rides on the catheter's tip: behind it, looking along the tip's
+/// tangent. It stays on its side of the catheter unless another one has far more room, and keeps
+/// its roll. @param before  the present camera
+export function onTip(
+    vessel: Vessel,
+    volume: VolumeData,
+    surface: Surface,
+    before: Camera,
+): Camera | undefined {
+    const spot = besideCatheter(vessel, volume, surface, before.eye);
+    if (!spot) return undefined;
+    const { eye, tip, tangent } = spot;
+    const look = normalized(sub(along(tip, kRideAhead, tangent), eye));
+    const up = along(before.up, -dot(before.up, look), look);
+    return { eye, look, up: norm(up) > 0.1 ? normalized(up) : naturalUp(look) };
+}
+
+/// Eye beside the catheter, kBehind before its tip, on the side with most room.
+/// @param kept  position of an eye whose side is preferred
+function besideCatheter(
+    { catheter, radius }: Vessel,
+    volume: VolumeData,
+    surface: Surface,
+    kept?: Vec3,
+): { eye: Vec3; place: Vec3; tip: Vec3; tangent: Vec3 } | undefined {
+    const last = catheter.length - 1;
+    if (last < 1) return undefined;
+    const tip = catheter[last]!;
+    let n = last;
     let way = 0;
     for (; n > 0 && way < kBehind; --n) way += norm(sub(catheter[n]!, catheter[n - 1]!));
     const place = catheter[n]!;
-    const axis = normalized(sub(catheter[n + 1] ?? tip, place));
-    const first = normalized(cross(axis, Math.abs(axis[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0]));
+    const axis = normalized(sub(catheter[n + 1]!, place));
+    const roomAt = (aside: Vec3): number =>
+        firstHit(volume, place, aside, surface, 50)?.distance ?? 50;
+    let first = normalized(cross(axis, Math.abs(axis[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0]));
+    let [room, side, worth] = [0, first, 0];
+    const away = kept && sub(kept, place);
+    const present = away && along(away, -dot(away, axis), axis);
+    if (present && norm(present) > 0.1) {
+        first = side = normalized(present);
+        room = roomAt(side);
+        worth = kKeptSide * room;
+    }
     const second = cross(axis, first);
-    let [room, side] = [0, first];
     for (let k = 0; k < kSides; ++k) {
         const angle = (2 * Math.PI * k) / kSides;
         const aside = add(mul(Math.cos(angle), first), mul(Math.sin(angle), second));
-        const free = firstHit(volume, place, aside, surface, 50)?.distance ?? 50;
-        if (free > room + 0.1) [room, side] = [free, aside];
+        const free = roomAt(aside);
+        if (free > worth + 0.1) [room, side, worth] = [free, aside, free];
     }
     if (room < radius + 0.6) return undefined;
     const off = Math.min(0.5 * (room - radius), kAside, Math.max(0.5 * way, 0.5));
     const eye = along(place, radius + off, side);
-    const look = normalized(sub(along(tip, kAhead, normalized(sub(tip, place))), eye));
-    return { eye, look, up: naturalUp(look) };
+    return { eye, place, tip, tangent: normalized(sub(tip, catheter[last - 1]!)) };
 }
 
 /// Principal axes of points, by ascending variance, by Jacobi rotations.
