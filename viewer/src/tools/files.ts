@@ -9,7 +9,7 @@ import { download } from './download.ts';
 import { droppedFiles, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
 import { isLabelMap, labelReason } from './label_guess.ts';
 import type { Scene } from './scene.ts';
-import { readSeries, type Series } from './series.ts';
+import { type Choice, type Choices, readChoices } from './series.ts';
 
 export const kSaved = [
     'volume.nrrd',
@@ -18,6 +18,7 @@ export const kSaved = [
     'volume.vti',
     'displacement.nrrd',
     'transform.nrrd',
+    'state.plst',
     'session.pls',
 ] as const;
 export type SavedName = (typeof kSaved)[number];
@@ -25,16 +26,17 @@ export type SavedName = (typeof kSaved)[number];
 export interface FileHooks {
     /// Opens a path, marks or keyframes, which stay in the page.
     openPath(file: File): Promise<void>;
-    /// Lets the user choose one of several series. @returns its UID; undefined: none
-    chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined>;
-    /// Asks whether a scan may take the place of the present one.
+    /// Lets the user choose one of several series or images. @returns undefined: none
+    chooseScan(name: string, choices: Choices): Promise<Choice | undefined>;
+    /// Asks whether a scan or a state of the tissue may take the place of the present one.
     askToReplace(by: Replacement): Promise<boolean>;
 }
 
-/// A scan that would replace the present one.
+/// A scan or a state of the tissue that would replace the present one.
 export interface Replacement {
+    readonly what: 'scan' | 'state';
     readonly name: string;
-    readonly present: string;
+    readonly present: string; ///< scan
     readonly others: number; ///< other clients of the session
     readonly labels: string | undefined; ///< reason to take it for a label map
 }
@@ -60,7 +62,7 @@ export class Files {
         this.input.id = 'files';
         this.input.multiple = true;
         this.input.hidden = true;
-        this.input.setAttribute('aria-label', 'scan, path or marks to open');
+        this.input.setAttribute('aria-label', 'scan, state, path or marks to open');
         this.input.addEventListener('change', () => {
             const files = [...(this.input.files ?? [])];
             this.input.value = '';
@@ -88,6 +90,7 @@ export class Files {
     async open(files: readonly NamedFile[]): Promise<void> {
         const only = files.length === 1 ? files[0]!.file : undefined;
         if (only && /\.(json|csv|ctbl)$/i.test(only.name)) return this.hooks.openPath(only);
+        if (only && /\.plst$/i.test(only.name)) return this.loadState(only);
         const labels = this.scene.volume && only && isLabelMap(only.name);
         if (labels) return this.openLabels(only);
         await this.during(async () => {
@@ -110,11 +113,31 @@ export class Files {
     }
 
     private async mayReplace({ name, files }: ScanFiles): Promise<boolean> {
-        const { scan, shared } = this.scene.store.state;
         const labels = files.length === 1 ? await labelReason(name, files[0]!.file) : undefined;
+        return this.ask('scan', name, labels);
+    }
+
+    private ask(what: Replacement['what'], name: string, labels?: string): Promise<boolean> {
+        const { scan, shared } = this.scene.store.state;
         const others = (shared?.clients.length ?? 1) - 1;
         const present = scan.volume?.name ?? 'the scan';
-        return this.hooks.askToReplace({ name, present, others, labels });
+        return this.hooks.askToReplace({ what, name, present, others, labels });
+    }
+
+    /// Loads a saved state of the tissue, for all clients.
+    private async loadState(file: File): Promise<void> {
+        await this.during(async () => {
+            const { link, replay } = this.scene.store.state;
+            const { role, features } = link;
+            if (replay.isOn) throw new Error(kWatched);
+            if (role === 'view')
+                throw new Error('only clients that control the session can load a state');
+            if (!features.includes('state')) throw new Error('this server loads no states');
+            if (!(await this.ask('state', file.name))) return;
+            this.tell(`Loading ${file.name}… (Esc cancels)`);
+            await this.post('open/state', { name: file.name }, file);
+            this.scene.say(`loaded ${file.name}`);
+        });
     }
 
     /// Opens a label map over the present scan, for all clients.
@@ -142,32 +165,49 @@ export class Files {
             );
         };
         tell(0);
-        if (files.length === 1) {
-            await this.post('open', { name: files[0]!.path }, files[0]!.file, tell);
-            return;
-        }
         const upload = [...crypto.getRandomValues(new Uint8Array(16))]
             .map((byte) => byte.toString(16).padStart(2, '0'))
             .join('');
+        if (files.length === 1) {
+            const { path, file } = files[0]!;
+            const sending = this.post('open', { upload, name: path }, file, tell);
+            await this.settle(name, { upload }, sending);
+            return;
+        }
         for (const { path, file } of files) {
             await this.post('open/part', { upload, name: path }, file, tell);
             sent += file.size;
         }
         this.tell(`Reading ${name}… (Esc cancels)`);
-        const asked = await this.post('open/done', { upload, name }, new Blob());
-        if (asked === undefined) return;
-        this.tell(`${name} holds several series`);
-        const series = await this.hooks.chooseSeries(name, readSeries(asked));
-        if (series === undefined) {
-            await this.post('open/drop', { upload }, new Blob());
-            throw new Error(`${name}: no series was chosen`);
-        }
-        this.tell(`Reading ${name}… (Esc cancels)`);
-        await this.post('open/done', { upload, name, series }, new Blob());
+        const done = { upload, name };
+        await this.settle(name, done, this.post('open/done', done, new Blob()));
     }
 
-    /// Posts a file, with progress, which fetch() lacks. @returns the text of a choice of series,
-    /// if any
+    /// Lets the user choose while an upload holds several scans: a series, then an image of it.
+    /// @param done  parameters of the request that opens it
+    private async settle(
+        name: string,
+        done: Record<string, string>,
+        first: Promise<string | undefined>,
+    ): Promise<void> {
+        let wish = done;
+        for (let asked = await first; asked !== undefined; ) {
+            const choices = readChoices(asked);
+            this.tell(`${name} holds several ${choices.series ? 'series' : 'images'}`);
+            const choice = await this.hooks.chooseScan(name, choices);
+            if (!choice) {
+                await this.post('open/drop', { upload: done.upload! }, new Blob());
+                throw new Error(
+                    `${name}: no ${choices.series ? 'series' : 'image'} was chosen`,
+                );
+            }
+            this.tell(`Reading ${name}… (Esc cancels)`);
+            wish = { ...wish, ...choice };
+            asked = await this.post('open/done', wish, new Blob());
+        }
+    }
+
+    /// Posts a file, with progress, which fetch() lacks. @returns the text of a choice, if any
     private post(
         path: string,
         parameters: Record<string, string>,
