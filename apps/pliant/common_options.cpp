@@ -50,7 +50,9 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
 
 void add_scan(CLI::App* command, ScanChoice& scan) {
     command->add_option("--series", scan.series, "DICOM series UID, where a folder has several");
-    command->add_option("--frame", scan.frame, "image of a 4-D file, from 0")
+    command
+        ->add_option("--frame", scan.frame,
+                     "image of a 4-D file, or volume of a DICOM file, from 0")
         ->check(CLI::Range(0, 65535));
     command->add_flag("--straighten", scan.straighten,
                       "resample tilted, sheared or unequally spaced slices to a regular grid");
@@ -92,6 +94,17 @@ void add_look(CLI::App* command, LookOptions& look) {
         ->add_option("--field", look.field_stop,
                      "style real, fluoroscopy: round, octagon or full picture")
         ->check(CLI::IsMember({"round", "octagon", "full"}));
+}
+
+void add_picture(CLI::App* command, PictureOptions& picture, const std::string& look) {
+    command->add_option("--png", picture.png, "before and after, four views each");
+    add_vector(command, "--eye", picture.eye_mm,
+               "of the picture's endoscope (default: chosen in the lumen)");
+    add_vector(command, "--look", picture.look,
+               "of the picture's endoscope (default: " + look + ")");
+    add_surface(command, picture.iso_hu, picture.polarity, "threshold of the picture's surface");
+    add_window(command, picture.window_hu, picture.level_hu);
+    add_look(command, picture.look_of);
 }
 
 }  // namespace pliant::app

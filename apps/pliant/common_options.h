@@ -35,5 +35,7 @@ void add_window(CLI::App* command, std::optional<double>& window, std::optional<
                 const std::string& more_window = {}, const std::string& more_level = {});
 /// Adds --style, --lining and --field.
 void add_look(CLI::App* command, LookOptions& look);
+/// Adds --png and the options of its views. @param look  text for the default of --look
+void add_picture(CLI::App* command, PictureOptions& picture, const std::string& look);
 
 }  // namespace pliant::app

@@ -190,12 +190,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
     c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
     c->add_option("--report", o.report, "report, JSON; -: to standard output");
-    c->add_option("--png", o.png, "before and after, four views each");
-    add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");
-    add_vector(c, "--look", o.look, "of the picture's endoscope (default: towards the push)");
-    add_surface(c, o.iso_hu, o.polarity, "threshold of the picture's surface");
-    add_window(c, o.window_hu, o.level_hu);
-    add_look(c, o.look_of);
+    add_picture(c, o.picture, "towards the push");
     c->add_option("--solver", o.solver, "sweep, or heap (the ordered reference)")
         ->check(CLI::IsMember({"sweep", "heap"}));
     c->add_option("--mapping", o.mapping, "cells, or tetrahedra (the twelve of Divod)")

@@ -4,64 +4,16 @@
 #include "deform_outputs.h"
 
 #include <pliant/files.h>
-#include <pliant/render.h>
 
-#include <algorithm>
 #include <fstream>
 
-#include "look.h"
 #include "output_names.h"
-#include "scan_defaults.h"
+#include "picture.h"
 
 namespace pliant::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
-
-/// Draws before and after, with the same camera and the same sections through the pushed point.
-Image before_and_after(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
-                       const PushOption& push) {
-    const Volume& after = result.deformed.volume;
-    const Volume& before = scan.volume();
-    const TaskArena& arena = scan.arena();
-    const ValueDefaults& values = result.values;
-    const double iso_hu = o.iso_hu.value_or(values.iso);
-    const Polarity polarity = polarity_of(o.polarity, values);
-    FourUp view;
-    view.endoscope.polarity = polarity;
-    view.section.window_hu = o.window_hu.value_or(values.window);
-    view.section.level_hu = o.level_hu.value_or(values.level);
-    if (o.eye_mm) {
-        view.endoscope.eye_mm = *o.eye_mm;
-        view.endoscope.look = o.look.value_or(push.point_mm - *o.eye_mm);
-        // An eye in bright contrast agent looks at a darker wall.
-        const Vec3d eye_ijk = voxel_from_world(before.grid, *o.eye_mm);
-        if (!o.polarity && values.kind == ValueKind::Hounsfield &&
-            sample_linear(before, eye_ijk) >= iso_hu)
-            view.endoscope.polarity = Polarity::Falling;
-    } else {
-        view.endoscope =
-            aim_endoscope(before, push.point_mm, push.push_mm, iso_hu, polarity, arena);
-        if (o.look) view.endoscope.look = *o.look;
-    }
-    view.endoscope.iso_hu = iso_hu;
-    set_look(o.look_of, view.endoscope);
-    view.section.point_mm = push.point_mm;
-    const double scale = length_scale(before.grid);
-    view.endoscope.fog_distance_mm = scale * Endoscope{}.fog_distance_mm;
-    // Zoom such that the push is at least a tenth of the picture.
-    const double width_mm = before.grid.size.x * before.grid.spacing_mm.x;
-    view.section.width_mm = std::min(width_mm, std::max(80 * scale, 10 * norm(push.push_mm)));
-    view.caption = "before";
-    const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
-    // Most pages are shared with the other scan and would count twice.
-    std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
-    view.caption = "after";
-    view.endoscope.rest = &result.rest;
-    return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
-}
 
 Status write_text(const fs::path& path, const std::string& text) {
     std::ofstream stream(path, std::ios::binary);
@@ -82,7 +34,7 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--jacobian", o.jacobian, outputs.jacobian, scans},
         {"--strain", o.strain, outputs.strain, scans},
         {"--report", o.report, outputs.report},
-        {"--png", o.png, outputs.png, {".png"}},
+        {"--png", o.picture.png, outputs.png, {".png"}},
         {"--save-state", o.save_state, outputs.state, {".plst"}},
     };
     return stage_names(names, o.file, outputs.files);
@@ -135,7 +87,8 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
     if (Status s = write_made(outputs.strain, encoding, [&] { return strain_field(scan); }); !s)
         return s;
     if (!outputs.png.empty()) {
-        const Image image = before_and_after(o, scan, result, place);
+        const Image image =
+            before_and_after(o.picture, scan, deformed.volume, result.rest, result.values, place);
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;
     }
     if (!outputs.state.empty())

@@ -25,11 +25,6 @@ struct Outputs {
 
 Status stage_outputs(const DeformOptions& options, Outputs& outputs);
 
-/// Whether a picture is requested whose blood vessels move with the tissue.
-inline bool shows_rest(const DeformOptions& options) {
-    return !options.png.empty() && options.look_of.style == "real";
-}
-
 /// @param place  point and direction of the picture
 /// @param save_state  writes the file of --save-state
 Status write_outputs(const DeformOptions& options, const MovingScan& scan,

@@ -86,6 +86,16 @@ struct LookOptions {
     std::string style = "plain", lining = "auto", field_stop = "round";
 };
 
+/// Picture before and after a deformation.
+struct PictureOptions {
+    std::string png;                    ///< empty: none
+    std::optional<Vec3d> eye_mm, look;  ///< camera
+    // Without a value: by the scan's values.
+    std::optional<double> iso_hu, window_hu, level_hu;
+    std::optional<std::string> polarity;
+    LookOptions look_of;
+};
+
 struct DeformOptions {
     std::string model = "chainmail";  ///< or another of tissue_models()
     // Of models other than chainmail.
@@ -105,15 +115,11 @@ struct DeformOptions {
                                       ///< relaxation
     bool release = false;             ///< the tool is removed before the relaxation; otherwise it
                                       ///< stays
-    LookOptions look_of;              ///< for the picture
-    std::string solver;               ///< "sweep" or "heap"; empty: sweep
-    std::string mapping = "cells";    ///< or "tetrahedra"
+    PictureOptions picture;
+    std::string solver;             ///< "sweep" or "heap"; empty: sweep
+    std::string mapping = "cells";  ///< or "tetrahedra"
     std::string load_state, save_state;
-    std::string out, displacement, transform, jacobian, strain, report, png;
-    std::optional<Vec3d> eye_mm, look;  ///< camera of the picture
-    // Without a value: by the scan's values.
-    std::optional<double> iso_hu, window_hu, level_hu;
-    std::optional<std::string> polarity;
+    std::string out, displacement, transform, jacobian, strain, report;
     bool raw = false;
     int threads = 0;
 };
@@ -193,6 +199,7 @@ struct ServeOptions {
     ScanChoice scan;
     std::string labels;              ///< map over the scan
     std::string config, directions;  ///< materials
+    std::string load_state;          ///< state of the tissue; empty: at rest
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
     std::string host = "127.0.0.1", certificate, key, url;
@@ -207,6 +214,7 @@ struct ServeOptions {
 struct ReplayOptions {
     std::string session;
     std::string out, displacement, transform, save_state;  ///< of the last state; empty: none
+    PictureOptions picture;                                ///< without a threshold: the session's
     bool from_checkpoint = false;
     bool json = false;
     int threads = 0;

@@ -15,6 +15,7 @@
 
 #include "deform_models.h"
 #include "deform_outputs.h"
+#include "picture.h"
 #include "scan_defaults.h"
 #include "setting_options.h"
 #include "standard_output.h"
@@ -125,12 +126,7 @@ std::optional<PushOption> pushed_by(const DeformAction& action) {
 PushOption place_of_picture(const DeformOptions& o, const Tissue& tissue) {
     for (auto at = o.actions.rbegin(); at != o.actions.rend(); ++at)
         if (const auto push = pushed_by(*at)) return *push;
-    if (o.actions.empty()) {
-        const Box3i box = tissue.deformation().moved_box();
-        const Vec3i sum = box.begin + box.end;
-        return {world_from_voxel(tissue.volume().grid, {0.5 * sum.x, 0.5 * sum.y, 0.5 * sum.z}),
-                {0, 0, 1}};
-    }
+    if (o.actions.empty()) return middle_of_deformation(tissue);
     if (const auto* tool = std::get_if<CarveTool>(&o.actions.back()))
         return {tool->to_mm, {0, 0, tool->radius_mm}};
     const auto& surface = std::get<CutSurface>(o.actions.back());
@@ -143,8 +139,7 @@ Status check_options(const DeformOptions& o) {
     if (o.release && !traits_of(o).moves_by_itself && !o.relax_ms && !o.relax_sweeps)
         return Error{ErrorCode::InvalidArgument,
                      "--release: expected --relax or --relax-sweeps too, found neither"};
-    if (o.look && !(norm(*o.look) > 0))
-        return Error{ErrorCode::InvalidArgument, "--look: expected a direction, found 0,0,0"};
+    if (const Status s = check_picture(o.picture); !s.ok()) return s;
     const bool slides = std::any_of(o.actions.begin(), o.actions.end(), [](const auto& action) {
         return std::holds_alternative<SlideOption>(action);
     });
@@ -152,7 +147,8 @@ Status check_options(const DeformOptions& o) {
         return Error{ErrorCode::InvalidArgument,
                      "--slide: expected --tool sphere:R_MM, found point"};
     const auto push = o.actions.empty() ? std::nullopt : pushed_by(o.actions.back());
-    if (push && o.eye_mm && !o.look && norm(push->point_mm - *o.eye_mm) == 0)
+    const PictureOptions& picture = o.picture;
+    if (push && picture.eye_mm && !picture.look && norm(push->point_mm - *picture.eye_mm) == 0)
         return Error{
             ErrorCode::InvalidArgument,
             "--eye: expected a place other than that of the last --push or --slide, or --look "
@@ -210,9 +206,9 @@ int run_deform(const DeformOptions& options) {
     result.figures = std::move(*figures);
     auto deformed = deform_volume(
         tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
-        !options.transform.empty() || shows_rest(options));
+        !options.transform.empty() || shows_rest(options.picture));
     if (!deformed) return fail(deformed.error());
-    if (shows_rest(options)) {
+    if (shows_rest(options.picture)) {
         auto rest = RestField::create(tissue, *deformed);
         if (!rest) return fail(rest.error());
         result.rest = std::move(*rest);

@@ -14,6 +14,7 @@
 
 #include "options.h"
 #include "output_names.h"
+#include "picture.h"
 #include "progress.h"
 
 namespace pliant::app {
@@ -24,13 +25,34 @@ namespace fs = std::filesystem;
 
 struct ReplayOutputs {
     StagedFiles files;
-    fs::path out, displacement, transform, state;
+    fs::path out, displacement, transform, state, png;
 };
 
-Status write_outputs(const ReplayOutputs& outputs, const Tissue& tissue) {
-    if (!outputs.out.empty() || !outputs.transform.empty()) {
-        const auto deformed = deform_volume(tissue, Mapping::Cells, !outputs.transform.empty());
+Status write_picture(const fs::path& path, const PictureOptions& options, const Tissue& tissue,
+                     const Deformed& deformed, const ValueDefaults& values) {
+    const PushOption place = middle_of_deformation(tissue);
+    if (options.eye_mm && !options.look && norm(place.point_mm - *options.eye_mm) == 0)
+        return Error{ErrorCode::InvalidArgument,
+                     "--eye: expected a position outside of the middle of the deformation, or "
+                     "--look too"};
+    RestField rest;
+    if (shows_rest(options)) {
+        auto made = RestField::create(tissue, deformed);
+        if (!made) return made.error();
+        rest = std::move(*made);
+    }
+    return write_png(path, before_and_after(options, tissue, deformed.volume, rest, values, place));
+}
+
+Status write_outputs(const ReplayOutputs& outputs, const PictureOptions& picture,
+                     const Tissue& tissue, const ValueDefaults& values) {
+    if (!outputs.out.empty() || !outputs.transform.empty() || !outputs.png.empty()) {
+        const auto deformed = deform_volume(tissue, Mapping::Cells,
+                                            !outputs.transform.empty() || shows_rest(picture));
         if (!deformed) return deformed.error();
+        if (!outputs.png.empty())
+            if (Status s = write_picture(outputs.png, picture, tissue, *deformed, values); !s.ok())
+                return s;
         if (!outputs.out.empty())
             if (Status s = write_volume(outputs.out, deformed->volume); !s.ok()) return s;
         if (!outputs.transform.empty()) {
@@ -58,15 +80,21 @@ int run_replay(const ReplayOptions& options) {
         {"--displacement", options.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", options.transform, outputs.transform, {".nrrd", ".nhdr"}},
         {"--save-state", options.save_state, outputs.state, {".plst"}},
+        {"--png", options.picture.png, outputs.png, {".png"}},
     };
+    if (const Status s = check_picture(options.picture); !s.ok())
+        return bad_input(s.error().message);
     if (const Status s = stage_names(names, options.session, outputs.files); !s.ok())
         return bad_input(s.error().message);
     const TaskArena arena(options.threads);
     std::optional<ProgressBar> bar(std::in_place, "replay");
-    const ReplaySettings settings{
-        .from_checkpoint = options.from_checkpoint,
-        .progress = [&](double fraction) { bar->show(0.9 * fraction); },
-        .finish = [&](const Tissue& tissue) { return write_outputs(outputs, tissue); }};
+    const ReplaySettings settings{.from_checkpoint = options.from_checkpoint,
+                                  .progress = [&](double fraction) { bar->show(0.9 * fraction); },
+                                  .finish =
+                                      [&](const Tissue& tissue, const ValueDefaults& values) {
+                                          return write_outputs(outputs, options.picture, tissue,
+                                                               values);
+                                      }};
     const auto report = replay_session(options.session, arena, settings);
     bar.reset();
     if (!report.ok()) return bad_input(report.error().message);

@@ -21,6 +21,9 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->add_option("--config", o.config, "ChainMail's settings, TOML, as of pliant deform");
     c->add_option("--directions", o.directions,
                   "field of directions for the [[label]] tables of --config");
+    c->add_option("--load-state", o.load_state,
+                  "begin with a saved state of the tissue (.plst), as pliant deform and the page "
+                  "save it");
     c->add_option_function<int>(
          "--port",
          [&o](int port) {
@@ -74,12 +77,14 @@ void add_replay(CLI::App& app, ReplayOptions& o) {
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--save-state", o.save_state, "state of the tissue (.plst)");
+    add_picture(c, o.picture, "towards the middle of the deformation");
     c->add_flag("--json", o.json, "one JSON object");
     add_threads(c, o.threads);
     c->footer(
         "Examples:\n"
         "  pliant replay scan.pls\n"
-        "  pliant replay scan.pls --out pushed.nrrd --displacement moved.nrrd");
+        "  pliant replay scan.pls --out pushed.nrrd --displacement moved.nrrd\n"
+        "  pliant replay scan.pls --png left.png --style real");
 }
 
 void add_bench(CLI::App& app, BenchOptions& o) {

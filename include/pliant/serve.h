@@ -37,6 +37,9 @@ struct ServerSettings {
     /// ChainMail's settings, TOML. Its [[label]] tables take the label map, which then must be on
     /// the scan's grid, and the directions. A session refers to these files.
     std::string config{}, directions{};
+    /// Saved state of the tissue that the scene begins with (.plst); empty: at rest. A session
+    /// refers to this file.
+    std::string load_state{};
     Vec3i phantom_size{128, 128, 128};
     int port = 0;  ///< 0: a free port
     /// Address of this machine to listen on, such as 0.0.0.0 for all of them. Others than the

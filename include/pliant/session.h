@@ -7,6 +7,7 @@
 #pragma once
 
 #include <pliant/result.h>
+#include <pliant/scan_values.h>
 #include <pliant/tasks.h>
 #include <pliant/tissue.h>
 #include <pliant/volume.h>
@@ -33,8 +34,9 @@ struct ReplaySettings {
     bool from_checkpoint = false;
     MakeTissue own_tissue{};  ///< the server's, for a session that used it
     Progress progress{};
-    /// Called with the tissue after the last record. Its error becomes the replay's.
-    std::function<Status(const Tissue& tissue)> finish{};
+    /// Called with the tissue after the last record, and with the scan's values, whose threshold
+    /// and polarity are the session's last ones. Its error becomes the replay's.
+    std::function<Status(const Tissue& tissue, const ValueDefaults& values)> finish{};
 };
 
 /// Replays a recorded session without a server.

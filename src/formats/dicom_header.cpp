@@ -8,10 +8,12 @@
 #include "formats/dicom_walk.h"
 #include "formats/image_header.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -30,6 +32,13 @@ constexpr OtherObject kOtherObjects[] = {
     {"1.2.840.10008.5.1.4.1.1.30", "a parametric map"},
 };
 
+/// SOP classes of X-ray projections.
+constexpr std::string_view kProjections[] = {
+    "1.2.840.10008.5.1.4.1.1.12.1", "1.2.840.10008.5.1.4.1.1.12.1.1",
+    "1.2.840.10008.5.1.4.1.1.12.2", "1.2.840.10008.5.1.4.1.1.12.2.1"};
+/// Elements that give the time of frames: Frame Time, Frame Time Vector.
+constexpr std::uint32_t kFrameTimes[] = {0x00181063, 0x00181065};
+
 /// Number of Frames; 1 if it isn't there, nullopt if it is none.
 std::optional<std::size_t> frame_count(const DicomWalk& tags) {
     const std::string text = tags.text(kFrames);
@@ -39,6 +48,38 @@ std::optional<std::size_t> frame_count(const DicomWalk& tags) {
     return std::size_t(*count);
 }
 
+/// Distances of frames without functional groups from the first one, along the normal.
+struct FrameOffsets {
+    std::vector<double> mm;
+    bool by_thickness = false;
+};
+
+/// Reads the Grid Frame Offset Vector, Spacing Between Slices, or Slice Thickness.
+/// @returns nullopt if the frames' positions are unknown
+std::optional<FrameOffsets> offsets_of_frames(const DicomWalk& tags, std::size_t frames) {
+    const DicomValues& values = tags.values();
+    if (frames > kMaxDicomFrames) return std::nullopt;
+    for (const std::uint32_t tag : {kPosition, kOrientation, kPixelSpacing})
+        if (!values.has(tag)) return std::nullopt;
+    for (const std::uint32_t pointer : tags.tags_at(kFramePointer))
+        if (std::find(std::begin(kFrameTimes), std::end(kFrameTimes), pointer) !=
+            std::end(kFrameTimes))
+            return std::nullopt;
+    FrameOffsets offsets;
+    if (values.has(kFrameOffsets)) {
+        offsets.mm = values.decimals(kFrameOffsets, frames);
+        // Others are coordinates in the patient.
+        if (offsets.mm.empty() || offsets.mm.front() != 0) return std::nullopt;
+        return offsets;
+    }
+    std::vector<double> step = values.decimals(kSliceSpacing, 1);
+    offsets.by_thickness = step.empty() || !(step[0] > 0);
+    if (offsets.by_thickness) step = values.decimals(kSliceThickness, 1);
+    if (step.empty() || !(step[0] > 0)) return std::nullopt;
+    for (std::size_t n = 0; n < frames; ++n) offsets.mm.push_back(double(n) * step[0]);
+    return offsets;
+}
+
 /// Checks the SOP class, the number of frames, and the photometric interpretation.
 Status check_object(const DicomWalk& tags, const fs::path& path) {
     const std::string sop_class = tags.text(kSopClass);
@@ -46,6 +87,11 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
         if (sop_class == other.sop_class)
             return unsupported(path, "is " + std::string(other.name) +
                                          " object, expected an image of CT, MR or the like");
+    if (std::find(std::begin(kProjections), std::end(kProjections), sop_class) !=
+        std::end(kProjections))
+        return unsupported(path, "holds X-ray projections (angiography or fluoroscopy, " +
+                                     std::to_string(frame_count(tags).value_or(1)) +
+                                     " frames), expected the slices of a volume");
     if (!find_transfer_syntax(tags.syntax_uid()))
         return unsupported(path, "is " + describe_transfer_syntax(tags.syntax_uid()) +
                                      ", expected pixels without compression or in RLE, JPEG, "
@@ -55,10 +101,12 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
     if (!frames)
         return unsupported(path,
                            "holds " + shown(trimmed(text)) + " frames, expected a number ≥ 1");
-    if (*frames > 1 && tags.frame_values().size() != *frames)
+    const bool is_stack = tags.frame_values().empty() && offsets_of_frames(tags, *frames);
+    if (*frames > 1 && tags.frame_values().size() != *frames && !is_stack)
         return unsupported(path, "holds " + std::to_string(*frames) +
                                      " frames without a position for each, expected Per-Frame "
-                                     "Functional Groups, or one slice per file");
+                                     "Functional Groups, a position with the distance of the "
+                                     "frames, or one slice per file");
     const int samples = tags.number(kSamples, 1);
     if (samples != 1)
         return unsupported(
@@ -179,6 +227,36 @@ std::optional<Error> fault_of(const DicomWalk& tags, DicomSlice& slice, bool who
     return std::nullopt;
 }
 
+/// Numbers that tell the volumes of a file apart.
+std::vector<std::uint32_t> numbers_of(const DicomWalk& tags, const DicomValues& values) {
+    std::vector<std::uint32_t> numbers = tags.longs(values, kTemporalIndex);
+    const std::vector<std::uint32_t> more = tags.longs(values, kDimensionIndices);
+    numbers.insert(numbers.end(), more.begin(), more.end());
+    return numbers;
+}
+
+/// Sets the geometry of a frame, from 0, by its functional groups or else by its distance from the
+/// first frame.
+Status place_frame(const DicomWalk& tags, std::size_t n, const FrameOffsets* offsets,
+                   DicomSlice& frame) {
+    if (offsets) {
+        const Vec3d normal = normalized(cross(frame.row, frame.column));
+        frame.position = frame.position + offsets->mm[n] * normal;
+        frame.is_spaced_by_thickness = offsets->by_thickness;
+        if (!is_finite(frame.position))
+            return unreadable(frame.path,
+                              "has no usable position of frame " + std::to_string(n + 1));
+        return check_origin(frame.path, frame.position);
+    }
+    DicomValues geometry = tags.frame_values()[n];
+    geometry.add_missing(tags.shared_values());
+    // The position of all frames in one is none.
+    if (geometry.has(kPosition) || tags.frame_values().size() == 1)
+        geometry.add_missing(tags.values());
+    frame.numbers = numbers_of(tags, geometry);
+    return take_geometry(geometry, frame);
+}
+
 /// Makes a slice of each frame. @param slice  the fields that all frames share, without a fault
 /// @returns one slice with a fault if a frame has no position or no pixels
 std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice& slice) {
@@ -189,7 +267,9 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
     };
     const auto& values = tags.frame_values();
     const std::size_t frames = frame_count(tags).value_or(1);
-    if (values.size() != frames)
+    std::optional<FrameOffsets> offsets;
+    if (values.empty()) offsets = offsets_of_frames(tags, frames);
+    if (values.size() != frames && !offsets)
         return faulty(unsupported(slice.path, "has functional groups of " +
                                                   std::to_string(values.size()) +
                                                   " frames, expected " + std::to_string(frames)));
@@ -212,11 +292,8 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
     for (std::size_t n = 0; n < frames; ++n) {
         DicomSlice& frame = slices.emplace_back(common);
         frame.frame = frames > 1 ? int(n) + 1 : 0;
-        DicomValues geometry = values[n];
-        geometry.add_missing(tags.shared_values());
-        // The position of all frames in one is none.
-        if (geometry.has(kPosition) || frames == 1) geometry.add_missing(tags.values());
-        if (Status status = take_geometry(geometry, frame); !status) return faulty(status.error());
+        if (Status status = place_frame(tags, n, offsets ? &*offsets : nullptr, frame); !status)
+            return faulty(status.error());
         if (!parts.empty())
             frame.pixels.parts = std::move(parts[n]);
         else
@@ -252,7 +329,8 @@ std::vector<DicomSlice> read_dicom_slices(const fs::path& path) {
     // The walk has passed the UID's position if it reached the pixels.
     if (slice.series_uid.empty() && whole && readable) slice.series_uid = kNoSeriesUid;
     slice.fault = fault_of(tags, slice, whole);
-    if (!slice.fault && !tags.frame_values().empty()) return slices_of_frames(tags, slice);
+    const bool has_frames = !tags.frame_values().empty() || frame_count(tags).value_or(1) > 1;
+    if (!slice.fault && has_frames) return slices_of_frames(tags, slice);
     return {std::move(slice)};
 }
 

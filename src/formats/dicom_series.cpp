@@ -211,10 +211,18 @@ Status check_memory(const fs::path& folder, const Grid& grid) {
 Result<Volume> read_series(const fs::path& place, std::vector<DicomSlice> slices,
                            const ReadOptions& options, ReadNotes& notes,
                            const DecoderChoice& decoder) {
-    if (options.frame && *options.frame != 0)
+    auto volumes = split_volumes(std::move(slices));
+    if (volumes.size() == 1 && options.frame && *options.frame != 0)
         return Error{ErrorCode::InvalidArgument,
                      "--frame: found " + std::to_string(*options.frame) + ", expected none for " +
                          place.string() + ", which holds one image"};
+    if (Status status = check_frame(place, std::int64_t(volumes.size()), options.frame); !status)
+        return status.error();
+    slices = std::move(volumes[std::size_t(options.frame.value_or(0))]);
+    if (slices.size() > 1 && slices.front().is_spaced_by_thickness)
+        notes.notes.push_back("the frames' thickness of " +
+                              short_text(slices.front().thickness_mm) +
+                              " mm is taken as their distance");
     auto stack = stack_slices(place, slices, options.straighten, notes.notes);
     if (!stack) return stack.error();
     const Grid& grid = stack->grid;
@@ -258,6 +266,23 @@ Result<std::vector<DicomSeries>> list_series(const fs::path& folder) {
         list.push_back({uid, description_of(series), int(series.slices.size())});
     }
     return list;
+}
+
+Result<std::int64_t> count_dicom_volumes(const fs::path& path, const std::string& series) {
+    std::error_code error;
+    std::vector<DicomSlice> slices;
+    if (!fs::is_directory(path, error)) {
+        slices = read_dicom_slices(path);
+    } else {
+        auto found = read_headers(path);
+        if (!found) return found.error();
+        std::vector<std::string> ignored;
+        if (found->is_empty()) return no_images(path, *found);
+        auto chosen = choose_series(path, std::move(*found), series, ignored);
+        if (!chosen) return chosen.error();
+        slices = std::move(*chosen);
+    }
+    return std::int64_t(split_volumes(std::move(slices)).size());
 }
 
 Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& options,

@@ -23,6 +23,11 @@
 #pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
+/// Slices closer than this are at the same position [mm].
+inline constexpr double kSameSliceMm = 1e-3;
+/// Rounding tolerance of direction cosines.
+inline constexpr double kSameSliceAxes = 1e-4;
+
 /// A series in a folder.
 struct DicomSeries {
     std::string uid;
@@ -47,6 +52,15 @@ struct DicomStack {
 Result<DicomStack> stack_slices(const std::filesystem::path& folder,
                                 std::vector<DicomSlice>& slices, bool straighten,
                                 std::vector<std::string>& notes);
+
+/// Splits a series into its volumes, in their order. @returns one if the slices are at different
+/// positions, or can't be told apart
+std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slices);
+
+/// Number of volumes of a file or folder to choose from with ReadOptions::frame.
+/// @param series  UID; empty: the only one
+Result<std::int64_t> count_dicom_volumes(const std::filesystem::path& path,
+                                         const std::string& series);
 
 /// Reads the frames of a file. The file DICOMDIR stands for its folder.
 Result<Volume> read_dicom_file(const std::filesystem::path& path, const ReadOptions& options,

@@ -39,12 +39,15 @@ struct DicomSlice {
     int rows = 0, columns = 0;
     double slope = 1, intercept = 0;  ///< value = slope·stored + intercept
     std::string modality, rescale_type;
-    Vec3d position{};         ///< centre of the first pixel [mm, LPS]
-    Vec3d row{};              ///< unit vector along a row: the i axis
-    Vec3d column{};           ///< unit vector down a column: the j axis
-    Vec3d spacing_mm{};       ///< x: between columns, y: between rows; z unused
-    double thickness_mm = 0;  ///< 0: unknown
-    int frame = 0;            ///< from 1; 0: the file has one
+    Vec3d position{};                     ///< centre of the first pixel [mm, LPS]
+    Vec3d row{};                          ///< unit vector along a row: the i axis
+    Vec3d column{};                       ///< unit vector down a column: the j axis
+    Vec3d spacing_mm{};                   ///< x: between columns, y: between rows; z unused
+    double thickness_mm = 0;              ///< 0: unknown
+    int frame = 0;                        ///< from 1; 0: the file has one
+    bool is_spaced_by_thickness = false;  ///< its position follows from the frames' thickness
+    /// Of a frame: Temporal Position Index and Dimension Index Values; empty: none.
+    std::vector<std::uint32_t> numbers;
     DicomPixels pixels;
     bool has_modality_lut = false;
     std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then

@@ -23,8 +23,6 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Slices closer than this are duplicates [mm].
-constexpr double kSamePlaceMm = 1e-3;
 /// Maximum relative deviation of a gap between slices from the usual gap.
 constexpr double kMaxGapDeviation = 0.05;
 /// Alternatively, maximum distance of a slice from its position in a regular stack [mm, fraction of
@@ -33,8 +31,6 @@ constexpr double kMaxOffPlaceMm = 0.1, kMaxOffPlace = 0.2;
 /// Sideways shift without a note [mm], tolerated lean [mm per mm, 0.06 degrees], and maximum shift
 /// otherwise [pixels].
 constexpr double kSmallShiftMm = 0.02, kMaxLean = 1e-3, kMaxShiftPixels = 0.25;
-/// Rounding tolerance of direction cosines.
-constexpr double kSameDirection = 1e-4;
 
 Status check_same_shape(const DicomSlice& first, const DicomSlice& slice) {
     const std::string names = first.name() + " and " + slice.name();
@@ -44,8 +40,8 @@ Status check_same_shape(const DicomSlice& first, const DicomSlice& slice) {
                                                          ", expected one for the whole series");
     };
     if (slice.rows != first.rows || slice.columns != first.columns) return differ("size");
-    if (norm(slice.row - first.row) > kSameDirection ||
-        norm(slice.column - first.column) > kSameDirection)
+    if (norm(slice.row - first.row) > kSameSliceAxes ||
+        norm(slice.column - first.column) > kSameSliceAxes)
         return differ("orientation");
     if (norm(slice.spacing_mm - first.spacing_mm) > 1e-4 * norm(first.spacing_mm))
         return differ("pixel spacing");
@@ -75,7 +71,7 @@ double usual_gap(const std::vector<double>& heights) {
 Status check_apart(const fs::path& folder, const std::vector<DicomSlice>& slices,
                    const std::vector<double>& heights) {
     for (std::size_t n = 1; n < heights.size(); ++n)
-        if (heights[n] - heights[n - 1] < kSamePlaceMm)
+        if (heights[n] - heights[n - 1] < kSameSliceMm)
             return unsupported(folder, "two slices are at the same place: " + slices[n - 1].name() +
                                            " and " + slices[n].name());
     return Ok{};

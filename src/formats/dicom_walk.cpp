@@ -35,23 +35,25 @@ constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
     {dicom_tags::kHighBit, "US"},        {dicom_tags::kPixelRepresentation, "US"},
     {dicom_tags::kIntercept, "DS"},      {dicom_tags::kSlope, "DS"},
     {dicom_tags::kRescaleType, ""},      {dicom_tags::kModalityLut, ""},
-    {dicom_tags::kSliceThickness, "DS"}};
+    {dicom_tags::kSliceThickness, "DS"}, {dicom_tags::kSliceSpacing, "DS"},
+    {dicom_tags::kFramePointer, "AT"},   {dicom_tags::kFrameOffsets, "DS"}};
 /// Sequences of functional groups: for all frames and for each; and those of their sequences that
-/// are read: Plane Position, Plane Orientation, Pixel Measures, Pixel Value Transformation.
+/// are read: Frame Content, Plane Position, Plane Orientation, Pixel Measures, Pixel Value
+/// Transformation.
 constexpr std::uint32_t kSharedGroups = 0x52009229, kFrameGroups = 0x52009230,
                         kExtendedOffsets = 0x7fe00001;
-constexpr std::uint32_t kMacros[] = {0x00209113, 0x00209116, 0x00289110, 0x00289145};
-/// Their stored elements, all of type DS.
-constexpr std::uint32_t kFrameTags[] = {dicom_tags::kPosition,     dicom_tags::kOrientation,
-                                        dicom_tags::kPixelSpacing, dicom_tags::kSliceThickness,
-                                        dicom_tags::kIntercept,    dicom_tags::kSlope};
-/// Maximum length of a stored value, and maximum nesting of sequences.
-constexpr std::uint32_t kMaxValueBytes = 1024;
+constexpr std::uint32_t kMacros[] = {0x00209111, 0x00209113, 0x00209116, 0x00289110, 0x00289145};
+/// Their stored elements, of types DS and UL.
+constexpr std::uint32_t kFrameTags[] = {dicom_tags::kPosition,      dicom_tags::kOrientation,
+                                        dicom_tags::kPixelSpacing,  dicom_tags::kSliceThickness,
+                                        dicom_tags::kIntercept,     dicom_tags::kSlope,
+                                        dicom_tags::kTemporalIndex, dicom_tags::kDimensionIndices};
+/// Maximum length of a stored value, also of one with a number for each frame, and maximum nesting
+/// of sequences.
+constexpr std::uint32_t kMaxValueBytes = 1024, kMaxFrameOffsetBytes = 1 << 20;
 constexpr int kMaxDepth = 32;
 /// Maximum number of a codestream's fragments.
 constexpr std::size_t kMaxFragments = std::size_t(1) << 20;
-/// Maximum number of frames of a file.
-constexpr std::size_t kMaxFrames = std::size_t(1) << 16;
 
 /// The type as a static string; empty for an unknown one.
 std::string_view known_type(const char* bytes) {
@@ -98,6 +100,23 @@ int DicomWalk::number(std::uint32_t tag, int otherwise) const {
     const std::string* const found = m_values.find(tag);
     if (!found || found->size() < 2) return otherwise;
     return int(u16(found->data()));
+}
+
+std::vector<std::uint32_t> DicomWalk::longs(const DicomValues& values, std::uint32_t tag) const {
+    const std::string* const found = values.find(tag);
+    std::vector<std::uint32_t> numbers;
+    if (found && found->size() % 4 == 0)
+        for (std::size_t at = 0; at < found->size(); at += 4) numbers.push_back(u32(&(*found)[at]));
+    return numbers;
+}
+
+std::vector<std::uint32_t> DicomWalk::tags_at(std::uint32_t tag) const {
+    const std::string* const found = m_values.find(tag);
+    std::vector<std::uint32_t> tags;
+    if (found && found->size() % 4 == 0)
+        for (std::size_t at = 0; at < found->size(); at += 4)
+            tags.push_back(u16(&(*found)[at]) << 16 | u16(&(*found)[at + 2]));
+    return tags;
 }
 
 std::vector<double> DicomValues::decimals(std::uint32_t tag, std::size_t count) const {
@@ -207,7 +226,7 @@ bool DicomWalk::take_groups(const Element& sequence, bool for_each_frame) {
     const bool is_explicit = m_explicit;
     if (sequence.type == "UN") m_explicit = false;
     const bool sound = each_element(sequence, [&](const Element& item) {
-        if (for_each_frame && m_frames.size() == kMaxFrames) return false;
+        if (for_each_frame && m_frames.size() == kMaxDicomFrames) return false;
         DicomValues& values = for_each_frame ? m_frames.emplace_back() : m_shared;
         return each_element(item, [&](const Element& element) {
             const bool is_macro =
@@ -251,7 +270,9 @@ bool DicomWalk::take_value(const Element& element) {
     if (type == "US" && element.length != 2) return false;
     std::string& value = m_values[element.tag];
     if (element.nests) return skip_nested(element);
-    if (element.length > kMaxValueBytes) return skip(element.length);
+    const bool is_long = element.tag == dicom_tags::kFrameOffsets;
+    if (element.length > (is_long ? kMaxFrameOffsetBytes : kMaxValueBytes))
+        return skip(element.length);
     value.resize(element.length);
     return read(value.data(), value.size());
 }
@@ -308,7 +329,8 @@ bool DicomWalk::take_fragments() {
 bool DicomWalk::take_offsets(const Element& element) {
     const std::size_t size = element.tag == kExtendedOffsets ? 8 : 4;
     if (element.nests) return skip_nested(element);
-    if (element.length % size || element.length / size > kMaxFrames) return skip(element.length);
+    if (element.length % size || element.length / size > kMaxDicomFrames)
+        return skip(element.length);
     std::string bytes(element.length, '\0');
     if (!read(bytes.data(), bytes.size())) return false;
     m_offsets.clear();

@@ -37,8 +37,14 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080
                                kBitsStored = 0x00280101, kHighBit = 0x00280102,
                                kPixelRepresentation = 0x00280103, kIntercept = 0x00281052,
                                kSlope = 0x00281053, kRescaleType = 0x00281054,
-                               kModalityLut = 0x00283000, kSliceThickness = 0x00180050;
+                               kModalityLut = 0x00283000, kSliceThickness = 0x00180050,
+                               kSliceSpacing = 0x00180088, kFramePointer = 0x00280009,
+                               kFrameOffsets = 0x3004000c, kTemporalIndex = 0x00209128,
+                               kDimensionIndices = 0x00209157;
 }
+
+/// Maximum number of frames of a file.
+inline constexpr std::size_t kMaxDicomFrames = std::size_t(1) << 16;
 
 /// A range of a file.
 struct FilePart {
@@ -79,6 +85,10 @@ class DicomWalk {
     std::string text(std::uint32_t tag) const { return m_values.text(tag); }
     int number(std::uint32_t tag, int otherwise) const;
     bool has(std::uint32_t tag) const { return m_values.has(tag); }
+    /// 32-bit numbers of an element.
+    std::vector<std::uint32_t> longs(const DicomValues& values, std::uint32_t tag) const;
+    /// Tags that an element names.
+    std::vector<std::uint32_t> tags_at(std::uint32_t tag) const;
     /// Values of the functional groups for all frames, and for each frame.
     const DicomValues& shared_values() const { return m_shared; }
     const std::vector<DicomValues>& frame_values() const { return m_frames; }

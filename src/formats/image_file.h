@@ -17,6 +17,10 @@ std::optional<ImageFormat> format_by_name(const std::filesystem::path& path);
 Status check_file(const std::filesystem::path& path);
 /// Reads the header if the first bytes match the format.
 Result<ImageHeader> read_image_header(const std::filesystem::path& path, ImageFormat format);
+/// Number of images in a file, or of volumes in a DICOM file or folder, to choose from with
+/// ReadOptions::frame.
+/// @param series  UID of the DICOM series; empty: the only one
+Result<std::int64_t> count_images(const std::filesystem::path& path, const std::string& series);
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -76,6 +76,18 @@ Status check_size(const fs::path& path, const std::vector<std::int64_t>& sizes) 
     return check_counts(path, sizes);
 }
 
+Status check_frame(const fs::path& path, std::int64_t frames,
+                   const std::optional<std::int64_t>& frame) {
+    const std::string valid = frames == 1 ? "0" : "0…" + std::to_string(frames - 1);
+    if (!frame && frames > 1)
+        return Error{ErrorCode::InvalidArgument, path.string() + ": holds " +
+                                                     std::to_string(frames) +
+                                                     " images, choose one with --frame " + valid};
+    if (!frame || (*frame >= 0 && *frame < frames)) return Ok{};
+    return Error{ErrorCode::InvalidArgument, "--frame: found " + std::to_string(*frame) +
+                                                 ", expected " + valid + " for " + path.string()};
+}
+
 Status check_spacing(const fs::path& path, int axis, double spacing_mm) {
     if (spacing_mm >= kMinSpacingMm && spacing_mm <= kMaxSpacingMm) return Ok{};
     return unreadable(path, "spacing of axis " + std::to_string(axis + 1) + " is " +

@@ -92,6 +92,9 @@ Result<ImageHeader> read_vtk_header(const std::filesystem::path& path);
 /// Checks that a grid is usable: valid spacing, origin and directions.
 /// @param may_lean  axes need not be perpendicular, but must span the space
 Status check_grid(const std::filesystem::path& path, const Grid& grid, bool may_lean = false);
+/// Checks the choice of an image in a file with several.
+Status check_frame(const std::filesystem::path& path, std::int64_t frames,
+                   const std::optional<std::int64_t>& frame);
 /// Checks the range of a spacing. @param axis  0…2
 Status check_spacing(const std::filesystem::path& path, int axis, double spacing_mm);
 Status check_origin(const std::filesystem::path& path, Vec3d origin_mm);

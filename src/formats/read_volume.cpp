@@ -305,20 +305,6 @@ Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header,
     return stream_voxels(path, header, options, notes);
 }
 
-/// Checks the choice of an image in a 4-D file.
-Status check_frame(const fs::path& path, const ImageHeader& header,
-                   const std::optional<std::int64_t>& frame) {
-    const std::int64_t frames = header.components;
-    const std::string valid = frames == 1 ? "0" : "0…" + std::to_string(frames - 1);
-    if (!frame && frames > 1)
-        return Error{ErrorCode::InvalidArgument, path.string() + ": holds " +
-                                                     std::to_string(frames) +
-                                                     " images, choose one with --frame " + valid};
-    if (!frame || (*frame >= 0 && *frame < frames)) return Ok{};
-    return Error{ErrorCode::InvalidArgument, "--frame: found " + std::to_string(*frame) +
-                                                 ", expected " + valid + " for " + path.string()};
-}
-
 Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options, ReadNotes& notes) {
     const auto format = format_by_name(path);
     if (!format && looks_like_dicom(path)) return read_dicom_file(path, options, notes);
@@ -327,7 +313,8 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header, options.straighten); !status)
         return status.error();
-    if (Status status = check_frame(path, *header, options.frame); !status) return status.error();
+    if (Status status = check_frame(path, header->components, options.frame); !status)
+        return status.error();
     if (Status status = check_data_files(path, header->data); !status) return status.error();
     if (Status status = check_data(path, *header); !status) return status.error();
     notes.format = name_of(*format);
@@ -346,6 +333,15 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
 }
 
 }  // namespace
+
+Result<std::int64_t> count_images(const fs::path& path, const std::string& series) {
+    const auto format = format_by_name(path);
+    if (!format) return count_dicom_volumes(path, series);
+    auto header = read_image_header(path, *format);
+    if (!header) return header.error();
+    if (Status status = check_header(path, 1, *header, true); !status) return status.error();
+    return header->components;
+}
 
 Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, ReadNotes* notes) {
     ReadNotes unused;

@@ -70,10 +70,10 @@ std::string recorded_name(const fs::path& root, const fs::path& file, bool is_ke
     return file.lexically_relative(scans.parent_path()).string();
 }
 
-Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::string& series,
+Result<Opened> open_files(Upload& upload, const fs::path& scan, const ScanWish& wish,
                           const std::shared_ptr<const MakeTissue>& own_tissue,
                           const TaskArena& arena, const std::function<bool()>& give_up) {
-    if (scan == upload.scan_folder() && series.empty()) {
+    if (scan == upload.scan_folder() && wish.series.empty()) {
         auto found = list_series(scan);
         if (!found.ok()) return found.error();
         if (found->size() > 1) return Opened(std::move(*found));
@@ -86,21 +86,42 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::strin
                          "scenes when it starts"};
     if (Status status = check_header_of(scan); !status) return status.error();
     const TaskArena alone(1);
-    auto scene = Scene::open({.file = scan.string(), .series = series, .own_tissue = own_tissue},
+    auto scene = Scene::open({.file = scan.string(),
+                              .series = wish.series,
+                              .own_tissue = own_tissue,
+                              .frame = wish.frame},
                              arena, alone, give_up);
-    if (!scene.ok()) return scene.error();
+    if (!scene.ok()) {
+        const bool may_be_several = scene.error().code == ErrorCode::InvalidArgument && !wish.frame;
+        const auto count = may_be_several ? count_images(scan, wish.series) : std::int64_t(1);
+        if (count.ok() && *count > 1) return Opened(ImageCount{*count});
+        return scene.error();
+    }
     const fs::path before = upload.root();
     const auto kept = upload.keep();
     if (!kept.ok()) return kept.error();
     const fs::path place = upload.root() / scan.lexically_relative(before);
     NewScene opened{std::move(*scene), {}};
-    opened.recorded = {
-        {.file = recorded_name(upload.root(), place, upload.root() != before), .series = series},
-        opened.scene->scan_hash()};
+    opened.recorded = {{.file = recorded_name(upload.root(), place, upload.root() != before),
+                        .series = wish.series,
+                        .frame = wish.frame},
+                       opened.scene->scan_hash()};
     return Opened(std::move(opened));
 }
 
 }  // namespace
+
+std::string plain_message(const std::string& message, const Upload& upload, const fs::path& file) {
+    return without_folders(message, upload, file);
+}
+
+Result<UploadedState> keep_state(Upload& upload) {
+    const fs::path before = upload.root();
+    const auto folder = upload.keep();
+    if (!folder.ok()) return folder.error();
+    const fs::path file = *folder / *upload.names().begin();
+    return UploadedState{file, recorded_name(upload.root(), file, upload.root() != before)};
+}
 
 Result<std::shared_ptr<const LabelMap>> open_labels(Upload& upload, const Grid& scan,
                                                     const std::function<bool()>& give_up) {
@@ -124,7 +145,7 @@ Result<std::shared_ptr<const LabelMap>> open_labels(Upload& upload, const Grid& 
     }
 }
 
-Result<Opened> open_upload(Upload& upload, const std::string& series,
+Result<Opened> open_upload(Upload& upload, const ScanWish& wish,
                            const std::shared_ptr<const MakeTissue>& own_tissue,
                            const TaskArena& arena, const std::function<bool()>& give_up) {
     const auto scan = find_scan(upload);
@@ -133,7 +154,7 @@ Result<Opened> open_upload(Upload& upload, const std::string& series,
         return without_folders(message, upload, *scan);
     };
     try {
-        auto opened = open_files(upload, *scan, series, own_tissue, arena, give_up);
+        auto opened = open_files(upload, *scan, wish, own_tissue, arena, give_up);
         if (!opened.ok()) return Error{opened.error().code, plain(opened.error().message)};
         return opened;
     } catch (const std::bad_alloc&) {

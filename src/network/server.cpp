@@ -56,8 +56,19 @@ std::string name_of(const serve::SceneSource& source) {
     return source.file.empty() ? "the " + source.phantom + " phantom" : source.file;
 }
 
+/// Checks that a session began with the given state.
+Status check_first_state(const serve::SessionFile& file, const std::string& path,
+                         const std::string& state) {
+    const auto* first =
+        file.records.empty() ? nullptr : std::get_if<serve::SessionState>(&file.records.front());
+    if (first && first->file == state) return Ok{};
+    return about("load_state", ErrorCode::InvalidArgument,
+                 "expected a new session, or one that began with " + state + ", found " + path);
+}
+
+/// @param state  file of the state that the session must have begun with; empty: any
 Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneSource& source,
-                          bool any_source, const TaskArena& arena) {
+                          const std::string& state, bool any_source, const TaskArena& arena) {
     const auto named = [&](const Error& error) {
         return Error{error.code, path.string() + ": " + error.message};
     };
@@ -68,6 +79,9 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
         return named({ErrorCode::InvalidArgument, "expected a session of " + name_of(source) +
                                                       ", found one of " +
                                                       name_of(file->header.source)});
+    if (!state.empty())
+        if (const Status s = check_first_state(*file, path.string(), state); !s.ok())
+            return s.error();
     OpenedScene opened;
     // Locks the file before the long work begins.
     auto log = serve::SessionLog::go_on(path, *file);
@@ -101,6 +115,10 @@ Result<OpenedScene> open_watched(const ServerSettings& settings, const TaskArena
         return about("replay", ErrorCode::InvalidArgument,
                      "expected neither a scan nor a session beside it, found " +
                          (settings.file.empty() ? settings.session.string() : settings.file));
+    if (!settings.load_state.empty())
+        return about(
+            "load_state", ErrorCode::InvalidArgument,
+            "expected none beside a session that is watched, found " + settings.load_state);
     auto file = serve::read_session(settings.replay);
     if (!file.ok()) return file.error();
     if (settings.own_tissue)
@@ -140,9 +158,16 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     if (!settings.config.empty()) source.labels = absolute(settings.labels);
     source.directions = absolute(settings.directions);
     if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
-        return go_on(settings.session, source, settings.file.empty(), arena);
+        return go_on(settings.session, source, absolute(settings.load_state), settings.file.empty(),
+                     arena);
     auto scene = serve::Scene::open(source, arena);
     if (!scene.ok()) return scene.error();
+    serve::SessionState state{.file = absolute(settings.load_state)};
+    if (!state.file.empty()) {
+        if (const Status s = (*scene)->load_state(state.file); !s.ok())
+            return about("load_state", s.error().code, s.error().message);
+        state.checksum = serve::checksum_of(state.file).value_or(0);
+    }
     OpenedScene opened{.scene = std::move(*scene),
                        .log = {},
                        .notes = {},
@@ -152,12 +177,14 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     const serve::SessionHeader header{source, opened.scene->scan_hash()};
     auto log = settings.session.empty() ? serve::SessionLog::create_nameless(header)
                                         : serve::SessionLog::create(settings.session, header);
-    if (log.ok())
+    if (log.ok()) {
         opened.log = std::move(*log);
-    else if (settings.session.empty())
+        if (!state.file.empty()) opened.log->add(state);
+    } else if (settings.session.empty()) {
         opened.notes.push_back(log.error().message + "; no session can be saved");
-    else
+    } else {
         return log.error();
+    }
     return opened;
 }
 

@@ -75,8 +75,11 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     void file_is_there();
     void read_scan();
     void read_labels();
+    void load_state();
+    void state_is_loaded(const std::filesystem::path& file, const Status& loaded);
     void watch_client();
     void hand_over(Result<Opened> opened);
+    void let_choose(const std::string& choices);
     void refuse(const pliant::Error& error);
     void finish(bool is_open);
     void give_up(const Refusal& refusal);
@@ -106,6 +109,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     std::size_t m_discarded = 0;
     bool m_is_single = false;             ///< the only file of its scan
     bool m_is_labels = false;             ///< a label map instead of a scan
+    bool m_is_state = false;              ///< a state of the tissue instead of a scan
     std::atomic<bool> m_is_gone = false;  ///< the client hung up while its scan was read
     std::chrono::steady_clock::time_point m_begin = std::chrono::steady_clock::now();
 };

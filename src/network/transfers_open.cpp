@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "core/text.h"
 #include "network/opening.h"
 #include "network/transfer.h"
 
@@ -43,12 +44,15 @@ void Transfers::Desk::wait_for_more(std::chrono::seconds most) {
 
 void Transfer::open(std::string_view path) {
     m_is_labels = path == "/open/labels";
-    m_is_single = path == "/open" || m_is_labels;
+    m_is_state = path == "/open/state";
+    m_is_single = path == "/open" || m_is_labels || m_is_state;
     const bool is_done = path == "/open/done", gives_up = path == "/open/drop";
     if (!m_is_single && !is_done && !gives_up && path != "/open/part")
-        return answer(404, "expected /open, /open/labels, /open/part, /open/done or /open/drop");
-    const std::string id = m_is_single ? "" : parameter("upload");
-    if (!m_is_single && !is_upload_id(id))
+        return answer(404,
+                      "expected /open, /open/labels, /open/state, /open/part, /open/done or "
+                      "/open/drop");
+    const std::string id = parameter("upload");
+    if (!(m_is_single && id.empty()) && !is_upload_id(id))
         return answer(400, "upload: expected 1…64 letters and digits");
     if (m_desk.opening || (m_desk.upload && m_desk.upload->id() != id))
         return answer(503, "open: expected one scan at a time, found another");
@@ -111,6 +115,7 @@ void Transfer::take_piece(std::size_t size, bool is_last) {
 
 void Transfer::file_is_there() {
     if (m_is_labels) return read_labels();
+    if (m_is_state) return load_state();
     if (m_is_single) return read_scan();
     m_desk.opening.reset();
     m_desk.wait_for_more(kUploadPause);
@@ -133,11 +138,17 @@ void Transfer::watch_client() {
 void Transfer::read_scan() {
     watch_client();
     on_disk(
-        [this, upload = m_desk.upload, series = parameter("series")]() -> Result<Opened> {
+        [this, upload = m_desk.upload, series = parameter("series"),
+         frame = parameter("frame")]() -> Result<Opened> {
             if (!m_is_single)
                 if (const auto refusal = upload->rename(parameter("name")))
                     return pliant::Error{ErrorCode::Unwritable, refusal->line};
-            return open_upload(*upload, series, m_desk.settings.own_tissue, m_desk.settings.arena,
+            ScanWish wish{.series = series};
+            if (!frame.empty()) wish.frame = whole_number_from(frame);
+            if (!frame.empty() && !wish.frame)
+                return pliant::Error{ErrorCode::InvalidArgument,
+                                     "frame: expected a whole number, found " + shown(frame)};
+            return open_upload(*upload, wish, m_desk.settings.own_tissue, m_desk.settings.arena,
                                [this] { return m_is_gone || m_desk.is_ending; });
         },
         [this](Result<Opened> opened) { hand_over(std::move(opened)); });
@@ -162,6 +173,32 @@ void Transfer::read_labels() {
         });
 }
 
+void Transfer::load_state() {
+    on_disk([upload = m_desk.upload] { return keep_state(*upload); },
+            [this](const Result<UploadedState>& kept) {
+                if (!kept.ok()) return refuse(kept.error());
+                m_desk.hub.load_state(kept->file, kept->recorded,
+                                      [weak = weak_from_this(), context = &m_desk.context,
+                                       file = kept->file](const Status& loaded) {
+                                          asio::post(*context, [weak, file, loaded] {
+                                              if (const auto self = weak.lock())
+                                                  self->state_is_loaded(file, loaded);
+                                          });
+                                      });
+            });
+}
+
+void Transfer::state_is_loaded(const std::filesystem::path& file, const Status& loaded) {
+    if (!loaded.ok()) {
+        m_desk.upload->discard();
+        return refuse(
+            {loaded.error().code, plain_message(loaded.error().message, *m_desk.upload, file)});
+    }
+    m_desk.drop_upload();
+    m_desk.opening.reset();
+    answer(200, "loaded");
+}
+
 void Transfer::refuse(const pliant::Error& error) {
     const ErrorCode code = error.code;
     const unsigned status = code == ErrorCode::LimitExceeded ? 413
@@ -178,10 +215,15 @@ void Transfer::finish(bool is_open) {
 
 void Transfer::hand_over(Result<Opened> opened) {
     if (!opened.ok()) return refuse(opened.error());
-    if (const auto* choices = std::get_if<std::vector<DicomSeries>>(&*opened)) {
-        m_desk.opening.reset();
-        m_desk.wait_for_more(kChoiceTime);
-        return answer(300, series_text(*choices));
+    if (const auto* series = std::get_if<std::vector<DicomSeries>>(&*opened))
+        return let_choose(series_text(*series));
+    if (const auto* count = std::get_if<ImageCount>(&*opened)) {
+        // Without an ID the files can't be named again.
+        if (!m_desk.upload->id().empty()) return let_choose(frames_text(count->images));
+        return give_up({400, *m_desk.upload->names().begin() + ": holds " +
+                                 std::to_string(count->images) +
+                                 " images, choose one with the parameter frame, 0…" +
+                                 std::to_string(count->images - 1)});
     }
     // The scan stays open; its files are removed unless they are kept.
     m_desk.drop_upload();
@@ -194,6 +236,13 @@ void Transfer::hand_over(Result<Opened> opened) {
                 if (const auto self = weak.lock()) self->finish(true);
             });
         });
+}
+
+/// Keeps the files until the client has chosen. @param choices  JSON
+void Transfer::let_choose(const std::string& choices) {
+    m_desk.opening.reset();
+    m_desk.wait_for_more(kChoiceTime);
+    answer(300, choices);
 }
 
 /// Discards the upload. @param refusal  without a status: the connection is closed without an

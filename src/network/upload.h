@@ -65,6 +65,8 @@ class Upload {
     /// Moves the upload to its permanent folder beside the session, if uploads are kept. @returns
     /// the scan's folder
     Result<std::filesystem::path> keep();
+    /// The upload is removed with this object, even if it was kept.
+    void discard() { m_is_kept = false; }
 
     const std::set<std::string>& names() const { return m_names; }
     std::filesystem::path scan_folder() const { return m_root / m_name; }

@@ -161,6 +161,8 @@ std::string replay_marks_text(std::span<const TimelineMark> marks);
 std::string labels_text(std::uint32_t volume, const std::string& name,
                         std::span<const LabelInfo> labels);
 /// List of series as JSON.
+/// List of the images of a file, from which a client chooses one.
+std::string frames_text(std::int64_t count);
 std::string series_text(std::span<const DicomSeries> list);
 std::string pong_text(std::uint32_t id);
 std::string bye_text(int code, const std::string& message);

@@ -153,11 +153,11 @@ std::string hex_text(std::uint64_t number, int digits) {
 
 std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                          const SharedState& state) {
-    const Json features =
-        welcome.is_watched
-            ? Json{"save", "overlay", "path", "vessel", "rest", "labels", "follow", "replay"}
-            : Json{"save",   "open", "overlay", "path",  "tissue", "haptics",
-                   "vessel", "rest", "labels",  "marks", "follow"};
+    const Json features = welcome.is_watched
+                              ? Json{"save",  "overlay", "path",   "vessel", "rest",
+                                     "state", "labels",  "follow", "replay"}
+                              : Json{"save",   "open", "overlay", "path",   "tissue", "haptics",
+                                     "vessel", "rest", "state",   "labels", "marks",  "follow"};
     Json json = json_of(welcome.client);
     json.update({{"t", "welcome"},
                  {"protocol", kProtocolVersion},
@@ -288,6 +288,10 @@ std::string series_text(std::span<const DicomSeries> list) {
         series.push_back(
             {{"uid", one.uid}, {"description", one.description}, {"slices", one.slices}});
     return text_of_json({{"series", series}});
+}
+
+std::string frames_text(std::int64_t count) {
+    return text_of_json({{"frames", count}});
 }
 
 std::string pong_text(std::uint32_t id) {

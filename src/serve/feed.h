@@ -27,6 +27,7 @@
 
 #include "serve/client.h"
 #include "session/scene.h"
+#include "session/session_log.h"
 
 namespace pliant::serve {
 
@@ -51,9 +52,10 @@ class FeedHost {
                             std::string_view name) noexcept = 0;
     /// Carries out and records a command.
     virtual Outcome act(std::uint32_t client, const Action& action) = 0;
-    /// Carries out a command or sweeps of a session that is watched.
+    /// Carries out a command, sweeps or the loading of a state of a session that is watched.
     virtual Outcome play(std::uint32_t client, const Action& action) = 0;
     virtual Status play_sweeps(int count) = 0;
+    virtual Status play_state(const SessionState& state) = 0;
     /// Replaces the scene by another state of the same scan. @returns the old one
     virtual std::unique_ptr<Scene> exchange(std::unique_ptr<Scene> scene) = 0;
     /// Highest number of a client or a device's tool so far.

@@ -11,6 +11,7 @@
 
 #include "protocol/limits.h"
 #include "session/checkpoint.h"
+#include "session/replay.h"
 
 namespace pliant::serve {
 namespace {
@@ -232,14 +233,23 @@ Outcome Hub::play(std::uint32_t client, const Action& action) {
     const bool moves_nothing =
         std::holds_alternative<IsoCommand>(action) || std::holds_alternative<EyeCommand>(action);
     m_moved = m_moved || !moves_nothing;
-    // A new tissue has no eyes.
-    if (std::holds_alternative<TissueCommand>(action)) {
-        for (Client& other : m_clients) other.eye = {};
-        for (Feed* feed : m_feeds) feed->change_tissue();
-    }
+    if (std::holds_alternative<TissueCommand>(action)) change_tissue();
     m_solve_ms += outcome.solve_ms;
     m_moved_elements += outcome.moved_elements.value_or(0);
     return outcome;
+}
+
+/// Follows a change of the scene's tissue object.
+void Hub::change_tissue() {
+    for (Client& client : m_clients) client.eye = {};  // a new tissue has no eyes
+    for (Feed* feed : m_feeds) feed->change_tissue();
+}
+
+Status Hub::play_state(const SessionState& state) {
+    if (const Status s = load_recorded(*m_scene, state); !s.ok()) return s;
+    change_tissue();
+    m_worked = m_moved = true;
+    return Ok{};
 }
 
 Status Hub::play_sweeps(int count) {

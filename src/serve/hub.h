@@ -82,6 +82,12 @@ class Hub final : private FeedHost {
     /// takes time that another thread should spend.
     void open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> done);
 
+    /// Loads a saved state of the tissue. Calls back on the owner's thread; on failure nothing has
+    /// changed.
+    /// @param recorded  name of the file in the session
+    void load_state(std::filesystem::path file, std::string recorded,
+                    std::function<void(Status loaded)> done);
+
     /// Shows a label map to all clients; null: none. Calls back on the owner's thread.
     /// @param done  with whether it is on the scene's grid; else nothing changes
     void show_labels(std::shared_ptr<const LabelMap> map, std::function<void(bool)> done);
@@ -107,13 +113,19 @@ class Hub final : private FeedHost {
         NewScene scene;
         std::function<void(std::unique_ptr<Scene> old)> done;
     };
+    struct Restoring {
+        std::filesystem::path file;
+        std::string recorded;
+        std::function<void(Status loaded)> done;
+    };
     struct Labelling {
         std::shared_ptr<const LabelMap> map;
         std::function<void(bool)> done;
     };
     struct Event {
         ConnectionId connection;
-        std::variant<Opened, Message, ParseFailure, Written, Closed, Saving, Opening, Labelling>
+        std::variant<Opened, Message, ParseFailure, Written, Closed, Saving, Opening, Restoring,
+                     Labelling>
             what;
     };
     struct Newcomer {
@@ -147,6 +159,7 @@ class Hub final : private FeedHost {
     void take(ConnectionId connection, Closed&);
     void take(ConnectionId connection, Saving& saving);
     void take(ConnectionId connection, Opening& opening);
+    void take(ConnectionId connection, Restoring& restoring);
     void take(ConnectionId connection, Labelling& labelling);
     void begin_anew(Client& client);
     void say_hello(ConnectionId connection, const HelloMessage& hello);
@@ -155,6 +168,7 @@ class Hub final : private FeedHost {
 
     void carry_out_commands();
     void carry_out(Client& client);
+    void change_tissue();
     void feel(Client& client, const Action& action, const Outcome& outcome);
     void measure_force();
     void tell_eyes();
@@ -189,6 +203,7 @@ class Hub final : private FeedHost {
     Outcome act(std::uint32_t client, const Action& action) override;
     Outcome play(std::uint32_t client, const Action& action) override;
     Status play_sweeps(int count) override;
+    Status play_state(const SessionState& state) override;
     std::unique_ptr<Scene> exchange(std::unique_ptr<Scene> scene) override;
     std::uint32_t& last_client() override { return m_last_client; }
     void worked() override { m_worked = true; }

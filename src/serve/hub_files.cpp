@@ -8,6 +8,7 @@
 
 #include "protocol/limits.h"
 #include "serve/hub.h"
+#include "session/checkpoint.h"
 
 namespace pliant::serve {
 
@@ -17,6 +18,11 @@ void Hub::save(SaveKind kind, std::function<void(Result<FileWriter>)> ready) {
 
 void Hub::open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> done) {
     post({0, Opening{std::move(scene), std::move(done)}});
+}
+
+void Hub::load_state(std::filesystem::path file, std::string recorded,
+                     std::function<void(Status loaded)> done) {
+    post({0, Restoring{std::move(file), std::move(recorded), std::move(done)}});
 }
 
 void Hub::show_labels(std::shared_ptr<const LabelMap> map, std::function<void(bool)> done) {
@@ -39,6 +45,7 @@ void Hub::take(ConnectionId, Labelling& labelling) {
 void Hub::take(ConnectionId, Saving& saving) {
     const auto writer = [&]() -> Result<FileWriter> {
         try {
+            if (saving.kind == SaveKind::State) return save_state_later(*m_scene);
             if (saving.kind != SaveKind::Session) return save_later(saving.kind, *m_scene);
             if (!m_log)
                 return Error{ErrorCode::Unwritable,
@@ -51,6 +58,20 @@ void Hub::take(ConnectionId, Saving& saving) {
         }
     };
     saving.ready(writer());
+}
+
+/// Begins once memory is available and all earlier commands are recorded.
+void Hub::take(ConnectionId, Restoring& restoring) {
+    if (!log_is_ready()) throw std::bad_alloc();
+    const Status loaded = m_scene->load_state(restoring.file);
+    if (loaded.ok()) {
+        note(SessionState{std::move(restoring.recorded), checksum_of(restoring.file).value_or(0)});
+        change_tissue();
+        if (m_scene->take_lost()) note(SessionLost{m_scene->steps()});
+        m_moved = true;
+    }
+    m_worked = true;
+    restoring.done(loaded);
 }
 
 /// Begins once memory is available and all earlier commands are recorded.

@@ -120,8 +120,10 @@ void PlaybackFeed::play_one(const SessionRecord& record) {
         return show_tool(*command);
     }
     const auto* sweeps = std::get_if<SessionSweeps>(&record);
-    const Status status = sweeps ? m_host.play_sweeps(sweeps->count)
-                                 : replay_into(m_host.scene(), {&record, 1}, Compare::Nothing);
+    const auto* state = std::get_if<SessionState>(&record);
+    const Status status = sweeps  ? m_host.play_sweeps(sweeps->count)
+                          : state ? m_host.play_state(*state)
+                                  : replay_into(m_host.scene(), {&record, 1}, Compare::Nothing);
     if (!status.ok()) fail(status.error().message);
 }
 

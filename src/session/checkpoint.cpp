@@ -16,19 +16,6 @@ namespace {
 
 constexpr std::streamoff kChecksumBytes = 8;
 
-/// Checksum at the end of a state's file, which loading verifies.
-std::optional<std::uint64_t> checksum_of(const std::filesystem::path& state) {
-    std::ifstream stream(state, std::ios::binary);
-    stream.seekg(-kChecksumBytes, std::ios::end);
-    std::uint64_t checksum = 0;
-    for (int k = 0; k < kChecksumBytes; ++k) {
-        const int byte = stream.get();
-        if (byte < 0) return {};
-        checksum |= std::uint64_t(byte) << 8 * k;
-    }
-    return checksum;
-}
-
 Status restore(Scene& scene, const SessionCheckpoint& point, const std::filesystem::path& state) {
     const auto damaged = [](const std::string& what) -> Status {
         return Error{ErrorCode::Unreadable, what};
@@ -46,6 +33,18 @@ Status restore(Scene& scene, const SessionCheckpoint& point, const std::filesyst
 }
 
 }  // namespace
+
+std::optional<std::uint64_t> checksum_of(const std::filesystem::path& state) {
+    std::ifstream stream(state, std::ios::binary);
+    stream.seekg(-kChecksumBytes, std::ios::end);
+    std::uint64_t checksum = 0;
+    for (int k = 0; k < kChecksumBytes; ++k) {
+        const int byte = stream.get();
+        if (byte < 0) return {};
+        checksum |= std::uint64_t(byte) << 8 * k;
+    }
+    return checksum;
+}
 
 std::filesystem::path checkpoint_path(const std::filesystem::path& session, int number) {
     std::filesystem::path path = session;

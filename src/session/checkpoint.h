@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@
 #include "session/session_log.h"
 
 namespace pliant::serve {
+
+/// Checksum at the end of a state's file, which loading verifies. @returns nullopt if there is none
+std::optional<std::uint64_t> checksum_of(const std::filesystem::path& state);
 
 std::filesystem::path checkpoint_path(const std::filesystem::path& session, int number);
 

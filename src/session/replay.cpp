@@ -44,6 +44,15 @@ Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::
 
 }  // namespace
 
+Status load_recorded(Scene& scene, const SessionState& state) {
+    const auto checksum = checksum_of(state.file);
+    if (checksum && *checksum != state.checksum)
+        return Error{ErrorCode::Unreadable, state.file + ": expected the state " +
+                                                hex_text(state.checksum, 16) + ", found " +
+                                                hex_text(*checksum, 16)};
+    return scene.load_state(state.file);
+}
+
 Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare compare,
                    const Progress& progress, std::size_t before) {
     for (std::size_t n = 0; n < records.size(); ++n) {
@@ -72,6 +81,11 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare
             scene.interrupt(broken->client);
         } else if (const auto* lost = std::get_if<SessionLost>(&records[n])) {
             scene.lose_steps(lost->steps);
+        } else if (const auto* state = std::get_if<SessionState>(&records[n])) {
+            const Status s = load_recorded(scene, *state);
+            if (!s.ok())
+                return Error{s.error().code,
+                             "record " + std::to_string(before + n + 1) + ": " + s.error().message};
         }
     }
     return Ok{};
@@ -100,6 +114,15 @@ Result<std::unique_ptr<Scene>> replay_all(const SessionFile& file, const TaskAre
         next = &std::get_if<SessionOpen>(&all[end])->scan;
         begin = end + 1;
     }
+}
+
+ValueDefaults last_values(const Scene& scene) {
+    ValueDefaults values = scene.info().values;
+    SharedState state;
+    scene.describe(state);
+    values.iso = state.iso_hu;
+    values.lumen_is_bright = state.polarity == Polarity::Falling;
+    return values;
 }
 
 }  // namespace
@@ -138,8 +161,10 @@ Result<ReplayReport> replay_session(const std::filesystem::path& path, const Tas
     }
     report.volume_hash = hash_volume(scene->deformed());
     report.tissue_hash = scene->tissue().hash();
-    if (settings.finish)
-        if (const Status s = settings.finish(scene->tissue()); !s.ok()) return s.error();
+    if (settings.finish) {
+        const Status s = settings.finish(scene->tissue(), serve::last_values(*scene));
+        if (!s.ok()) return s.error();
+    }
     return report;
 }
 

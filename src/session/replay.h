@@ -17,6 +17,9 @@ namespace pliant::serve {
 /// State to compare at marks; comparing the volume needs a pass over all voxels.
 enum class Compare { Nothing, Tissue, All };
 
+/// Loads a recorded state. @returns Unreadable if its file has changed; errors of the tissue
+Status load_recorded(Scene& scene, const SessionState& state);
+
 /// @param before  number of earlier records, for messages
 /// @returns Unreadable if a command is refused that was carried out when recorded, or a mark
 ///          differs

@@ -3,9 +3,12 @@
 
 #include "session/save.h"
 
+#include <stdlib.h>
+
 #include <array>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "core/memory_budget.h"
@@ -17,7 +20,9 @@
 namespace pliant::serve {
 namespace {
 
-constexpr std::array<std::pair<SaveKind, std::string_view>, 7> kNames = {{
+namespace fs = std::filesystem;
+
+constexpr std::array<std::pair<SaveKind, std::string_view>, 8> kNames = {{
     {SaveKind::Volume, "volume.nrrd"},
     {SaveKind::Displacement, "displacement.nrrd"},
     {SaveKind::Transform, "transform.nrrd"},
@@ -25,6 +30,7 @@ constexpr std::array<std::pair<SaveKind, std::string_view>, 7> kNames = {{
     {SaveKind::VolumeNifti, "volume.nii.gz"},
     {SaveKind::VolumeMeta, "volume.mha"},
     {SaveKind::VolumeVti, "volume.vti"},
+    {SaveKind::State, "state.plst"},
 }};
 
 /// A copy of the tissue. It owns the scan that its lattice refers to.
@@ -38,6 +44,29 @@ std::shared_ptr<const Taken> take(const Scene& scene) {
     auto field = copy_of(scene.tissue().deformation().field());
     return std::make_shared<Taken>(Taken{std::move(scan), std::move(field)});
 }
+
+/// A file in a temporary folder, which is removed with it.
+class TemporaryFile {
+  public:
+    explicit TemporaryFile(std::string_view name) {
+        std::error_code error;
+        std::string folder = (fs::temp_directory_path(error) / "pliant-state-XXXXXX").string();
+        if (error || !::mkdtemp(folder.data())) return;
+        m_folder = folder;
+        m_name = name;
+    }
+    ~TemporaryFile() {
+        std::error_code ignored;
+        if (!m_folder.empty()) fs::remove_all(m_folder, ignored);
+    }
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+    bool is_there() const { return !m_folder.empty(); }
+    fs::path path() const { return m_folder / m_name; }
+
+  private:
+    fs::path m_folder, m_name;
+};
 
 Status write_transform(const std::filesystem::path& path, const Taken& taken) {
     const Volume& scan = taken.scan->volume;
@@ -74,6 +103,22 @@ FileWriter save_later(SaveKind kind, const Scene& scene) {
         return write_vector_field(path, taken->scan->volume.grid, FieldKind::Modeling,
                                   slices_of(*taken->field));
     };
+}
+
+Result<FileWriter> save_state_later(const Scene& scene) {
+    const std::string name(name_of(SaveKind::State));
+    const Error unwritable{ErrorCode::Unwritable,
+                           name + ": expected room for a temporary file, found none"};
+    auto file = std::make_shared<const TemporaryFile>(name);
+    if (!file->is_there()) return unwritable;
+    const Status saved = scene.tissue().save_state(file->path());
+    if (!saved.ok())
+        return saved.error().code == ErrorCode::Unwritable ? unwritable : saved.error();
+    return FileWriter([file, unwritable](const fs::path& path) -> Status {
+        std::error_code error;
+        fs::rename(file->path(), path, error);
+        return error ? Status(unwritable) : Ok{};
+    });
 }
 
 FileWriter save_session_later(SessionPart part, const Scene& scene) {

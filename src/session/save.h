@@ -26,7 +26,8 @@ enum class SaveKind {
     Session,
     VolumeNifti,
     VolumeMeta,
-    VolumeVti
+    VolumeVti,
+    State
 };
 
 /// Kind of a download by its file name: "volume.nrrd", …
@@ -37,8 +38,10 @@ std::string_view name_of(SaveKind kind);
 using FileWriter = std::function<Status(const std::filesystem::path& path)>;
 
 /// Copies the present state. Call it on the owner's thread.
-/// @pre kind is not Session
+/// @pre kind is neither Session nor State
 FileWriter save_later(SaveKind kind, const Scene& scene);
+/// Writes the tissue's state to a temporary file at once, as checkpoints are; the writer moves it.
+Result<FileWriter> save_state_later(const Scene& scene);
 FileWriter save_session_later(SessionPart part, const Scene& scene);
 
 }  // namespace pliant::serve

@@ -145,9 +145,11 @@ bool Scene::has_contact(std::uint32_t client) const {
     return m_holder == client || tissue().is_touched_by(client);
 }
 
-Status Scene::choose(const TissueChoice& choice) {
+Status Scene::choose(const TissueChoice& choice, const std::filesystem::path& state) {
     auto made = make_tissue(choice, *m_loaded, tissue().arena());
     if (!made.ok()) return made.error();
+    if (!state.empty())
+        if (const Status s = made->made->load_state(state); !s.ok()) return s;
     end_step();
     // The old steps don't apply to the new tissue.
     m_live->start_over();

@@ -83,6 +83,9 @@ class Scene {
     /// Restores the state at a call of rest(), in a new scene. The history is empty then.
     /// @param state  saved at that time by tissue().save_state()
     Status restore(const std::filesystem::path& state, const SceneMemo& memo);
+    /// Replaces the present tissue by one in a saved state. The history is empty then, tissue is
+    /// released, and nothing relaxes until a command moves it. On failure nothing changes.
+    Status load_state(const std::filesystem::path& state) noexcept;
     /// Drops the oldest steps of undo and redo. @param count  see SceneMemo::steps
     void forget_steps(std::int64_t count);
     /// Drops all steps of undo. @param made  see SceneMemo::steps
@@ -157,7 +160,8 @@ class Scene {
                                                const TaskArena& loading,
                                                const std::function<bool()>& give_up);
     /// Switches the scan's tissue model. Nothing changes on failure.
-    Status choose(const TissueChoice& choice);
+    /// @param state  file of its state; empty: at rest
+    Status choose(const TissueChoice& choice, const std::filesystem::path& state = {});
 
     Outcome act(std::uint32_t client, const PushCommand& command);
     Outcome act(std::uint32_t client, const GrabCommand& command);

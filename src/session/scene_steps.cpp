@@ -95,6 +95,10 @@ Status Scene::restore(const std::filesystem::path& state, const SceneMemo& memo)
     return Ok{};
 }
 
+Status Scene::load_state(const std::filesystem::path& state) noexcept {
+    return attempt([&] { return choose(TissueChoice(m_choice), state); });
+}
+
 void Scene::forget_steps(std::int64_t count) {
     const auto is_old = [&](const Step& step) { return step.number <= count; };
     for (const Step& step : m_done)

@@ -217,6 +217,9 @@ std::string text_of(const SessionRecord& record) {
         return Json{{"do", "lost"}, {"steps", lost->steps}}.dump();
     if (const auto* wait = std::get_if<SessionWait>(&record))
         return Json{{"do", "wait"}, {"ms", wait->ms}}.dump();
+    if (const auto* state = std::get_if<SessionState>(&record))
+        return text_of_json(
+            {{"do", "state"}, {"file", state->file}, {"checksum", hex_text(state->checksum, 16)}});
     if (const auto* open = std::get_if<SessionOpen>(&record)) {
         Json json = json_of(open->scan);
         json["do"] = "open";
@@ -262,6 +265,12 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
         const int client = whole_at(json, "client", -1);
         if (client < 0) return bad_session("break: client: expected 0 or more");
         return SessionRecord(SessionBreak{std::uint32_t(client)});
+    }
+    if (name == "state") {
+        const auto checksum = number_of_hex(json, "checksum");
+        std::string file = string_at(json, "file");
+        if (!checksum || file.empty()) return bad_session("state: expected a file and a checksum");
+        return SessionRecord(SessionState{std::move(file), *checksum});
     }
     if (name == "open") {
         auto scan = header_of(json);

@@ -29,14 +29,17 @@ Error unwritable(const std::string& path, const std::string& what) {
     return {ErrorCode::Unwritable, path + ": " + what};
 }
 
-/// Resolves a scan's relative name to the session's folder.
-SessionHeader beside(const std::filesystem::path& session, SessionHeader header) {
-    std::string& file = header.source.file;
-    if (file.empty() || std::filesystem::path(file).is_absolute()) return header;
+/// Resolves a file's relative name to the session's folder.
+std::string beside(const std::filesystem::path& session, std::string file) {
+    if (file.empty() || std::filesystem::path(file).is_absolute()) return file;
     std::error_code error;
-    file = (std::filesystem::absolute(session, error).parent_path() / file)
-               .lexically_normal()
-               .string();
+    return (std::filesystem::absolute(session, error).parent_path() / file)
+        .lexically_normal()
+        .string();
+}
+
+SessionHeader beside(const std::filesystem::path& session, SessionHeader header) {
+    header.source.file = beside(session, std::move(header.source.file));
     return header;
 }
 
@@ -91,6 +94,8 @@ Result<SessionFile> read_lines(const std::filesystem::path& path) {
             if (auto* open = std::get_if<SessionOpen>(&*record)) {
                 open->scan = file.scene = beside(path, std::move(open->scan));
                 is_new_scene = true;
+            } else if (auto* state = std::get_if<SessionState>(&*record)) {
+                state->file = beside(path, std::move(state->file));
             }
             file.records.push_back(std::move(*record));
         }

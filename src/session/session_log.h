@@ -9,6 +9,7 @@
 //   c4e9… {"do":"mark","volume":"…","tissue":"…"}
 //   5d02… {"do":"checkpoint","number":1,"file":"…","tissue":"…",…}
 //   55d8… {"do":"open","source":{…},"scan":"…"}
+//   b81c… {"do":"state","file":"…","checksum":"…"}
 //   a2f7… {"client":1,"do":"break"}
 //   66b0… {"do":"lost","steps":12}
 //   2e19… {"do":"wait","ms":117}
@@ -18,9 +19,10 @@
 // Checkpoints record that the tissue's state was saved beside the session (checkpoint.h), and
 // contain the rest of the scene's state. Continuing from a checkpoint loses the undo steps before
 // it; the file records that (forget), because undo then ends there. When another scan is opened, a
-// new scene begins, independent of the lines before.
+// new scene begins, independent of the lines before. A state of the tissue that was loaded is in a
+// file of its own; its checksum detects another one.
 //
-// A relative name of a scan refers to the folder of the session's file.
+// A relative name of a scan or state refers to the folder of the session's file.
 
 #pragma once
 
@@ -84,6 +86,11 @@ struct SessionHeader {
 struct SessionOpen {
     SessionHeader scan;
 };
+/// A saved state of the tissue was loaded, and the history ended.
+struct SessionState {
+    std::string file;            ///< absolute in memory; in the session perhaps relative to it
+    std::uint64_t checksum = 0;  ///< at the end of the file
+};
 /// Wall-clock time since the previous record of this kind, or the begin. A replay doesn't need it.
 struct SessionWait {
     int ms = 0;
@@ -92,7 +99,7 @@ inline constexpr int kMaxWait_ms = 1'000'000'000;
 inline constexpr std::chrono::milliseconds kSessionTick{100};  ///< shortest wait
 using SessionRecord =
     std::variant<SessionCommand, SessionSweeps, SessionMark, SessionCheckpoint, SessionForget,
-                 SessionBreak, SessionLost, SessionOpen, SessionWait>;
+                 SessionBreak, SessionLost, SessionOpen, SessionState, SessionWait>;
 
 std::string text_of(const SessionHeader& header);
 std::string text_of(const SessionRecord& record);

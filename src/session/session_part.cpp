@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One scene's part of a session as a separate session: the same lines with new checksums.
+// One scene's part of a session as a separate session: the same lines with new checksums. Uploaded
+// states are named without the server's folder.
 
 #include <unistd.h>
 
@@ -15,6 +16,19 @@
 #include "session/session_log.h"
 
 namespace pliant::serve {
+namespace {
+
+Result<std::string> portable(std::string_view text) {
+    if (text.find("\"do\":\"state\"") == std::string_view::npos) return std::string(text);
+    auto record = parse_session_record(text);
+    if (!record.ok()) return record.error();
+    auto* state = std::get_if<SessionState>(&*record);
+    if (!state || std::filesystem::path(state->file).is_absolute()) return std::string(text);
+    state->file = std::filesystem::path(state->file).filename().string();
+    return text_of(*record);
+}
+
+}  // namespace
 
 Status write_session(const std::filesystem::path& path, const SessionPart& part,
                      const SessionMark& mark) {
@@ -35,7 +49,9 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
         for (std::size_t end = 0; (end = rest.find('\n', begin)) != std::string::npos;
              begin = end + 1) {
             const std::string_view line(rest.data() + begin, end - begin);
-            out << session_line(chain, line.substr(std::min(kChecksumDigits + 1, line.size())));
+            const auto text = portable(line.substr(std::min(kChecksumDigits + 1, line.size())));
+            if (!text.ok()) return text.error();
+            out << session_line(chain, *text);
         }
         rest.erase(0, begin);
     }

@@ -45,7 +45,9 @@ Result<std::vector<double>> load_numbers(const std::filesystem::path& path, std:
     if (!state.ok()) return state.error();
     std::uint64_t found = 0, count = 0;
     if (!state->take_u64(found) || !state->take_u64(count)) return state->damaged();
-    if (found != kind) return unreadable(path.filename(), "expected a state of this tissue");
+    if (found != kind)
+        return unreadable(path.filename(),
+                          "expected a state of this tissue, found that of another");
     if (state->left() % 8 != 0 || count != state->left() / 8) return state->damaged();
     std::vector<double> numbers(count);
     for (double& number : numbers)

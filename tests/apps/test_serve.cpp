@@ -234,13 +234,15 @@ TEST_F(ServeProgramTest, AReplayWritesWhatTheSessionLeft) {
         client.enter();
         client.command({{"do", "push"}, {"point", {10, 0, 0}}, {"push", {3, 0, 0}}, {"radius", 3}});
         client.command({{"do", "cut"}, {"line", {{-5, 9, 0}, {5, 9, 0}}}, {"depth", {0, 9, 0}}});
+        client.command({{"do", "iso"}, {"iso_hu", -350}, {"polarity", "rising"}});
         left = client.checked_checksum();
         ASSERT_TRUE(left.is_object());
         EXPECT_EQ(server.end(SIGTERM), 0);
     }
     const auto file = [&](const char* name) { return (m_folder / name).string(); };
     Program replay({"replay", m_session.string(), "--out", file("left.nrrd"), "--displacement",
-                    file("u.nrrd"), "--transform", file("t.nrrd"), "--save-state", file("s.plst")},
+                    file("u.nrrd"), "--transform", file("t.nrrd"), "--save-state", file("s.plst"),
+                    "--png", file("left.png"), "--style", "real"},
                    m_folder / "replay.txt");
     ASSERT_EQ(replay.wait(), 0) << replay.said();
     const auto hash_of = [](const std::string& name) {
@@ -255,13 +257,33 @@ TEST_F(ServeProgramTest, AReplayWritesWhatTheSessionLeft) {
     // The same from the state alone.
     Program deform(
         {"deform", m_scan.string(), "--load-state", file("s.plst"), "--out", file("again.nrrd"),
-         "--displacement", file("u2.nrrd"), "--transform", file("t2.nrrd")},
+         "--displacement", file("u2.nrrd"), "--transform", file("t2.nrrd"), "--png",
+         file("again.png"), "--style", "real", "--iso", "-350", "--polarity", "rising"},
         m_folder / "deform.txt");
     ASSERT_EQ(deform.wait(), 0) << deform.said();
     EXPECT_EQ(hash_of(file("again.nrrd")), left["volume"]);
     for (const char* name : {"u", "t"})
         EXPECT_EQ(bytes_of(file((std::string(name) + ".nrrd").c_str())),
                   bytes_of(file((std::string(name) + "2.nrrd").c_str())));
+    EXPECT_EQ(bytes_of(file("left.png")).substr(1, 3), "PNG");
+    EXPECT_TRUE(bytes_of(file("left.png")) == bytes_of(file("again.png")))
+        << "the threshold is the session's last one";
+    Program other({"replay", m_session.string(), "--png", file("other.png"), "--look", "0,0,-1"},
+                  m_folder / "other.txt");
+    ASSERT_EQ(other.wait(), 0) << other.said();
+    EXPECT_TRUE(bytes_of(file("other.png")) != bytes_of(file("left.png")));
+    // A server begins with the state.
+    {
+        Program server(
+            {"serve", m_scan.string(), "--load-state", file("s.plst"), "--no-open", "--port", "0"},
+            m_folder / "loaded.txt");
+        const std::string link = server.link();
+        ASSERT_FALSE(link.empty()) << server.said();
+        TestClient client(port_of(link), link);
+        client.enter();
+        EXPECT_EQ(client.checked_checksum()["tissue"], left["tissue"]);
+        EXPECT_EQ(server.end(SIGTERM), 0);
+    }
     // No session is replaced, and nothing is written if it can't be replayed.
     Program wrong({"replay", m_session.string(), "--out", m_session.string() + ".nrrd",
                    "--displacement", m_session.string()},
@@ -294,6 +316,10 @@ TEST_F(ServeProgramTest, EndsOnASignalAndSaysWhatIsWrong) {
         {{"serve", (m_folder / "none.nrrd").string(), "--no-open"}, "none.nrrd"},
         {{"serve", "--port", "70000"}, "--port"},
         {{"serve", "--session", m_scan.string(), "--no-open"}, "airway.nrrd: line 1"},
+        {{"serve", m_scan.string(), "--load-state", m_scan.string(), "--no-open"},
+         "--load-state: "},
+        {{"replay", m_scan.string(), "--png", "x.jpg"}, "--png"},
+        {{"replay", m_scan.string(), "--png", "x.png", "--look", "0,0,0"}, "--look"},
         {{"replay", (m_folder / "none.pls").string()}, "none.pls: expected a session"},
         {{"replay", m_scan.string()}, "airway.nrrd: line 1"},
     };

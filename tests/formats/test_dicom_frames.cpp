@@ -218,7 +218,7 @@ TEST(DicomFrames, WhatIsWrongIsSaidInOneLine) {
         std::function<void(DicomFile&)> change;
         const char* expected;
     } cases[] = {
-        {[](auto& f) { f.more = "", f.with_position = true; },
+        {[](auto& f) { f.more = ""; },
          "holds 3 frames without a position for each, expected Per-Frame Functional Groups"},
         {[](auto& f) { f.frames = "4", f.pixels.resize(48); }, "holds 4 frames without a position"},
         {[](auto& f) { f.frames = "none"; }, "holds none frames, expected a number"},
@@ -248,6 +248,200 @@ TEST(DicomFrames, WhatIsWrongIsSaidInOneLine) {
         EXPECT_TRUE(message.starts_with(path.string() + ": ")) << message;
         EXPECT_NE(message.find(c.expected), message.npos) << message;
     }
+}
+
+/// Elements of group 18 to 3004 in front of the pixels, in explicit types.
+std::string element(std::uint32_t tag, const char* type, std::string value) {
+    if (value.size() % 2) value += ' ';
+    return Style{}.tag(tag) + type + packed<std::uint16_t>({std::uint16_t(value.size())}) + value;
+}
+
+constexpr std::uint32_t kSliceSpacing = 0x00180088, kFramePointer = 0x00280009,
+                        kFrameOffsets = 0x3004000c;
+
+/// A file of frames without functional groups. Frame n holds 100 n, 100 n + 1, …
+DicomFile plain_frames(int frames, const std::string& more) {
+    DicomFile file;
+    file.frames = std::to_string(frames);
+    file.position = {1, 2, 3};
+    file.orientation = {0, 1, 0, 0, 0, -1};  // the frames go to -x
+    file.intercept = "0";
+    file.more = more;
+    file.pixels.clear();
+    for (int n = 0; n < frames; ++n)
+        for (int p = 0; p < 12; ++p) file.pixels.push_back(std::int16_t(100 * n + p));
+    return file;
+}
+
+TEST(DicomFrames, WithoutFunctionalGroupsGoAlongTheNormal) {
+    const test::TemporaryFolder folder;
+    const struct {
+        std::string more;
+        double spacing_mm;
+        bool is_noted;
+    } cases[] = {
+        {element(kSliceSpacing, "DS", "0.4"), 0.4, false},
+        {element(kFrameOffsets, "DS", "0\\0.5\\1"), 0.5, false},
+        {element(kSliceSpacing, "DS", "9") + element(kFrameOffsets, "DS", "0\\-2\\-4"), 2, false},
+        {"", 17, true},  // the thickness
+        {element(kFramePointer, "AT", packed<std::uint16_t>({0x3004, 0x000c})) +
+             element(kFrameOffsets, "DS", "0\\3\\6"),
+         3, false},
+    };
+    for (const auto& c : cases) {
+        SCOPED_TRACE(c.spacing_mm);
+        ReadNotes notes;
+        const auto path = folder.write("a.dcm", plain_frames(3, c.more).bytes());
+        const auto volume = read_volume(path, {}, &notes);
+        ASSERT_TRUE(volume.ok()) << volume.error().message;
+        EXPECT_EQ(volume->grid.size, (Vec3i{4, 3, 3}));
+        EXPECT_NEAR(volume->grid.spacing_mm.z, c.spacing_mm, 1e-12);
+        // Frames that go against the normal are sorted along it.
+        const bool is_reversed = c.spacing_mm == 2;
+        EXPECT_EQ(volume->grid.direction.columns[2], (Vec3d{-1, 0, 0}));
+        EXPECT_NEAR(volume->grid.origin_mm.x, is_reversed ? 5 : 1, 1e-12);
+        EXPECT_EQ(volume->at({3, 2, 1}), 111);
+        EXPECT_EQ(volume->at({0, 0, 2}), is_reversed ? 0 : 200);
+        EXPECT_EQ(notes.notes.size(), c.is_noted ? 1U : 0U);
+        if (c.is_noted && notes.notes.size() == 1) {
+            EXPECT_EQ(notes.notes[0], "the frames' thickness of 17 mm is taken as their distance");
+        }
+        const auto same = read_volume(folder.path());
+        ASSERT_TRUE(same.ok()) << same.error().message;
+        EXPECT_EQ(same->voxels, volume->voxels);
+    }
+}
+
+TEST(DicomFrames, HundredsOfThemHaveALongVectorOfOffsets) {
+    const test::TemporaryFolder folder;
+    std::string offsets = "0";
+    for (int n = 1; n < 400; ++n) offsets += "\\" + std::to_string(n) + ".00";
+    const auto path =
+        folder.write("a.dcm", plain_frames(400, element(kFrameOffsets, "DS", offsets)).bytes());
+    const auto volume = read_volume(path);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.size.z, 400);
+    EXPECT_EQ(volume->grid.spacing_mm.z, 1);
+}
+
+TEST(DicomFrames, ThatAreNoSlicesAreRefused) {
+    const test::TemporaryFolder folder;
+    const auto refused = [&](const DicomFile& file) {
+        return error_of(folder.write("a.dcm", file.bytes()));
+    };
+    const std::string unplaced = "a.dcm: holds 3 frames without a position for each";
+    // The offsets of too few frames, those that are coordinates, and frames in time.
+    for (const std::string& more :
+         {element(kFrameOffsets, "DS", "0\\1"), element(kFrameOffsets, "DS", "3\\4\\5"),
+          element(kFramePointer, "AT", packed<std::uint16_t>({0x0018, 0x1063})) +
+              element(kSliceSpacing, "DS", "1")})
+        EXPECT_NE(refused(plain_frames(3, more)).find(unplaced), std::string::npos)
+            << refused(plain_frames(3, more));
+    DicomFile many = plain_frames(3, element(kSliceSpacing, "DS", "1"));
+    many.frames = "2000000000";
+    EXPECT_NE(refused(many).find("holds 2000000000 frames without"), std::string::npos);
+    DicomFile far = plain_frames(3, element(kSliceSpacing, "DS", "1e300"));
+    EXPECT_FALSE(refused(far).empty());
+    for (const char* kind : {"12.1", "12.1.1", "12.2", "12.2.1"}) {
+        DicomFile cine = plain_frames(3, "");
+        cine.sop_class = std::string("1.2.840.10008.5.1.4.1.1.") + kind;
+        EXPECT_NE(
+            refused(cine).find("a.dcm: holds X-ray projections (angiography or fluoroscopy, 3 "
+                               "frames), expected the slices of a volume"),
+            std::string::npos);
+    }
+}
+
+constexpr std::uint32_t kFrameContent = 0x00209111, kTemporalIndex = 0x00209128,
+                        kDimensionIndices = 0x00209157;
+
+std::string longs(const Style& s, std::uint32_t t, const std::vector<std::uint32_t>& numbers) {
+    const std::string value = packed(numbers);
+    if (s.implicit) return s.tag(t) + Style::u32(value.size()) + value;
+    return s.tag(t) + "UL" + packed<std::uint16_t>({std::uint16_t(value.size())}) + value;
+}
+
+struct TimedFrame {
+    double height;
+    std::string content;  ///< of the Frame Content Sequence
+};
+
+DicomFile timed(const std::vector<TimedFrame>& all, const Style& s) {
+    DicomFile file = enhanced(std::vector<double>(all.size()), s, false);
+    const std::string common =
+        s.sequence(kPlaneOrientation, {s.decimals(kOrientation, "1\\0\\0\\0\\1\\0")}) +
+        s.sequence(kPixelMeasures, {s.decimals(kPixelSpacing, "0.5\\0.25")});
+    std::vector<std::string> frames;
+    for (const TimedFrame& frame : all)
+        frames.push_back(
+            s.sequence(kFrameContent, {frame.content}) +
+            s.sequence(kPlanePosition,
+                       {s.decimals(kPosition, "0\\0\\" + std::to_string(frame.height))}));
+    file.slope = "1";
+    file.intercept = "0";
+    file.more = s.sequence(kShared, {common}) + s.sequence(kPerFrame, frames);
+    return file;
+}
+
+TEST(DicomFrames, OfSeveralVolumesOneIsChosen) {
+    const test::TemporaryFolder folder;
+    for (const bool implicit : {false, true}) {
+        const Style s{implicit, true};
+        // Three points in time of two slices, mixed; the numbers are in every usual place.
+        const auto both = [&](std::uint32_t slice, std::uint32_t time, bool temporal) {
+            return TimedFrame{2.0 * slice, temporal
+                                               ? longs(s, kTemporalIndex, {time}) +
+                                                     longs(s, kDimensionIndices, {1, slice})
+                                               : longs(s, kDimensionIndices, {1, slice, time})};
+        };
+        for (const bool temporal : {false, true}) {
+            SCOPED_TRACE(std::to_string(implicit) + std::to_string(temporal));
+            const auto path = folder.write(
+                "a.dcm",
+                timed({both(1, 30, temporal), both(2, 10, temporal), both(1, 10, temporal),
+                       both(2, 30, temporal), both(1, 20, temporal), both(2, 20, temporal)},
+                      s)
+                    .bytes());
+            const std::string name = path.string();
+            EXPECT_EQ(error_of(path), name + ": holds 3 images, choose one with --frame 0…2");
+            EXPECT_EQ(error_of(path, {.frame = 3}), "--frame: found 3, expected 0…2 for " + name);
+            EXPECT_EQ(error_of(path, {.frame = -1}), "--frame: found -1, expected 0…2 for " + name);
+            const int first[] = {2, 4, 0}, second[] = {1, 5, 3};
+            for (int n = 0; n < 3; ++n) {
+                const auto volume = read_volume(path, {.frame = n});
+                ASSERT_TRUE(volume.ok()) << volume.error().message;
+                EXPECT_EQ(volume->grid.size, (Vec3i{4, 3, 2}));
+                EXPECT_EQ(volume->grid.spacing_mm.z, 2);
+                EXPECT_EQ(volume->at({0, 0, 0}), 100 * first[n]);
+                EXPECT_EQ(volume->at({0, 0, 1}), 100 * second[n]);
+            }
+            EXPECT_EQ(error_of(folder.path()),
+                      folder.path().string() + ": holds 3 images, choose one with --frame 0…2");
+            EXPECT_TRUE(read_volume(folder.path(), {.frame = 1}).ok());
+        }
+    }
+}
+
+TEST(DicomFrames, AtOnePlaceWithoutNumbersForVolumesStayDoubleSlices) {
+    const test::TemporaryFolder folder;
+    const Style s;
+    const std::string same = longs(s, kDimensionIndices, {1, 1});
+    for (const auto& frames : {std::vector<TimedFrame>{{0, ""}, {0, ""}},
+                               {{0, same}, {0, same}},
+                               {{0, longs(s, kTemporalIndex, {1})}, {0, ""}},
+                               // The third frame is a double of the second one.
+                               {{0, longs(s, kTemporalIndex, {1})},
+                                {0, longs(s, kTemporalIndex, {2})},
+                                {0, longs(s, kTemporalIndex, {2})}}})
+        EXPECT_NE(error_of(folder.write("a.dcm", timed(frames, s).bytes()))
+                      .find("two slices are at the same place"),
+                  std::string::npos);
+    // Different positions are one volume, whichever numbers the frames have.
+    const auto one = read_volume(folder.write(
+        "a.dcm", timed({{0, longs(s, kTemporalIndex, {1})}, {1, longs(s, kTemporalIndex, {2})}}, s)
+                     .bytes()));
+    ASSERT_TRUE(one.ok()) << one.error().message;
+    EXPECT_EQ(one->grid.size.z, 2);
 }
 
 TEST(DicomFrames, ASingleSliceIsNoScanByItself) {

@@ -246,7 +246,7 @@ TEST(DicomSeries, SlicesThatDifferAreRefused) {
     refused([](auto& f) { f.with_position = false; }, "no usable Image Position (Patient)");
     refused([](auto& f) { f.slope = "steep"; }, "no usable Rescale Slope");
     refused([](auto& f) { f.high_bit = 16; }, "stores 16 bits of 16 up to bit 16");
-    refused([](auto& f) { f.frames = "7"; }, "holds 7 frames");
+    refused([](auto& f) { f.frames = "7"; }, "has 24 bytes of pixels, expected 168");
     refused([](auto& f) { f.frames = "4294967297"; }, "holds 4294967297 frames");
     refused([](auto& f) { f.position[0] = 1e308, f.position[1] = -1e308; }, "origin is");
     refused([](auto& f) { f.samples = 3, f.pixels.resize(36); }, "holds colour");

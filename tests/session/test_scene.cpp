@@ -334,6 +334,51 @@ TEST(Springs, GoOnFromACheckpoint) {
     EXPECT_FALSE(open_scene(arena)->restore(state, point.memo).ok());
 }
 
+TEST(Scene, LoadsAStateAndReplaysItsLoading) {
+    const TaskArena arena(2);
+    TemporaryFolder folder;
+    const auto file = folder / "a.plst";
+    for (const bool springs : {false, true}) {
+        SCOPED_TRACE(springs);
+        const auto scene = open_scene(arena);
+        std::vector<SessionRecord> records;
+        const auto carry_out = [&](const Action& action) {
+            ASSERT_TRUE(scene->carry_out(1, action).ok());
+            records.push_back(SessionCommand{1, action, false});
+        };
+        carry_out(soft());
+        if (springs) carry_out(kSprings);
+        carry_out(PushCommand{.push = {{0, 0, 0}, {0, 3, 1}, 4}});
+        carry_out(ReleaseCommand{});
+        ASSERT_TRUE(scene->tissue().save_state(file).ok());
+        const std::uint64_t saved = hash_of(*scene);
+        carry_out(PushCommand{.push = {{4, 0, 0}, {0, 1, 2}, 4}});
+        ASSERT_NE(hash_of(*scene), saved);
+        // A fault changes nothing: tissue is still held, and steps can be undone.
+        const std::uint64_t before = hash_of(*scene);
+        const std::string bytes = test::bytes_of(file);
+        folder.write("damaged.plst", bytes.substr(0, bytes.size() - 1));
+        EXPECT_FALSE(scene->load_state(folder / "damaged.plst").ok());
+        EXPECT_EQ(hash_of(*scene), before);
+        EXPECT_TRUE(scene->has_contact(1));
+        ASSERT_TRUE(scene->load_state(file).ok());
+        records.push_back(SessionState{file.string(), checksum_of(file).value()});
+        EXPECT_EQ(hash_of(*scene), saved);
+        EXPECT_FALSE(scene->has_contact(1));
+        EXPECT_FALSE(scene->wants_sweep());
+        EXPECT_EQ(scene->carry_out(1, UndoCommand{}).error_code, "nothing");
+        carry_out(PushCommand{.push = {{0, 4, 0}, {1, 1, 0}, 4}});
+        const auto again = open_scene(arena);
+        const auto text = text_of(records[records.size() - 2]);
+        const auto read = parse_session_record(text);
+        ASSERT_TRUE(read.ok()) << text;
+        EXPECT_EQ(text_of(*read), text);
+        const Status status = replay_into(*again, records, Compare::Nothing);
+        ASSERT_TRUE(status.ok()) << status.error().message;
+        EXPECT_EQ(hash_of(*again), hash_of(*scene));
+    }
+}
+
 TEST(SessionLog, IsReadAsItWasWrittenAndReplays) {
     const TaskArena arena(2);
     TemporaryFolder folder;

@@ -18,7 +18,7 @@ import { Overlay } from './panels/overlay.ts';
 import { keptName } from './panels/panel_session.ts';
 import { panels } from './panels/panels.ts';
 import { askToReplace } from './panels/replace_dialog.ts';
-import { chooseSeries } from './panels/series_dialog.ts';
+import { chooseScan } from './panels/series_dialog.ts';
 import { paintMarks } from './panels/snapshot.ts';
 import { MessageLine, StatusBar } from './panels/status_bar.ts';
 import { stick } from './panels/stick.ts';
@@ -137,7 +137,7 @@ function start(): void {
     const actions = new Actions(session);
     const files = new Files(session, `?token=${encodeURIComponent(token)}`, {
         openPath: (file) => actions.openFile(file),
-        chooseSeries,
+        chooseScan,
         askToReplace,
     });
     session.labelMap.send = (file) => files.openLabels(file);

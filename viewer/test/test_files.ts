@@ -166,6 +166,42 @@ test('tissue of the new scan can be pushed, and its volume saved', async () => {
     await untilSaid('saved session.pls');
 });
 
+test('the state of the tissue is saved, and loaded again if the user agrees', async (t) => {
+    if (served.mock) return t.skip('the mock has no tissue');
+    const sum = async (): Promise<string> => (await compare(page))!.tissue;
+    const push = async (y: number): Promise<void> => {
+        await page.evaluate(async (way) => {
+            const { pliant } = window as never as { pliant: Session };
+            await pliant.ask({ do: 'push', point: [0, 10, 0], push: [0, way, 0], radius: 3 });
+        }, y);
+    };
+    const saved = await sum();
+    const coming = page.waitForEvent('download');
+    await page.locator('#save').selectOption({ label: 'state of the tissue (.plst)' });
+    const download = await coming;
+    assert.equal(download.suggestedFilename(), 'state.plst');
+    const state = await readFile((await download.path())!);
+    await push(1);
+    assert.notEqual(await sum(), saved);
+    const pushed = await sum();
+    const dialog = page.locator('dialog.replace');
+    await choose('state.plst', state);
+    assert.match((await dialog.textContent())!, /state of the tissue of ball\.nrrd/);
+    await picture(page, 'load_state');
+    await dialog.getByText('Cancel').click();
+    assert.equal(await sum(), pushed);
+    await choose('cut.plst', state.subarray(0, state.length - 9));
+    await agree();
+    await untilSaid('cut.plst: ');
+    assert.equal(await sum(), pushed);
+    await drop([{ name: 'state.plst', text: state.toString('base64') }]);
+    await agree();
+    await untilSaid('loaded state.plst');
+    assert.equal(await sum(), saved);
+    assert.equal((await compare(page))!.same, true);
+    assert.equal((await stateOf(page)).shared!.undo.steps, 0);
+});
+
 const labelOf = (name: string): string =>
     name.startsWith('session')
         ? 'session (.pls)'
@@ -372,6 +408,44 @@ test('a mesh is refused with a line that says what can be opened', async () => {
     await choose('liver.stl', Buffer.from('solid liver'));
     await untilSaid('liver.stl: a mesh; the page opens scans (NRRD, NIfTI');
     assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
+});
+
+test('the user chooses one of several images in a file', async (t) => {
+    if (served.mock) return t.skip('the mock reads no scans');
+    const images = [10, 20, 30].map((value) => {
+        const voxels = Buffer.alloc(2 * 8 * 8 * 8);
+        for (let at = 0; at < voxels.length; at += 2) voxels.writeInt16LE(value, at);
+        return voxels;
+    });
+    const header = [
+        'NRRD0004',
+        'type: short',
+        'dimension: 4',
+        'space: left-posterior-superior',
+        'sizes: 8 8 8 3',
+        'space directions: (1,0,0) (0,1,0) (0,0,1) none',
+        'kinds: domain domain domain list',
+        'endian: little',
+        'encoding: raw',
+        '',
+        '',
+    ].join('\n');
+    const bytes = Buffer.concat([Buffer.from(header, 'latin1'), ...images]);
+    const { volume } = (await stateOf(page)).scan;
+    const dialog = page.locator('dialog.series');
+    await choose('time.nrrd', bytes);
+    await agree();
+    await dialog.getByText('time.nrrd: which of 3 images?').waitFor();
+    await picture(page, 'images');
+    await page.keyboard.press('Escape');
+    await untilSaid('no image was chosen');
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
+    await choose('time.nrrd', bytes);
+    await agree();
+    await dialog.locator('input').fill('2');
+    await page.keyboard.press('Enter');
+    await untilScan('time.nrrd');
+    assert.deepEqual((await stateOf(page)).scan.volume!.range_hu, [30, 30]);
 });
 
 test('a client that only views can save, but not open', async () => {

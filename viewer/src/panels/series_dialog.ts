@@ -1,26 +1,40 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Dialog to choose one of several DICOM series.
+// Dialog to choose one of several DICOM series, or one of the images of a file.
 
-import type { Series } from '../tools/series.ts';
+import type { Choice, Choices } from '../tools/series.ts';
 import { button, h } from './dom.ts';
 
-/// Lets the user choose a series. @returns its UID; undefined if cancelled
-export function chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined> {
+/// Lets the user choose. @returns undefined if cancelled
+export function chooseScan(name: string, { series, frames }: Choices): Promise<Choice | undefined> {
     return new Promise((resolve) => {
-        let chosen: string | undefined;
-        const dialog = h('dialog', { class: 'series', 'aria-label': 'DICOM series' });
-        const choices = list.map(({ uid, description, slices }) =>
-            button(`${description || uid} (${slices} slices)`, () => {
-                chosen = uid;
-                dialog.close();
-            }),
+        let chosen: Choice | undefined;
+        const choose = (choice: Choice): void => {
+            chosen = choice;
+            dialog.close();
+        };
+        const what = series ? 'DICOM series' : 'image of the file';
+        const dialog = h('dialog', { class: 'series', 'aria-label': what });
+        const choices = (series ?? []).map(({ uid, description, slices }) => {
+            const text = `${description || uid} (${slices} slices)`;
+            return button(text, () => choose({ series: uid }), uid);
+        });
+        const last = String((frames ?? 1) - 1);
+        const frame = h('input', { type: 'number', min: '0', max: last, step: '1', value: '0' });
+        const open = (event: Event): void => {
+            event.preventDefault();
+            choose({ frame: frame.value });
+        };
+        const field = h(
+            'form',
+            { class: 'choices', onsubmit: open },
+            h('label', { class: 'field' }, `image 0…${last}`, frame),
+            h('button', {}, 'Open'),
         );
-        choices.forEach((choice, n) => (choice.title = list[n]!.uid));
         dialog.append(
-            h('h2', {}, `${name}: which series?`),
-            h('div', { class: 'choices' }, ...choices),
+            h('h2', {}, series ? `${name}: which series?` : `${name}: which of ${frames} images?`),
+            series ? h('div', { class: 'choices' }, ...choices) : field,
             h(
                 'div',
                 { class: 'row' },

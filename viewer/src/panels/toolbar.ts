@@ -29,6 +29,7 @@ const kSaveTexts: Record<SavedName, string> = {
     'volume.vti': 'volume (.vti)',
     'displacement.nrrd': 'displacement (.nrrd)',
     'transform.nrrd': 'transform for 3D Slicer (.nrrd)',
+    'state.plst': 'state of the tissue (.plst)',
     'session.pls': 'session (.pls)',
 };
 
@@ -41,7 +42,8 @@ export function toolbar(
     const open = button(
         'Open…',
         () => files.choose(),
-        'a scan, or a path (.mrk.json); or drop files, or a folder of DICOM slices (Ctrl+O)',
+        'a scan, a state (.plst) or a path (.mrk.json); or drop files, or a folder of DICOM ' +
+            'slices (Ctrl+O)',
     );
     open.id = 'open';
     const folder = button(
@@ -66,7 +68,10 @@ export function toolbar(
             open.disabled = folder.disabled =
                 role === 'view' || !features.includes('open') || transfer !== '';
             const saves = features.includes('save') && transfer === '';
-            for (const n of kSaved.keys()) save.options[n + 1]!.disabled = !saves;
+            for (const [n, file] of kSaved.entries()) {
+                const isKnown = file !== 'state.plst' || features.includes('state');
+                save.options[n + 1]!.disabled = !saves || !isKnown;
+            }
         },
     );
     const { store, history } = session;

@@ -9,7 +9,7 @@ import { download } from './download.ts';
 import { droppedFiles, kUnnamed, type NamedFile, type ScanFiles, scanOf } from './dropped.ts';
 import { isLabelMap, labelReason } from './label_guess.ts';
 import type { Scene } from './scene.ts';
-import { readSeries, type Series, seriesDescription } from './series.ts';
+import { type Choice, type Choices, readChoices, seriesDescription } from './series.ts';
 
 export const kSaved = [
     'volume.nrrd',
@@ -18,6 +18,7 @@ export const kSaved = [
     'volume.vti',
     'displacement.nrrd',
     'transform.nrrd',
+    'state.plst',
     'session.pls',
 ] as const;
 export type SavedName = (typeof kSaved)[number];
@@ -25,16 +26,17 @@ export type SavedName = (typeof kSaved)[number];
 export interface FileHooks {
     /// Opens a path, marks or keyframes, which stay in the page.
     openPath(file: File): Promise<void>;
-    /// Lets the user choose one of several series. @returns its UID; undefined: none
-    chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined>;
-    /// Asks whether a scan may take the place of the present one.
+    /// Lets the user choose one of several series or images. @returns undefined: none
+    chooseScan(name: string, choices: Choices): Promise<Choice | undefined>;
+    /// Asks whether a scan or a state of the tissue may take the place of the present one.
     askToReplace(by: Replacement): Promise<boolean>;
 }
 
-/// A scan that would replace the present one.
+/// A scan or a state of the tissue that would replace the present one.
 export interface Replacement {
+    readonly what: 'scan' | 'state';
     readonly name: string;
-    readonly present: string;
+    readonly present: string; ///< scan
     readonly others: number; ///< other clients of the session
     readonly labels: string | undefined; ///< reason to take it for a label map
 }
@@ -58,7 +60,7 @@ export class Files {
         private readonly query: string,
         private readonly hooks: FileHooks,
     ) {
-        this.input = this.makeInput('files', 'scan, path or marks to open');
+        this.input = this.makeInput('files', 'scan, state, path or marks to open');
         this.folder = this.makeInput('folder', 'folder of DICOM slices to open');
         this.folder.webkitdirectory = true;
     }
@@ -104,6 +106,7 @@ export class Files {
     async open(files: readonly NamedFile[]): Promise<void> {
         const only = files.length === 1 ? files[0]!.file : undefined;
         if (only && /\.(json|csv|ctbl)$/i.test(only.name)) return this.hooks.openPath(only);
+        if (only && /\.plst$/i.test(only.name)) return this.loadState(only);
         if (only && kMesh.test(only.name)) {
             this.scene.warn(
                 `${only.name}: a mesh; the page opens scans (NRRD, NIfTI, MetaImage, VTI, ` +
@@ -136,11 +139,31 @@ export class Files {
     }
 
     private async mayReplace({ name, files }: ScanFiles): Promise<boolean> {
-        const { scan, shared } = this.scene.store.state;
         const labels = files.length === 1 ? await labelReason(name, files[0]!.file) : undefined;
+        return this.ask('scan', name, labels);
+    }
+
+    private ask(what: Replacement['what'], name: string, labels?: string): Promise<boolean> {
+        const { scan, shared } = this.scene.store.state;
         const others = (shared?.clients.length ?? 1) - 1;
         const present = scan.volume?.name ?? 'the scan';
-        return this.hooks.askToReplace({ name, present, others, labels });
+        return this.hooks.askToReplace({ what, name, present, others, labels });
+    }
+
+    /// Loads a saved state of the tissue, for all clients.
+    private async loadState(file: File): Promise<void> {
+        await this.during(async () => {
+            const { link, replay } = this.scene.store.state;
+            const { role, features } = link;
+            if (replay.isOn) throw new Error(kWatched);
+            if (role === 'view')
+                throw new Error('only clients that control the session can load a state');
+            if (!features.includes('state')) throw new Error('this server loads no states');
+            if (!(await this.ask('state', file.name))) return;
+            this.tell(`Loading ${file.name}… (Esc cancels)`);
+            await this.post('open/state', { name: file.name }, file);
+            this.scene.say(`loaded ${file.name}`);
+        });
     }
 
     /// Opens a label map over the present scan, for all clients.
@@ -173,35 +196,55 @@ export class Files {
             );
         };
         tell(0);
-        if (files.length === 1) {
-            await this.post('open', { name: files[0]!.path }, files[0]!.file, tell);
-            return name;
-        }
         const upload = [...crypto.getRandomValues(new Uint8Array(16))]
             .map((byte) => byte.toString(16).padStart(2, '0'))
             .join('');
+        if (files.length === 1) {
+            const { path, file } = files[0]!;
+            const sending = this.post('open', { upload, name: path }, file, tell);
+            return this.settle(name, { upload }, sending);
+        }
         for (const { path, file } of files) {
             await this.post('open/part', { upload, name: path }, file, tell);
             sent += file.size;
         }
         this.tell(`Reading ${name}… (Esc cancels)`);
-        const asked = await this.post('open/done', { upload, name }, new Blob());
-        if (asked === undefined) return name;
-        this.tell(`${name} holds several series`);
-        const list = readSeries(asked);
-        const series = await this.hooks.chooseSeries(name, list);
-        if (series === undefined) {
-            await this.post('open/drop', { upload }, new Blob());
-            throw new Error(`${name}: no series was chosen`);
+        const done = { upload, name };
+        return this.settle(name, done, this.post('open/done', done, new Blob()));
+    }
+
+    /// Lets the user choose while an upload holds several scans: a series, then an image of it.
+    /// @param done  parameters of the request that opens it
+    /// @returns the name of the opened scan
+    private async settle(
+        name: string,
+        done: Record<string, string>,
+        first: Promise<string | undefined>,
+    ): Promise<string> {
+        let [wish, chosen] = [done, name];
+        for (let asked = await first; asked !== undefined; ) {
+            const choices = readChoices(asked);
+            this.tell(`${name} holds several ${choices.series ? 'series' : 'images'}`);
+            const choice = await this.hooks.chooseScan(name, choices);
+            if (!choice) {
+                await this.post('open/drop', { upload: done.upload! }, new Blob());
+                throw new Error(
+                    `${name}: no ${choices.series ? 'series' : 'image'} was chosen`,
+                );
+            }
+            wish = { ...wish, ...choice };
+            const series = choices.series?.find(({ uid }) => uid === wish.series);
+            if (series?.description) {
+                chosen = series.description;
+                wish = { ...wish, name: chosen };
+            }
+            this.tell(`Reading ${chosen}… (Esc cancels)`);
+            asked = await this.post('open/done', wish, new Blob());
         }
-        const chosen = list.find(({ uid }) => uid === series)?.description || name;
-        this.tell(`Reading ${chosen}… (Esc cancels)`);
-        await this.post('open/done', { upload, name: chosen, series }, new Blob());
         return chosen;
     }
 
-    /// Posts a file, with progress, which fetch() lacks. @returns the text of a choice of series,
-    /// if any
+    /// Posts a file, with progress, which fetch() lacks. @returns the text of a choice, if any
     private post(
         path: string,
         parameters: Record<string, string>,

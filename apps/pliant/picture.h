@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The picture of --png: before and after a deformation, four views each.
+
+#pragma once
+
+#include <pliant/render.h>
+#include <pliant/resample.h>
+#include <pliant/scan_values.h>
+
+#include "options.h"
+
+namespace pliant::app {
+
+/// Whether the picture's blood vessels move with the tissue: they need a RestField.
+inline bool shows_rest(const PictureOptions& options) {
+    return !options.png.empty() && options.look_of.style == "real";
+}
+
+/// @returns InvalidArgument that names the option
+Status check_picture(const PictureOptions& options);
+
+/// Returns the middle of the deformed part, or of the whole scan at rest: a position for the
+/// picture if there is no push.
+PushOption middle_of_deformation(const MovingScan& scan);
+
+/// Draws before and after, with the same camera and the same sections through the pushed point.
+/// @param rest  may be empty unless shows_rest()
+/// @param place  point and direction of the picture
+Image before_and_after(const PictureOptions& options, const MovingScan& scan, const Volume& after,
+                       const RestField& rest, const ValueDefaults& values, const PushOption& place);
+
+}  // namespace pliant::app
