@@ -169,6 +169,10 @@ async function compareWithOverlay(visited: Page): Promise<{ moved: number; raw: 
     });
 }
 
+/// Tests whether the field has had raw tissue, which the shader then knows.
+const knowsRaw = (visited: Page): Promise<boolean | undefined> =>
+    visited.evaluate(() => (window as never as { pliant: Session }).pliant.stage.rest?.hasRaw);
+
 test('it comes with the style, follows deformations and agrees with the overlay', async () => {
     await style(page, 'plain');
     assert.equal(await fieldOf(page), null);
@@ -179,6 +183,7 @@ test('it comes with the style, follows deformations and agrees with the overlay'
     assert.equal(first.apart, 0);
     const pushed = await compareWithOverlay(page);
     assert.ok(pushed.moved > 20 && pushed.raw === 0, JSON.stringify(pushed));
+    assert.equal(await knowsRaw(page), false);
     // Patches of an existing texture.
     await act(page, { do: 'push', point, push: [3, 0, 0], radius: 8 });
     await act(page, { do: 'carve', from: point, to: point, radius: 10 });
@@ -186,6 +191,7 @@ test('it comes with the style, follows deformations and agrees with the overlay'
     assert.equal(second.apart, 0);
     assert.notDeepEqual(second.halves, first.halves);
     assert.ok((await compareWithOverlay(page)).raw > 5);
+    assert.equal(await knowsRaw(page), true);
     for (let n = 0; n < 3; ++n) await act(page, { do: 'undo' });
     const third = (await fieldOf(page))!;
     assert.equal(third.apart, 0);

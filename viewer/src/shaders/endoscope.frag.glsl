@@ -6,8 +6,8 @@
 // falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //
-// REAL: the style; else plain. INSTRUMENTS, CATHETER, LABELS: the scene has some. Programs without
-// them take less time, to compile and to run.
+// REAL: the style; else plain. RAW: tissue was carved or cut. INSTRUMENTS, CATHETER, LABELS: the
+// scene has some. Programs without them take less time, to compile and to run.
 //
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; the lumen is open behind the plane.
@@ -70,8 +70,10 @@ vec3 lit(vec3 own, float t, vec3 normal, vec3 ray, float open) {
 #ifdef DEPTH
 vec3 wallLight(vec3 p, float t, vec3 normal, vec3 ray) {
     vec3 face = p;
+#ifdef RAW
     float raw = real ? restAt(p).w : 0.0;
     if (raw > 0.0) toRawFace(face, normal, ray, raw);
+#endif
     float open = openness(face, normal);
     if (!real) return lit(wallColour(p, normal), t, normal, ray, open);
     vec3 light = realLight(p, face, t, normal, ray, open);

@@ -51,6 +51,7 @@ float lineAtHalf(vec4 n, vec3 normal, float halfWidth) {
     return width > 0.0 ? 1.0 - smoothstep(0.3 * width, width, away) : 0.0;
 }
 
+#ifdef RAW
 float tissueAt(vec3 p) {
     return clamp(excessAt(p) / kFaceSoftHu + 0.5, 0.0, 1.0);
 }
@@ -83,6 +84,7 @@ void toRawFace(inout vec3 p, inout vec3 normal, vec3 ray, float raw) {
     p += voxelVectorOf(weight * off * smoothed);
     normal = normalize(mix(normal, smoothed, weight));
 }
+#endif
 
 // Share of a lamp's light that reaches a point. p [voxels]
 float litBy(vec3 p, vec3 normal, vec3 toLamp, float far) {

@@ -59,6 +59,7 @@ export class EndoscopeView {
     private readonly noise = noiseTexture();
     private vesselShown = -1;
     private volume: VolumeTexture | undefined;
+    private rest: RestField | undefined;
     private readonly copy = new Picture(kCopy, { picture: null, share: 1 });
     private readonly target = new THREE.WebGLRenderTarget(1, 1, {
         minFilter: THREE.LinearFilter,
@@ -154,6 +155,7 @@ export class EndoscopeView {
     }
 
     setRest(field: RestField | undefined): void {
+        this.rest = field;
         for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
     }
 
@@ -251,6 +253,7 @@ export class EndoscopeView {
         if (picture !== this.fluoroscopy)
             picture.define({
                 REAL: state.look.style === 'real' && !outside,
+                RAW: picture === this.inside && this.rest?.hasRaw === true,
                 CATHETER: catheter,
                 INSTRUMENTS: picture.uniforms.toolCount!.value > 0,
             });

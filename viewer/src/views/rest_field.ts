@@ -5,7 +5,7 @@
 // scan. It exists only while the style real needs it.
 
 import * as THREE from 'three';
-import type { Grid } from '../maths/grid.ts';
+import type { Box, Grid } from '../maths/grid.ts';
 import { floatOfHalf } from '../maths/half.ts';
 import type { Vec3 } from '../maths/vec.ts';
 import { HalfField } from './half_field.ts';
@@ -24,9 +24,17 @@ export const restCounts = (grid: Grid): Vec3 =>
     grid.size.map((n) => Math.ceil((n - 1) / kRestStep) + 1) as unknown as Vec3;
 
 export class RestField extends HalfField {
+    hasRaw = false; ///< raw tissue has been seen
+
     /// Creates a field at rest.
     constructor(readonly grid: Grid) {
         super('rest', restCounts(grid), kHalves);
+    }
+
+    override patch(box: Box, values: Uint16Array): void {
+        super.patch(box, values);
+        for (let n = kHalves - 1; n < values.length && !this.hasRaw; n += kHalves)
+            this.hasRaw = values[n]! !== 0;
     }
 
     /// Trilinear sample, as in the shaders. @param ijk  [voxels]
