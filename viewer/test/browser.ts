@@ -105,6 +105,10 @@ export const kArguments = [
 export const launch = (): Promise<Browser> =>
     chromium.launch({ executablePath: findChromium(), args: kArguments });
 
+/// PLIANT_GPU=1: the browser has a graphics processor. In software a page that shows a device in a
+/// vessel is often silent for longer than the server waits.
+export const hasGpu = process.env.PLIANT_GPU === '1';
+
 /// Keeps the tissue as the server starts it, unless a test has chosen otherwise: checksums and
 /// steps of undo are then the server's own. Runs in the page.
 export function keepTissue(): void {

@@ -17,6 +17,7 @@ import type { SharedState, VesselState } from '../src/net/protocol.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
     compare,
+    hasGpu,
     launch,
     picture,
     pixels,
@@ -64,21 +65,24 @@ async function rides(page: Page): Promise<void> {
     const from = (await stateOf(page)).view;
     await page.keyboard.press('i');
     await untilState(page, ({ view }) => view.onTip && !view.outside);
-    const settled = async (): Promise<{ eye: Vec3; look: Vec3; tip: Vec3 }> => {
-        await page.waitForTimeout(700);
-        return page.evaluate(() => {
-            const { vessel, store } = (window as never as Held).pliant;
-            const { eye, look } = store.state.view.camera;
-            return { eye, look, tip: vessel!.catheter.at(-1)! };
-        });
-    };
-    const near = ({ eye, look, tip }: Awaited<ReturnType<typeof settled>>): void => {
+    type Ride = { eye: Vec3; look: Vec3; tip: Vec3 };
+    const isNear = ({ eye, look, tip }: Ride): boolean => {
         const way = sub(tip, eye);
-        assert.ok(norm(way) < 14, `${norm(way)} mm from the tip`);
-        assert.ok(dot(way, look) > 0.8 * norm(way), 'the tip is in the picture');
+        return norm(way) < 14 && dot(way, look) > 0.8 * norm(way);
     };
-    const begin = await settled();
-    near(begin);
+    /// Waits until the eye is behind the tip: it glides, and frames may be slow.
+    const behindTip = async (holds: (eye: Vec3) => boolean = () => true): Promise<Vec3> => {
+        for (const end = Date.now() + 30_000; ; await page.waitForTimeout(200)) {
+            const ride = await page.evaluate(() => {
+                const { vessel, store } = (window as never as Held).pliant;
+                const { eye, look } = store.state.view.camera;
+                return { eye, look, tip: vessel!.catheter.at(-1)! };
+            });
+            if (isNear(ride) && holds(ride.eye)) return ride.eye;
+            assert.ok(Date.now() < end, `not behind the tip: ${JSON.stringify(ride)}`);
+        }
+    };
+    const begin = await behindTip();
     await picture(page, 'catheter_ride');
     const { inserted_mm } = (await stateOf(page)).shared!.vessel!;
     await page.keyboard.down('ArrowDown');
@@ -89,9 +93,7 @@ async function rides(page: Page): Promise<void> {
     );
     await page.keyboard.up('ArrowDown');
     await untilVessel(page, (v, shared) => v.insert_mm_s === 0 && shared.settled);
-    const back = await settled();
-    near(back);
-    assert.ok(norm(sub(back.eye, begin.eye)) > 5, 'the eye goes with the tip');
+    await behindTip((eye) => norm(sub(eye, begin)) > 5);
     await page.keyboard.press('q', { delay: 60 });
     await untilState(page, ({ view }) => !view.onTip);
     assert.match((await page.locator('.message').textContent())!, /no longer rides/);
@@ -175,29 +177,36 @@ test('a catheter is driven, seen and played again', async (t) => {
         await picture(page, 'catheter_fluoroscopy');
         await page.keyboard.press('b');
 
+        // The style real takes software seconds for a picture of the catheter.
+        await page.evaluate(() => {
+            const { store } = (window as never as Held).pliant;
+            store.set({ look: { style: 'plain' } });
+        });
         await rides(page);
 
         // A device holds it: 8 mm ahead and back in two seconds.
-        const panel = page.locator('details', {
-            has: page.locator('summary', { hasText: /^Device$/ }),
-        });
-        await panel.locator('summary').click();
-        await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
-        await panel.getByRole('button', { name: 'Start' }).click();
-        const base = vessel!.inserted_mm;
-        await untilState(page, ({ device: { news }, shared }) =>
-            Boolean(
-                news?.holds === 'catheter' &&
-                news.largest_n! > 0.005 &&
-                Math.abs(shared!.vessel!.inserted_mm - base) > 2,
-            ),
-        );
-        assert.match((await panel.locator('.felt').textContent())!, /holds the catheter/);
-        await picture(page, 'catheter_device');
-        await page.keyboard.press('h');
-        await untilState(page, ({ device }) => device.news!.stopped!);
-        await panel.getByRole('button', { name: 'End' }).click();
-        await untilVessel(page, (v, { settled }) => v.insert_mm_s === 0 && settled);
+        if (hasGpu) {
+            const panel = page.locator('details', {
+                has: page.locator('summary', { hasText: /^Device$/ }),
+            });
+            await panel.locator('summary').click();
+            await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
+            await panel.getByRole('button', { name: 'Start' }).click();
+            const base = vessel!.inserted_mm;
+            await untilState(page, ({ device: { news }, shared }) =>
+                Boolean(
+                    news?.holds === 'catheter' &&
+                    news.largest_n! > 0.005 &&
+                    Math.abs(shared!.vessel!.inserted_mm - base) > 2,
+                ),
+            );
+            assert.match((await panel.locator('.felt').textContent())!, /holds the catheter/);
+            await picture(page, 'catheter_device');
+            await page.keyboard.press('h');
+            await untilState(page, ({ device }) => device.news!.stopped!);
+            await panel.getByRole('button', { name: 'End' }).click();
+            await untilVessel(page, (v, { settled }) => v.insert_mm_s === 0 && settled);
+        }
 
         // A later client sees the same, and can't drive with the link for viewing.
         const sums = (await compare(page))!;

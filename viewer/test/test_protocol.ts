@@ -37,12 +37,12 @@ test('a box has its position, its step, and its values in order', () => {
     );
 });
 
-test('overlays and labels have their own formats, and there are no others', () => {
-    for (const format of [2, 3, 5]) {
+test('overlays, labels and coarse scans have their own formats, and there are no others', () => {
+    for (const format of [2, 3, 5, 6]) {
         const frame = decodeFrame(boxFrame([0, 0, 0], [1, 1, 1], 0, format).buffer as ArrayBuffer);
         assert.ok(frame.kind === 'box' && frame.format === format);
     }
-    for (const format of [0, 6, 257])
+    for (const format of [0, 7, 257])
         assert.throws(
             () => decodeFrame(boxFrame([0, 0, 0], [1, 1, 1], 0, format).buffer as ArrayBuffer),
             /format/,
