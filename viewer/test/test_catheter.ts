@@ -89,11 +89,11 @@ async function rides(page: Page): Promise<void> {
     await untilVessel(page, (v) => v.insert_mm_s < 0);
     await page.waitForFunction(
         (most) => (window as never as Held).pliant.store.state.shared!.vessel!.inserted_mm < most,
-        inserted_mm - 10,
+        inserted_mm - 5,
     );
     await page.keyboard.up('ArrowDown');
     await untilVessel(page, (v, shared) => v.insert_mm_s === 0 && shared.settled);
-    await behindTip((eye) => norm(sub(eye, begin)) > 5);
+    await behindTip((eye) => norm(sub(eye, begin)) > 2.5);
     await page.keyboard.press('q', { delay: 60 });
     await untilState(page, ({ view }) => !view.onTip);
     assert.match((await page.locator('.message').textContent())!, /no longer rides/);
