@@ -236,6 +236,27 @@ test('a scan is opened only if the user agrees', async () => {
     assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
 });
 
+test('a scan begins with the usual window, and with tools of its size', async (t) => {
+    if (served.mock) return t.skip('the mock reads no scans');
+    await page.evaluate(() => {
+        const { store } = (window as never as { pliant: Session }).pliant;
+        store.set({ sections: { window: 40_000, level: 30_000 } });
+    });
+    const small = '(.02,0,0) (0,.02,0) (0,0,.02)';
+    const text = nrrd().toString('latin1').replace('(1,0,0) (0,1,0) (0,0,1)', small);
+    await choose('small.nrrd', Buffer.from(text, 'latin1'));
+    await agree();
+    await untilScan('small.nrrd');
+    const { sections, tool, flight } = await stateOf(page);
+    assert.ok(sections.window < 5000, `window ${sections.window}`);
+    for (const length of [tool.radius / 4, tool.depth / 10, flight.tip / 2.5])
+        assert.ok(length > 0.001 && length < 0.1, `factor ${length}`);
+    await choose('ball.nrrd', nrrd());
+    await agree();
+    await untilScan('ball.nrrd');
+    assert.ok((await stateOf(page)).tool.radius > 10 * tool.radius);
+});
+
 /// The ball as labels 0, 1 and 2.
 function labels(): Buffer {
     const scan = nrrd();

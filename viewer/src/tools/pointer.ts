@@ -201,8 +201,9 @@ export class Pointer {
         if (!drag?.place || !stroke || tool.outcome?.isStopped || tool.strength === 0) return;
         const there = stroke.path[stroke.path.length - 1]!;
         const { direction } = rayAt(session.store.state, drag.last);
-        const next = along(drag.place, way * tool.strength, direction);
-        if (norm(sub(next, there)) > kPressLead) return;
+        const scale = session.store.state.scan.volume?.length_scale ?? 1;
+        const next = along(drag.place, scale * way * tool.strength, direction);
+        if (norm(sub(next, there)) > scale * kPressLead) return;
         drag.place = next;
         session.hand.drag(next);
     }

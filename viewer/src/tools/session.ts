@@ -280,13 +280,13 @@ export class Session extends Scene implements Listener {
         this.subscriptions.forgetVessel();
         this.labelMap.forget();
         this.marks.forget();
-        const { frames } = initialState().sections;
+        const { frames, window, level } = initialState().sections;
         this.store.set({
             way: { path: null, flying: false, position: 0 },
             lumen: { tip: null, along: [], share: 1 },
             tool: { cuts: [], outcome: null },
             hands: { force_n: 0, energy_per_mm: 0 },
-            sections: { frames },
+            sections: { frames, window, level },
             view: { onTip: false },
             rendering: initialState().rendering,
         });
@@ -311,6 +311,12 @@ export class Session extends Scene implements Listener {
         const hasVessel = this.store.state.shared?.tissue?.has_vessel === true;
         this.subscriptions.expectVessel(hasVessel);
         this.fitsWindow = !hasVessel && info.range_hu[0] > kAirBelow;
+        const scale = info.length_scale ?? 1;
+        const { tool, flight } = initialState();
+        this.store.set({
+            tool: { radius: scale * tool.radius, depth: scale * tool.depth },
+            flight: { tip: scale * flight.tip },
+        });
         // Window for contrast medium and soft tissue.
         if (hasVessel) this.store.set({ sections: { window: 700, level: 200 } });
         this.store.set({
