@@ -255,6 +255,8 @@ test('a scan begins with the usual window, and with tools of its size', async (t
     await agree();
     await untilScan('ball.nrrd');
     assert.ok((await stateOf(page)).tool.radius > 10 * tool.radius);
+    // No command was too early for it.
+    assert.doesNotMatch((await page.locator('.message').textContent())!, /expected to see it/);
 });
 
 /// The ball as labels 0, 1 and 2.

@@ -168,7 +168,7 @@ export class Session extends Scene implements Listener {
     state(shared: SharedState): void {
         const before = this.surface;
         this.store.set({ shared });
-        this.tissueDefaults.take(shared);
+        if (this.store.state.scan.loaded === 1) this.tissueDefaults.take(shared);
         const { iso, rising } = this.surface;
         if (iso !== before.iso || rising !== before.rising) this.endoscope.judgeEye();
         this.tellSteps();
@@ -187,6 +187,8 @@ export class Session extends Scene implements Listener {
             this.store.set({ scan: { loaded: frame.last ? 1 : Math.min(share, 0.99) } });
         }
         if (!frame.last) return;
+        // The server takes commands for another scan once it knows that its voxels are here.
+        if (loaded < 1) setTimeout(() => this.tissueDefaults.take(this.store.state.shared!));
         this.fitWindow(this.volume);
         this.latencies.arrived(frame.step);
         this.store.set({ scan: { voxels: voxels + 1 } });
