@@ -247,7 +247,12 @@ test('a scan begins with the usual window, and with tools of its size', async (t
     await choose('small.nrrd', Buffer.from(text, 'latin1'));
     await agree();
     await untilScan('small.nrrd');
-    const { sections, tool, flight } = await stateOf(page);
+    const { sections, tool, flight, scan } = await stateOf(page);
+    const unit = scan.volume!.values!.unit;
+    assert.match(
+        (await page.locator('#pointer').textContent())!,
+        unit ? /^crosshair: -?\d+ HU · / : /^crosshair: -?\d+ · /,
+    );
     assert.ok(sections.window < 5000, `window ${sections.window}`);
     for (const length of [tool.radius / 4, tool.depth / 10, flight.tip / 2.5])
         assert.ok(length > 0.001 && length < 0.1, `factor ${length}`);

@@ -88,6 +88,7 @@ export interface VolumeInfo {
     origin_mm: Vec3;
     direction: Mat3;
     range_hu: [number, number];
+    values?: { unit: string }; ///< HU, or empty: none
     length_scale?: number; ///< usual lengths of tools and ways over those in a body
     start: { eye_mm: Vec3; look: Vec3; up: Vec3 } | null;
     landmarks: Landmark[];

@@ -421,7 +421,8 @@ export function pointerText(session: Session): string {
     const mm = shown(point, space).map((x) => x.toFixed(1));
     const index = ijk.map((i) => Math.round(i));
     const where = pointer.under ? '' : 'crosshair: ';
-    const hu = value === undefined ? 'outside' : `${Math.round(value)} HU`;
+    const unit = session.store.state.scan.volume?.values?.unit ?? 'HU';
+    const hu = value === undefined ? 'outside' : `${Math.round(value)} ${unit}`.trim();
     const number = overlay.kind === 'none' ? undefined : overlayValue(session);
     const kind = overlay.kind as ShownKind;
     const more = number === undefined ? '' : ` · ${kKinds[kind].text(number)}`;
