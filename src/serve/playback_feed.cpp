@@ -75,6 +75,7 @@ bool PlaybackFeed::take(Client& client, const Message& message) {
         if (*wish->is_playing && m_at_ms >= m_times.back()) jump(0);  // from the start again
         m_is_playing = *wish->is_playing && m_failure.empty();
     }
+    refresh();  // who asked knows that the scene is not that of the time yet
     return answer({}), true;
 }
 
@@ -208,7 +209,7 @@ std::string PlaybackFeed::news_text() const {
 /// Tells each client the marks once, and the present time when it changes.
 void PlaybackFeed::refresh() {
     if (!is_on()) return;
-    const bool is_quiet = m_is_playing && m_host.now() - m_told_at < kNewsPause;
+    const bool is_quiet = m_is_playing && !m_is_jumping && m_host.now() - m_told_at < kNewsPause;
     std::string news = news_text();
     if (!is_quiet && news != m_news) {
         m_news = std::move(news);

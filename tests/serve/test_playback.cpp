@@ -93,6 +93,18 @@ TEST_F(Watched, EachTimeHasTheStateThatWasRecorded) {
         }
     }
     EXPECT_EQ(at(client, 0), sums[0]);
+    // Who asks for a time is told first that the scene is not there yet, also while it plays.
+    for (const bool plays : {false, true}) {
+        at(client, time(5));
+        if (plays) client.command({{"do", "replay"}, {"playing", true}, {"speed", 0.01}});
+        client.say({{"do", "replay"}, {"at_ms", time(1)}, {"id", 1000}});
+        const Json first = client.until([&](const Json& t) {
+            return t["t"] == "done" || (t["t"] == "replay" && t["at_ms"] == std::round(time(1)));
+        });
+        EXPECT_EQ(first["t"], "replay") << plays;
+        EXPECT_EQ(first["seeking"], true) << plays;
+        EXPECT_EQ(client.answer(1000)["t"], "done");
+    }
     // Played to its end.
     client.command({{"do", "replay"}, {"playing", true}, {"speed", 20}});
     const Json end = client.until([](const Json& t) {

@@ -158,6 +158,15 @@ test('the keys , and . go from command to command, with the recorded tissue', as
     await page.getByRole('button', { name: 'Previous command' }).click();
     await untilAt(page, (ms) => ms === replay.marks[commands.length - 2]!.at_ms);
     assert.equal(await sumOf(page), sums[commands.length - 2], 'backwards');
+    // From the request on, until the scene is that of the time.
+    const seeks = await page.evaluate(() => {
+        const { pliant } = window as unknown as { pliant: Session };
+        pliant.replay.jump(0);
+        return pliant.store.state.replay.seeking;
+    });
+    assert.ok(seeks);
+    await untilAt(page, (ms) => ms === 0);
+    assert.equal(await sumOf(page), sums[0], 'at the start');
 });
 
 test('Space plays and pauses, at a chosen speed, up to the end', async () => {

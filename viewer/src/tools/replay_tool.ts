@@ -27,6 +27,7 @@ export function markBeside(
 export class ReplayTool {
     private wish: number | undefined;
     private busy = false;
+    private seeking = false; // the server
 
     constructor(private readonly scene: Scene) {}
 
@@ -40,13 +41,14 @@ export class ReplayTool {
             store.set({ replay: { marks: news.marks } });
             return;
         }
+        this.seeking = news.seeking;
         store.set({
             replay: {
                 at: this.wish ?? news.at_ms, // the slider stays where the user has put it
                 length: news.length_ms,
                 speed: news.speed,
                 playing: news.playing,
-                seeking: news.seeking,
+                seeking: news.seeking || this.wish !== undefined,
                 failure: news.failure ?? '',
             },
         });
@@ -68,7 +70,7 @@ export class ReplayTool {
         const { controls, length } = this.replay;
         if (!controls) return;
         this.wish = Math.min(Math.max(at, 0), length);
-        this.scene.store.set({ replay: { at: this.wish } });
+        this.scene.store.set({ replay: { at: this.wish, seeking: true } });
         if (!this.busy) void this.send();
     }
 
@@ -88,5 +90,6 @@ export class ReplayTool {
             if (this.wish === at_ms) this.wish = undefined;
         }
         this.busy = false;
+        this.scene.store.set({ replay: { seeking: this.seeking } });
     }
 }
