@@ -3,7 +3,15 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { voxelFromWorld, voxelVector, worldFromVoxel } from '../src/maths/grid.ts';
+import {
+    type Box,
+    boxCount,
+    isEmpty,
+    voxelCount,
+    voxelFromWorld,
+    voxelVector,
+    worldFromVoxel,
+} from '../src/maths/grid.ts';
 import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
 import { firstHit, type Surface } from '../src/maths/rays.ts';
 import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
@@ -82,6 +90,36 @@ test('patched bricks are those of a new volume', () => {
         const first = volume.halves[x + size[0] * (y + size[1] * z)]!;
         assert.equal(first, values[0]);
         assert.equal(volume.valueAt(begin), floatOfHalf[first]);
+    }
+});
+
+test('bricks of a scan that is being loaded are those of the whole scan, in any order', () => {
+    for (let i = 0; i < 30; ++i) {
+        const grid = randomGrid(2, 30);
+        const { size } = grid;
+        const volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)), true);
+        const boxes: Box[] = [];
+        for (let z = 0; z < size[2]; ) {
+            const end = Math.min(z + whole(1, 9), size[2]);
+            const cut = whole(1, size[1] - 1);
+            boxes.push({ begin: [0, 0, z], end: [size[0], cut, end] });
+            boxes.push({ begin: [0, cut, z], end: [size[0], size[1], end] });
+            z = end;
+        }
+        const inOrder = i % 2 === 0;
+        if (inOrder) boxes.splice(whole(1, boxes.length), 0, boxes[0]!); // comes again
+        else boxes.sort(() => whole(0, 1) - 0.5);
+        for (const box of boxes) {
+            const values = Uint16Array.from({ length: boxCount(box) }, () =>
+                halfOfFloat(whole(-1000, 1000)),
+            );
+            volume.fill(box, values);
+        }
+        const rest = volume.finish();
+        if (inOrder) assert.ok(isEmpty(rest), 'nothing is left for the end');
+        const fresh = new VolumeData(grid, volume.halves.slice());
+        assert.deepEqual(volume.brickRange, fresh.brickRange);
+        assert.deepEqual(volume.brickHalves, fresh.brickHalves);
     }
 });
 

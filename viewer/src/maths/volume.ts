@@ -37,8 +37,11 @@ export class VolumeData {
     readonly brickRange: Float32Array;
     /// Number of patches so far.
     version = 0;
+    /// While a scan is being loaded: voxels of each slice k that have arrived, and layers of bricks
+    /// that are complete.
+    private arriving: { readonly voxels: Uint32Array; layers: number } | undefined;
 
-    /// @param isEmpty  the values are still to come, by fill(): the bricks need no look at them
+    /// @param isEmpty  the values are still to come, by fill() and at last finish()
     constructor(grid: Grid, halves: Uint16Array, isEmpty = false) {
         if (halves.length !== voxelCount(grid))
             throw new Error(`volume: ${halves.length} voxels, expected ${voxelCount(grid)}`);
@@ -50,25 +53,43 @@ export class VolumeData {
         const count = this.brickSize[0] * this.brickSize[1] * this.brickSize[2];
         this.brickHalves = new Uint16Array(2 * count);
         this.brickRange = new Float32Array(2 * count);
-        if (!isEmpty) this.updateBricks({ begin: [0, 0, 0], end: grid.size });
+        if (isEmpty) this.arriving = { voxels: new Uint32Array(grid.size[2]), layers: 0 };
+        else this.computeLayers(0, this.brickSize[2]);
     }
 
-    /// Writes a box of a scan that is being loaded; the bricks are stale until finish().
-    fill(box: Box, values: Uint16Array): void {
+    /// Writes a box of a scan that is being loaded. Layers of bricks are computed when all their
+    /// slices are there, the others by finish(). @returns the box of bricks that were computed
+    fill(box: Box, values: Uint16Array): Box {
         writeBox(this.halves, this.grid.size, box, values);
         ++this.version;
+        const arriving = this.arriving!;
+        const [nx, ny, nz] = this.grid.size;
+        for (let k = box.begin[2]; k < box.end[2]; ++k)
+            arriving.voxels[k]! += (box.end[0] - box.begin[0]) * (box.end[1] - box.begin[1]);
+        const before = arriving.layers;
+        const isThere = (k: number): boolean => k >= nz || arriving.voxels[k]! >= nx * ny;
+        const isComplete = (layer: number): boolean => {
+            for (let k = 0; k <= kBrick; ++k) if (!isThere(kBrick * layer + k)) return false;
+            return true;
+        };
+        while (arriving.layers < this.brickSize[2] && isComplete(arriving.layers))
+            ++arriving.layers;
+        // What came again changes layers that were complete before.
+        return this.computeLayers(Math.min(this.bricksOf(box).begin[2], before), arriving.layers);
     }
 
-    /// Updates all bricks once, after many calls of fill(). @returns the box of all bricks
+    /// Computes the bricks that no call of fill() has. @returns their box
     finish(): Box {
-        return this.updateBricks({ begin: [0, 0, 0], end: this.grid.size });
+        const done = this.arriving?.layers ?? 0;
+        this.arriving = undefined;
+        return this.computeLayers(done, this.brickSize[2]);
     }
 
     /// Writes a box of values, i fastest, and returns the box of bricks that changed.
     patch(box: Box, values: Uint16Array): Box {
         writeBox(this.halves, this.grid.size, box, values);
         ++this.version;
-        return this.updateBricks(box);
+        return this.computeBricks(this.bricksOf(box));
     }
 
     /// Copies a box of voxels.
@@ -132,16 +153,27 @@ export class VolumeData {
         }) as unknown as Vec3;
     }
 
-    private updateBricks(box: Box): Box {
+    /// Bricks with a corner in a box of voxels.
+    private bricksOf(box: Box): Box {
         const begin = box.begin.map((b) => Math.max(Math.floor((b - 1) / kBrick), 0));
         const end = box.end.map((e, a) =>
             Math.min(Math.floor((e - 1) / kBrick) + 1, this.brickSize[a]!),
         );
+        return { begin: begin as unknown as Vec3, end: end as unknown as Vec3 };
+    }
+
+    private computeLayers(from: number, to: number): Box {
+        const [bx, by] = this.brickSize;
+        return this.computeBricks({ begin: [0, 0, from], end: [bx, by, to] });
+    }
+
+    private computeBricks(bricks: Box): Box {
+        const { begin, end } = bricks;
         const [nx, ny, nz] = this.grid.size;
         const h = this.halves;
-        for (let bz = begin[2]!; bz < end[2]!; ++bz)
-            for (let by = begin[1]!; by < end[1]!; ++by)
-                for (let bx = begin[0]!; bx < end[0]!; ++bx) {
+        for (let bz = begin[2]; bz < end[2]; ++bz)
+            for (let by = begin[1]; by < end[1]; ++by)
+                for (let bx = begin[0]; bx < end[0]; ++bx) {
                     let low = Infinity;
                     let high = -Infinity;
                     const x1 = Math.min((bx + 1) * kBrick, nx - 1);
@@ -158,7 +190,7 @@ export class VolumeData {
                         }
                     this.setBrick(bx, by, bz, low, high);
                 }
-        return { begin: begin as unknown as Vec3, end: end as unknown as Vec3 };
+        return bricks;
     }
 
     private setBrick(bx: number, by: number, bz: number, low: number, high: number): void {

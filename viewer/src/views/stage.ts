@@ -145,6 +145,7 @@ export class Stage {
     setCoarse(data: VolumeData): void {
         this.coarse?.dispose();
         this.coarse = new VolumeTexture(data);
+        if (!this.lost) this.texture?.reserve(this.renderer);
         this.show(this.coarse);
     }
 
@@ -210,7 +211,8 @@ export class Stage {
         }
         if (state.scan.loaded < 1 && !this.coarse) return false;
         this.fitCanvas();
-        (this.coarse ?? this.texture).upload(this.renderer);
+        this.coarse?.upload(this.renderer);
+        this.texture.upload(this.renderer);
         this.overlay?.upload(this.renderer);
         this.rest?.upload(this.renderer);
         this.labels?.upload(this.renderer);

@@ -24,7 +24,7 @@ export class BoxUploads {
     ) {}
 
     add(box: Box): void {
-        this.pending.push(box);
+        if (!isEmpty(box)) this.pending.push(box);
         if (this.pending.length > kMaxBoxes) this.pending = [joined(this.pending)];
     }
 
@@ -35,8 +35,15 @@ export class BoxUploads {
         return sent;
     }
 
+    /// Allocates the texture before its values are there: only boxes are uploaded.
+    reserve(renderer: THREE.WebGLRenderer): void {
+        this.texture.source.dataReady = false;
+        renderer.initTexture(this.texture);
+    }
+
     /// Uploads everything again at the next use.
     restore(): void {
+        this.texture.source.dataReady = true;
         this.texture.needsUpdate = true;
         this.pending = [];
     }
@@ -61,9 +68,16 @@ export class VolumeTexture {
         this.voxelUploads.add(box);
     }
 
+    /// Uploads the boxes of a scan that is being loaded as they come. Otherwise the first use
+    /// uploads all of it.
+    reserve(renderer: THREE.WebGLRenderer): void {
+        this.voxelUploads.reserve(renderer);
+        this.brickUploads.reserve(renderer);
+    }
+
     /// Writes a box of a scan that is being loaded. The last one completes the bricks.
     fill(box: Box, halves: Uint16Array, last: boolean): void {
-        this.data.fill(box, halves);
+        this.brickUploads.add(this.data.fill(box, halves));
         this.voxelUploads.add(box);
         if (last) this.brickUploads.add(this.data.finish());
     }
