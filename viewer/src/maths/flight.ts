@@ -170,5 +170,6 @@ export function alongLumen(
     return best;
 }
 
-/// Speed for a clearance around the tip [mm/s].
-export const speedFor = (room: number): number => Math.min(Math.max(2.5 * room, 4), 80);
+/// Speed for a clearance around the tip [mm/s]. @param scale  of lengths: 1 in a body
+export const speedFor = (room: number, scale = 1): number =>
+    Math.min(Math.max(2.5 * room, 4 * scale), 80 * scale);

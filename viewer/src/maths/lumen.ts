@@ -25,22 +25,25 @@ export interface CrossSection {
 }
 
 /// Sections that reach farther from the point are open: there is a leak, or no lumen at all.
-export const kLumenReach = 40; // [mm]
+export const kLumenReach = 40; // in a body [mm]
 const kDirections = 90; // for the widths
 
 type Spot = readonly [number, number]; // in the plane [mm]
 
 /// Cross-section at a point, perpendicular to a direction. @returns undefined if the point is in
 /// tissue or outside of the scan; 'open' if the section reaches the scan's border or kLumenReach
+/// @param scale  of lengths: 1 in a body
 export function crossSection(
     volume: VolumeData,
     point: Vec3,
     direction: Vec3,
     surface: Surface,
+    scale = 1,
 ): CrossSection | 'open' | undefined {
     const { grid } = volume;
-    const step = Math.min(Math.max(0.5 * Math.min(...grid.spacing), 0.2), 1);
-    const half = Math.ceil(kLumenReach / step);
+    const finest = 0.5 * Math.min(...grid.spacing);
+    const step = Math.min(Math.max(finest, 0.2 * scale), scale);
+    const half = Math.ceil((kLumenReach * scale) / step);
     const side = 2 * half + 1;
     const normal = normalized(direction);
     const right = normalized(cross(normal, naturalUp(normal)));
@@ -110,6 +113,7 @@ export function crossSection(
                 queue.map((at) => spotOf(at % side, Math.floor(at / side))),
                 pieces,
                 step,
+                scale,
             ),
         narrow,
         wide,
@@ -198,6 +202,7 @@ function largestRadius(
     samples: readonly Spot[],
     pieces: readonly (readonly [Spot, Spot])[],
     step: number,
+    scale: number,
 ): number {
     const distance = ([x, y]: Spot, least: number): number => {
         let nearest = Infinity;
@@ -220,7 +225,7 @@ function largestRadius(
         place = spot;
     };
     for (const spot of samples) take(spot);
-    for (let size = step / 2; size > 0.01; size /= 2)
+    for (let size = step / 2; size > 0.01 * scale; size /= 2)
         for (let turns = 0; turns < 4; ++turns) {
             const [x, y] = place;
             for (const [dx, dy] of [
@@ -240,11 +245,12 @@ export function* sectionsAlong(
     volume: VolumeData,
     points: readonly Vec3[],
     surface: Surface,
+    scale = 1,
 ): Generator<CrossSection | 'open' | undefined> {
     for (const [n, point] of points.entries()) {
         const before = points[Math.max(n - 1, 0)]!;
         const after = points[Math.min(n + 1, points.length - 1)]!;
         const way: Vec3 = [after[0] - before[0], after[1] - before[1], after[2] - before[2]];
-        yield norm(way) > 0 ? crossSection(volume, point, way, surface) : undefined;
+        yield norm(way) > 0 ? crossSection(volume, point, way, surface, scale) : undefined;
     }
 }

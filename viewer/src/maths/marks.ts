@@ -8,6 +8,7 @@
 //   position at rest X = p − u(p)        u: offset of the rest field at the present position p
 //   present position p: the root of p − u(p) − X
 
+import { fixed } from './steps.ts';
 import { add, dot, norm, sub, type Vec3 } from './vec.ts';
 
 export const kMarkKinds = ['point', 'ruler', 'angle', 'curve'] as const;
@@ -57,8 +58,11 @@ export function valueOf(kind: MarkKind, points: readonly Vec3[]): Value | undefi
     return { number: lengthOf(points), unit: 'mm' };
 }
 
-export const valueText = ({ number, unit }: Value): string =>
-    unit === '°' ? `${number.toFixed(1)}°` : `${number.toFixed(number < 10 ? 2 : 1)} mm`;
+/// Text of a value. @param scale  of lengths: 1 in a body
+export const valueText = ({ number, unit }: Value, scale = 1): string =>
+    unit === '°'
+        ? `${number.toFixed(1)}°`
+        : `${fixed(number, (number < 10 * scale ? 0.01 : 0.1) * scale)} mm`;
 
 const kSteps = 40;
 const kClose = 1e-3; // residual [mm]

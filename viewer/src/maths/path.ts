@@ -43,12 +43,14 @@ export class Path {
     }
 
     /// Camera at an arc length [mm], with an up vector as near as possible to the given one.
-    camera(way: number, up: Vec3): { eye: Vec3; look: Vec3; up: Vec3 } {
+    /// @param scale  of lengths: 1 in a body
+    camera(way: number, up: Vec3, scale = 1): { eye: Vec3; look: Vec3; up: Vec3 } {
         const eye = this.at(way);
-        const end = this.length - kLookAhead;
+        const ahead = scale * kLookAhead;
+        const end = this.length - ahead;
         // Near the end the direction stays as it is.
         const from = Math.min(way, Math.max(end, 0));
-        const look = normalized(sub(this.at(from + kLookAhead), this.at(from)));
+        const look = normalized(sub(this.at(from + ahead), this.at(from)));
         const across = along(up, -dot(up, look), look);
         return { eye, look, up: norm(across) > 0.05 ? normalized(across) : naturalUp(look) };
     }

@@ -138,6 +138,8 @@ export const kCtPresets: readonly TransferPreset[] = [
     ),
 ];
 
+const kLeastRamp = 1e-3; // of the values of a scan
+
 /// Value between the low end and the threshold of a scan.
 const between = ({ low, threshold }: Levels, share: number): number =>
     low + share * (threshold - low);
@@ -159,8 +161,9 @@ export const kLevelPresets: readonly TransferPreset[] = [
         name: 'bright',
         hint: 'the brightest tenth of the tissue in this scan',
         transferOf: (levels) => {
-            const { bright, high } = levels();
-            return rampOf(bright, Math.max(high, bright + 1), 0.4);
+            const { low, bright, high } = levels();
+            const least = kLeastRamp * Math.max(high - low, 1e-3);
+            return rampOf(bright, Math.max(high, bright + least), 0.4);
         },
     },
     {

@@ -80,6 +80,16 @@ export interface Landmark {
     look: Vec3;
 }
 
+/// Kind of a scan's values, and defaults that suit them.
+export interface ScanValues {
+    kind: string; ///< as in docs/kinds_of_scans.md
+    unit: string; ///< HU, or empty: none
+    window: number; ///< of sections
+    level: number;
+    iso: number; ///< threshold
+    polarity: Polarity;
+}
+
 export interface VolumeInfo {
     id: number;
     name: string;
@@ -88,7 +98,7 @@ export interface VolumeInfo {
     origin_mm: Vec3;
     direction: Mat3;
     range_hu: [number, number];
-    values?: { unit: string }; ///< HU, or empty: none
+    values?: ScanValues;
     length_scale?: number; ///< usual lengths of tools and ways over those in a body
     start: { eye_mm: Vec3; look: Vec3; up: Vec3 } | null;
     landmarks: Landmark[];

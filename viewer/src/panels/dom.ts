@@ -3,6 +3,9 @@
 
 // Creates elements and controls, without a framework.
 
+import { fixed, roundTo } from '../maths/steps.ts';
+import type { Limits } from '../state/units.ts';
+
 type Child = Node | string | undefined | false;
 type Attributes = Record<string, string | boolean | ((event: Event) => void)>;
 
@@ -23,14 +26,13 @@ export function h<K extends keyof HTMLElementTagNameMap>(
     return element;
 }
 
+const kDigits = 4; // that a number field has room for
 let nextId = 1;
 
-export interface SliderSettings {
+export interface SliderSettings extends Limits {
     label: string;
-    unit: string;
-    low: number;
-    high: number;
-    step: number;
+    /// Present limits, where they change.
+    limits?: () => Limits;
     value: () => number;
     /// Called while the slider moves.
     input: (value: number) => void;
@@ -52,20 +54,13 @@ export function slider(s: SliderSettings): Control {
     const id = `c${nextId++}`;
     const root = (v: number): number => (s.curved ? Math.sqrt(Math.max(v, 0)) : v);
     const back = (v: number): number => (s.curved ? v * v : v);
-    const rounded = (v: number): number => {
-        const digits = Math.max(0, Math.ceil(-Math.log10(s.step)));
-        return Number((Math.round(v / s.step) * s.step).toFixed(digits));
-    };
-    const range = h('input', {
-        type: 'range',
-        id,
-        min: String(root(s.low)),
-        max: String(root(s.high)),
-        step: s.curved ? 'any' : String(s.step),
-    });
+    let limits: Limits | undefined; // as they are shown
+    const rounded = (v: number): number => roundTo(v, limits!.step);
+    const text = (v: number): string => String(Number(fixed(v, limits!.step)));
+    const range = h('input', { type: 'range', id });
+    const unit = h('span', { class: 'unit' });
     const number = h('input', {
         type: 'number',
-        step: String(s.step),
         'aria-label': `${s.label}, number`,
         // Keys are commands again after a number.
         onkeydown: (event) => {
@@ -95,11 +90,24 @@ export function slider(s: SliderSettings): Control {
         }
         refresh();
     });
+    const adjust = (next: Limits): void => {
+        const keys = ['unit', 'low', 'high', 'step'] as const;
+        if (limits && keys.every((key) => limits![key] === next[key])) return;
+        limits = next;
+        range.min = String(root(next.low));
+        range.max = String(root(next.high));
+        range.step = s.curved ? 'any' : String(next.step);
+        number.step = String(next.step);
+        unit.textContent = next.unit;
+    };
     const refresh = (): void => {
+        adjust(s.limits?.() ?? s);
         const value = s.value();
-        if (document.activeElement !== number) number.value = String(rounded(value));
+        const shown = text(value);
+        if (document.activeElement !== number) number.value = shown;
+        number.classList.toggle('long', shown.replace(/\D/g, '').length > kDigits);
         if (!open) range.value = String(root(value)); // else the user moves it
-        range.setAttribute('aria-valuetext', `${rounded(value)} ${s.unit}`);
+        range.setAttribute('aria-valuetext', `${shown} ${limits!.unit}`.trim());
     };
     refresh();
     const element = h(
@@ -107,7 +115,7 @@ export function slider(s: SliderSettings): Control {
         { class: 'slider', ...(s.hint ? { title: s.hint } : {}) },
         h('label', { for: id }, s.label),
         range,
-        h('span', { class: 'number' }, number, h('span', { class: 'unit' }, s.unit)),
+        h('span', { class: 'number' }, number, unit),
     );
     return { element, refresh };
 }

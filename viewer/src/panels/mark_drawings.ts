@@ -4,15 +4,18 @@
 // Drawings of marks over the views: points, lines with their values, the section of the lumen at
 // the tip, warnings, and bars of scale. Marks beyond a slice or behind a wall are faint.
 
-import { kPointsOf, type Mark, valueOf, valueText } from '../maths/marks.ts';
+import { kPointsOf, type Mark, valueOf } from '../maths/marks.ts';
 import { firstHit } from '../maths/rays.ts';
+import { stepUpTo } from '../maths/steps.ts';
 import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
 import { surfaceOf, type View } from '../state/state.ts';
+import { scaleOf } from '../state/units.ts';
 import type { Session } from '../tools/session.ts';
 import { type Extent, spotInView } from '../views/projection.ts';
 import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
 import { svg } from './dom.ts';
 
+// Lengths in a body.
 const kNear = 2; // distance from a slice up to which a mark is drawn strong [mm]
 const kBehind = 1; // depth behind a wall from which a mark is faint [mm]
 const kHandle = 4; // radius of a point [pixels]
@@ -26,9 +29,10 @@ interface Seen {
 }
 
 export function marksInSection(session: Session, plane: SectionPlane): SVGElement[] {
+    const near = scaleOf(session.store.state.scan.volume) * kNear;
     const seen = (place: Vec3): Seen => ({
         spot: pixelOfWorld(plane, place),
-        near: Math.abs(dot(sub(place, plane.centre), plane.axes.normal)) <= kNear,
+        near: Math.abs(dot(sub(place, plane.centre), plane.axes.normal)) <= near,
     });
     return [
         ...lumenMarks(session, plane),
@@ -43,17 +47,19 @@ export function marksInEndoscope(session: Session, view: View, box: Extent): SVG
     const { volume } = session;
     if (!volume) return [];
     const { eye } = view.camera;
+    const scale = scaleOf(state.scan.volume);
+    const behind = scale * kBehind;
     const seen = (place: Vec3, isOne: boolean): Seen => {
-        const spot = spotInView(view, place, box);
+        const spot = spotInView(view, place, box, scale);
         if (!spot || !isOne || view.outside) return { spot, near: true };
         const way = sub(place, eye);
         const reach = norm(way);
         const hit = firstHit(volume, eye, way, surfaceOf(state), reach);
-        return { spot, near: !hit || hit.distance > reach - kBehind };
+        return { spot, near: !hit || hit.distance > reach - behind };
     };
     return [
         ...allMarks(session, seen),
-        ...riskMarks(session, (place) => spotInView(view, place, box), 0),
+        ...riskMarks(session, (place) => spotInView(view, place, box, scale), 0),
     ];
 }
 
@@ -100,7 +106,7 @@ function oneMark(mark: Mark, session: Session, seen: See, own: boolean): SVGElem
     const spots = places.flatMap(({ spot }) => (spot ? [spot] : []));
     if (!spots.length) return [];
     const value = valueOf(mark.kind, points);
-    const label = value ? valueText(value) : mark.name;
+    const label = value ? session.marks.valueText(value) : mark.name;
     const handles = mark.kind === 'curve' ? [] : spots;
     // An angle has its value at the vertex, others in the middle.
     const at = mark.kind === 'angle' ? places[1]!.spot : middle(spots);
@@ -130,7 +136,9 @@ function pendingMark(session: Session, seen: See): SVGElement[] {
         ...spots.map(([cx, cy]) =>
             svg('circle', { class: 'mark near pending', cx, cy, r: kHandle }),
         ),
-        ...(value ? [text('mark near', spots[spots.length - 1]!, valueText(value))] : []),
+        ...(value
+            ? [text('mark near', spots[spots.length - 1]!, session.marks.valueText(value))]
+            : []),
     ];
 }
 
@@ -168,13 +176,8 @@ function lumenMarks(session: Session, plane: SectionPlane): SVGElement[] {
 
 const kLongestBar = 110; // [pixels]
 
-/// Length of a bar of scale: 1, 2 or 5 times a power of ten [mm].
-export function barLength(mmPerPixel: number): number {
-    const most = kLongestBar * mmPerPixel;
-    const power = 10 ** Math.floor(Math.log10(most));
-    const leading = [5, 2, 1].find((n) => n * power <= most)!;
-    return Number((leading * power).toPrecision(1));
-}
+/// Length of a bar of scale [mm].
+export const barLength = (mmPerPixel: number): number => stepUpTo(kLongestBar * mmPerPixel);
 
 function scaleBar(mmPerPixel: number, width: number, height: number): SVGElement[] {
     const mm = barLength(mmPerPixel);

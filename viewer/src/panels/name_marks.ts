@@ -7,13 +7,14 @@ import { firstHit } from '../maths/rays.ts';
 import { dot, norm, sub, type Vec3 } from '../maths/vec.ts';
 import { nameOfClient } from '../state/company.ts';
 import { type State, surfaceOf, type View } from '../state/state.ts';
+import { scaleOf } from '../state/units.ts';
 import type { Session } from '../tools/session.ts';
 import { type Extent, spotInView } from '../views/projection.ts';
 import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
 import { svg } from './dom.ts';
 
 const kLongest = 18; // characters of a name
-const kNear = 2; // distance beyond a tool from which its name is faint [mm]
+const kNear = 2; // distance beyond a tool from which its name is faint, in a body [mm]
 const kLine = 15; // height of a name [pixels]
 const kLetter = 7; // width of a letter, roughly [pixels]
 const kAside = 9; // distance from the tool [pixels]
@@ -27,9 +28,10 @@ interface Named {
 }
 
 export function namesInSection({ store }: Session, plane: SectionPlane): SVGElement[] {
+    const near = scaleOf(store.state.scan.volume) * kNear;
     const names = toolsOf(store.state).map(({ name, position, radius }) => {
         const off = Math.abs(dot(sub(position, plane.centre), plane.axes.normal));
-        return { name, spot: pixelOfWorld(plane, position), near: off <= radius + kNear };
+        return { name, spot: pixelOfWorld(plane, position), near: off <= radius + near };
     });
     return labels(names, plane);
 }
@@ -47,7 +49,7 @@ export function namesInEndoscope(
         return !!volume && reach > 0 && !!firstHit(volume, eye, way, surfaceOf(state), reach);
     };
     const names = toolsOf(state).flatMap(({ name, position, radius }): Named[] => {
-        const spot = spotInView(view, position, box);
+        const spot = spotInView(view, position, box, scaleOf(state.scan.volume));
         if (!spot || (!view.outside && isHidden(position, radius))) return [];
         return [{ name, spot, near: true }];
     });

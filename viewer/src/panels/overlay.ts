@@ -17,6 +17,7 @@ import {
     type ViewName,
     type Way,
 } from '../state/state.ts';
+import { lengthText, scaleOf, textWithUnit } from '../state/units.ts';
 import { cutCrossings } from '../tools/cuts.ts';
 import type { Session } from '../tools/session.ts';
 import { hasTwoPlanes, type PlaneOfView, planesOf } from '../views/planes.ts';
@@ -40,6 +41,7 @@ const kTitles: Record<ViewName, string> = {
     coronal: 'Coronal',
     sagittal: 'Sagittal',
 };
+// In a body.
 const kPathSight = 60; // length of a path that the endoscope shows [mm]
 const kNearSection = 2; // distance of path points that are drawn strong [mm]
 
@@ -92,6 +94,15 @@ export class Overlay {
         }).observe(this.element);
     }
 
+    /// Of lengths: 1 in a body.
+    private get scale(): number {
+        return scaleOf(this.session.store.state.scan.volume);
+    }
+    /// Distance from a section of points that are drawn strong [mm].
+    private get near(): number {
+        return this.scale * kNearSection;
+    }
+
     /// Redraws the marks after changes, once per frame.
     refresh(): void {
         const { balls } = this.session.stage;
@@ -119,7 +130,7 @@ export class Overlay {
         const box = this.views[view].getBoundingClientRect();
         if (view !== 'endoscope') return pixelOfWorld(this.planeOf(view, state, box), place);
         const [{ view: seen, width, height }] = planesOf(state, box) as [PlaneOfView];
-        return spotInView(seen, place, { width, height });
+        return spotInView(seen, place, { width, height }, this.scale);
     }
 
     /// Shows newtons, logarithmic from a millinewton on. Tissues without forces have no bar: their
@@ -203,9 +214,11 @@ export class Overlay {
         const { axis } = plane.axes;
         const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
         const { slab, projection } = state.sections;
+        const { volume } = state.scan;
         const thick = slab > 0 ? `, ${projection} of ${slab} mm` : '';
+        const place = `${axis} ${lengthText(volume, at)} mm`;
         this.captions[view].textContent =
-            `${axis} ${at.toFixed(1)} mm${sliceText(this.session.volume!.grid, plane)}${thick}`;
+            `${place}${sliceText(this.session.volume!.grid, plane)}${thick}`;
     }
 
     /// Cuts where they cross the section.
@@ -221,7 +234,7 @@ export class Overlay {
         if (path) {
             const spots = path.points.map((p) => pixelOfWorld(plane, p));
             const near = path.points.map(
-                (p) => Math.abs(dot(sub(p, plane.centre), plane.axes.normal)) < kNearSection,
+                (p) => Math.abs(dot(sub(p, plane.centre), plane.axes.normal)) < this.near,
             );
             marks.push(svg('polyline', { class: 'way', points: spots.join(' ') }));
             for (let i = 0; i < spots.length; ++i) {
@@ -264,14 +277,15 @@ export class Overlay {
     }
 
     /// Parts of a path that the endoscope sees: ahead of it, and not behind a wall.
-    private visibleRuns(points: readonly Vec3[], { view }: State): Vec3[][] {
+    private visibleRuns(points: readonly Vec3[], { view, scan }: State): Vec3[][] {
         const { volume, surface } = this.session;
         const { eye, look } = view.camera;
+        const scale = scaleOf(scan.volume);
         const runs: Vec3[][] = [[]];
         for (const point of points) {
             const way = sub(point, eye);
             const distance = norm(way);
-            const isAhead = dot(way, look) > 1 && distance < kPathSight;
+            const isAhead = dot(way, look) > scale && distance < scale * kPathSight;
             if (isAhead && !firstHit(volume!, eye, way, surface, distance))
                 runs[runs.length - 1]!.push(point);
             else if (runs[runs.length - 1]!.length) runs.push([]);
@@ -288,10 +302,10 @@ export class Overlay {
             marks.push(svg('polyline', { class: 'blade', points }));
         }
         for (const { position, radius } of others) {
-            if (radius > 0 || Math.abs(dot(sub(position, plane.centre), plane.axes.normal)) >= 1)
-                continue;
+            const off = Math.abs(dot(sub(position, plane.centre), plane.axes.normal));
+            if (radius > 0 || off >= this.scale) continue;
             const [cx, cy] = pixelOfWorld(plane, position);
-            const r = 1 / plane.mmPerPixel;
+            const r = this.scale / plane.mmPerPixel;
             marks.push(svg('circle', { class: 'rim near', cx, cy, r, 'stroke-width': 5.5 }));
             marks.push(svg('circle', { class: 'tool', cx, cy, r }));
         }
@@ -304,7 +318,7 @@ export class Overlay {
         const { right, up, normal } = plane.axes;
         const [x, y] = pixelOfWorld(plane, eye);
         const off = Math.abs(dot(sub(eye, plane.centre), normal));
-        const kind = off < kNearSection ? 'sight near' : 'sight';
+        const kind = off < this.near ? 'sight near' : 'sight';
         const [u, v] = [dot(look, right), -dot(look, up)];
         const length = 26;
         const spread = 0.45;
@@ -346,9 +360,11 @@ export class Overlay {
     /// Creates the marks over a picture of the endoscope's view.
     private partsOf(state: State, { view, width, height }: PlaneOfView): SVGElement[] {
         const box = { width, height };
+        const spotOf = (p: Vec3): [number, number] | undefined =>
+            spotInView(view, p, box, this.scale);
         const parts: SVGElement[] = [];
         if (!view.outside) {
-            const spot = spotInView(view, state.sections.cursor, box);
+            const spot = spotOf(state.sections.cursor);
             if (spot) {
                 const [x, y] = spot;
                 parts.push(line('across', x - 8, y, x + 8, y), line('along', x, y - 8, x, y + 8));
@@ -356,7 +372,7 @@ export class Overlay {
             const { stroke } = this.session.hand;
             if (stroke?.radius === 0) {
                 const points = stroke.path
-                    .map((p) => spotInView(view, p, box)?.join(','))
+                    .map((p) => spotOf(p)?.join(','))
                     .filter(Boolean)
                     .join(' ');
                 parts.push(svg('polyline', { class: 'blade', points }));
@@ -366,16 +382,13 @@ export class Overlay {
                     parts.push(
                         svg('polyline', {
                             class: 'cut',
-                            points: run
-                                .map((p) => spotInView(view, p, box))
-                                .filter(Boolean)
-                                .join(' '),
+                            points: run.map(spotOf).filter(Boolean).join(' '),
                         }),
                     );
         }
         return [
             ...parts,
-            ...this.pathFrom(state, (p) => spotInView(view, p, box)),
+            ...this.pathFrom(state, spotOf),
             ...marksInEndoscope(this.session, view, box),
             ...namesInEndoscope(this.session, view, box),
         ];
@@ -411,22 +424,22 @@ const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVG
 
 /// Text of the status bar: value, position and index under the pointer.
 export function pointerText(session: Session): string {
-    const { pointer, sections, display, overlay } = session.store.state;
+    const { pointer, sections, display, overlay, scan } = session.store.state;
     const { volume } = session;
     if (!volume) return '';
     const { space } = display;
     const point = pointer.under?.point ?? sections.cursor;
     const ijk = voxelFromWorld(volume.grid, point);
     const value = volume.valueAt(ijk);
-    const mm = shown(point, space).map((x) => x.toFixed(1));
+    const mm = shown(point, space).map((x) => lengthText(scan.volume, x));
     const index = ijk.map((i) => Math.round(i));
     const where = pointer.under ? '' : 'crosshair: ';
-    const unit = session.store.state.scan.volume?.values?.unit ?? 'HU';
-    const hu = value === undefined ? 'outside' : `${Math.round(value)} ${unit}`.trim();
+    const shade = value === undefined ? 'outside' : textWithUnit(scan.volume, value);
     const number = overlay.kind === 'none' ? undefined : overlayValue(session);
     const kind = overlay.kind as ShownKind;
-    const more = number === undefined ? '' : ` · ${kKinds[kind].text(number)}`;
+    const more = number === undefined ? '' : ` · ${kKinds[kind].text(number, scan.volume)}`;
     const label = session.labelMap.under;
     const named = label ? ` · ${label}` : '';
-    return `${where}${hu}${more}${named} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+    const at = `${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+    return `${where}${shade}${more}${named} · ${at}`;
 }

@@ -76,9 +76,10 @@ const cut = (name: string): string => [...name].slice(0, kLongestName).join('');
 
 /// Creates a list of presets, with controls to save and delete own ones.
 /// @param label  "Presets of …"
+/// @param builtIn  the present list; another one is another object
 export function presetsWithOwn<T>(
     label: string,
-    builtIn: readonly Preset<T>[],
+    builtIn: () => readonly Preset<T>[],
     shelf: PresetShelf<T>,
     current: () => T,
     pick: (value: T) => void,
@@ -88,7 +89,7 @@ export function presetsWithOwn<T>(
         'aria-label': label,
         onchange: () => {
             const [kind, index] = select.value.split(' ');
-            const preset = (kind === 'own' ? shelf.presets : builtIn)[Number(index)];
+            const preset = (kind === 'own' ? shelf.presets : given)[Number(index)];
             select.value = '';
             if (!preset) return;
             if (kind === 'own') name.value = preset.text;
@@ -134,10 +135,11 @@ export function presetsWithOwn<T>(
         save.disabled = !wanted;
         remove.disabled = !shelf.presets.some((preset) => preset.text === wanted);
     };
+    let given = builtIn();
     const fill = (): void => {
         select.replaceChildren(
             h('option', { value: '', disabled: true, selected: true }, label),
-            ...options(builtIn, 'given'),
+            ...options(given, 'given'),
         );
         if (shelf.presets.length)
             select.append(h('optgroup', { label: 'Own' }, ...options(shelf.presets, 'own')));
@@ -155,5 +157,11 @@ export function presetsWithOwn<T>(
         select,
         h('div', { class: 'row' }, name, save, remove),
     );
-    return { element, refresh: () => {} };
+    const refresh = (): void => {
+        const now = builtIn();
+        if (now === given) return;
+        given = now;
+        fill();
+    };
+    return { element, refresh };
 }

@@ -4,8 +4,9 @@
 // Panel of devices with force feedback: choice of the device, workspace scale, force, timing of the
 // servo, and a large stop button.
 
-import type { HapticsNews } from '../net/protocol.ts';
+import type { HapticsNews, VolumeInfo } from '../net/protocol.ts';
 import type { Link } from '../state/state.ts';
+import { lengthText } from '../state/units.ts';
 import { type Felt, kPlotSeconds } from '../tools/haptics.ts';
 import { button, checkbox, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
@@ -24,18 +25,23 @@ export function plotTop(largest: number): number {
 const deviceTitle = (name: string): string =>
     name === 'browser' ? 'mouse or game pad' : name.replace(/^virtual:/, 'simulated: ');
 
-export function feltText(news: HapticsNews | null, felt: readonly Felt[]): string {
+export function feltText(
+    news: HapticsNews | null,
+    felt: readonly Felt[],
+    scan: VolumeInfo | null = null,
+): string {
     if (!news) return 'no device';
     const now = news.lost ? 0 : Math.hypot(...news.force_n!);
     const most = Math.max(0, ...felt.map((f) => f.newtons));
+    const depth = lengthText(scan, news.depth_mm ?? 0);
     const contact = news.lost
         ? 'the device can’t be read'
         : news.stopped
           ? 'stopped'
           : news.holds
-            ? `holds the catheter, ${news.depth_mm!.toFixed(1)} mm ahead of it`
+            ? `holds the catheter, ${depth} mm ahead of it`
             : news.contact
-              ? `${news.depth_mm!.toFixed(1)} mm deep`
+              ? `${depth} mm deep`
               : 'free';
     return `${newtons(now)} now, ${newtons(most)} at most in ${kPlotSeconds} s; ${contact}`;
 }
@@ -163,7 +169,7 @@ export function hapticsPanel(parts: Parts): HTMLElement {
         stop.textContent = back ? 'Go on' : 'Stop';
         stop.title = `${back ? 'resumes the force' : 'ends all force at once'} (H)`;
         note.textContent = news?.note ?? '';
-        const said = feltText(news, haptics.felt);
+        const said = feltText(news, haptics.felt, store.state.scan.volume);
         if (text.textContent !== said) text.textContent = said;
         const now = performance.now();
         if (!(element as HTMLDetailsElement).open) return;

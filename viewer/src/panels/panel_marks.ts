@@ -4,8 +4,11 @@
 // Panel of measurements: kinds of marks, the list of marks with values, files, and sizes of the
 // lumen at the tip and along the path.
 
+import { type CrossSection, kLumenReach } from '../maths/lumen.ts';
 import type { Mark } from '../maths/marks.ts';
+import type { VolumeInfo } from '../net/protocol.ts';
 import type { LumenAt, Marks } from '../state/state.ts';
+import { areaText, lengthText, scaleOf, roundLength } from '../state/units.ts';
 import { button, checkbox, h, svg } from './dom.ts';
 import { type Parts, section } from './panel_parts.ts';
 
@@ -175,7 +178,9 @@ function lumenControls(parts: Parts): HTMLElement[] {
         ({ lumen: { tip, on } }) => [tip, on],
         (tip, on) => {
             numbers.hidden = !on;
-            numbers.replaceChildren(...(tip === null || tip === 'open' ? none(tip) : rows(tip)));
+            const { volume } = store.state.scan;
+            const isMeasured = tip !== null && tip !== 'open';
+            numbers.replaceChildren(...(isMeasured ? rows(tip, volume) : none(tip, volume)));
         },
     );
     store.watch(
@@ -191,10 +196,11 @@ function lumenControls(parts: Parts): HTMLElement[] {
             chart.style.display = sizes.length && share === 1 ? '' : 'none';
             summary.textContent = share < 1 ? `measuring: ${Math.round(100 * share)} %` : '';
             if (!sizes.length || share < 1 || !way) return;
-            const text = summaryOf(sizes) + (isPresent ? '' : '; before the last motion');
+            const { volume } = store.state.scan;
+            const text = summaryOf(sizes, volume) + (isPresent ? '' : '; before the last motion');
             summary.textContent = text;
             chart.setAttribute('aria-label', `Diameter of the lumen along the path. ${text}`);
-            chart.replaceChildren(...chartOf(sizes, way.length, position));
+            chart.replaceChildren(...chartOf(sizes, way.length, position, volume));
         },
     );
     const tip = parts.add(
@@ -211,43 +217,46 @@ function lumenControls(parts: Parts): HTMLElement[] {
 
 const pair = (name: string, text: string): HTMLElement[] => [h('dt', {}, name), h('dd', {}, text)];
 
-const none = (tip: 'open' | null): HTMLElement[] =>
-    pair('Lumen', tip === 'open' ? 'open: wider than 80 mm' : 'the tip is in tissue');
+const none = (tip: 'open' | null, scan: VolumeInfo | null): HTMLElement[] => {
+    const most = lengthText(scan, 2 * kLumenReach * scaleOf(scan), 1);
+    return pair('Lumen', tip === 'open' ? `open: wider than ${most} mm` : 'the tip is in tissue');
+};
 
-function rows(tip: {
-    area: number;
-    equivalent: number;
-    inscribed: number;
-    narrow: number;
-    wide: number;
-}): HTMLElement[] {
+function rows(tip: CrossSection, scan: VolumeInfo | null): HTMLElement[] {
+    const mm = (length: number): string => lengthText(scan, length);
     return [
-        ...pair('Area', `${tip.area.toFixed(1)} mm²`),
-        ...pair('Diameter by area', `${tip.equivalent.toFixed(1)} mm`),
-        ...pair('Largest circle', `${tip.inscribed.toFixed(1)} mm`),
-        ...pair('Widths', `${tip.narrow.toFixed(1)}…${tip.wide.toFixed(1)} mm`),
+        ...pair('Area', `${areaText(scan, tip.area)} mm²`),
+        ...pair('Diameter by area', `${mm(tip.equivalent)} mm`),
+        ...pair('Largest circle', `${mm(tip.inscribed)} mm`),
+        ...pair('Widths', `${mm(tip.narrow)}…${mm(tip.wide)} mm`),
     ];
 }
 
 /// Line with the smallest and the mean diameter.
-export function summaryOf(sizes: readonly LumenAt[]): string {
+export function summaryOf(sizes: readonly LumenAt[], scan: VolumeInfo | null): string {
+    const mm = (length: number): string => lengthText(scan, length);
     const known = sizes.flatMap(({ way, size }) => (size ? [{ way, size }] : []));
     if (!known.length) return 'the lumen is open everywhere';
     const least = known.reduce((a, b) => (b.size.equivalent < a.size.equivalent ? b : a));
     const mean = known.reduce((sum, { size }) => sum + size.equivalent, 0) / known.length;
     const open = sizes.length - known.length;
     return (
-        `diameter at least ${least.size.equivalent.toFixed(1)} mm ` +
-        `(${least.size.area.toFixed(0)} mm², at ${least.way.toFixed(0)} mm), ` +
-        `mean ${mean.toFixed(1)} mm` +
+        `diameter at least ${mm(least.size.equivalent)} mm ` +
+        `(${areaText(scan, least.size.area, 1)} mm², at ${lengthText(scan, least.way, 1)} mm), ` +
+        `mean ${mm(mean)} mm` +
         (open ? `; open at ${open} of ${sizes.length} points` : '')
     );
 }
 
 /// Curves of the diameters: of the same area strong, of the largest circle faint.
-function chartOf(sizes: readonly LumenAt[], length: number, position: number): SVGElement[] {
+function chartOf(
+    sizes: readonly LumenAt[],
+    length: number,
+    position: number,
+    scan: VolumeInfo | null,
+): SVGElement[] {
     const known = sizes.flatMap(({ size }) => (size ? [size.equivalent] : []));
-    const top = Math.max(...known, 1) * 1.1;
+    const top = Math.max(...known, roundLength(scan, 1)) * 1.1;
     const left = kLeft;
     const x = (way: number): number => left + ((kWidth - left - kRight) * way) / length;
     const y = (mm: number): number => kHeight - 14 - ((kHeight - 22) * mm) / top;
@@ -271,10 +280,10 @@ function chartOf(sizes: readonly LumenAt[], length: number, position: number): S
     };
     return [
         svg('path', { class: 'axis', d: `M${left} 4V${y(0)}H${kWidth - kRight}` }),
-        label(left - 3, y(top / 1.1) + 4, (top / 1.1).toFixed(0), 'end'),
+        label(left - 3, y(top / 1.1) + 4, lengthText(scan, top / 1.1, 1), 'end'),
         label(left - 3, y(0), '0', 'end'),
         label(left, kHeight - 2, 'mm', 'end'),
-        label(kWidth - 2, kHeight - 2, `${length.toFixed(0)} mm`, 'end'),
+        label(kWidth - 2, kHeight - 2, `${lengthText(scan, length, 1)} mm`, 'end'),
         curve('circle', 'inscribed'),
         curve('same', 'equivalent'),
         svg('path', { class: 'here', d: `M${x(position)} 4V${y(0)}` }),

@@ -5,6 +5,7 @@
 
 import type { OverlayKind } from '../net/protocol.ts';
 import { kKinds } from '../state/overlay_kinds.ts';
+import { roundLength } from '../state/units.ts';
 import { checkbox, choice, h } from './dom.ts';
 import { type Parts, section } from './panel_parts.ts';
 
@@ -31,7 +32,10 @@ export function overlayPanel(parts: Parts): HTMLElement {
         high: 50,
         step: 0.1,
         curved: true,
-        input: (value) => store.set({ overlay: { mm: Math.max(value, 0.01) } }),
+        input: (value) => {
+            const least = roundLength(store.state.scan.volume, 0.01);
+            store.set({ overlay: { mm: Math.max(value, least) } });
+        },
     });
     const growth = parts.number('overlay', 'growth', {
         label: 'Colours up to 1 ±',

@@ -3,7 +3,9 @@
 
 // Parts of panels: controls that follow the store, numbers with undo, folding sections.
 
+import type { VolumeInfo } from '../net/protocol.ts';
 import type { State } from '../state/state.ts';
+import { lengthLimits, type Limits, valueLimits } from '../state/units.ts';
 import type { Actions } from '../tools/actions.ts';
 import type { Session } from '../tools/session.ts';
 import { type Control, h, slider, type SliderSettings } from './dom.ts';
@@ -43,6 +45,16 @@ export class Parts {
         return control.element;
     }
 
+    /// Creates a slider. Limits in mm and HU are those for CT of a body; they follow the scan.
+    slider(settings: SliderSettings): HTMLElement {
+        const scan = (): State['scan']['volume'] => this.state.scan.volume;
+        const limits: Record<string, () => Limits> = {
+            mm: () => lengthLimits(scan(), settings),
+            HU: () => valueLimits(scan(), settings),
+        };
+        return this.add(slider({ limits: limits[settings.unit], ...settings }));
+    }
+
     /// Creates a slider for a number of the state, with undo.
     number<G extends Settings>(
         group: G,
@@ -51,16 +63,25 @@ export class Parts {
             Partial<SliderSettings>,
     ): HTMLElement {
         const { store, history } = this.session;
-        return this.add(
-            slider({
-                value: () => store.state[group][key] as number,
-                input: (value) => store.set({ [group]: { [key]: value } }),
-                begin: () => history.begin(),
-                end: () => history.end(settings.label.toLowerCase()),
-                ...settings,
-            }),
-        );
+        return this.slider({
+            value: () => store.state[group][key] as number,
+            input: (value) => store.set({ [group]: { [key]: value } }),
+            begin: () => history.begin(),
+            end: () => history.end(settings.label.toLowerCase()),
+            ...settings,
+        });
     }
+}
+
+/// Memoises a list for the present scan: as long as it stays, the list is the same object.
+export function perScan<T>(parts: Parts, listOf: (scan: VolumeInfo | null) => T): () => T {
+    let scan = parts.state.scan.volume;
+    let list = listOf(scan);
+    return () => {
+        const { volume } = parts.state.scan;
+        if (volume !== scan) [scan, list] = [volume, listOf(volume)];
+        return list;
+    };
 }
 
 export function section(title: string, open: boolean, ...children: (Node | false)[]): HTMLElement {

@@ -4,9 +4,11 @@
 // Panel of the tissue model: ChainMail, or springs with the depth that forces reach.
 
 import type { TissueState } from '../net/protocol.ts';
-import { choice, h, slider } from './dom.ts';
+import { lengthFor } from '../state/units.ts';
+import { choice, h } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 
+const kCell = 8; // in a body [mm]
 const kNodes = 20; ///< of the control lattice, along each axis
 
 /// Summary of springs: number of nodes and update rate.
@@ -20,7 +22,7 @@ export function springsText(state: TissueState | undefined): string {
 
 export function tissuePanel(parts: Parts): HTMLElement {
     const { session } = parts;
-    let cell = 8; // edge of the next lattice's cells [mm]
+    let cell = kCell; // edge of the next lattice's cells [mm]
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
     const choose = (model: TissueState['model']): void => {
@@ -36,24 +38,22 @@ export function tissuePanel(parts: Parts): HTMLElement {
                 if (done && had) session.say('the tissue is at rest again; earlier steps are gone');
             });
     };
-    const depth = parts.add(
-        slider({
-            label: 'Depth of forces, layers',
-            unit: '',
-            low: 0,
-            high: 20,
-            step: 1,
-            hint: 'nodes beyond do not move; fewer layers are faster',
-            value: () => wish ?? now()?.depth ?? 10,
-            input: (value) => {
-                wish = Math.round(value);
-            },
-            end: () => {
-                if (wish !== undefined) void session.ask({ do: 'depth', layers: wish });
-                wish = undefined;
-            },
-        }),
-    );
+    const depth = parts.slider({
+        label: 'Depth of forces, layers',
+        unit: '',
+        low: 0,
+        high: 20,
+        step: 1,
+        hint: 'nodes beyond do not move; fewer layers are faster',
+        value: () => wish ?? now()?.depth ?? 10,
+        input: (value) => {
+            wish = Math.round(value);
+        },
+        end: () => {
+            if (wish !== undefined) void session.ask({ do: 'depth', layers: wish });
+            wish = undefined;
+        },
+    });
     const text = h('small', { class: 'quiet springs' });
     const element = section(
         'Tissue',
@@ -78,23 +78,27 @@ export function tissuePanel(parts: Parts): HTMLElement {
                     choose,
                 ),
             ),
-            parts.add(
-                slider({
-                    label: 'Cell',
-                    unit: 'mm',
-                    low: 2,
-                    high: 30,
-                    step: 0.5,
-                    hint: 'for the next choice of springs',
-                    value: () => cell,
-                    input: (value) => {
-                        cell = value;
-                    },
-                }),
-            ),
+            parts.slider({
+                label: 'Cell',
+                unit: 'mm',
+                low: 2,
+                high: 30,
+                step: 0.5,
+                hint: 'for the next choice of springs',
+                value: () => cell,
+                input: (value) => {
+                    cell = value;
+                },
+            }),
             depth,
         ),
         text,
+    );
+    session.store.watch(
+        ({ scan }) => [scan.volume],
+        (volume) => {
+            cell = lengthFor(volume, kCell, 0.5);
+        },
     );
     session.store.watch(
         ({ shared, link }) => [shared, link],

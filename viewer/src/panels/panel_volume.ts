@@ -5,9 +5,10 @@
 
 import type { TransferPreset } from '../maths/transfer.ts';
 import { kProjections } from '../state/state.ts';
+import { isInHu, valueLimits } from '../state/units.ts';
 import { showsVolume } from '../tools/aim.ts';
 import { presetsOf, usePreset } from '../tools/volume_presets.ts';
-import { button, checkbox, choice, h, slider } from './dom.ts';
+import { button, checkbox, choice, h } from './dom.ts';
 import { type Parts, section } from './panel_parts.ts';
 
 export function volumePanel(parts: Parts): HTMLElement {
@@ -77,12 +78,15 @@ function presets(parts: Parts): HTMLElement {
 /// Creates the slider of the value from which on the scan is visible. It moves all values.
 function threshold(parts: Parts): HTMLElement {
     const { store, history } = parts.session;
-    const control = slider({
+    const ct = { unit: 'HU', low: -1000, high: 1000, step: 1 };
+    const element = parts.slider({
         label: 'Visible from',
-        unit: 'HU',
-        low: -1000,
-        high: 1000,
-        step: 1,
+        ...ct,
+        limits: () => {
+            const { volume } = store.state.scan;
+            const [low, high] = volume?.range_hu ?? [ct.low, ct.high];
+            return valueLimits(volume, { ...ct, low, high });
+        },
         hint: 'lowest value that is visible; moves all values of the preset',
         value: () => parts.state.rendering.transfer[0]!.value + parts.state.rendering.shift,
         input: (value) => {
@@ -92,15 +96,14 @@ function threshold(parts: Parts): HTMLElement {
         begin: () => history.begin(),
         end: () => history.end('visible from'),
     });
+    // The values before the first preset are those of CT.
     store.watch(
-        ({ scan: { volume } }) => [volume],
-        (volume) => {
-            const range = control.element.querySelector('input')!;
-            range.min = String(volume?.range_hu[0] ?? -1000);
-            range.max = String(volume?.range_hu[1] ?? 1000);
+        ({ scan, rendering }) => [scan.volume, rendering.preset],
+        (volume, preset) => {
+            element.hidden = !isInHu(volume) && !preset;
         },
     );
-    return parts.add(control);
+    return element;
 }
 
 export function slabPanel(parts: Parts): HTMLElement {

@@ -3,11 +3,13 @@
 
 // Panels of tool, threshold and material.
 
-import type { Polarity } from '../net/protocol.ts';
+import type { Polarity, VolumeInfo } from '../net/protocol.ts';
 import { materialRows, type Materials } from '../net/settings.ts';
-import { button, checkbox, choice, h, slider } from './dom.ts';
+import type { State } from '../state/state.ts';
+import { isInHu, kMaxThreshold, type Limits, valueLimits } from '../state/units.ts';
+import { button, checkbox, choice, h } from './dom.ts';
 import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
-import { type Parts, section, tissue } from './panel_parts.ts';
+import { type Parts, perScan, section, tissue } from './panel_parts.ts';
 
 interface Threshold {
     iso_hu: number;
@@ -18,17 +20,24 @@ function isThreshold(value: unknown): value is Threshold {
     const { iso_hu, polarity } = (value ?? {}) as Partial<Threshold>;
     return (
         Number.isFinite(iso_hu) &&
-        Math.abs(iso_hu!) <= 32767 &&
+        Math.abs(iso_hu!) <= kMaxThreshold &&
         (polarity === 'rising' || polarity === 'falling')
     );
 }
 
-const kThresholds: readonly Preset<Threshold>[] = [
+const kCtThresholds: readonly Preset<Threshold>[] = [
     { text: 'Airway, bowel, sinus', value: { iso_hu: -500, polarity: 'rising' } },
     { text: 'Skin', value: { iso_hu: -300, polarity: 'rising' } },
     { text: 'Bone', value: { iso_hu: 250, polarity: 'rising' } },
     { text: 'Vessel with contrast', value: { iso_hu: 170, polarity: 'falling' } },
 ];
+
+/// Presets that suit the scan: those of CT, or the server's threshold.
+function thresholdsOf(scan: VolumeInfo | null): readonly Preset<Threshold>[] {
+    if (isInHu(scan)) return kCtThresholds;
+    const { iso, polarity } = scan!.values!;
+    return [{ text: 'Automatic', value: { iso_hu: iso, polarity } }];
+}
 
 export function toolPanel(parts: Parts): HTMLElement {
     const { session, actions } = parts;
@@ -105,20 +114,23 @@ export function toolPanel(parts: Parts): HTMLElement {
 
 export function surfacePanel(parts: Parts): HTMLElement {
     const { threshold } = parts.session;
-    const iso = slider({
+    const ct = { unit: 'HU', low: -1000, high: 1000, step: 5 };
+    const iso = parts.slider({
         label: 'Threshold',
-        unit: 'HU',
-        low: -1000,
-        high: 1000,
-        step: 5,
+        ...ct,
+        limits: () => {
+            const limits = valueLimits(parts.state.scan.volume, ct);
+            return { ...limits, high: Math.min(limits.high, kMaxThreshold) };
+        },
         value: () => threshold.wanted,
         input: (iso_hu) => threshold.ask({ iso_hu }),
     });
+    const presets = perScan(parts, thresholdsOf);
     return section(
         'Surface',
         true,
         tissue(
-            parts.add(iso),
+            iso,
             parts.add(
                 choice(
                     'Lumen',
@@ -141,7 +153,7 @@ export function surfacePanel(parts: Parts): HTMLElement {
             parts.add(
                 presetsWithOwn<Threshold>(
                     'Presets of the threshold',
-                    kThresholds,
+                    presets,
                     new PresetShelf(localStorage, 'pliant.presets.iso', isThreshold),
                     () => ({
                         iso_hu: threshold.wanted,
@@ -169,7 +181,7 @@ export function materialPanel(parts: Parts): HTMLElement {
         tissue(
             materialNumber(parts, 'offset', 'Softness', 0.01),
             materialNumber(parts, 'max_movement_mm', 'Largest movement', 1, 0, 100),
-            materialNumber(parts, 'bone_threshold_hu', 'Bone above', 10, 0, 2000),
+            materialNumber(parts, 'bone_threshold_hu', 'Bone above', 10, 0, 2000, boneLimits),
             materialNumber(parts, 'yield', 'Stays deformed', 0.01),
             parts.add(
                 checkbox(
@@ -204,6 +216,14 @@ export function materialPanel(parts: Parts): HTMLElement {
     );
 }
 
+/// Limits of the bone's threshold. Without HU nothing is bone at first: they include the hardest
+/// value.
+function boneLimits({ scan, shared }: State, ct: Limits): Limits {
+    const limits = valueLimits(scan.volume, ct);
+    const hardest = shared?.materials.range?.[1] ?? limits.high;
+    return isInHu(scan.volume) ? ct : { ...limits, high: Math.max(limits.high, hardest) };
+}
+
 /// Creates a slider for a setting, with unit, hint and range of its row.
 function materialNumber(
     parts: Parts,
@@ -212,24 +232,22 @@ function materialNumber(
     step: number,
     low = materialRows[key].low ?? 0,
     high = materialRows[key].high ?? 1,
+    limitsOf?: (state: State, ct: Limits) => Limits,
 ): HTMLElement {
     let wish: number | undefined; // sent once, when the slider is let go
-    return parts.add(
-        slider({
-            label,
-            unit: materialRows[key].unit,
-            low,
-            high,
-            step,
-            hint: materialRows[key].text,
-            value: () => wish ?? parts.state.shared?.materials[key] ?? low,
-            input: (value) => {
-                wish = value;
-            },
-            end: () => {
-                if (wish !== undefined) void parts.session.ask({ do: 'materials', [key]: wish });
-                wish = undefined;
-            },
-        }),
-    );
+    const limits = { unit: materialRows[key].unit, low, high, step };
+    return parts.slider({
+        label,
+        ...limits,
+        ...(limitsOf ? { limits: () => limitsOf(parts.state, limits) } : {}),
+        hint: materialRows[key].text,
+        value: () => wish ?? parts.state.shared?.materials[key] ?? low,
+        input: (value) => {
+            wish = value;
+        },
+        end: () => {
+            if (wish !== undefined) void parts.session.ask({ do: 'materials', [key]: wish });
+            wish = undefined;
+        },
+    });
 }

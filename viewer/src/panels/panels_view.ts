@@ -4,17 +4,19 @@
 // Panels of this client's own view: window, endoscope, places, display.
 
 import { autoWindow } from '../maths/auto_window.ts';
+import type { VolumeInfo } from '../net/protocol.ts';
 import { kFieldStops, kLinings } from '../state/state.ts';
-import { button, checkbox, choice, h, slider } from './dom.ts';
+import { isInHu, lengthLimits, valueStep, widthLimits, windowOf } from '../state/units.ts';
+import { button, checkbox, choice, h } from './dom.ts';
 import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
-import { type Parts, section } from './panel_parts.ts';
+import { type Parts, perScan, section } from './panel_parts.ts';
 
 type WindowLevel = readonly [number, number];
 
 const isWindowLevel = (value: unknown): value is WindowLevel =>
     Array.isArray(value) && value.length === 2 && value.every(Number.isFinite) && value[0] > 0;
 
-const kWindows: readonly Preset<WindowLevel>[] = [
+const kCtWindows: readonly Preset<WindowLevel>[] = [
     { text: 'Soft tissue', value: [350, 50] },
     { text: 'Lung', value: [1500, -600] },
     { text: 'Mediastinum', value: [350, 40] },
@@ -25,21 +27,33 @@ const kWindows: readonly Preset<WindowLevel>[] = [
     { text: 'All', value: [4000, 1000] },
 ];
 
+/// Presets that suit the scan: those of CT; else the window of a fresh scan, and the whole range.
+function windowsOf(scan: VolumeInfo | null): readonly Preset<WindowLevel>[] {
+    if (isInHu(scan)) return kCtWindows;
+    const [low, high] = scan!.range_hu;
+    const { window, level } = windowOf(scan!);
+    return [
+        { text: 'As at the start', value: [window, level] },
+        { text: 'All', value: [Math.max(high - low, valueStep(scan)), (low + high) / 2] },
+    ];
+}
+
 export function windowPanel(parts: Parts): HTMLElement {
     const { store, history } = parts.session;
     const auto = (): void => {
         const { volume } = parts.session;
-        if (volume) history.step('window', () => store.set({ sections: autoWindow(volume) }));
+        const step = valueStep(store.state.scan.volume);
+        if (volume) history.step('window', () => store.set({ sections: autoWindow(volume, step) }));
     };
+    const ct = { unit: 'HU', low: 1, high: 4000, step: 1 };
+    const presets = perScan(parts, windowsOf);
     return section(
         'Window',
         true,
         parts.number('sections', 'window', {
             label: 'Window',
-            unit: 'HU',
-            low: 1,
-            high: 4000,
-            step: 1,
+            ...ct,
+            limits: () => widthLimits(store.state.scan.volume, ct),
             curved: true,
         }),
         parts.number('sections', 'level', {
@@ -52,7 +66,7 @@ export function windowPanel(parts: Parts): HTMLElement {
         parts.add(
             presetsWithOwn<WindowLevel>(
                 'Presets of window and level',
-                kWindows,
+                presets,
                 new PresetShelf(localStorage, 'pliant.presets.window', isWindowLevel),
                 () => [store.state.sections.window, store.state.sections.level],
                 ([window, level]) =>
@@ -195,12 +209,15 @@ function path(parts: Parts): HTMLElement {
         },
     });
     const fly = button('Fly', () => session.path.toggle(), 'flies along the path, or pauses');
-    const position = slider({
+    const ofPath = { unit: 'mm', low: 0, high: 1, step: 0.5 };
+    const position = parts.slider({
         label: 'Along the path',
-        unit: 'mm',
-        low: 0,
-        high: 1,
-        step: 0.5,
+        ...ofPath,
+        limits: () => {
+            const { scan, way } = session.store.state;
+            const limits = lengthLimits(scan.volume, ofPath);
+            return { ...limits, high: way.path?.length ?? limits.high };
+        },
         value: () => parts.state.way.position,
         input: (value) => session.path.goTo(value),
         begin: () => session.history.begin(),
@@ -217,8 +234,7 @@ function path(parts: Parts): HTMLElement {
         (known, flying, busy) => {
             fly.disabled = save.disabled = !known;
             fly.setAttribute('aria-pressed', String(flying));
-            position.element.hidden = !known;
-            position.element.querySelector('input')!.max = String(known?.length ?? 1);
+            position.hidden = !known;
             fromTip.disabled = busy;
         },
     );
@@ -227,7 +243,7 @@ function path(parts: Parts): HTMLElement {
         'div',
         { class: 'body plain' },
         h('div', { class: 'row' }, load, fly, fromTip, save, file),
-        parts.add(position),
+        position,
     );
 }
 

@@ -6,6 +6,7 @@
 
 import { dot, sub, type Vec3 } from '../maths/vec.ts';
 import { hasVessel, surfaceOf } from '../state/state.ts';
+import { scaleOf } from '../state/units.ts';
 import type { Session } from '../tools/session.ts';
 import { instrumentOf, lumenOf, type ToolBall } from '../views/instruments.ts';
 import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
@@ -20,10 +21,7 @@ const kFarAway: Vec3 = [1e9, 1e9, 1e9]; // an eye outside of all shafts
 export function catheterMarks({ vessel, store }: Session, plane: SectionPlane): SVGElement[] {
     if (!vessel || !hasVessel(store.state)) return [];
     const { catheter, radius } = vessel;
-    return [
-        ...chainMarks('catheter', catheter, radius, plane),
-        ...dots(catheter, radius, plane),
-    ];
+    return [...chainMarks('catheter', catheter, radius, plane), ...dots(catheter, radius, plane)];
 }
 
 export function instrumentMarks(
@@ -32,7 +30,8 @@ export function instrumentMarks(
 ): SVGElement[] {
     if (!volume || !stage.balls.length) return [];
     const { camera } = store.state.view;
-    const lumen = lumenOf(volume, camera, surfaceOf(store.state));
+    const scale = scaleOf(store.state.scan.volume);
+    const lumen = lumenOf(volume, camera, surfaceOf(store.state), scale);
     return stage.balls.flatMap((ball) => {
         const tool = instrumentOf(ball, camera, lumen, kFarAway);
         const { base, wrist, thickness } = tool;

@@ -7,6 +7,7 @@ import { kDiverging, kRising } from '../maths/colour_map.ts';
 import type { Vec3 } from '../maths/vec.ts';
 import type { OverlayKind } from '../net/protocol.ts';
 import type { State } from './state.ts';
+import { type Kind as ScanKind, lengthText, roundLength } from './units.ts';
 
 export type ShownKind = Exclude<OverlayKind, 'none'>;
 
@@ -17,13 +18,14 @@ interface Kind {
     readonly rest: number; ///< value of undeformed tissue
     readonly colours: readonly Vec3[];
     readonly reachKey: 'mm' | 'growth'; ///< setting of a fixed range's reach, from rest on
-    readonly minReach: number; ///< of a range that follows the values
+    readonly minReach: number; ///< of a range that follows the values; lengths: in a body
     readonly maxReach: number;
-    readonly text: (value: number) => string;
+    readonly text: (value: number, scan: ScanKind) => string;
     readonly label: (value: number) => string; ///< at the ends of the legend
 }
 
-const short = (value: number): string => String(Number(value.toFixed(3)));
+const short = (value: number): string =>
+    String(Number(Math.abs(value) < 0.1 ? value.toPrecision(3) : value.toFixed(3)));
 
 export const kKinds: Record<ShownKind, Kind> = {
     displacement: {
@@ -35,7 +37,7 @@ export const kKinds: Record<ShownKind, Kind> = {
         reachKey: 'mm',
         minReach: 0.5,
         maxReach: 500,
-        text: (value) => `moved ${value.toFixed(2)} mm`,
+        text: (value, scan) => `moved ${lengthText(scan, value, 0.01)} mm`,
         label: short,
     },
     jacobian: {
@@ -68,8 +70,9 @@ export function roundReach(value: number): number {
 export function rangeOf({ overlay, scan }: Pick<State, 'overlay' | 'scan'>): Range {
     if (overlay.kind === 'none') return { low: 0, high: 1 };
     const { rest, reachKey, minReach, maxReach } = kKinds[overlay.kind];
+    const least = reachKey === 'mm' ? roundLength(scan.volume, minReach) : minReach;
     const reach = overlay.auto
-        ? roundReach(Math.min(Math.max(scan.extreme, minReach), maxReach))
+        ? roundReach(Math.min(Math.max(scan.extreme, least), maxReach))
         : overlay[reachKey];
     return { low: rest === 0 ? 0 : rest - reach, high: rest + reach };
 }

@@ -26,15 +26,19 @@ import {
     type Wall,
 } from '../state/state.ts';
 import type { Patch } from '../state/store.ts';
+import { lengthFor, levelReach, scaleOf, valueScale } from '../state/units.ts';
 import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
 import { hasTwoPlanes } from '../views/planes.ts';
 import type { Stage } from '../views/stage.ts';
 import { saveBlob } from './download.ts';
 import type { Session } from './session.ts';
-import { kMinCarving, newStroke } from './strokes.ts';
+import { carvingRadius, newStroke } from './strokes.ts';
 
+// Lengths in a body.
 const kBeside = 8; // distance to a lumen [mm]
 const kUsualSlab = 10; // [mm]
+const kNearest = 20; // distance of the view from outside [mm]
+const kFarthest = 5000;
 
 const isTable = (name: string): boolean => /\.(csv|ctbl)$/i.test(name);
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
@@ -44,6 +48,10 @@ export class Actions {
 
     private get state(): State {
         return this.session.store.state;
+    }
+    /// Of lengths: 1 in a body.
+    private get scale(): number {
+        return scaleOf(this.state.scan.volume);
     }
     private set(patch: Patch): void {
         this.session.store.set(patch);
@@ -91,7 +99,9 @@ export class Actions {
     zoom(view: ViewName, factor: number, fixed?: Vec3): void {
         if (view === 'endoscope') {
             const { outside, orbit, fieldOfView } = this.state.view;
-            const distance = clamp(orbit.distance / factor, 20, 5000);
+            const { scale } = this;
+            const away = orbit.distance / factor;
+            const distance = clamp(away, scale * kNearest, scale * kFarthest);
             if (outside) this.set({ view: { orbit: { ...orbit, distance } } });
             else this.set({ view: { fieldOfView: clamp(fieldOfView / factor, 30, 120) } });
             return;
@@ -109,12 +119,15 @@ export class Actions {
         this.set({ sections: { frames: { ...frames, [view]: frame } } });
     }
 
+    /// Changes window and level [HU, or the same share of the scan's range].
     windowBy(dWindow: number, dLevel: number): void {
-        const { window, level } = this.state.sections;
+        const { sections, scan } = this.state;
+        const unit = valueScale(scan.volume);
+        const { low, high } = levelReach(scan.volume);
         this.set({
             sections: {
-                window: clamp(window + dWindow, 1, 8000),
-                level: clamp(level + dLevel, -2000, 4000),
+                window: clamp(sections.window + unit * dWindow, unit, 8000 * unit),
+                level: clamp(sections.level + unit * dLevel, low, high),
             },
         });
     }
@@ -128,7 +141,10 @@ export class Actions {
             this.set({
                 sections: ends
                     ? { slab: 0 }
-                    : { slab: slab || kUsualSlab, projection: kProjections[next]! },
+                    : {
+                          slab: slab || lengthFor(this.state.scan.volume, kUsualSlab, 0.5),
+                          projection: kProjections[next]!,
+                      },
             }),
         );
     }
@@ -227,7 +243,7 @@ export class Actions {
         const { volume, surface } = session;
         if (!volume) return;
         const { flight, view } = this.state;
-        const eye = freePlace(volume, place, flight.tip, surface, kBeside);
+        const eye = freePlace(volume, place, flight.tip, surface, this.scale * kBeside);
         if (!eye) session.warn('there is no lumen here at this threshold');
         session.endoscope.goTo(
             eye ?? place,
@@ -266,7 +282,10 @@ export class Actions {
         const { active } = this.state.pointer;
         const { right, ahead } = this.frameOfActive();
         if (name === 'push') {
-            const push = mul(strength * (radius || 1), active === 'endoscope' ? ahead : right);
+            const push = mul(
+                strength * (radius || this.scale),
+                active === 'endoscope' ? ahead : right,
+            );
             await this.session.ask(
                 { do: pushOrSlide(this.state, slide), point: cursor, push, radius },
                 { from: cursor, by: push, radius },
@@ -276,7 +295,7 @@ export class Actions {
                 do: 'carve',
                 from: cursor,
                 to: cursor,
-                radius: Math.max(radius, kMinCarving),
+                radius: carvingRadius(this.state),
             });
         else if (name === 'cut')
             await this.session.ask({
@@ -345,7 +364,8 @@ export class Actions {
             }
             const path = readPath(text, file.name);
             const { volume } = this.session;
-            const isOutside = (p: Vec3): boolean => norm(sub(keptInside(volume!.grid, p), p)) > 1;
+            const isOutside = (p: Vec3): boolean =>
+                norm(sub(keptInside(volume!.grid, p), p)) > this.scale;
             if (volume && path.points.every(isOutside))
                 throw new Error(`${file.name}: the path lies outside of this scan`);
             this.session.path.use(path);

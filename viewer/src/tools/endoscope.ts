@@ -9,10 +9,12 @@ import { frameOf, naturalUp } from '../maths/rays.ts';
 import { add, along, mul, norm, normalized, sub, turned, type Vec3 } from '../maths/vec.ts';
 import type { Command } from '../net/protocol.ts';
 import { pushOrSlide } from '../state/state.ts';
+import { scaleOf } from '../state/units.ts';
 import type { Scene } from './scene.ts';
 import type { Steering } from './steering.ts';
 import { newStroke } from './strokes.ts';
 
+// Lengths in a body.
 const kRoomReach = 60; // the speed ignores walls farther away [mm]
 const kEscape = 40; // search radius for a free place, of an eye in tissue [mm]
 const kTurnRate = 70; // of the keyboard [degrees/s]
@@ -59,8 +61,10 @@ export class Endoscope {
         this.turn(yaw * angle, pitch * angle, roll * angle);
         if (!(norm(move) > 0)) return;
         const { view, flight } = this.scene.store.state;
-        const room = clearance(this.scene.volume!, view.camera.eye, this.scene.surface, kRoomReach);
-        const way = Math.min(norm(move), 1) * flight.speed * speedFor(room) * seconds;
+        const { scale } = this;
+        const { surface, volume } = this.scene;
+        const room = clearance(volume!, view.camera.eye, surface, scale * kRoomReach);
+        const way = Math.min(norm(move), 1) * flight.speed * speedFor(room, scale) * seconds;
         const { right, up, forward } = frameOf(view.camera);
         const [x, y, z] = normalized(move);
         this.fly(mul(way, add(add(mul(x, right), mul(y, up)), mul(z, forward))));
@@ -115,7 +119,8 @@ export class Endoscope {
             return;
         }
         if (!this.eyeIsFree || !scene.isInTissue(this.eye)) return;
-        const to = freePlace(scene.volume, this.eye, flight.tip, scene.surface, kEscape);
+        const reach = this.scale * kEscape;
+        const to = freePlace(scene.volume, this.eye, flight.tip, scene.surface, reach);
         if (!to) {
             scene.warn('tissue has closed around the endoscope');
             return;
@@ -148,6 +153,11 @@ export class Endoscope {
             this.moveEye(answer.end ?? along(from, answer.step_fraction ?? 1, motion));
             this.eyeIsFree = true; // once the voxels are here
         });
+    }
+
+    /// Of lengths: 1 in a body.
+    private get scale(): number {
+        return scaleOf(this.scene.store.state.scan.volume);
     }
 
     private get eye(): Vec3 {

@@ -5,6 +5,7 @@
 
 import { normalized, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
+import { scaleOf } from '../state/units.ts';
 import { kBladeRadius, kHeads, type ToolBall, type ToolKind } from '../views/instruments.ts';
 import { keptInside } from '../views/section_geometry.ts';
 import type { Haptics } from './haptics.ts';
@@ -70,7 +71,8 @@ export class Hand {
         const { stroke, poised } = this;
         const held = stroke ?? poised;
         const centre = stroke ? stroke.path[stroke.path.length - 1] : poised?.place;
-        const radius = held?.kind === 'blade' ? kBladeRadius : (held?.radius ?? 0);
+        const scale = scaleOf(this.scene.store.state.scan.volume);
+        const radius = held?.kind === 'blade' ? scale * kBladeRadius : (held?.radius ?? 0);
         if (held && centre && radius > 0)
             balls.unshift({ centre, radius, own: true, kind: held.kind, closed: !!stroke?.closed });
         this.scene.stage.setTools(balls);

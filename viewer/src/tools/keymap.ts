@@ -4,11 +4,15 @@
 // Keyboard: bindings of keys, and the help for keys and mouse. Keys that are held (flight) are
 // polled each frame (steering.ts).
 
+import { roundTo } from '../maths/steps.ts';
 import { kTools, type SectionName, type State, type ToolName } from '../state/state.ts';
+import { roundLength, valueScale, valueStep } from '../state/units.ts';
 import type { Actions } from './actions.ts';
 import { keysDrive } from './catheter_hand.ts';
 import type { Session } from './session.ts';
 import { inEndoscope, isFlightKey } from './steering.ts';
+
+const kIsoStep = 25; // [HU]
 
 interface Binding {
     readonly code: string; ///< of KeyboardEvent: position on the keyboard
@@ -60,7 +64,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Click, Shift+move', text: 'crosshair in all views' },
             { keys: 'W+left drag', text: 'window (sideways) and level (up and down)' },
             { keys: 'Shift+Wheel', text: 'window' },
-            { keys: 'U', text: 'slab of 10 mm: maximum, minimum, mean; a plane again' },
+            { keys: 'U', text: 'slab (10 mm of a body): maximum, minimum, mean; a plane again' },
             { keys: 'Middle drag', text: 'pan' },
             { keys: 'Right drag, Ctrl+Wheel', text: 'zoom' },
             { keys: 'Home', text: 'show all' },
@@ -77,11 +81,14 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Hold still', text: 'Push: into the wall, as long as the button is held' },
             { keys: '9, clicks', text: 'point, ruler or angle; drag a point to move it' },
             { keys: 'Enter', text: 'use the tool at the crosshair' },
-            { keys: 'Alt+Arrows', text: 'push or drag the tissue at the crosshair by 1 mm' },
+            {
+                keys: 'Alt+Arrows',
+                text: 'push or drag the tissue at the crosshair (1 mm in a body)',
+            },
             { keys: '[ ]', text: 'smaller, larger' },
             { keys: 'X', text: 'tissue springs back by itself, or stays' },
             { keys: 'L', text: 'release the tissue' },
-            { keys: ', .', text: 'threshold lower, higher by 25' },
+            { keys: ', .', text: 'threshold lower, higher' },
             { keys: 'H', text: 'stop the device’s force; again: resume' },
             {
                 keys: 'Left drag in the endoscope',
@@ -148,14 +155,25 @@ export class Keymap {
         const { store, history } = session;
         const scroll = (slices: number) => (): void =>
             actions.scroll(store.state.pointer.active as SectionName, slices);
-        const nudge = (x: number, y: number) => (): void => void actions.nudge([x, y]);
+        const nudge = (x: number, y: number) => (): void => {
+            const mm = roundLength(store.state.scan.volume, 1);
+            void actions.nudge([mm * x, mm * y]);
+        };
         const tool = (name: ToolName) => (): void => actions.choose(name);
         const radius = (factor: number): void => {
-            const next = Math.min(Math.max(store.state.tool.radius * factor, 0.1), 30);
-            store.set({ tool: { radius: next } });
+            const { scan, tool: now } = store.state;
+            const [least, most] = [0.1, 30].map((mm) => roundLength(scan.volume, mm)) as [
+                number,
+                number,
+            ];
+            store.set({ tool: { radius: Math.min(Math.max(now.radius * factor, least), most) } });
         };
         const { threshold, movie } = session;
-        const iso = (by: number) => (): void => threshold.ask({ iso_hu: threshold.wanted + by });
+        const iso = (direction: number) => (): void => {
+            const { volume } = store.state.scan;
+            const step = roundTo(kIsoStep * valueScale(volume), valueStep(volume));
+            threshold.ask({ iso_hu: threshold.wanted + direction * step });
+        };
         const toggleSpace = (): void => {
             const { space } = store.state.display;
             store.set({ display: { space: space === 'LPS' ? 'RAS' : 'LPS' } });
@@ -210,8 +228,8 @@ export class Keymap {
             { code: 'BracketRight', run: () => radius(1.25) },
             { code: 'Comma', when: watches, run: () => session.replay.step(-1) },
             { code: 'Period', when: watches, run: () => session.replay.step(1) },
-            { code: 'Comma', run: iso(-25) },
-            { code: 'Period', run: iso(25) },
+            { code: 'Comma', run: iso(-1) },
+            { code: 'Period', run: iso(1) },
             { code: 'Enter', run: () => void actions.applyAtCursor() },
             { code: 'F6', run: hooks.nextView },
             { code: 'Escape', run: hooks.cancel },

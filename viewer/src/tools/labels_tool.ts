@@ -15,12 +15,13 @@ import {
     nameOf,
     readNames,
 } from '../state/labels.ts';
+import { scaleOf } from '../state/units.ts';
 import { LabelField } from '../views/label_field.ts';
 import type { Scene } from './scene.ts';
 
 const kBehind = 1.2; // as in shaders/labels.glsl [voxels]
 const kTouchMs = 60; // between two tests of the tools
-const kMargin = 0.5; // distance at which a tool touches [mm]
+const kMargin = 0.5; // distance at which a tool touches, in a body [mm]
 
 export class LabelsTool {
     /// Sends a label map to the server.
@@ -122,9 +123,10 @@ export class LabelsTool {
         this.lastTouch = now;
         const risks = labels.list.filter((label) => lookOf(labels, label).risk);
         const tools = risks.length ? stage.balls.filter((ball) => ball.own) : [];
+        const margin = scaleOf(store.state.scan.volume) * kMargin;
         const found = new Set<number>();
         for (const { centre, radius } of tools)
-            for (const number of this.numbersIn(centre, radius + kMargin)) found.add(number);
+            for (const number of this.numbersIn(centre, radius + margin)) found.add(number);
         const touched = risks
             .filter(({ number }) => found.has(number))
             .map((label) => nameOf(labels, label));

@@ -7,6 +7,7 @@
 
 import { crossSection, sectionsAlong } from '../maths/lumen.ts';
 import type { LumenAt } from '../state/state.ts';
+import { scaleOf } from '../state/units.ts';
 import type { Scene } from './scene.ts';
 
 const kTipMs = 150; // between two measurements at the tip
@@ -47,7 +48,8 @@ export class LumenTool {
         if (needs.every((need, n) => need === this.measured[n])) return;
         this.lastTip = now;
         this.measured = needs;
-        store.set({ lumen: { tip: crossSection(volume, eye, look, surface) ?? null } });
+        const scale = scaleOf(scan.volume);
+        store.set({ lumen: { tip: crossSection(volume, eye, look, surface, scale) ?? null } });
     }
 
     /// Measures the lumen along the path, over several frames.
@@ -61,8 +63,9 @@ export class LumenTool {
         if (!volume || !path) return;
         const along: LumenAt[] = [];
         const { step = 0 } = store.state.shared ?? {};
+        const scale = scaleOf(store.state.scan.volume);
         store.set({ lumen: { along, step, share: 0 } });
-        for (const section of sectionsAlong(volume, path.points, surface)) {
+        for (const section of sectionsAlong(volume, path.points, surface, scale)) {
             const way = path.wayOf(along.length);
             const size = !section || section === 'open' ? null : section;
             along.push({

@@ -12,6 +12,7 @@ import {
     type Mark,
     type OffsetAt,
     presentOf,
+    type Value,
     valueOf,
     valueText,
 } from '../maths/marks.ts';
@@ -27,6 +28,7 @@ import { add, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { MarksNews, SharedMark } from '../net/protocol.ts';
 import type { Marks } from '../state/state.ts';
 import { planeUnder } from '../views/planes.ts';
+import { lengthText, scaleOf } from '../state/units.ts';
 import { spotInView } from '../views/projection.ts';
 import { pixelOfWorld } from '../views/section_geometry.ts';
 import { planeAt, type Spot } from './aim.ts';
@@ -44,7 +46,7 @@ interface Held {
 
 const kClose = 0.005; // sufficient accuracy of a present position [mm]
 const kReachPixels = 9; // of a press from a mark's point
-const kBackOff = 25; // distance of the endoscope from a mark that it goes to [mm]
+const kBackOff = 25; // distance of the endoscope from a mark that it goes to, in a body [mm]
 
 const newKey = (): string =>
     [...crypto.getRandomValues(new Uint8Array(8))]
@@ -194,7 +196,10 @@ export class MarksTool {
     /// Text of a mark's value; empty for a point.
     textOf(mark: Mark): string {
         const value = valueOf(mark.kind, this.present(mark));
-        return value ? valueText(value) : '';
+        return value ? this.valueText(value) : '';
+    }
+    valueText(value: Value): string {
+        return valueText(value, scaleOf(this.scene.store.state.scan.volume));
     }
 
     // --- setting marks
@@ -249,13 +254,14 @@ export class MarksTool {
         const plane = planeAt(volume, store.state, spot);
         const { view, spot: inView } = planeUnder(store.state, spot);
         let best: Held | undefined;
+        const scale = scaleOf(store.state.scan.volume);
         let least = kReachPixels;
         for (const mark of this.marks.list) {
             if (!mark.shown || mark.kind === 'curve') continue;
             this.present(mark).forEach((place, point) => {
                 const at = plane
                     ? pixelOfWorld(plane, place)
-                    : spotInView(view, place, inView);
+                    : spotInView(view, place, inView, scale);
                 const { x, y } = plane ? spot : inView;
                 const off = at ? Math.hypot(at[0] - x, at[1] - y) : Infinity;
                 if (off > least) return;
@@ -326,7 +332,8 @@ export class MarksTool {
         store.set({ sections: { cursor: place }, marks: { selected: key } });
         const { camera, outside } = store.state.view;
         const way = sub(place, camera.eye);
-        if (!outside && norm(way) > 0.5 && norm(way) < kBackOff)
+        const scale = scaleOf(store.state.scan.volume);
+        if (!outside && norm(way) > 0.5 * scale && norm(way) < scale * kBackOff)
             store.set({ view: { camera: { ...camera, look: mul(1 / norm(way), way) } } });
         history.end('go to mark');
     }
@@ -372,6 +379,7 @@ export class MarksTool {
         const name = freeName('curve', list);
         const rest = path.points.map((p) => this.restOf(p));
         this.change('curve', [...list, { key: newKey(), kind: 'curve', name, rest, shown: true }]);
-        this.scene.say(`${name}: ${lengthOf(path.points).toFixed(1)} mm`);
+        const { volume } = this.scene.store.state.scan;
+        this.scene.say(`${name}: ${lengthText(volume, lengthOf(path.points))} mm`);
     }
 }

@@ -12,14 +12,16 @@ import {
     shotAt,
     writeKeyframes,
 } from '../maths/keyframes.ts';
+import { nearestStep, roundTo } from '../maths/steps.ts';
 import { norm, sub } from '../maths/vec.ts';
 import type { State } from '../state/state.ts';
+import { scaleOf, valueScale } from '../state/units.ts';
 import { saveBlob } from './download.ts';
 import type { PathTool } from './path_tool.ts';
 import type { Scene } from './scene.ts';
 import type { ThresholdTool } from './threshold.ts';
 
-const kSpeed = 20; // of the eye, for the times of new keyframes [mm/s]
+const kSpeed = 20; // of the eye, for the times of new keyframes, in a body [mm/s]
 const kShortest = 0.5; // between two keyframes [s]
 const kFrameRate = 30;
 const kBitsPerSecond = 8_000_000;
@@ -60,7 +62,8 @@ export class Movie {
         const { window, level } = this.state.sections;
         const last = this.frames[this.frames.length - 1];
         const way = last ? norm(sub(camera.eye, last.camera.eye)) : 0;
-        const seconds = Math.max(Math.round((2 * way) / kSpeed) / 2, 2 * kShortest);
+        const speed = scaleOf(this.state.scan.volume) * kSpeed;
+        const seconds = Math.max(Math.round((2 * way) / speed) / 2, 2 * kShortest);
         const { iso } = this.scene.surface;
         this.set([...this.frames, { seconds, camera, fieldOfView, iso, window, level }]);
         this.scene.say(`keyframe ${this.frames.length}`);
@@ -134,8 +137,9 @@ export class Movie {
         });
         // The threshold is shared: it is sent only if it differs.
         const now = this.state.shared?.iso_hu ?? iso;
-        if (this.state.link.role === 'control' && Math.abs(iso - now) >= 1)
-            this.threshold.ask({ iso_hu: Math.round(iso) });
+        const step = nearestStep(valueScale(this.state.scan.volume));
+        if (this.state.link.role === 'control' && Math.abs(iso - now) >= step)
+            this.threshold.ask({ iso_hu: roundTo(iso, step) });
     }
 
     // --- recording

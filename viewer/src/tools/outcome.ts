@@ -9,10 +9,11 @@ import { add, along, cross, mul, norm, normalized, sub, type Vec3 } from '../mat
 import type { VolumeData } from '../maths/volume.ts';
 import type { Answer, Done } from '../net/protocol.ts';
 import type { Outcome, State } from '../state/state.ts';
+import { lengthText, scaleOf } from '../state/units.ts';
 import type { Store } from '../state/store.ts';
 
 const kShowMs = 2500;
-const kReach = 60; // of the search for a bone [mm]
+const kReach = 60; // of the search for a bone, in a body [mm]
 const kDirections = 200;
 
 /// Place and direction of a tool when a command was sent.
@@ -40,11 +41,14 @@ function boneAlong(
 }
 
 /// Bone ahead of a tool, else the nearest one around it; undefined if there is none within reach.
+/// @param scale  of lengths: 1 in a body
 export function findBone(
     volume: VolumeData,
     { from, by }: Motion,
     bone: number,
+    scale = 1,
 ): { place: Vec3; isAhead: boolean } | undefined {
+    const farthest = scale * kReach;
     if (norm(by) > 0) {
         const ahead = normalized(by);
         // Tissue around the axis moves as well: a narrow cone.
@@ -58,7 +62,7 @@ export function findBone(
             [0, -0.3],
         ].map(([u, v]) => {
             const ray = normalized(add(ahead, add(mul(u!, side), mul(v!, other))));
-            return boneAlong(volume, from, ray, bone, kReach);
+            return boneAlong(volume, from, ray, bone, farthest);
         });
         const place = nearest(from, found);
         if (place) return { place, isAhead: true };
@@ -70,7 +74,7 @@ export function findBone(
         const angle = n * Math.PI * (3 - Math.sqrt(5));
         const r = Math.sqrt(1 - z * z);
         const ray: Vec3 = [r * Math.cos(angle), r * Math.sin(angle), z];
-        const reach = best ? norm(sub(best, from)) : kReach;
+        const reach = best ? norm(sub(best, from)) : farthest;
         best = nearest(from, [best, boneAlong(volume, from, ray, bone, reach)]);
     }
     return best && { place: best, isAhead: false };
@@ -112,11 +116,13 @@ export function outcomeOf(
     });
     switch (done.limited_by) {
         case 'bone': {
-            const found = volume && motion && findBone(volume, motion, boneValue(state));
+            const scale = scaleOf(state.scan.volume);
+            const found = volume && motion && findBone(volume, motion, boneValue(state), scale);
             if (!found) return stopped('stopped by bone');
             const gap = Math.max(norm(sub(found.place, place)) - motion.radius, 0);
             const where = found.isAhead ? 'behind' : 'away';
-            return stopped(`stopped by bone, ${Math.round(gap)} mm ${where}`, found.place);
+            const far = lengthText(state.scan.volume, gap, 1);
+            return stopped(`stopped by bone, ${far} mm ${where}`, found.place);
         }
         case 'movement':
             return stopped('stopped: this tissue gives no more');

@@ -7,9 +7,11 @@
 import { Path, writePath } from '../maths/path.ts';
 import type { Vec3 } from '../maths/vec.ts';
 import type { Way } from '../state/state.ts';
+import { lengthText, scaleOf } from '../state/units.ts';
 import { saveBlob } from './download.ts';
 import type { Scene } from './scene.ts';
 
+// In a body.
 const kReach = 5; // largest distance of a click on a wall to the lumen [mm]
 const kSpeed = 20; // along the path [mm/s]
 
@@ -18,6 +20,10 @@ export class PathTool {
 
     private get way(): Way {
         return this.scene.store.state.way;
+    }
+    /// Of lengths: 1 in a body.
+    private get scale(): number {
+        return scaleOf(this.scene.store.state.scan.volume);
     }
     private set(way: Partial<Way>): void {
         this.scene.store.set({ way });
@@ -59,7 +65,12 @@ export class PathTool {
         }
         this.set({ busy: true });
         const asked = store.state.scan.volume?.id;
-        const answer = await scene.connection.ask({ do: 'path', from, to, reach: kReach });
+        const answer = await scene.connection.ask({
+            do: 'path',
+            from,
+            to,
+            reach: this.scale * kReach,
+        });
         this.set({ busy: false, from: null });
         if (answer?.t !== 'path') return; // Session.refused has shown the reason
         if (answer.volume !== asked || answer.volume !== store.state.scan.volume?.id) return;
@@ -68,8 +79,9 @@ export class PathTool {
             return;
         }
         this.set({ path: new Path(answer.points, answer.radii), position: 0, flying: false });
-        const narrow = Math.min(...answer.radii).toFixed(1);
-        const length = Math.round(answer.length_mm);
+        const { volume } = store.state.scan;
+        const narrow = lengthText(volume, Math.min(...answer.radii));
+        const length = lengthText(volume, answer.length_mm, 1);
         scene.say(`a path of ${length} mm, at least ${narrow} mm from the wall`);
     }
 
@@ -86,7 +98,7 @@ export class PathTool {
         const { path } = this.way;
         if (!path) return;
         const kept = Math.min(Math.max(position, 0), path.length);
-        const camera = path.camera(kept, this.scene.store.state.view.camera.up);
+        const camera = path.camera(kept, this.scene.store.state.view.camera.up, this.scale);
         this.scene.store.set({
             view: { camera },
             sections: { cursor: camera.eye },
@@ -103,7 +115,7 @@ export class PathTool {
         else {
             history.begin();
             const nearest = path.nearest(store.state.view.camera.eye);
-            const atEnd = Math.max(nearest, position) > path.length - 0.5;
+            const atEnd = Math.max(nearest, position) > path.length - 0.5 * this.scale;
             this.set({ position: atEnd ? 0 : nearest });
         }
         this.set({ flying: !flying });
@@ -117,7 +129,8 @@ export class PathTool {
     follow(seconds: number): void {
         const { path, flying, position } = this.way;
         if (!path || !flying) return;
-        this.goTo(position + kSpeed * this.scene.store.state.flight.speed * seconds);
+        const speed = this.scale * kSpeed * this.scene.store.state.flight.speed;
+        this.goTo(position + speed * seconds);
         if (this.way.position >= path.length) this.toggle();
     }
 

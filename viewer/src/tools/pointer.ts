@@ -14,6 +14,7 @@
 import { frameOf } from '../maths/rays.ts';
 import { add, along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import { kViews, type SectionName, type ViewName } from '../state/state.ts';
+import { scaleOf } from '../state/units.ts';
 import { orbitTurned } from '../views/orbit.ts';
 import { worldOfPixel } from '../views/section_geometry.ts';
 import type { Actions } from './actions.ts';
@@ -25,16 +26,18 @@ import type { Session } from './session.ts';
 import { inEndoscope, isFlightKey } from './steering.ts';
 import { CarveStroke, CutStroke, GrabStroke, PushStroke, type Stroke } from './strokes.ts';
 
+// Lengths in a body.
 const kPressLead = 3; // of the probe's target before the probe [mm]
 const kDoubleMs = 500; // longest time between the clicks of a double click
 const kClickPixels = 3; // smallest motion of a drag; less is a click
 const kTapPixels = 10; // the same for fingers
 const kSlicePixels = 8; // motion of a finger per slice
 const kLookRate = 0.25; // degrees per pixel at 80 degrees of field
-const kWindowRate = 4; // HU per pixel
+const kWindowRate = 4; // HU per pixel, or the same share of the range
 const kWheelTurn = 100; // delta of one notch of the wheel
 const kWheelStep = 1.5; // motion of the endoscope per notch [mm]
 const kWheelDeep = 1; // motion of a device per notch [mm]
+const kWheelTool = 0.5; // motion of a tool per notch [mm]
 
 type DragKind =
     | 'look'
@@ -185,6 +188,11 @@ export class Pointer {
             );
     }
 
+    /// Of lengths: 1 in a body.
+    private get scale(): number {
+        return scaleOf(this.session.store.state.scan.volume);
+    }
+
     private beginPress(): boolean {
         const { drag, session } = this;
         if (!drag || drag.moved || session.store.state.scan.loaded < 1) return false;
@@ -201,7 +209,7 @@ export class Pointer {
         if (!drag?.place || !stroke || tool.outcome?.isStopped || tool.strength === 0) return;
         const there = stroke.path[stroke.path.length - 1]!;
         const { direction } = rayAt(session.store.state, drag.last);
-        const scale = session.store.state.scan.volume?.length_scale ?? 1;
+        const { scale } = this;
         const next = along(drag.place, scale * way * tool.strength, direction);
         if (norm(sub(next, there)) > scale * kPressLead) return;
         drag.place = next;
@@ -354,7 +362,7 @@ export class Pointer {
         if (drag?.kind === 'tissue') {
             this.deepenStroke(drag, notches);
         } else if (drag?.kind === 'device') {
-            session.device.lead(0, 0, notches * kWheelDeep);
+            session.device.lead(0, 0, notches * this.scale * kWheelDeep);
         } else if (event.ctrlKey || event.metaKey) {
             const at = planeAt(session.volume, session.store.state, this.spot(view, event));
             const { x, y } = this.spot(view, event);
@@ -363,7 +371,7 @@ export class Pointer {
         } else if (view === 'endoscope') {
             if (session.store.state.view.outside)
                 session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
-            else this.flyBy(notches * kWheelStep);
+            else this.flyBy(notches * this.scale * kWheelStep);
         } else if (event.shiftKey) {
             session.history.step('window', () => actions.windowBy(-40 * notches, 0));
         } else {
@@ -388,7 +396,7 @@ export class Pointer {
         const { session } = this;
         const { state } = session.store;
         const { camera, outside, orbit } = state.view;
-        const point = add(camera.eye, mul(10, frameOf(camera).forward));
+        const point = add(camera.eye, mul(10 * this.scale, frameOf(camera).forward));
         const place = outside ? orbit.centre : point;
         const { right, up, mmPerPixel } = dragFrame(session.volume!, state, spot, place);
         const motion = along(mul(-dx * mmPerPixel, right), dy * mmPerPixel, up);
@@ -454,13 +462,13 @@ export class Pointer {
         if (!drag.place || !session.hand.stroke) return;
         const { state } = session.store;
         if (drag.wall) {
-            drag.wall.depth += notches * 0.5;
+            drag.wall.depth += notches * this.scale * kWheelTool;
             const point = drag.wall.at(state, drag.last);
             if (point) session.hand.drag(point);
             return;
         }
         const { ahead } = dragFrame(session.volume!, state, drag.last, drag.place);
-        drag.place = along(drag.place, notches * 0.5, ahead);
+        drag.place = along(drag.place, notches * this.scale * kWheelTool, ahead);
         session.hand.drag(drag.place);
     }
 }

@@ -32,6 +32,8 @@ import type { SurfaceFrame, VesselFrame } from '../net/vessel.ts';
 import { keepView, takeUpView } from '../state/kept_view.ts';
 import { initialReplay } from '../state/company.ts';
 import { initialState } from '../state/state.ts';
+import type { Patch } from '../state/store.ts';
+import { isInHu, lengthFor, scaleOf, windowOf } from '../state/units.ts';
 import { CatheterHand } from './catheter_hand.ts';
 import { Endoscope } from './endoscope.ts';
 import { Follow } from './follow.ts';
@@ -52,6 +54,15 @@ import { TissueDefaults } from './tissue_defaults.ts';
 import { followScan } from './volume_presets.ts';
 
 const kAirBelow = -500; // [HU]
+
+/// Rounded settings of the tools that suit a scan.
+function toolsFor(info: VolumeInfo): Patch {
+    const { tool, flight } = initialState();
+    return {
+        tool: { radius: lengthFor(info, tool.radius, 0.5), depth: lengthFor(info, tool.depth, 1) },
+        flight: { tip: lengthFor(info, flight.tip, 0.5) },
+    };
+}
 const kLongestFrame = 0.1; // time step limit after a pause [s]
 
 /// Scan of every kCoarseStep-th voxel, without values.
@@ -296,6 +307,7 @@ export class Session extends Scene implements Listener {
     }
 
     private takeVolume(info: VolumeInfo, keepsView: boolean): void {
+        const before = this.store.state.scan.volume;
         const grid = gridOf(info);
         const missing = halfOfFloat(info.range_hu[0]); // dark in the sections
         this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)).fill(missing), true);
@@ -312,15 +324,12 @@ export class Session extends Scene implements Listener {
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
         const hasVessel = this.store.state.shared?.tissue?.has_vessel === true;
         this.subscriptions.expectVessel(hasVessel);
-        this.fitsWindow = !hasVessel && info.range_hu[0] > kAirBelow;
-        const scale = info.length_scale ?? 1;
-        const { tool, flight } = initialState();
-        this.store.set({
-            tool: { radius: scale * tool.radius, depth: scale * tool.depth },
-            flight: { tip: scale * flight.tip },
-        });
+        this.fitsWindow = isInHu(info) && !hasVessel && info.range_hu[0] > kAirBelow;
+        this.store.set(toolsFor(info));
+        this.fitLengths(scaleOf(info) / scaleOf(before));
+        if (!isInHu(info)) this.store.set({ sections: windowOf(info) });
         // Window for contrast medium and soft tissue.
-        if (hasVessel) this.store.set({ sections: { window: 700, level: 200 } });
+        else if (hasVessel) this.store.set({ sections: { window: 700, level: 200 } });
         this.store.set({
             view: {
                 camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
@@ -332,6 +341,18 @@ export class Session extends Scene implements Listener {
                 },
             },
             sections: { cursor: start.eye_mm },
+        });
+    }
+
+    /// Keeps what the user has set, as a share of the scan's size. @param ratio  of the sizes
+    private fitLengths(ratio: number): void {
+        const { view, sections, overlay } = this.store.state;
+        const fitted = (mm: number): number =>
+            ratio === 1 ? mm : Number((ratio * mm).toPrecision(6));
+        this.store.set({
+            view: { fog: fitted(view.fog) },
+            sections: { slab: fitted(sections.slab) },
+            overlay: { mm: fitted(overlay.mm) },
         });
     }
 

@@ -8,8 +8,9 @@
 import { along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Connection } from '../net/connection.ts';
 import type { Command, Done } from '../net/protocol.ts';
-import { pushOrSlide } from '../state/state.ts';
+import { pushOrSlide, type State } from '../state/state.ts';
 import type { Store } from '../state/store.ts';
+import { scaleOf } from '../state/units.ts';
 import type { ToolKind } from '../views/instruments.ts';
 import type { Cuts } from './cuts.ts';
 import type { Motion, Outcomes } from './outcome.ts';
@@ -68,6 +69,11 @@ abstract class Follower implements Stroke {
         this.means.store.set({ hands: { force_n: 0, energy_per_mm: 0 } });
     }
 
+    /// Of lengths: 1 in a body.
+    protected get scale(): number {
+        return scaleOf(this.means.store.state.scan.volume);
+    }
+
     /// Makes one step towards the target. @returns whether to go on
     protected abstract advance(): Promise<boolean>;
     protected async finish(): Promise<void> {}
@@ -83,15 +89,21 @@ abstract class Follower implements Stroke {
     }
 }
 
+// In a body.
 const kCellStep = 1; // longest push of a single cell [mm]
-export const kMinCarving = 0.5; // smallest radius for carving: single cells can't be carved [mm]
+const kMinCarving = 0.5; // smallest radius for carving: single cells can't be carved [mm]
 const kMinMotion = 0.02; // shorter motions are postponed [mm]
+const kCutStep = 0.5; // between points of a cut's line [mm]
+
+/// Radius of the scoop [mm].
+export const carvingRadius = ({ tool, scan }: State): number =>
+    Math.max(tool.radius, scaleOf(scan.volume) * kMinCarving);
 
 /// Step from a to b of limited length; undefined if it is too short.
-function stepTo(a: Vec3, b: Vec3, most: number): Vec3 | undefined {
+function stepTo(a: Vec3, b: Vec3, most: number, least: number): Vec3 | undefined {
     const way = sub(b, a);
     const length = norm(way);
-    if (length < kMinMotion) return undefined;
+    if (length < least) return undefined;
     return length > most ? mul(most / length, way) : way;
 }
 
@@ -111,7 +123,9 @@ export class PushStroke extends Follower {
 
     protected async advance(): Promise<boolean> {
         // With radius 0 the tool moves the eight elements of its cell in steps of kCellStep.
-        const push = stepTo(this.place, this.target, this.radius || kCellStep);
+        const { scale } = this;
+        const most = this.radius || scale * kCellStep;
+        const push = stepTo(this.place, this.target, most, scale * kMinMotion);
         if (!push) return false;
         const { place, radius, stroke } = this;
         const done = await this.ask(
@@ -156,7 +170,7 @@ export class GrabStroke extends Follower {
             this.held = (done?.grabbed_elements ?? 0) > 0;
         }
         const offset = sub(this.target, this.start);
-        if (!this.held || norm(sub(offset, this.offset)) < kMinMotion) return false;
+        if (!this.held || norm(sub(offset, this.offset)) < this.scale * kMinMotion) return false;
         const done = await this.ask(
             { do: 'drag', offset },
             { from: this.path[0]!, by: sub(offset, this.offset), radius: this.radius },
@@ -179,12 +193,12 @@ export class CarveStroke extends Follower {
     private readonly stroke = newStroke();
 
     constructor(means: Means, start: Vec3) {
-        super(means, start, Math.max(means.store.state.tool.radius, kMinCarving), 'scoop');
+        super(means, start, carvingRadius(means.store.state), 'scoop');
         this.place = start;
     }
 
     protected async advance(): Promise<boolean> {
-        const way = stepTo(this.place, this.target, Infinity);
+        const way = stepTo(this.place, this.target, Infinity, this.scale * kMinMotion);
         if (this.begun && !way) return false;
         this.begun = true;
         const to = way ? along(this.place, 1, way) : this.place;
@@ -220,7 +234,8 @@ export class CutStroke implements Stroke {
 
     to(place: Vec3): void {
         const last = this.path[this.path.length - 1]!;
-        if (norm(sub(place, last)) >= 0.5 && this.path.length < kMaxPoints) this.path.push(place);
+        const step = scaleOf(this.means.store.state.scan.volume) * kCutStep;
+        if (norm(sub(place, last)) >= step && this.path.length < kMaxPoints) this.path.push(place);
     }
 
     async end(): Promise<void> {

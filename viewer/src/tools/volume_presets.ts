@@ -6,19 +6,23 @@
 import { levelsOf } from '../maths/levels.ts';
 import { kCtPresets, kLevelPresets, type TransferPreset } from '../maths/transfer.ts';
 import type { VolumeInfo } from '../net/protocol.ts';
+import { isInHu, scaleOf } from '../state/units.ts';
 import type { Scene } from './scene.ts';
 
-const kAirHu = -500; // a scan with lower values is a CT
-
-/// Presets of a scan: those in HU for a CT only.
+/// Presets of a scan: those of CT for values in HU only.
 export const presetsOf = (info: VolumeInfo): TransferPreset[] => [
-    ...(info.range_hu[0] < kAirHu ? kCtPresets : []),
+    ...(isInHu(info) ? kCtPresets : []),
     ...kLevelPresets,
 ];
 
-/// Takes a preset, with its own opacity and values.
+/// Takes a preset, with its own opacity and values. Its extinctions are those for a body; a smaller
+/// scan is as dense.
 export function usePreset(scene: Scene, { name, transferOf }: TransferPreset): void {
-    const transfer = transferOf(() => levelsOf(scene.volume!.halves));
+    const scale = scaleOf(scene.store.state.scan.volume);
+    const transfer = transferOf(() => levelsOf(scene.volume!.halves)).map((point) => ({
+        ...point,
+        perMm: point.perMm / scale,
+    }));
     scene.store.set({ rendering: { preset: name, transfer, opacity: 1, shift: 0 } });
 }
 

@@ -14,6 +14,7 @@ import { hasVessel, kFieldStops, type State, surfaceOf, type View } from '../sta
 import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
 import { meteredExposure } from './exposure.ts';
 import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
+import { scaleOf } from '../state/units.ts';
 import { instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
 import { kNoLabels } from './label_field.ts';
 import { liningOf, liningUniforms } from './linings.ts';
@@ -267,7 +268,8 @@ export class EndoscopeView {
         const all = [...balls.slice(0, kMaxTools - 1), ...scope];
         picture.set({ toolCount: all.length });
         if (!all.length) return;
-        const lumen = lumenOf(this.volume!.data, camera, surfaceOf(state));
+        const scale = scaleOf(state.scan.volume);
+        const lumen = lumenOf(this.volume!.data, camera, surfaceOf(state), scale);
         const values = <T>(name: string): T[] => picture.uniforms[name]!.value as T[];
         const quadruple = (name: string, i: number, v: Vec3, w: number): void => {
             values<THREE.Vector4>(name)[i]!.set(...v, w);

@@ -47,12 +47,14 @@ export interface Instrument {
 
 /// Free space of the lumen around a camera.
 export interface Lumen {
+    readonly scale: number; ///< of instruments: 1 in a body
     readonly room: number; ///< distance from the lens to the wall, towards the working channel [mm]
     /// Direction out of the wall that a sphere touches; shorter than 1 for little contact.
     readonly out: (centre: Vec3, radius: number) => Vec3;
     readonly excess: (place: Vec3) => number; ///< positive in tissue [HU]
 }
 
+// Lengths in a body.
 export const kBladeRadius = 2.5; // of a head whose tool is a line [mm]
 const kChannel = { right: 3.2, up: -3, ahead: -1 } as const; // from the lens [mm]
 const kShaftShare = 0.26; // radius of the shaft over that of the head
@@ -70,22 +72,28 @@ const kTowardsWall = 2; // weight of the wall's direction over the shaft's
 /// Distance from the wrist to the sphere's centre [radii].
 const kReach: Record<ToolKind, number> = { ball: 0, grasper: 1.55, blade: 2, scoop: 0.8, scope: 0 };
 
-/// Start of an instrument in the working channel. @param room  distance to the wall from the eye
-/// [mm]
-export function channelOf(camera: Camera, size: number, room: number): Vec3 {
-    const offset = channelOffset(camera);
-    const share = Math.min(1, size, (0.8 * room) / norm(offset));
+/// Start of an instrument in the working channel. @param size  of the instrument [mm]
+export function channelOf(camera: Camera, size: number, { room, scale }: Lumen): Vec3 {
+    const offset = mul(scale, channelOffset(camera));
+    const share = Math.min(1, size / scale, (0.8 * room) / norm(offset));
     return along(camera.eye, share, offset);
 }
 
+/// Offset of the working channel from the lens, in a body [mm].
 export function channelOffset(camera: Camera): Vec3 {
     const { right, up, forward } = frameOf(camera);
     return add(add(mul(kChannel.right, right), mul(kChannel.up, up)), mul(kChannel.ahead, forward));
 }
 
-export function lumenOf(volume: VolumeData, camera: Camera, surface: Surface): Lumen {
-    const hit = firstHit(volume, camera.eye, channelOffset(camera), surface, 10);
+export function lumenOf(
+    volume: VolumeData,
+    camera: Camera,
+    surface: Surface,
+    scale: number,
+): Lumen {
+    const hit = firstHit(volume, camera.eye, channelOffset(camera), surface, 10 * scale);
     return {
+        scale,
         room: hit?.distance ?? Infinity,
         out: (centre, radius) => {
             const { out } = contact(volume, centre, radius, surface);
@@ -108,11 +116,12 @@ export function instrumentOf(ball: ToolBall, camera: Camera, lumen: Lumen, eye: 
     const { centre, radius, kind, direction } = ball;
     const scope = kind === 'scope';
     const share = scope ? 0.85 : kShaftShare;
-    const most = scope ? Infinity : kMaxThickness;
-    let thickness = Math.max(Math.min(share * radius, most), kMinThickness);
+    const { scale } = lumen;
+    const most = scope ? Infinity : scale * kMaxThickness;
+    let thickness = Math.max(Math.min(share * radius, most), scale * kMinThickness);
     const base = direction
-        ? along(centre, -kFreeLength, direction)
-        : channelOf(camera, radius / 2, lumen.room);
+        ? along(centre, -scale * kFreeLength, direction)
+        : channelOf(camera, radius / 2, lumen);
     const shaft = normalized(sub(centre, base));
     const reach = kReach[kind] * radius;
     const out = reach > 0 ? lumen.out(centre, radius) : shaft;
@@ -123,7 +132,10 @@ export function instrumentOf(ball: ToolBall, camera: Camera, lumen: Lumen, eye: 
     let side = across(sub(camera.eye, wrist), axis);
     if (norm(side) < 1e-3) side = cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]);
     side = normalized(side);
-    if (norm(sub(wrist, base)) < 1e-3 || distanceToSegment(eye, base, wrist) < 1.2 * thickness)
+    if (
+        norm(sub(wrist, base)) < 1e-3 * scale ||
+        distanceToSegment(eye, base, wrist) < 1.2 * thickness
+    )
         thickness = 0;
     const jaws = ball.closed ? kClosed : kOpen;
     const edge = dot(cross(axis, side), out) < 0 ? -1 : 1; // the blade's edge is at the wall
@@ -146,7 +158,8 @@ function freeLean(
     const excessAt = (lean: number): number => {
         const axis = axisAt(lean);
         const wrist = along(centre, -reach, axis);
-        const places = [wrist, along(centre, -0.6 * reach, axis), along(wrist, -kShaftFree, shaft)];
+        const behind = along(wrist, -lumen.scale * kShaftFree, shaft);
+        const places = [wrist, along(centre, -0.6 * reach, axis), behind];
         return Math.max(...places.map(lumen.excess));
     };
     const most = Math.max(natural, kLean);

@@ -8,7 +8,7 @@ import { dot, sub, type Vec3 } from '../maths/vec.ts';
 import type { View } from '../state/state.ts';
 import { kOutsideField, orbitCamera } from './orbit.ts';
 
-const kNearest = 0.5; // depth of points that are drawn [mm]
+const kNearest = 0.5; // depth of points that are drawn, in a body [mm]
 
 /// Size of a view [CSS pixels].
 export interface Extent {
@@ -17,11 +17,17 @@ export interface Extent {
 }
 
 /// Pixel of a point, from the top left corner; undefined behind the camera.
-export function spotInView(view: View, place: Vec3, box: Extent): [number, number] | undefined {
+/// @param scale  of lengths: 1 in a body
+export function spotInView(
+    view: View,
+    place: Vec3,
+    box: Extent,
+    scale = 1,
+): [number, number] | undefined {
     const { camera, fieldOfView, barrel } = view;
     return view.outside
-        ? project(orbitCamera(view), kOutsideField, 0, place, box)
-        : project(camera, fieldOfView, barrel, place, box);
+        ? project(orbitCamera(view), kOutsideField, 0, place, box, scale)
+        : project(camera, fieldOfView, barrel, place, box, scale);
 }
 
 /// The lens's distortion is undone by Newton's method: r_ray = r·(1 + barrel·r²).
@@ -31,11 +37,12 @@ function project(
     barrel: number,
     place: Vec3,
     { width, height }: Extent,
+    scale: number,
 ): [number, number] | undefined {
     const { right, up, forward } = frameOf(camera);
     const v = sub(place, camera.eye);
     const depth = dot(v, forward);
-    if (depth < kNearest) return undefined;
+    if (depth < scale * kNearest) return undefined;
     const slope = Math.tan((field * Math.PI) / 360);
     const a = dot(v, right) / depth / slope;
     const b = dot(v, up) / depth / slope;
