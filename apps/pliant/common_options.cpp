@@ -74,13 +74,13 @@ void add_surface(CLI::App* command, std::optional<double>& iso,
 void add_window(CLI::App* command, std::optional<double>& window, std::optional<double>& level,
                 const std::string& more_window, const std::string& more_level) {
     command
-        ->add_option(
-            "--window", window,
-            "of the sections (default: CT 1500 HU" + more_window + "; others by their values)")
+        ->add_option("--window", window,
+                     "of the sections (default: that of DICOM; else CT 1500 HU" + more_window +
+                         "; others by their values)")
         ->check(CLI::PositiveNumber);
-    command->add_option(
-        "--level", level,
-        "of the sections (default: CT -200 HU" + more_level + "; others by their values)");
+    command->add_option("--level", level,
+                        "of the sections (default: that of DICOM; else CT -200 HU" + more_level +
+                            "; others by their values)");
 }
 
 void add_look(CLI::App* command, LookOptions& look) {

@@ -327,6 +327,8 @@ struct ReadNotes {
     std::string modality{};      ///< "CT", "MR", "US", …; empty: not told
     std::string rescale_type{};  ///< "HU", "US" (unspecified), …; empty: not told
     bool is_rescaled = false;    ///< stored numbers were scaled or shifted
+    double window = 0;           ///< first Window Width of the middle slice; 0: not told
+    double level = 0;            ///< its Window Center
 };
 
 struct ReadOptions {

@@ -168,7 +168,19 @@ bool take_number(const DicomValues& tags, std::uint32_t tag, double& number) {
     return true;
 }
 
+/// Takes the first of the windows that are offered, if it can be used.
+void take_window(const DicomValues& tags, DicomSlice& slice) {
+    const auto widths = numbers_from(tags.text(kWindowWidth), '\\');
+    const auto centres = numbers_from(tags.text(kWindowCenter), '\\');
+    if (!widths || !centres || widths->empty() || centres->empty()) return;
+    if (!std::isfinite(widths->front()) || !std::isfinite(centres->front())) return;
+    if (widths->front() <= 0) return;
+    slice.window = widths->front();
+    slice.level = centres->front();
+}
+
 Status take_geometry(const DicomValues& tags, DicomSlice& slice) {
+    take_window(tags, slice);
     const auto missing = [&](const char* name) {
         return unreadable(slice.path,
                           std::string("has no usable ") + name +

@@ -235,6 +235,8 @@ Result<Volume> read_series(const fs::path& place, std::vector<DicomSlice> slices
     notes.is_rescaled = std::any_of(slices.begin(), slices.end(), [](const DicomSlice& s) {
         return s.slope != 1 || s.intercept != 0;
     });
+    notes.window = slices[slices.size() / 2].window;
+    notes.level = slices[slices.size() / 2].level;
     const DicomPixels& pixels = slices.front().pixels;
     notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
     for (const DicomSlice& slice : slices)

@@ -38,6 +38,7 @@ struct DicomSlice {
     std::string description;
     int rows = 0, columns = 0;
     double slope = 1, intercept = 0;  ///< value = slope·stored + intercept
+    double window = 0, level = 0;     ///< first Window Width and Center; window 0: none
     std::string modality, rescale_type;
     Vec3d position{};                     ///< centre of the first pixel [mm, LPS]
     Vec3d row{};                          ///< unit vector along a row: the i axis

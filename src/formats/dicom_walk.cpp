@@ -34,19 +34,22 @@ constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
     {dicom_tags::kBitsAllocated, "US"},  {dicom_tags::kBitsStored, "US"},
     {dicom_tags::kHighBit, "US"},        {dicom_tags::kPixelRepresentation, "US"},
     {dicom_tags::kIntercept, "DS"},      {dicom_tags::kSlope, "DS"},
+    {dicom_tags::kWindowCenter, "DS"},   {dicom_tags::kWindowWidth, "DS"},
     {dicom_tags::kRescaleType, ""},      {dicom_tags::kModalityLut, ""},
     {dicom_tags::kSliceThickness, "DS"}, {dicom_tags::kSliceSpacing, "DS"},
     {dicom_tags::kFramePointer, "AT"},   {dicom_tags::kFrameOffsets, "DS"}};
 /// Sequences of functional groups: for all frames and for each; and those of their sequences that
-/// are read: Frame Content, Plane Position, Plane Orientation, Pixel Measures, Pixel Value
-/// Transformation.
+/// are read: Frame Content, Plane Position, Plane Orientation, Pixel Measures, Frame VOI LUT, Pixel
+/// Value Transformation.
 constexpr std::uint32_t kSharedGroups = 0x52009229, kFrameGroups = 0x52009230,
                         kExtendedOffsets = 0x7fe00001;
-constexpr std::uint32_t kMacros[] = {0x00209111, 0x00209113, 0x00209116, 0x00289110, 0x00289145};
+constexpr std::uint32_t kMacros[] = {0x00209111, 0x00209113, 0x00209116,
+                                     0x00289110, 0x00289132, 0x00289145};
 /// Their stored elements, of types DS and UL.
 constexpr std::uint32_t kFrameTags[] = {dicom_tags::kPosition,      dicom_tags::kOrientation,
                                         dicom_tags::kPixelSpacing,  dicom_tags::kSliceThickness,
                                         dicom_tags::kIntercept,     dicom_tags::kSlope,
+                                        dicom_tags::kWindowCenter,  dicom_tags::kWindowWidth,
                                         dicom_tags::kTemporalIndex, dicom_tags::kDimensionIndices};
 /// Maximum length of a stored value, also of one with a number for each frame, and maximum nesting
 /// of sequences.

@@ -37,6 +37,7 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080
                                kBitsStored = 0x00280101, kHighBit = 0x00280102,
                                kPixelRepresentation = 0x00280103, kIntercept = 0x00281052,
                                kSlope = 0x00281053, kRescaleType = 0x00281054,
+                               kWindowCenter = 0x00281050, kWindowWidth = 0x00281051,
                                kModalityLut = 0x00283000, kSliceThickness = 0x00180050,
                                kSliceSpacing = 0x00180088, kFramePointer = 0x00280009,
                                kFrameOffsets = 0x3004000c, kTemporalIndex = 0x00209128,

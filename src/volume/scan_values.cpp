@@ -256,6 +256,22 @@ void set_other(const Sample& sample, Classes classes, ValueSpan whole, ValueDefa
     d.bone_threshold = whole.high;
 }
 
+/// Sets the defaults of a scan that isn't in HU.
+void set_values(const Volume& volume, ValueDefaults& d) {
+    const ValueSpan whole = extremes(volume);
+    d.background = whole.low;
+    const Sample sample = sample_of(volume);
+    const auto classes = classes_of(sample);
+    // Constant values: any threshold does, and all are tissue.
+    const double span = whole.high > whole.low ? whole.high - whole.low : 1;
+    const Classes found =
+        classes.value_or(Classes{whole.low + 0.5 * span, whole.low, whole.low + span, 1});
+    if (d.kind == ValueKind::XRay)
+        set_xray(found, span, d);
+    else
+        set_other(sample, found, {whole.low, whole.low + span}, d);
+}
+
 }  // namespace
 
 std::string name_of(ValueKind kind) {
@@ -301,19 +317,11 @@ ValueDefaults value_defaults(const Volume& volume, const ReadNotes& notes) {
     ValueDefaults d;
     if (!check_volume(volume).ok()) return d;
     d.kind = kind_of(volume, notes, d.reason);
-    if (d.kind == ValueKind::Hounsfield) return d;
-    const ValueSpan whole = extremes(volume);
-    d.background = whole.low;
-    const Sample sample = sample_of(volume);
-    const auto classes = classes_of(sample);
-    // Constant values: any threshold does, and all are tissue.
-    const double span = whole.high > whole.low ? whole.high - whole.low : 1;
-    const Classes found =
-        classes.value_or(Classes{whole.low + 0.5 * span, whole.low, whole.low + span, 1});
-    if (d.kind == ValueKind::XRay)
-        set_xray(found, span, d);
-    else
-        set_other(sample, found, {whole.low, whole.low + span}, d);
+    if (d.kind != ValueKind::Hounsfield) set_values(volume, d);
+    if (notes.window > 0) {
+        d.window = notes.window;
+        d.level = notes.level;
+    }
     return d;
 }
 

@@ -48,6 +48,7 @@ struct Style {
 
 constexpr std::uint32_t kPlanePosition = 0x00209113, kPlaneOrientation = 0x00209116,
                         kPixelMeasures = 0x00289110, kValueTransformation = 0x00289145,
+                        kVoiLut = 0x00289132, kCenter = 0x00281050, kWidth = 0x00281051,
                         kPosition = 0x00200032, kOrientation = 0x00200037,
                         kPixelSpacing = 0x00280030, kIntercept = 0x00281052, kSlope = 0x00281053,
                         kShared = 0x52009229, kPerFrame = 0x52009230, kPrivate = 0x2005140f;
@@ -70,6 +71,7 @@ DicomFile enhanced(const std::vector<double>& heights, const Style& s, bool all_
     const std::string common =
         s.sequence(kPlaneOrientation, {s.decimals(kOrientation, "1\\0\\0\\0\\1\\0")}) +
         s.sequence(kPixelMeasures, {s.decimals(kPixelSpacing, "0.5\\0.25")}) +
+        s.sequence(kVoiLut, {s.decimals(kCenter, "-600") + s.decimals(kWidth, "1500")}) +
         value_group(s, "2", "-1000");
     std::vector<std::string> frames;
     for (const double height : heights) {
@@ -108,6 +110,8 @@ TEST(DicomFrames, AreReadFromFunctionalGroupsOfEveryStyle) {
                 ReadNotes notes;
                 const auto volume = read_volume(path, {}, &notes);
                 ASSERT_TRUE(volume.ok()) << volume.error().message;
+                EXPECT_EQ(notes.window, 1500);
+                EXPECT_EQ(notes.level, -600);
                 EXPECT_EQ(notes.format, "DICOM");
                 EXPECT_TRUE(notes.notes.empty());
                 EXPECT_EQ(volume->grid.size, (Vec3i{4, 3, 3}));

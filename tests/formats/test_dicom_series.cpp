@@ -87,6 +87,38 @@ TEST(DicomSeries, ModalityAndRescaleTypeAreNoted) {
     EXPECT_TRUE(notes_of(none).is_rescaled);
 }
 
+TEST(DicomSeries, WindowOfTheMiddleSliceIsNoted) {
+    const auto notes_of = [](const std::string& window, const std::string& level) {
+        const test::TemporaryFolder folder;
+        for (int n = 0; n < 3; ++n) {
+            DicomFile slice;
+            slice.position[2] = 2 - n;
+            slice.window = n == 1 ? window : "7";
+            slice.level = n == 1 ? level : "8";
+            folder.write(std::to_string(n), slice.bytes());
+        }
+        ReadNotes notes;
+        const auto volume = read_volume(folder.path(), {}, &notes);
+        EXPECT_TRUE(volume.ok()) << volume.error().message;
+        return notes;
+    };
+    const auto expect = [&](const ReadNotes& notes, double window, double level) {
+        EXPECT_EQ(notes.window, window);
+        EXPECT_EQ(notes.level, level);
+    };
+    expect(notes_of("350", "-40.5"), 350, -40.5);
+    expect(notes_of("350\\1500", "40\\-600"), 350, 40);  // the first of two
+    for (const auto& [window, level] : {std::pair{"", "40"},
+                                        {"400", ""},
+                                        {"0", "40"},
+                                        {"-5", "40"},
+                                        {"wide", "40"},
+                                        {"1e999", "40"}}) {
+        SCOPED_TRACE(std::string(window) + " " + level);
+        expect(notes_of(window, level), 0, 0);
+    }
+}
+
 TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
     const test::TemporaryFolder folder;
     for (int n = 0; n < 2; ++n) {

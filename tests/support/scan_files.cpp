@@ -181,6 +181,8 @@ std::string DicomFile::bytes() const {
     add_number(0x0101, bits_stored);
     add_number(0x0102, high_bit);
     add_number(0x0103, is_signed);
+    if (!level.empty()) add(0x28, 0x1050, "DS", level);
+    if (!window.empty()) add(0x28, 0x1051, "DS", window);
     add(0x28, 0x1052, "DS", intercept);
     add(0x28, 0x1053, "DS", slope);
     if (!rescale_type.empty()) add(0x28, 0x1054, "LO", rescale_type);

@@ -71,6 +71,19 @@ TEST(ScanValues, DicomsStatementDecides) {
     EXPECT_EQ(kind(ct, dicom("CT", "", false)), ValueKind::Hounsfield);
 }
 
+TEST(ScanValues, DicomsWindowIsTaken) {
+    const Volume grey = two_classes<std::int16_t>(0, 1100, 0.5);
+    for (const ReadNotes& own : {dicom("MR", "", true), dicom("CT", "HU", true)}) {
+        ReadNotes notes = own;
+        ValueDefaults expected = value_defaults(grey, own);
+        notes.window = 350;
+        notes.level = 40;
+        expected.window = 350;
+        expected.level = 40;
+        EXPECT_EQ(defaults_text(value_defaults(grey, notes)), defaults_text(expected));
+    }
+}
+
 TEST(ScanValues, AirAndSoftTissueAreCt) {
     EXPECT_EQ(kind(two_classes<std::int16_t>(-1000, 40, 0.5)), ValueKind::Hounsfield);
     EXPECT_EQ(kind(two_classes<float>(-1000.25, 40.5, 0.5)), ValueKind::Hounsfield);

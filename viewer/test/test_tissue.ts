@@ -169,6 +169,29 @@ test('the threshold changes the endoscope’s picture and its line in the sectio
     assert.deepEqual(await all(page), start);
 });
 
+test('walls that leak at a threshold are closed by another, found in the lumen', async () => {
+    const isoOf = async (): Promise<number> => (await stateOf(page)).shared!.iso_hu;
+    const button = page.getByRole('button', { name: 'Close walls' });
+    const message = page.locator('.message');
+    await button.click();
+    await message.filter({ hasText: /no leak at this threshold.* ml$/ }).waitFor();
+    const number = page.getByLabel('Threshold, number');
+    await number.fill('150'); // of mucosa and muscle
+    await number.press('Enter');
+    await untilState(page, ({ shared }) => shared?.iso_hu === 150, 5);
+    await button.click();
+    await untilState(page, ({ shared }) => shared!.iso_hu < 100, 5);
+    const closed = await isoOf();
+    assert.ok(closed > -1000, `${closed} HU`);
+    await message.filter({ hasText: `walls closed at ${closed.toFixed(0)} HU` }).waitFor();
+    await button.click();
+    await message.filter({ hasText: 'no leak at this threshold' }).waitFor();
+    await page.locator('.view.axial').focus();
+    await page.keyboard.press('Control+z');
+    await page.keyboard.press('Control+z');
+    await untilState(page, ({ shared }) => shared?.iso_hu === -500, 5);
+});
+
 test('air follows the threshold on request', async () => {
     const shared = async (): Promise<SharedState> => (await stateOf(page)).shared!;
     const { iso_hu: start, materials } = await shared();

@@ -163,6 +163,16 @@ export function surfacePanel(parts: Parts): HTMLElement {
                     (text) => parts.session.say(text),
                 ),
             ),
+            h(
+                'div',
+                { class: 'row' },
+                button(
+                    'Close walls',
+                    () => parts.actions.closeWalls(),
+                    'sets the threshold at which the lumen around the endoscope does not leak ' +
+                        'through its walls',
+                ),
+            ),
         ),
         parts.add(
             checkbox(

@@ -26,6 +26,8 @@ export interface Limits {
 
 const kSteps = 500; // of a slider over the range
 const kCtSpan = 4000; // of the values of a CT [HU]
+const kCtWindow = 1500; // of a CT whose file tells none [HU]
+const kCtLevel = -200;
 const kWholeSpan = 200; // from this range on, steps are whole numbers
 /// Largest threshold that the server takes.
 export const kMaxThreshold = 32767;
@@ -41,6 +43,9 @@ const spanOf = ([low, high]: readonly [number, number]): number => (high > low ?
 export const valueScale = (scan: Kind): number =>
     !scan || isInHu(scan) ? 1 : spanOf(scan.range_hu) / kCtSpan;
 
+/// Range of the values, in CT that of the Hounsfield scale.
+export const spanOfValues = (scan: Kind): number => kCtSpan * valueScale(scan);
+
 /// Step of shown values.
 export function valueStep(scan: Kind): number {
     if (!scan || isInHu(scan)) return 1;
@@ -53,10 +58,15 @@ export function valueStep(scan: Kind): number {
 export const textWithUnit = (scan: Kind, value: number): string =>
     `${fixed(value, valueStep(scan))} ${unitOf(scan)}`.trim();
 
-/// Window and level that suit a scan without HU, as the server suggests.
+/// Tests whether the file tells its own window for a CT.
+export const hasOwnWindow = ({ values }: VolumeInfo): boolean =>
+    values !== undefined && (values.window !== kCtWindow || values.level !== kCtLevel);
+
+/// Window and level that the server suggests: the file's own, or some that suit the values.
 export function windowOf(scan: VolumeInfo): { window: number; level: number } {
+    if (!scan.values) return { window: kCtWindow, level: kCtLevel };
     const step = valueStep(scan);
-    const { window, level } = scan.values!;
+    const { window, level } = scan.values;
     return { window: Math.max(roundTo(window, step), step), level: roundTo(level, step) };
 }
 
@@ -112,6 +122,10 @@ export const lengthText = (scan: Kind, mm: number, step = 0.1): string =>
 /// Text of an area without its unit. @param step  in a body [mm²]
 export const areaText = (scan: Kind, mm2: number, step = 0.1): string =>
     fixed(mm2, step * scaleOf(scan) ** 2);
+
+/// Text of a volume with its unit.
+export const volumeText = (mm3: number): string =>
+    mm3 >= 100 ? `${Number((mm3 / 1000).toPrecision(3))} ml` : `${Number(mm3.toPrecision(3))} mm³`;
 
 /// Limits of a length. @param body  those for a body
 export const lengthLimits = (scan: Kind, { unit, low, high, step }: Limits): Limits => ({

@@ -3,7 +3,8 @@
 
 // Actions of keys, buttons and wheels: everything but drags and sliders.
 
-import { worldBounds } from '../maths/grid.ts';
+import { closingThreshold } from '../maths/closing.ts';
+import { voxelFromWorld, worldBounds } from '../maths/grid.ts';
 import { alongLumen, freePlace } from '../maths/flight.ts';
 import { isMarkTable, isPathFile } from '../maths/marks_file.ts';
 import { readPath } from '../maths/path.ts';
@@ -26,7 +27,15 @@ import {
     type Wall,
 } from '../state/state.ts';
 import type { Patch } from '../state/store.ts';
-import { lengthFor, levelReach, scaleOf, valueScale } from '../state/units.ts';
+import {
+    lengthFor,
+    levelReach,
+    scaleOf,
+    spanOfValues,
+    textWithUnit,
+    valueScale,
+    volumeText,
+} from '../state/units.ts';
 import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
 import { hasTwoPlanes } from '../views/planes.ts';
 import type { Stage } from '../views/stage.ts';
@@ -250,6 +259,28 @@ export class Actions {
             eye ? alongLumen(volume, eye, view.camera.look, surface) : view.camera.look,
         );
         this.set({ view: { outside: false } });
+    }
+
+    /// Sets the threshold at which the lumen around the endoscope does not leak through its walls.
+    closeWalls(): void {
+        const { session } = this;
+        const { volume, surface, threshold } = session;
+        if (!volume) return;
+        const { scan, view } = this.state;
+        const at = voxelFromWorld(volume.grid, view.camera.eye);
+        const found = closingThreshold(volume, surface, at, spanOfValues(scan.volume));
+        if (!found) {
+            session.warn('the endoscope is in tissue at this threshold; lead it into a lumen');
+            return;
+        }
+        const size = volumeText(found.voxels * volume.grid.spacing.reduce((p, s) => p * s, 1));
+        if (found.threshold === undefined) {
+            session.say(`no leak at this threshold: the lumen around the endoscope holds ${size}`);
+            return;
+        }
+        threshold.ask({ iso_hu: found.threshold });
+        const value = textWithUnit(scan.volume, found.threshold);
+        session.say(`walls closed at ${value}: the lumen around the endoscope holds ${size}`);
     }
 
     cycleWall(): void {

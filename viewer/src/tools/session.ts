@@ -33,7 +33,7 @@ import { keepView, takeUpView } from '../state/kept_view.ts';
 import { initialReplay } from '../state/company.ts';
 import { initialState } from '../state/state.ts';
 import type { Patch } from '../state/store.ts';
-import { isInHu, lengthFor, scaleOf, windowOf } from '../state/units.ts';
+import { hasOwnWindow, isInHu, lengthFor, scaleOf, windowOf } from '../state/units.ts';
 import { CatheterHand } from './catheter_hand.ts';
 import { Endoscope } from './endoscope.ts';
 import { Follow } from './follow.ts';
@@ -324,12 +324,13 @@ export class Session extends Scene implements Listener {
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
         const hasVessel = this.store.state.shared?.tissue?.has_vessel === true;
         this.subscriptions.expectVessel(hasVessel);
-        this.fitsWindow = isInHu(info) && !hasVessel && info.range_hu[0] > kAirBelow;
+        const isOwn = !isInHu(info) || hasOwnWindow(info);
+        this.fitsWindow = !isOwn && !hasVessel && info.range_hu[0] > kAirBelow;
         this.store.set(toolsFor(info));
         this.fitLengths(scaleOf(info) / scaleOf(before));
-        if (!isInHu(info)) this.store.set({ sections: windowOf(info) });
-        // Window for contrast medium and soft tissue.
-        else if (hasVessel) this.store.set({ sections: { window: 700, level: 200 } });
+        // Else, in a vessel, a window for contrast medium and soft tissue.
+        const shown = isOwn || !hasVessel ? windowOf(info) : { window: 700, level: 200 };
+        this.store.set({ sections: shown });
         this.store.set({
             view: {
                 camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
