@@ -72,7 +72,7 @@ struct DicomFile {
     std::uint16_t rows = 3, columns = 4, samples = 1;
     std::string frames = {}, slope = "1", intercept = "-1000";
     std::string modality = "CT", rescale_type = {};  ///< empty: no such element
-    std::string window = {}, level = {};                ///< Window Width and Center; the same
+    std::string window = {}, level = {};             ///< Window Width and Center; the same
     std::uint16_t bits_allocated = 16, bits_stored = 16, high_bit = 15, is_signed = 1;
     bool with_position = true, implicit = false;
     std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  ///< CT
