@@ -3,7 +3,13 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { floatOfHalf, halfOfFloat, halfOfInt16 } from '../src/maths/half.ts';
+import {
+    floatOfHalf,
+    halfOfFloat,
+    halfOfInt16,
+    halfOfOrder,
+    orderOfHalf,
+} from '../src/maths/half.ts';
 import { checksumOf, murmur32 } from '../src/maths/murmur.ts';
 import { quantile } from '../src/net/latencies.ts';
 import { between } from './random.ts';
@@ -12,6 +18,18 @@ test('every half is the nearest half of its value', () => {
     for (let bits = 0; bits < 65536; ++bits) {
         const value = floatOfHalf[bits]!;
         if (!Number.isNaN(value)) assert.equal(halfOfFloat(value), bits);
+    }
+});
+
+test('halves have the order of their values', () => {
+    let before = NaN;
+    for (let order = 0; order < 65536; ++order) {
+        const half = halfOfOrder(order);
+        assert.equal(orderOfHalf(half), order);
+        const value = floatOfHalf[half]!;
+        if (Number.isNaN(value)) continue;
+        assert.ok(!(value < before), `${value} after ${before}`);
+        before = value;
     }
 });
 

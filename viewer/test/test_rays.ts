@@ -93,6 +93,40 @@ test('patched bricks are those of a new volume', () => {
     }
 });
 
+test('bricks have the smallest and the largest value of the corners of their cells', () => {
+    for (let i = 0; i < 20; ++i) {
+        const grid = randomGrid(1, 14);
+        const halves = Uint16Array.from({ length: voxelCount(grid) }, () =>
+            halfOfFloat(between(-1e4, 1e4)),
+        );
+        const { brickRange, brickHalves, brickSize } = new VolumeData(grid, halves);
+        const [nx, ny] = grid.size;
+        for (let b = 0; b < brickRange.length / 2; ++b) {
+            const bx = b % brickSize[0];
+            const by = Math.floor(b / brickSize[0]) % brickSize[1];
+            const bz = Math.floor(b / brickSize[0] / brickSize[1]);
+            const inside = (n: number, brick: number): boolean => n >= 4 * brick && n <= 4 * brick + 4;
+            const values = [...halves]
+                .filter(
+                    (_, n) =>
+                        inside(n % nx, bx) &&
+                        inside(Math.floor(n / nx) % ny, by) &&
+                        inside(Math.floor(n / nx / ny), bz),
+                )
+                .map((half) => floatOfHalf[half]!);
+            assert.deepEqual(
+                [...brickRange.subarray(2 * b, 2 * b + 2)],
+                [Math.min(...values), Math.max(...values)],
+            );
+            const stored = [...brickHalves.subarray(2 * b, 2 * b + 2)];
+            assert.deepEqual(
+                stored.map((half) => floatOfHalf[half]!),
+                [...brickRange.subarray(2 * b, 2 * b + 2)],
+            );
+        }
+    }
+});
+
 test('bricks of a scan that is being loaded are those of the whole scan, in any order', () => {
     for (let i = 0; i < 30; ++i) {
         const grid = randomGrid(2, 30);

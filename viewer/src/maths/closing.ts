@@ -8,7 +8,7 @@
 // but doesn't extend it. Voxels that share a corner are neighbours, so below that value no path
 // through trilinear values leaks either.
 
-import { floatOfHalf, halfOfFloat } from './half.ts';
+import { floatOfHalf, halfOfFloat, halfOfOrder, orderOfHalf } from './half.ts';
 import type { Surface } from './rays.ts';
 import type { Vec3 } from './vec.ts';
 import type { VolumeData } from './volume.ts';
@@ -51,15 +51,11 @@ class Bits {
     }
 }
 
-/// Half floats in the order of their values; reversed if lumens are brighter than walls.
-const orderOf = (half: number, rising: boolean): number => {
-    const order = half & 0x8000 ? 0xffff - half : half | 0x8000;
-    return rising ? order : 0xffff - order;
-};
-const halfOf = (order: number, rising: boolean): number => {
-    const own = rising ? order : 0xffff - order;
-    return own & 0x8000 ? own & 0x7fff : 0xffff - own;
-};
+/// Levels in the order of values; reversed if lumens are brighter than walls.
+const levelOfHalf = (half: number, rising: boolean): number =>
+    rising ? orderOfHalf(half) : 0xffff - orderOfHalf(half);
+const valueOfLevel = (level: number, rising: boolean): number =>
+    floatOfHalf[halfOfOrder(rising ? level : 0xffff - level)]!;
 
 /// Finds the highest threshold (with rising walls; else the lowest) at which the lumen around a
 /// place does not leak.
@@ -74,8 +70,8 @@ export function closingThreshold(
 ): Closing | undefined {
     const [nx, ny, nz] = grid.size;
     // Values up to the threshold, or from it on, are the lumen's.
-    const end = orderOf(halfOfFloat(iso), rising) + (rising ? 0 : 1);
-    const levelOf = (n: number): number => orderOf(halves[n]!, rising);
+    const end = levelOfHalf(halfOfFloat(iso), rising) + (rising ? 0 : 1);
+    const levelOf = (n: number): number => levelOfHalf(halves[n]!, rising);
     const around = (n: number, visit: (n: number) => void): void => {
         const i = n % nx;
         const j = ((n - i) / nx) % ny;
@@ -114,7 +110,7 @@ export function closingThreshold(
     for (; level < end && voxels < kMost; ++level) {
         const queue = waiting[level];
         if (!queue) continue;
-        const value = floatOfHalf[halfOf(level, rising)]!;
+        const value = valueOfLevel(level, rising);
         while (before + 1 < grown.length && distance(grown[before + 1]!, value) >= kStep * span)
             ++before;
         const base = grown[before]?.extent;

@@ -19,6 +19,12 @@ export const floatOfHalf: Float32Array = (() => {
     return table;
 })();
 
+/// Place of a half in the order of all values, 0…65535.
+export const orderOfHalf = (half: number): number =>
+    half ^ (half & 0x8000 ? 0xffff : 0x8000);
+export const halfOfOrder = (order: number): number =>
+    order ^ (order & 0x8000 ? 0x8000 : 0xffff);
+
 const float = new Float32Array(1);
 const word = new Uint32Array(float.buffer);
 

@@ -9,7 +9,7 @@
 // threshold.
 
 import { type Box, type Grid, voxelCount, worldFromVoxel } from './grid.ts';
-import { floatOfHalf, halfOfFloat as exactHalf } from './half.ts'; // exact: the values are halves
+import { floatOfHalf, halfOfOrder, orderOfHalf } from './half.ts';
 import type { Vec3 } from './vec.ts';
 
 export const kBrick = 4; // cells along an edge
@@ -170,34 +170,49 @@ export class VolumeData {
     private computeBricks(bricks: Box): Box {
         const { begin, end } = bricks;
         const [nx, ny, nz] = this.grid.size;
+        const [bx, by] = this.brickSize;
+        const lows = new Uint16Array(bx * by); // orders of halves, of a layer
+        const highs = new Uint16Array(bx * by);
         const h = this.halves;
-        for (let bz = begin[2]; bz < end[2]; ++bz)
-            for (let by = begin[1]; by < end[1]; ++by)
-                for (let bx = begin[0]; bx < end[0]; ++bx) {
-                    let low = Infinity;
-                    let high = -Infinity;
-                    const x1 = Math.min((bx + 1) * kBrick, nx - 1);
-                    const y1 = Math.min((by + 1) * kBrick, ny - 1);
-                    const z1 = Math.min((bz + 1) * kBrick, nz - 1);
-                    for (let z = bz * kBrick; z <= z1; ++z)
-                        for (let y = by * kBrick; y <= y1; ++y) {
-                            const row = nx * (y + ny * z);
-                            for (let o = row + bx * kBrick; o <= row + x1; ++o) {
-                                const value = floatOfHalf[h[o]!]!;
-                                if (value < low) low = value;
-                                if (value > high) high = value;
-                            }
+        for (let bz = begin[2]; bz < end[2]; ++bz) {
+            lows.fill(0xffff);
+            highs.fill(0);
+            const z1 = Math.min((bz + 1) * kBrick, nz - 1);
+            const y1 = Math.min(end[1] * kBrick, ny - 1);
+            for (let z = bz * kBrick; z <= z1; ++z)
+                for (let y = begin[1] * kBrick; y <= y1; ++y) {
+                    const row = nx * (y + ny * z);
+                    // A row between two bricks belongs to both.
+                    const first = Math.max(Math.ceil(y / kBrick) - 1, begin[1]);
+                    const last = Math.min(Math.floor(y / kBrick), end[1] - 1);
+                    for (let x = begin[0]; x < end[0]; ++x) {
+                        const until = row + Math.min((x + 1) * kBrick, nx - 1);
+                        let low = 0xffff;
+                        let high = 0;
+                        for (let o = row + x * kBrick; o <= until; ++o) {
+                            const order = orderOfHalf(h[o]!);
+                            if (order < low) low = order;
+                            if (order > high) high = order;
                         }
-                    this.setBrick(bx, by, bz, low, high);
+                        for (let n = first; n <= last; ++n) {
+                            const at = x + bx * n;
+                            if (low < lows[at]!) lows[at] = low;
+                            if (high > highs[at]!) highs[at] = high;
+                        }
+                    }
                 }
+            for (let y = begin[1]; y < end[1]; ++y)
+                for (let x = begin[0]; x < end[0]; ++x)
+                    this.setBrick(x + bx * (y + by * bz), lows[x + bx * y]!, highs[x + bx * y]!);
+        }
         return bricks;
     }
 
-    private setBrick(bx: number, by: number, bz: number, low: number, high: number): void {
-        const index = 2 * (bx + this.brickSize[0] * (by + this.brickSize[1] * bz));
-        this.brickRange[index] = low;
-        this.brickRange[index + 1] = high;
-        this.brickHalves[index] = exactHalf(low);
-        this.brickHalves[index + 1] = exactHalf(high);
+    private setBrick(brick: number, low: number, high: number): void {
+        const [first, second] = [halfOfOrder(low), halfOfOrder(high)];
+        this.brickHalves[2 * brick] = first;
+        this.brickHalves[2 * brick + 1] = second;
+        this.brickRange[2 * brick] = floatOfHalf[first]!;
+        this.brickRange[2 * brick + 1] = floatOfHalf[second]!;
     }
 }

@@ -53,6 +53,7 @@ import { TipRide } from './tip_ride.ts';
 import { TissueDefaults } from './tissue_defaults.ts';
 import { followScan } from './volume_presets.ts';
 
+const kLoadedStep = 0.1; // of the share that is shown while a scan is loaded
 const kAirBelow = -500; // [HU]
 
 /// Rounded settings of the tools that suit a scan.
@@ -194,8 +195,10 @@ export class Session extends Scene implements Listener {
         ++this.boxesSinceDraw;
         if (loaded < 1) {
             this.received += frame.halves.length;
-            const share = this.received / voxelCount(this.volume.grid);
-            this.store.set({ scan: { loaded: frame.last ? 1 : Math.min(share, 0.99) } });
+            const share = Math.min(this.received / voxelCount(this.volume.grid), 0.99);
+            // Each step is drawn, which takes time as well.
+            if (frame.last || share >= loaded + kLoadedStep)
+                this.store.set({ scan: { loaded: frame.last ? 1 : share } });
         }
         if (!frame.last) return;
         // The server takes commands for another scan once it knows that its voxels are here.

@@ -219,6 +219,7 @@ export class Stage {
         const still = now - this.lastChange > kStillMs && !this.first;
         const { maximised } = state.display;
         if (maximised && maximised !== 'endoscope') this.full = true; // hidden
+        if (this.coarse) this.full = true; // its voxels are on their way
         if (still && !this.full) this.stale.add('endoscope');
         if (!this.stale.size) return this.prepare();
         if (this.blank) this.clear();
