@@ -33,6 +33,7 @@ inline constexpr std::chrono::seconds kAwayTime{120};
 // Messages of a client.
 inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;
 inline constexpr int kMaxDepthLayers = 64;
+inline constexpr double kMaxThreshold = 65504;  ///< the largest half: clients see no larger values
 inline constexpr double kMinReplaySpeed = 0.01, kMaxReplaySpeed = 100;
 inline constexpr double kMessagesPerSecond = 240, kMessageBurst = 600;
 inline constexpr double kBytesPerSecond = 1 << 20, kByteBurst = 4 << 20;

@@ -19,8 +19,8 @@ constexpr Setting<TissueChoice> kTissue[] = {
 constexpr Setting<IsoCommand> kIso[] = {
     setting<&IsoCommand::iso_hu>({.name = "iso_hu",
                                   .unit = "HU",
-                                  .low = -32768,
-                                  .high = 32767,
+                                  .low = -kMaxThreshold,
+                                  .high = kMaxThreshold,
                                   .text = "threshold of the visible surface"}),
     setting<&IsoCommand::polarity>(
         {.name = "polarity",

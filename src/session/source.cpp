@@ -192,8 +192,8 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
     std::visit([&](const auto& values) { find_range(values, loaded.info); }, loaded.volume.voxels);
     // A scan's key values may recommend a view, as our phantoms' do.
     const KeyValues& keys = loaded.volume.key_values;
-    loaded.iso_hu =
-        std::clamp(number_of(keys, "iso_hu").value_or(loaded.iso_hu), -32768.0, 32767.0);
+    loaded.iso_hu = std::clamp(number_of(keys, "iso_hu").value_or(loaded.iso_hu), -kMaxThreshold,
+                               kMaxThreshold);
     if (value_of(keys, "polarity") == "falling") loaded.polarity = Polarity::Falling;
     if (const auto bone = number_of(keys, "bone_threshold_hu"))
         loaded.settings.bone_threshold_hu = std::clamp(*bone, -32768.0, 32768.0);

@@ -105,7 +105,8 @@ test('bricks have the smallest and the largest value of the corners of their cel
             const bx = b % brickSize[0];
             const by = Math.floor(b / brickSize[0]) % brickSize[1];
             const bz = Math.floor(b / brickSize[0] / brickSize[1]);
-            const inside = (n: number, brick: number): boolean => n >= 4 * brick && n <= 4 * brick + 4;
+            const inside = (n: number, brick: number): boolean =>
+                n >= 4 * brick && n <= 4 * brick + 4;
             const values = [...halves]
                 .filter(
                     (_, n) =>

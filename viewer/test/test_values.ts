@@ -28,7 +28,7 @@ import {
     widthLimits,
 } from '../src/state/units.ts';
 import type { Session } from '../src/tools/session.ts';
-import { loaded, picture, stateOf } from './browser.ts';
+import { loaded, picture, stateOf, untilState } from './browser.ts';
 import { page, served, useOnePage } from './one_page.ts';
 
 useOnePage({ size: 48 });
@@ -307,7 +307,11 @@ test('data of 0…1 has steps of 0.002, and a volume that is visible', async (t)
 
 test('a scan of 20 µm has lengths of its size', async (t) => {
     if (served.mock) return t.skip('the mock reads no scans');
-    await open('micro.nrrd', scan(9000, 30000, 0.02, 'ushort'));
+    await open('micro.nrrd', scan(9000, 52000, 0.02, 'ushort'));
+    const number = page.getByLabel('Threshold, number');
+    await number.fill('40000');
+    await number.press('Enter');
+    await untilState(page, ({ shared }) => shared?.iso_hu === 40000, 5);
     const { volume } = (await stateOf(page)).scan;
     assert.equal(volume!.length_scale, 0.0072);
     const size = await sliderOf('Size');

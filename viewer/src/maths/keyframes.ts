@@ -176,7 +176,7 @@ export function readKeyframes(text: string, name: string): Keyframe[] {
             seconds,
             camera: { eye: vector('eye_mm'), look: direction('look'), up: direction('up') },
             fieldOfView: number('field_of_view_deg', 10, 150),
-            iso: number('iso_hu', -32768, 32767),
+            iso: number('iso_hu', -65504, 65504),
             window: number('window_hu', 1, 65536),
             level: number('level_hu', -65536, 65536),
         };

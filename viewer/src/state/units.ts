@@ -30,7 +30,7 @@ const kCtWindow = 1500; // of a CT whose file tells none [HU]
 const kCtLevel = -200;
 const kWholeSpan = 200; // from this range on, steps are whole numbers
 /// Largest threshold that the server takes.
-export const kMaxThreshold = 32767;
+export const kMaxThreshold = 65504;
 
 /// Unit of the values: HU, or empty.
 export const unitOf = (scan: Kind): string => scan?.values?.unit ?? 'HU';

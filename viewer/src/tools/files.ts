@@ -221,7 +221,7 @@ export class Files {
         done: Record<string, string>,
         first: Promise<string | undefined>,
     ): Promise<string> {
-        let [wish, chosen] = [done, name];
+        let [request, chosen] = [done, name];
         for (let asked = await first; asked !== undefined; ) {
             const choices = readChoices(asked);
             this.tell(`${name} holds several ${choices.series ? 'series' : 'images'}`);
@@ -232,14 +232,14 @@ export class Files {
                     `${name}: no ${choices.series ? 'series' : 'image'} was chosen`,
                 );
             }
-            wish = { ...wish, ...choice };
-            const series = choices.series?.find(({ uid }) => uid === wish.series);
+            request = { ...request, ...choice };
+            const series = choices.series?.find(({ uid }) => uid === request.series);
             if (series?.description) {
                 chosen = series.description;
-                wish = { ...wish, name: chosen };
+                request = { ...request, name: chosen };
             }
             this.tell(`Reading ${chosen}… (Esc cancels)`);
-            asked = await this.post('open/done', wish, new Blob());
+            asked = await this.post('open/done', request, new Blob());
         }
         return chosen;
     }

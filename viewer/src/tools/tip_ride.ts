@@ -4,10 +4,10 @@
 // The endoscope rides on the catheter's tip (`view.onTip`): its camera approaches the one behind
 // the tip exponentially, as the tip advances. Each other motion of the camera ends it.
 
+import { hasVessel } from '../state/state.ts';
 import { onTip } from '../views/vessel_camera.ts';
 import { cameraBetween } from './follow.ts';
 import type { Scene } from './scene.ts';
-import { hasVessel } from '../state/state.ts';
 
 const kGlide = 0.08; // time constant of the approach [s]
 
