@@ -279,6 +279,19 @@ export const picture = async (page: Page, name: string): Promise<void> => {
     await page.screenshot({ path: join(kPictures, `${name}.png`) });
 };
 
+/// Waits for a scan with a name, and its voxels.
+export async function untilScan(page: Page, name: string): Promise<void> {
+    await page.waitForFunction(
+        (wanted) => {
+            const { store } = (window as never as { pliant: Session }).pliant;
+            return store.state.scan.volume?.name === wanted && store.state.link.transfer === '';
+        },
+        name,
+        { timeout: 60_000 },
+    );
+    await loaded(page);
+}
+
 export const compare = (
     page: Page,
 ): Promise<{ same: boolean; own: string; tissue: string } | undefined> =>

@@ -15,7 +15,15 @@ import { scanOf } from '../src/tools/dropped.ts';
 import { labelReason } from '../src/tools/label_guess.ts';
 import { seriesDescription } from '../src/tools/series.ts';
 import type { Session } from '../src/tools/session.ts';
-import { compare, loaded, picture, pixels, stateOf, untilUndo, visit } from './browser.ts';
+import {
+    compare,
+    picture,
+    pixels,
+    stateOf,
+    untilScan as untilScanOn,
+    untilUndo,
+    visit,
+} from './browser.ts';
 import { dicomSlice } from './dicom.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
@@ -67,17 +75,7 @@ const drop = (files: { name: string; text: string }[]): Promise<void> =>
         document.querySelector('main')!.dispatchEvent(new DragEvent('drop', settings));
     }, files);
 
-const untilScan = async (name: string): Promise<void> => {
-    await page.waitForFunction(
-        (wanted) => {
-            const { store } = (window as never as { pliant: Session }).pliant;
-            return store.state.scan.volume?.name === wanted && store.state.link.transfer === '';
-        },
-        name,
-        { timeout: 60_000 },
-    );
-    await loaded(page);
-};
+const untilScan = (name: string): Promise<void> => untilScanOn(page, name);
 
 const untilSaid = (text: string): Promise<unknown> =>
     page.waitForFunction(

@@ -28,7 +28,7 @@ import {
     widthLimits,
 } from '../src/state/units.ts';
 import type { Session } from '../src/tools/session.ts';
-import { loaded, picture, stateOf, untilState } from './browser.ts';
+import { picture, stateOf, untilScan, untilState } from './browser.ts';
 import { page, served, useOnePage } from './one_page.ts';
 
 useOnePage({ size: 48 });
@@ -187,15 +187,7 @@ function scan(dark: number, bright: number, spacing: number, type: 'float' | 'us
 async function open(name: string, buffer: Buffer): Promise<void> {
     await page.locator('#files').setInputFiles({ name, mimeType: '', buffer });
     await page.locator('dialog.replace button').first().click();
-    await page.waitForFunction(
-        (wanted) => {
-            const { store } = (window as never as { pliant: Session }).pliant;
-            return store.state.scan.volume?.name === wanted && store.state.link.transfer === '';
-        },
-        name,
-        { timeout: 60_000 },
-    );
-    await loaded(page);
+    await untilScan(page, name);
 }
 
 /// Slider of a label: limits, step of its number, text for screen readers, and shown unit.
