@@ -169,7 +169,9 @@ struct PathOptions {
 struct MeshOptions {
     std::string file;  ///< a scan, a surface, a centreline or tetrahedra
     ScanChoice scan;
-    std::string out, ghost, surface;  ///< outputs; none: only report on the file's mesh
+    std::string out, ghost, surface;   ///< outputs; none: only report on the file's mesh
+    bool solid = false;                ///< a solid instead of a vessel's wall
+    std::int64_t tetrahedra = 20'000;  ///< of the solid, about
     double thickness_mm = 1.5, cell_mm = 0, ghost_mm = 0;
     int layers = 2;
     std::string ends;   ///< a centreline that defines the wall's ends

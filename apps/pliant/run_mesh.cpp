@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel's wall from a scan, a surface or a centreline, and reports on meshes.
+// A vessel's wall from a scan, a surface or a centreline; an organ's solid from a surface or labels;
+// reports on meshes.
 
 #include <pliant/files.h>
 #include <pliant/render.h>
@@ -208,6 +209,64 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
     return wall_around_surface(lumen->surface, ends, settings, arena);
 }
 
+/// The closed surface of what is to be filled.
+Result<TriangleMesh> surface_to_fill(const MeshOptions& o, bool from_mesh, const MeshData& mesh,
+                                     const TaskArena& arena) {
+    if (from_mesh) {
+        if (mesh.triangles.empty())
+            return Error{ErrorCode::InvalidArgument, "found no triangles, expected a surface"};
+        return joined({mesh.nodes_mm, mesh.triangles});
+    }
+    if (o.labels.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--labels: expected the solid's labels in a volume, found none"};
+    const auto volume = read_volume(o.file, o.scan.options());
+    if (!volume) return volume.error();
+    auto found = lumen_of_labels(*volume, o.labels, o.smoothing_voxels, arena);
+    if (!found) return found.error();
+    return std::move(found->surface);
+}
+
+void tell(const MeshOptions& o, const FilledSurface& solid, const TetQuality& quality) {
+    if (o.json) {
+        auto report = quality_json(quality);
+        report["cell_mm"] = solid.cell_mm;
+        report["surface_mm3"] = solid.surface_mm3;
+        report["removed_cells"] = solid.removed_cells;
+        report["dropped_pieces"] = solid.dropped_pieces;
+        std::printf("%s\n", report.dump().c_str());
+        return;
+    }
+    std::printf("%s\n", describe(quality).c_str());
+    std::printf("cells               %.3g mm\n", solid.cell_mm);
+    std::printf("of the surface      %.1f %% of %.1f mm3\n",
+                100 * quality.volume_mm3 / solid.surface_mm3, solid.surface_mm3);
+    if (solid.dropped_pieces > 0)
+        std::printf("dropped             %d small pieces\n", solid.dropped_pieces);
+}
+
+int make_solid(const MeshOptions& o, bool from_mesh, const MeshData& mesh, const TaskArena& arena) {
+    StagedFiles files;
+    const auto place = files.stage(o.out);
+    if (!place) return bad_input(place.error().message);
+    std::optional<ProgressBar> bar(std::in_place, "solid");
+    auto surface = surface_to_fill(o, from_mesh, mesh, arena);
+    bar->show(0.3);
+    const auto solid = surface
+                           ? fill_surface(std::move(*surface),
+                                          {.cell_mm = o.cell_mm, .tetrahedra = o.tetrahedra}, arena)
+                           : Result<FilledSurface>(surface.error());
+    bar.reset();
+    if (!solid)
+        return bad_input(from_mesh ? o.file + ": " + solid.error().message : solid.error().message);
+    const TetQuality quality = tet_quality(solid->mesh);
+    if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
+    if (const Status s = write_vtu(*place, solid->mesh); !s) return bad_input(s.error().message);
+    if (const Status s = files.commit(); !s) return bad_input(s.error().message);
+    tell(o, *solid, quality);
+    return kExitOk;
+}
+
 struct MeshOutputs {
     StagedFiles files;
     std::filesystem::path out, ghost, surface;
@@ -251,10 +310,11 @@ int run_mesh(const MeshOptions& o) {
         mesh = std::move(*read);
         if (o.out.empty()) return judge(o, mesh);
     } else if (o.out.empty()) {
-        return bad_input("--out: expected a file to write the wall to (.vtu), found none");
+        return bad_input("--out: expected a file to write (.vtu), found none");
     }
     if (std::filesystem::path(o.out).extension() != ".vtu")
         return bad_input("--out: expected a file that ends in .vtu, found '" + o.out + "'");
+    if (o.solid) return make_solid(o, from_mesh, mesh, arena);
     MeshOutputs outputs;
     if (const Status s = stage_outputs(o, outputs, !from_mesh); !s)
         return bad_input(s.error().message);

@@ -181,12 +181,21 @@ void add_path(CLI::App& app, PathOptions& o) {
 
 void add_mesh(CLI::App& app, MeshOptions& o) {
     auto* c = app.add_subcommand(
-        "mesh", "Make a vessel's wall of tetrahedra, or judge a mesh (docs/mesh.md)");
+        "mesh",
+        "Make tetrahedra of a vessel's wall or of an organ, or judge a mesh (docs/mesh.md)");
     c->add_option("FILE", o.file,
                   "scan or label volume; surface or centreline (VTP, VTU, VTK, MSH, STL, OBJ, PLY)")
         ->required();
     add_scan(c, o.scan);
-    auto* out = c->add_option("--out", o.out, "wall to write (.vtu); else FILE is only judged");
+    auto* out =
+        c->add_option("--out", o.out, "tetrahedra to write (.vtu); else FILE is only judged");
+    auto* solid = c->add_flag("--solid", o.solid,
+                              "fill a closed surface, or --labels, instead of making a wall")
+                      ->needs(out);
+    c->add_option("--tetrahedra", o.tetrahedra,
+                  "of the solid, about so many where --cell is not given (default 20000)")
+        ->check(CLI::Range(24, 10'000'000))
+        ->needs(solid);
     c->add_option("--ghost", o.ghost, "its inner surface (.vtp, .stl, .obj, .ply)")->needs(out);
     c->add_option("--surface", o.surface, "the lumen's surface, of a scan (.vtp, .stl, .obj, .ply)")
         ->needs(out);
@@ -195,7 +204,8 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
     c->add_option("--layers", o.layers, "tetrahedra across it, at least (default 2)")
         ->check(CLI::Range(1, 16));
     c->add_option("--cell", o.cell_mm,
-                  "of the lattice [mm] (default: the largest that the layers allow)")
+                  "of the lattice [mm] (default: the largest that the layers allow; solid: by "
+                  "--tetrahedra)")
         ->check(CLI::Range(0.001, 100.0));
     c->add_option("--ghost-cell", o.ghost_mm,
                   "of a coarser inner surface [mm] (default: the wall's)")
@@ -224,10 +234,10 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
     c->add_option("--most-ml", o.max_ml,
                   "a larger region leaks, and is refused (default 500; 0: any)")
         ->check(CLI::Range(0.0, 1e6));
-    c->add_option("--labels", o.labels, "instead: labels of the lumen, as 1,2")
+    c->add_option("--labels", o.labels, "instead: labels of the lumen or the solid, as 1,2")
         ->delimiter(',')
         ->excludes(seed);
-    c->add_option("--smooth", o.smoothing_voxels, "the lumen's edge, voxels (default 0.8)")
+    c->add_option("--smooth", o.smoothing_voxels, "the labels' edge, voxels (default 0.8)")
         ->check(CLI::Range(0.0, 20.0));
     c->add_flag("--json", o.json, "say the mesh's quality as one JSON object");
     add_threads(c, o.threads);
@@ -239,6 +249,8 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
         "  pliant mesh angio.nrrd --seed=-3,-149,545 --to=18,-149,746 --window 250,3500 "
         "--out wall.vtu\n"
         "  pliant mesh labels.nii.gz --labels 1,2 --out wall.vtu\n"
+        "  pliant mesh liver.stl --solid --tetrahedra 10000 --out liver.vtu\n"
+        "  pliant mesh labels.nii.gz --labels 5 --solid --cell 8 --out liver.vtu\n"
         "  pliant mesh wall.vtu");
 }
 

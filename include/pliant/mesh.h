@@ -20,6 +20,7 @@
 
 #pragma once
 
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/vec.h>
@@ -375,6 +376,9 @@ TetMesh with_used_nodes(const TetMesh& mesh);
 /// Removes cells at edges and nodes where the boundary touches itself, until it is a manifold.
 /// @returns number of removed cells
 std::int64_t make_manifold(TetMesh& mesh);
+/// Removes pieces of less than 1 % of the largest: islands, and fragments from coarse cells.
+/// @returns number of removed pieces
+int drop_crumbs(TetMesh& mesh);
 
 /// A point embedded in a tetrahedron: the weighted mean of its corners.
 struct Embedded {
@@ -432,6 +436,30 @@ struct StuffingSettings {
 ///          reaches the box's border or is empty; LimitExceeded
 Result<TetMesh> stuff_isosurface(const LevelFunction& level, const StuffingSettings& settings,
                                  const TaskArena& arena);
+
+struct FillSettings {
+    double cell_mm = 0;  ///< edge of the lattice's cubes; 0: it follows from the number
+    std::int64_t tetrahedra = 20'000;
+
+    friend bool operator==(const FillSettings&, const FillSettings&) = default;
+};
+SettingRows<FillSettings> fill_rows() noexcept;
+
+/// The solid that a surface encloses.
+struct FilledSurface {
+    TetMesh mesh;
+    double cell_mm = 0;
+    double surface_mm3 = 0;          ///< volume that the surface encloses
+    std::int64_t removed_cells = 0;  ///< where the boundary would have touched itself
+    int dropped_pieces = 0;          ///< by drop_crumbs
+};
+
+/// Fills a closed surface with tetrahedra, by stuff_isosurface on its signed distance. Triangles
+/// may all face inwards.
+/// @returns InvalidArgument for settings out of range, a surface that isn't closed (check_closed),
+///          and cells as large as the solid; LimitExceeded
+Result<FilledSurface> fill_surface(TriangleMesh surface, const FillSettings& settings,
+                                   const TaskArena& arena) noexcept;
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -114,4 +114,20 @@ std::int64_t make_manifold(TetMesh& mesh) {
     return std::int64_t(before - mesh.cells.size());
 }
 
+int drop_crumbs(TetMesh& mesh) {
+    if (mesh.cells.empty()) return 0;
+    const auto piece = pieces(mesh);
+    std::vector<std::int64_t> size(mesh.nodes_mm.size(), 0);
+    for (const auto& cell : mesh.cells) ++size[std::size_t(piece[std::size_t(cell[0])])];
+    const std::int64_t most = *std::max_element(size.begin(), size.end());
+    const auto is_crumb = [&](std::int64_t cells) { return cells > 0 && 100 * cells < most; };
+    const auto crumbs = std::count_if(size.begin(), size.end(), is_crumb);
+    if (crumbs == 0) return 0;
+    std::erase_if(mesh.cells, [&](const auto& cell) {
+        return is_crumb(size[std::size_t(piece[std::size_t(cell[0])])]);
+    });
+    mesh = with_used_nodes(mesh);
+    return int(crumbs);
+}
+
 }  // namespace pliant

@@ -39,10 +39,6 @@ double outside_of_ends(const std::vector<VesselEnd>& ends, double thickness_mm, 
 /// Removes pieces behind an end's cut, but never the largest piece.
 void remove_cut_off(TetMesh& mesh, const std::vector<VesselEnd>& ends, double thickness_mm);
 
-/// Removes pieces of less than 1 % of the largest: islands in the lumen, and fragments from coarse
-/// cells. @returns number of removed pieces
-int drop_crumbs(TetMesh& mesh);
-
 /// Minimum number of edges from one set of nodes to another; −1 if they aren't connected.
 int edges_between(const TetMesh& mesh, const std::vector<bool>& from, const std::vector<bool>& to);
 

@@ -50,6 +50,42 @@ TEST_F(MeshTest, ACentrelineGetsAWallThatCanBeJudged) {
     EXPECT_NE(out().find("Euler               0"), std::string::npos);
 }
 
+TEST_F(MeshTest, ASurfaceAndLabelsGetASolid) {
+    // A box of labels in a volume, and the surface of the same solid.
+    Volume labels{{.size = {24, 20, 16}, .spacing_mm = {2, 2, 3}}, VoxelArray<std::int16_t>(), {}};
+    VoxelArray<std::int16_t> numbers(voxel_count(labels.grid));
+    for (int k = 4; k < 12; ++k)
+        for (int j = 5; j < 15; ++j)
+            for (int i = 6; i < 18; ++i) numbers[voxel_index(labels.grid, {i, j, k})] = 5;
+    labels.voxels = std::move(numbers);
+    ASSERT_TRUE(write_volume(m_folder / "l.nrrd", labels).ok());
+    ASSERT_EQ(run("mesh l.nrrd --labels 5 --solid --tetrahedra 4000 --out s.vtu --json"), 0)
+        << said();
+    const Json made = Json::parse(out());
+    EXPECT_GT(made["tetrahedra"], 2000);
+    EXPECT_LT(made["tetrahedra"], 8000);
+    EXPECT_GE(made["dihedral_min_deg"], 10.7);
+    EXPECT_EQ(made["boundary_euler"], 2);
+    EXPECT_NEAR(double(made["volume_mm3"]), 8 * 10 * 12 * 12, 0.05 * 8 * 10 * 12 * 12);
+
+    const auto read = read_tetrahedra(m_folder / "s.vtu");
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    ASSERT_TRUE(write_surface(m_folder / "s.stl", boundary_triangles(*read)).ok());
+    ASSERT_EQ(run("mesh s.stl --solid --cell 4 --out t.vtu"), 0) << said();
+    EXPECT_NE(out().find("inverted            0"), std::string::npos) << out();
+    EXPECT_NE(out().find("cells               4 mm"), std::string::npos) << out();
+    ASSERT_EQ(run("mesh t.vtu"), 0) << said();
+
+    EXPECT_EQ(run("mesh l.nrrd --solid --out t.vtu"), 2);
+    EXPECT_NE(said().find("--labels: expected the solid's labels"), std::string::npos) << said();
+    TriangleMesh open = boundary_triangles(*read);
+    open.cells.pop_back();
+    ASSERT_TRUE(write_surface(m_folder / "o.stl", open).ok());
+    EXPECT_EQ(run("mesh o.stl --solid --out u.vtu"), 2);
+    EXPECT_EQ(said().find("pliant: o.stl: "), 0U) << said();
+    EXPECT_FALSE(std::filesystem::exists(m_folder / "u.vtu"));
+}
+
 TEST_F(MeshTest, AScanGetsAWallOfItsLumen) {
     ASSERT_EQ(run("phantom vessel --size 96 --out v.nrrd"), 0) << said();
     ASSERT_EQ(run("mesh v.nrrd --seed=-6,3,-36 --window 160,320 --thickness 1.2 --out w.vtu "
