@@ -27,7 +27,8 @@ target_compile_definitions(test_formats PRIVATE
 pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
-            test_distance.cpp test_files.cpp test_limits.cpp test_overlap.cpp test_stuffing.cpp
+            test_distance.cpp test_files.cpp test_fill_surface.cpp test_limits.cpp
+            test_overlap.cpp test_stuffing.cpp
             test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
@@ -87,7 +88,7 @@ pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
             test_fairness.cpp test_files.cpp test_haptic_catheter.cpp test_haptics.cpp
             test_hostile.cpp test_labels.cpp test_marks.cpp test_network.cpp
-            test_out_of_memory.cpp test_overlay.cpp test_own_tissue.cpp test_path.cpp
+            test_out_of_memory.cpp test_overlay.cpp test_organ.cpp test_own_tissue.cpp test_path.cpp
             test_playback.cpp test_recording.cpp test_rest_field.cpp test_server.cpp
             test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL)

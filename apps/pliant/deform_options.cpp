@@ -143,6 +143,7 @@ void add_models(CLI::App* c, DeformOptions& o) {
     add(body_rows(), "damping_per_s", "PER_S", body);
     add(body_rows(), "time_step_s", "S", body);
     add(body_rows(), "sub_steps", "N", body);
+    add(body_rows(), "held_back", "SHARE", body);
     add(body_rows(), "reach_mm", "MM", body);
 }
 

@@ -11,7 +11,8 @@ namespace pliant::app {
 void add_serve(CLI::App& app, ServeOptions& o) {
     auto* c = app.add_subcommand("serve", "Fly and push in the browser, alone or together");
     c->add_option("FILE", o.file,
-                  "a scan as of info, or the scene of a vessel, TOML "
+                  "a scan as of info, the scene of a vessel (TOML), or an organ (VTU, VTP, VTK, "
+                  "MSH, STL, OBJ, PLY: tetrahedra, or a closed surface) "
                   "(default: the airway phantom)");
     add_scan(c, o.scan);
     c->add_option("--labels", o.labels,

@@ -51,6 +51,7 @@ struct BodySettings {
     double density_kg_m3 = 1000;
     double damping_per_s = 5;  ///< of velocities
     double fixed_hu = 300;     ///< nodes at a larger value of the scan don't move
+    double held_back = 0;      ///< share of the body's depth, from the back, that doesn't move
     double time_step_s = 1.0 / 60;
     std::int32_t sub_steps = 10;
     // The lattice that carries the scan with the body.
@@ -76,6 +77,12 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept;
+
+/// Makes a scan of a solid alone: soft tissue in air, so that its surface is at −500 HU, with some
+/// 200 voxels along the longest side. The inside has a faint pattern that moves with the tissue.
+/// @param mesh  nodes [mm, LPS]
+/// @returns InvalidArgument for inverted cells or a boundary that is no manifold (check_quality)
+Result<Volume> scan_of_solid(const TetMesh& mesh, const TaskArena& arena) noexcept;
 
 /// Pushes are rejected, as by bone.
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept;

@@ -17,6 +17,7 @@
 #include "core/errors.h"
 #include "core/hash.h"
 #include "protocol/limits.h"
+#include "session/organ.h"
 
 namespace pliant::serve {
 namespace {
@@ -159,6 +160,14 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         auto vessel = load_vessel(source, arena);
         if (!vessel.ok()) return vessel.error();
         loaded = std::move(*vessel);
+    } else if (is_mesh(source.file)) {
+        auto organ = load_organ(source.file, arena);
+        if (!organ.ok()) return organ.error();
+        loaded.volume = std::move(organ->scan);
+        loaded.own_tissue = std::move(organ->tissue);
+        loaded.hash = organ->hash;
+        loaded.info.start = view_of_whole(loaded.volume);
+        loaded.info.name = std::filesystem::path(source.file).filename().string();
     } else if (source.file.empty()) {
         auto phantom = make_phantom({.name = source.phantom, .size = source.phantom_size}, arena);
         if (!phantom.ok()) return phantom.error();
@@ -204,11 +213,11 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         loaded.info.start = find_endoscope(loaded.volume, loaded.iso_hu, loaded.polarity, arena);
     if (!loaded.info.start && loaded.info.values.kind != ValueKind::Hounsfield)
         loaded.info.start = view_of_whole(loaded.volume);
-    loaded.hash = hash_volume(loaded.volume);
+    loaded.hash ^= hash_volume(loaded.volume);
     if (loaded.vessel) loaded.hash = hash_of(*loaded.vessel, loaded.hash);
     if (const Status status = load_materials(source, loaded); !status.ok()) return status.error();
     loaded.settings.history_max_steps = kHistorySteps;
-    loaded.own_tissue = source.own_tissue;
+    if (source.own_tissue) loaded.own_tissue = source.own_tissue;
     return loaded;
 }
 

@@ -48,7 +48,7 @@ struct LoadedScan {
     VolumeInfo info;
     double iso_hu = -500;  ///< initial threshold
     Polarity polarity = Polarity::Rising;
-    /// hash_volume, combined with the hashes of the vessel and of materials from files
+    /// hash_volume, combined with the hashes of the vessel or organ and of materials from files
     std::uint64_t hash = 0;
     std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
     std::shared_ptr<const MakeTissue> own_tissue{};

@@ -3,7 +3,9 @@
 
 #include <pliant/tissues.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/errors.h"
@@ -81,6 +83,10 @@ constexpr Setting<B> kBodyRows[] = {
     setting<&B::fixed_hu>({.name = "fixed_hu",
                            .unit = "HU",
                            .text = "nodes at a larger value of the scan don't move"}),
+    setting<&B::held_back>({.name = "held_back",
+                            .low = 0,
+                            .high = 1,
+                            .text = "share of the body's depth, from the back, that doesn't move"}),
     setting<&B::time_step_s>({.name = "time_step_s",
                               .unit = "s",
                               .low = 1e-5,
@@ -111,6 +117,17 @@ double value_at(const Volume& scan, Vec3d position_mm) {
         nearest[a] = int(std::lround(ijk[a]));
     }
     return double(scan.at(nearest));
+}
+
+/// Position along y (LPS: to the back) from which on nodes are held [mm].
+double held_from(std::span<const Vec3d> positions, double share) {
+    if (!(share > 0) || positions.empty()) return std::numeric_limits<double>::infinity();
+    double front = positions.front().y, back = front;
+    for (const Vec3d& p : positions) {
+        front = std::min(front, p.y);
+        back = std::max(back, p.y);
+    }
+    return back - share * (back - front);
 }
 
 }  // namespace
@@ -163,8 +180,10 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
                                         .young_modulus = settings.young_modulus_pa,
                                         .poisson_ratio = settings.poisson_ratio});
         if (!parts) return parts.error();
+        const double held_mm = held_from(parts->positions, settings.held_back);
         for (std::size_t n = 0; n < parts->positions.size(); ++n)
-            if (value_at(scan, parts->positions[n]) > settings.fixed_hu)
+            if (parts->positions[n].y >= held_mm ||
+                value_at(scan, parts->positions[n]) > settings.fixed_hu)
                 parts->inverse_masses[n] = 0;
         auto body = PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s,
                                                         .sub_steps = settings.sub_steps,

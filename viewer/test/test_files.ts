@@ -17,10 +17,12 @@ import { seriesDescription } from '../src/tools/series.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
     compare,
+    loaded,
     picture,
     pixels,
     stateOf,
     untilScan as untilScanOn,
+    untilState,
     untilUndo,
     visit,
 } from './browser.ts';
@@ -429,11 +431,58 @@ test('a description is found in explicit and implicit DICOM headers only', async
         assert.equal(await found(other), '');
 });
 
-test('a mesh is refused with a line that says what can be opened', async () => {
-    const { volume } = (await stateOf(page)).scan;
-    await choose('liver.stl', Buffer.from('solid liver'));
-    await untilSaid('liver.stl: a mesh; the page opens scans (NRRD, NIfTI');
-    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
+/// A cube of 60 mm around the origin, as a surface.
+function cubeStl(): Buffer {
+    const corner = (n: number): number[] => [0, 1, 2].map((a) => (n >> a) & 1 ? 30 : -30);
+    const faces = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    const triangles = faces.flatMap(([a, b, c, d]) => [
+        [a!, b!, c!],
+        [a!, c!, d!],
+    ]);
+    const stl = Buffer.alloc(84 + 50 * triangles.length);
+    stl.writeUInt32LE(triangles.length, 80);
+    triangles.forEach((triangle, t) =>
+        triangle
+            .flatMap(corner)
+            .forEach((x, n) => stl.writeFloatLE(x, 84 + 50 * t + 12 + 4 * n)),
+    );
+    return stl;
+}
+
+test('the surface of an organ is opened as a body that can be pushed', async (t) => {
+    if (served.mock) return t.skip('the mock has no bodies');
+    const before = (await stateOf(page)).scan.volume!.id;
+    await choose('damaged.stl', Buffer.from('solid liver'));
+    await agree();
+    await untilSaid('damaged.stl');
+    assert.equal((await stateOf(page)).scan.volume!.id, before);
+    await choose('cube.stl', cubeStl());
+    await agree();
+    await untilScan('cube.stl');
+    await untilState(page, ({ scan }) => scan.loaded === 1, 20);
+    const { scan, shared } = await stateOf(page);
+    assert.equal(shared!.tissue!.model, 'own');
+    assert.equal(scan.volume!.values?.unit ?? 'HU', 'HU');
+    const sum = (await compare(page))!;
+    await page.evaluate(() =>
+        (window as unknown as { pliant: Session }).pliant.connection.ask({
+            do: 'push',
+            point: [0, -30, 0],
+            push: [0, 6, 0],
+            radius: 8,
+            stroke: 1,
+        } as never),
+    );
+    const pushed = (await compare(page))!;
+    assert.ok(pushed.same && pushed.tissue !== sum.tissue, 'the body moves');
+    await picture(page, 'organ');
 });
 
 test('the user chooses one of several images in a file', async (t) => {

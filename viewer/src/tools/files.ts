@@ -41,7 +41,6 @@ export interface Replacement {
     readonly labels: string | undefined; ///< reason to take it for a label map
 }
 
-const kMesh = /\.(stl|vtp|vtu|ply|obj|off|msh)$/i;
 const kKeepMs = 60_000; // time for the browser to store a download
 
 const mib = (bytes: number): string => `${Math.ceil(bytes / 2 ** 20)} MiB`;
@@ -107,13 +106,6 @@ export class Files {
         const only = files.length === 1 ? files[0]!.file : undefined;
         if (only && /\.(json|csv|ctbl)$/i.test(only.name)) return this.hooks.openPath(only);
         if (only && /\.plst$/i.test(only.name)) return this.loadState(only);
-        if (only && kMesh.test(only.name)) {
-            this.scene.warn(
-                `${only.name}: a mesh; the page opens scans (NRRD, NIfTI, MetaImage, VTI, ` +
-                    'DICOM), label maps, paths and marks',
-            );
-            return;
-        }
         const labels = this.scene.volume && only && isLabelMap(only.name);
         if (labels) return this.openLabels(only);
         await this.during(async () => {

@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// An organ's mesh as a scene: its scan against the distance to its surface, pushed, undone,
+// recorded and replayed.
+
+#include <gtest/gtest.h>
+#include <pliant/mesh.h>
+#include <pliant/serve.h>
+#include <pliant/session.h>
+#include <pliant/tissues.h>
+
+#include <cmath>
+
+#include "serve/test_client.h"
+#include "session/organ.h"
+#include "session/scene.h"
+#include "support/random.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::serve {
+namespace {
+
+using test::Json;
+using test::Random;
+using test::TemporaryFolder;
+using test::TestClient;
+
+/// An ellipsoid with half axes of 40, 30 and 25 mm.
+TetMesh ellipsoid(const TaskArena& arena) {
+    const auto level = [](Vec3d x) { return 25 * (1 - norm(Vec3d{x.x / 40, x.y / 30, x.z / 25})); };
+    auto mesh = stuff_isosurface(
+        level, {.begin_mm = {-42, -32, -27}, .end_mm = {42, 32, 27}, .cell_mm = 6}, arena);
+    EXPECT_TRUE(mesh.ok()) << mesh.error().message;
+    return std::move(*mesh);
+}
+
+class OrganScene : public ::testing::Test {
+  protected:
+    OrganScene() {
+        const TetMesh mesh = ellipsoid(m_arena);
+        EXPECT_TRUE(write_vtu(m_folder / "organ.vtu", mesh).ok());
+        EXPECT_TRUE(write_surface(m_folder / "organ.stl", boundary_triangles(mesh)).ok());
+    }
+
+    const TaskArena m_arena{2};
+    TemporaryFolder m_folder;
+};
+
+TEST_F(OrganScene, ItsScanIsTissueInsideAndAirOutside) {
+    const TetMesh mesh = ellipsoid(m_arena);
+    const auto scan = scan_of_solid(mesh, m_arena);
+    ASSERT_TRUE(scan.ok()) << scan.error().message;
+    const auto surface = SurfaceDistance::create(boundary_triangles(mesh));
+    ASSERT_TRUE(surface.ok());
+    const double voxel = scan->grid.spacing_mm.x;
+    Random random(5);
+    int inside = 0, outside = 0;
+    for (int n = 0; n < 20'000; ++n) {
+        const Vec3i at{int(random.whole(0, scan->grid.size.x - 1)),
+                       int(random.whole(0, scan->grid.size.y - 1)),
+                       int(random.whole(0, scan->grid.size.z - 1))};
+        const double away = surface->signed_mm(
+            world_from_voxel(scan->grid, {double(at.x), double(at.y), double(at.z)}));
+        const double value = double(scan->at(at));
+        if (away > voxel) {
+            ++outside;
+            ASSERT_EQ(value, -1000);
+        } else if (away < -voxel) {
+            ++inside;
+            ASSERT_GE(value, 30);
+            ASSERT_LE(value, 90);
+        } else if (std::abs(away) > 0.05 * voxel) {
+            ASSERT_EQ(value > -470, away < 0) << value << " at " << away;
+        }
+    }
+    EXPECT_GT(inside, 1000);
+    EXPECT_GT(outside, 1000);
+}
+
+TEST_F(OrganScene, IsPushedCarriedAndTakenBack) {
+    for (const char* name : {"organ.vtu", "organ.stl"}) {
+        SCOPED_TRACE(name);
+        auto scene = Scene::open({.file = (m_folder / name).string()}, m_arena, m_arena);
+        ASSERT_TRUE(scene.ok()) << scene.error().message;
+        Scene& organ = **scene;
+        EXPECT_EQ(organ.tissue().traits().model, "body");
+        const std::uint64_t rest = hash_volume(organ.deformed());
+        const PushCommand push{.push = {{0, -30, 0}, {0, 8, 0}, 8}, .stroke = 1};
+        const Outcome outcome = organ.carry_out(1, push);
+        ASSERT_TRUE(outcome.ok()) << outcome.message;
+        EXPECT_NE(outcome.status, PushStatus::Rejected);
+        ASSERT_TRUE(organ.update().ok());
+        // Air is where the front was; the back is held.
+        const auto value = [&](Vec3d p) {
+            const Vec3d ijk = voxel_from_world(organ.deformed().grid, p);
+            return double(organ.deformed().at(
+                {int(std::lround(ijk.x)), int(std::lround(ijk.y)), int(std::lround(ijk.z))}));
+        };
+        EXPECT_LT(value({0, -27, 0}), -800);
+        EXPECT_GT(value({0, -10, 0}), 0);
+        EXPECT_GT(value({0, 28, 0}), 0);
+        ASSERT_TRUE(organ.carry_out(1, UndoCommand{}).ok());
+        ASSERT_TRUE(organ.update().ok());
+        EXPECT_EQ(hash_volume(organ.deformed()), rest);
+    }
+}
+
+TEST_F(OrganScene, IsServedRecordedAndReplayed) {
+    const auto session = m_folder / "s.pls";
+    Json sums;
+    {
+        auto server =
+            Server::start({.file = (m_folder / "organ.stl").string(), .session = session}, m_arena);
+        ASSERT_TRUE(server.ok()) << server.error().message;
+        TestClient client(server->port(), server->link());
+        client.enter();
+        EXPECT_EQ(client.state["tissue"]["model"], "own");
+        EXPECT_EQ(client.command({{"do", "relax"}, {"on", false}})["t"], "done");
+        const Json rest = client.checked_checksum();
+        EXPECT_EQ(client.command({{"do", "push"},
+                                  {"point", {0, -30, 0}},
+                                  {"push", {0, 5, 0}},
+                                  {"radius", 8},
+                                  {"stroke", 1}})["t"],
+                  "done");
+        sums = client.checked_checksum();
+        EXPECT_NE(sums["volume"], rest["volume"]);
+    }
+    for (const int threads : {1, 3}) {
+        const auto replayed = replay_session(session, TaskArena(threads));
+        ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+    }
+}
+
+TEST_F(OrganScene, FaultsNameTheFile) {
+    const TetMesh mesh = ellipsoid(m_arena);
+    TriangleMesh open = boundary_triangles(mesh);
+    open.cells.pop_back();
+    ASSERT_TRUE(write_surface(m_folder / "open.stl", open).ok());
+    const auto message = [&](const char* name) {
+        const auto organ = load_organ(m_folder / name, m_arena);
+        return organ.ok() ? "loaded" : organ.error().message;
+    };
+    const std::string path = (m_folder / "open.stl").string();
+    EXPECT_EQ(message("open.stl").rfind(path + ": ", 0), 0U) << message("open.stl");
+    EXPECT_NE(message("missing.vtu"), "loaded");
+    m_folder.write("points.vtk",
+                   "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n");
+    EXPECT_FALSE(is_mesh(m_folder / "points.vtk"));
+    EXPECT_TRUE(is_mesh("a.STL"));
+    EXPECT_FALSE(is_mesh("a.nrrd"));
+}
+
+}  // namespace
+}  // namespace pliant::serve
