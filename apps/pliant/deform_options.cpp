@@ -121,7 +121,6 @@ void add_models(CLI::App* c, DeformOptions& o) {
         add_setting(c, rows, name, o.settings, other_names)->type_name(type)->group(group);
     };
     const char* const both = "With --model springs or body";
-    add(spring_rows(), "cell_mm", "MM", both);
     add(spring_rows(), "young_modulus_pa", "PA", both, ",--young-pa");
     add(spring_rows(), "fixed_hu", "HU", both);
     c->add_option("--steps", o.steps, "time steps after the pushes (default: until it is at rest)")
@@ -134,6 +133,7 @@ void add_models(CLI::App* c, DeformOptions& o) {
          "opposite corners of the movable region, in LPS mm (default: the scan)")
         ->type_name("X,Y,Z:X,Y,Z")
         ->group(springs);
+    add(spring_rows(), "cell_mm", "MM", springs);
     add(spring_rows(), "depth", "N", springs);
     const char* const body = "With --model body";
     c->add_option("--mesh", o.mesh, "tetrahedra in the scan's LPS mm (.vtu, .vtk, .msh)")

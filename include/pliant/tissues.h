@@ -54,8 +54,6 @@ struct BodySettings {
     double held_back = 0;      ///< share of the body's depth, from the back, that doesn't move
     double time_step_s = 1.0 / 60;
     std::int32_t sub_steps = 10;
-    // The lattice that carries the scan with the body.
-    double cell_mm = 4;    ///< edge of a control cell, rounded to whole voxels
     double reach_mm = 10;  ///< distance from the body at which the scan rests
 
     friend bool operator==(const BodySettings&, const BodySettings&) = default;
@@ -70,8 +68,8 @@ SettingRows<BodySettings> body_rows() noexcept;
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mesh,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept;
-/// Likewise, with a body of any constraints, in mm, g and s. Only cell_mm and reach_mm of the
-/// settings have an effect.
+/// Likewise, with a body of any constraints, in mm, g and s. Only reach_mm of the settings has an
+/// effect.
 /// @returns InvalidArgument for a body without volumes or solids, or with volume_recovery, whose
 ///          state can't be restored
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,

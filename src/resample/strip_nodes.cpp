@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "field/cell_block.h"
+#include "resample/cell_kernel.h"
 #include "resample/node_kernel.h"
 #include "resample/scatter_job.h"
 

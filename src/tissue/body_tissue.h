@@ -3,12 +3,7 @@
 
 // A position-based body as a tissue. A sweep is a time step of the body.
 //
-// The scan is carried by a control lattice around the body. The displacement of a control node is
-//
-//   fade(d) · Σ w u,   fade(d) = (1 − (d/reach)²)²
-//
-// with the barycentric weights w of the tetrahedron around the node at rest; for a node at a
-// distance d outside of the body, those of a point in the nearest tetrahedron.
+// The tetrahedra carry the scan (resample/embedded_scan.h).
 
 #pragma once
 
@@ -22,6 +17,8 @@
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "resample/embedded_scan.h"
 
 namespace pliant {
 
@@ -50,20 +47,15 @@ class BodyTissue final : public NodeTissue {
     std::uint64_t file_kind() const noexcept override { return 0x33'62'73'6c'70'00'00'0a; }
     std::uint64_t hash() const override;
 
-    const Volume& volume() const override { return m_lattice->volume(); }
+    const Volume& volume() const override { return m_carried->volume(); }
     const Deformation& deformation() const override;
-    const TaskArena& arena() const override { return m_lattice->arena(); }
+    const TaskArena& arena() const override { return m_carried->arena(); }
     Status update_deformation() const override;
 
   private:
     using Tools = std::map<std::uint32_t, std::vector<std::int32_t>>;
-    /// Displacement of a control node: a weighted sum over the nodes of a tetrahedron.
-    struct Carried {
-        std::array<std::int32_t, 4> nodes{};
-        std::array<double, 4> weights{};
-    };
 
-    BodyTissue(PbdBody body, std::unique_ptr<ControlLattice> lattice, std::vector<Carried> carried);
+    BodyTissue(PbdBody body, std::unique_ptr<EmbeddedScan> carried);
     Result<PushReport> push_nodes(std::uint32_t tool, const Push& push);
     std::vector<std::int32_t> nodes_at(const Push& push, Vec3d point_mm, bool or_around) const;
     void take(std::uint32_t tool, std::vector<std::int32_t> nodes);
@@ -76,15 +68,14 @@ class BodyTissue final : public NodeTissue {
     Status show() const;
 
     PbdBody m_body;
-    std::unique_ptr<ControlLattice> m_lattice;
-    std::vector<Carried> m_carried;                    ///< [control node]
+    std::unique_ptr<EmbeddedScan> m_carried;           ///< the scan
     std::vector<std::array<std::int32_t, 4>> m_cells;  ///< tetrahedra of the body
     std::vector<double> m_rest_volumes;                ///< [tetrahedron] [mm³]
     double m_edge_mm = 0;                              ///< mean edge of the tetrahedra
     Tools m_tools;                                     ///< nodes that each tool holds, sorted
     bool m_settled = true;
     std::vector<Vec3d> m_positions, m_velocities;  ///< memory of noexcept functions
-    mutable std::vector<Vec3d> m_moved;            ///< [control node], as shown
+    mutable std::vector<Vec3d> m_shown;            ///< [node], of the deformation
     mutable bool m_is_shown = true;
 };
 

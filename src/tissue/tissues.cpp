@@ -94,12 +94,6 @@ constexpr Setting<B> kBodyRows[] = {
                               .text = "simulated time of a step"}),
     setting<&B::sub_steps>(
         {.name = "sub_steps", .low = 1, .high = 1000, .text = "sub-steps of a time step"}),
-    setting<&B::cell_mm>({.name = "cell_mm",
-                          .unit = "mm",
-                          .low = 0,
-                          .high = 1000,
-                          .above_low = true,
-                          .text = "edge of a control cell, rounded to whole voxels"}),
     setting<&B::reach_mm>({.name = "reach_mm",
                            .unit = "mm",
                            .low = 0,

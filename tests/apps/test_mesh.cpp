@@ -59,7 +59,8 @@ TEST_F(MeshTest, ASurfaceAndLabelsGetASolid) {
             for (int i = 6; i < 18; ++i) numbers[voxel_index(labels.grid, {i, j, k})] = 5;
     labels.voxels = std::move(numbers);
     ASSERT_TRUE(write_volume(m_folder / "l.nrrd", labels).ok());
-    ASSERT_EQ(run("mesh l.nrrd --labels 5 --solid --tetrahedra 4000 --out s.vtu --json"), 0)
+    ASSERT_EQ(run("mesh l.nrrd --labels 5 --smooth 0 --solid --tetrahedra 4000 --out s.vtu --json"),
+              0)
         << said();
     const Json made = Json::parse(out());
     EXPECT_GT(made["tetrahedra"], 2000);

@@ -73,7 +73,7 @@ class Bodies : public testing::Test {
     const TaskArena m_arena{1};
     const Volume m_scan = scan_with_bone();
     const TetMesh m_mesh = box();
-    const BodySettings m_settings{.cell_mm = 2, .reach_mm = 4};
+    const BodySettings m_settings{.reach_mm = 4};
 };
 
 TEST_F(Bodies, APushIsThatOfTheSameNodesOfAPlainBody) {
@@ -419,7 +419,7 @@ TEST(ToolShapes, BoundTheElementsAndNodesOfEveryTissue) {
     EXPECT_EQ(count(chainmail, shaped), inside);
     EXPECT_GT(count(chainmail, push), inside);
     auto springs = make_springs(scan, {.cell_mm = 3}, arena).value();
-    auto body = make_body(scan, box(), {.cell_mm = 3}, arena).value();
+    auto body = make_body(scan, box(), {}, arena).value();
     for (const auto* tissue : {&springs, &body}) {
         const std::int64_t part = count(*tissue, shaped);
         EXPECT_GT(part, 0);
