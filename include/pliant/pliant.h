@@ -7,7 +7,8 @@
 //   a scan            volume.h, mesh.h
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
-//   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, vessel.h, catheter.h
+//   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, body_contact.h,
+//                     vessel.h, catheter.h
 //   materials         material.h; fit.h: springs identified against the finite elements of fem.h
 //   a view            render.h
 //   a hand            haptics.h
@@ -24,6 +25,7 @@
 
 #pragma once
 
+#include <pliant/body_contact.h>
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
 #include <pliant/deformation.h>

@@ -3,6 +3,7 @@
 
 #include "protocol/settings_files.h"
 
+#include <pliant/body_contact.h>
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
 #include <pliant/fem.h>
@@ -146,6 +147,7 @@ std::map<std::string, std::string> settings_tables() {
             {"pbd", table_of(pbd_rows())},
             {"rod", table_of(rod_rows())},
             {"boxes", table_of(pbd_box_rows())},
+            {"body contact", table_of(body_contact_rows())},
             {"body", table_of(body_rows())},
             {"spring solver", table_of(spring_solver_rows())},
             {"fem", table_of(elastic_rows())},
