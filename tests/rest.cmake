@@ -27,6 +27,7 @@ target_compile_definitions(test_formats PRIVATE
 pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
+            test_cut_tetrahedra.cpp
             test_distance.cpp test_files.cpp test_fill_surface.cpp test_limits.cpp
             test_overlap.cpp test_stuffing.cpp
             test_write_vtu.cpp

@@ -4,7 +4,7 @@
 // All public headers except <pliant/research/…>, which may change with any version, and the C
 // interface <pliant/haptics_device.h>.
 //
-//   a scan            volume.h, mesh.h
+//   a scan            volume.h, mesh.h; cut_mesh.h: cuts through tetrahedra
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, body_contact.h,
@@ -28,6 +28,7 @@
 #include <pliant/body_contact.h>
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
+#include <pliant/cut_mesh.h>
 #include <pliant/deformation.h>
 #include <pliant/fem.h>
 #include <pliant/files.h>

@@ -19,63 +19,8 @@
 namespace pliant {
 namespace {
 
-__extension__ typedef __int128 Int128;
-using Wide = Vec3<Int128>;
-
-/// Largest distance of a ribbon's points from the scan's origin [mm]: 2³⁷ units, so that a volume
-/// of differences stays below 2¹²⁰.
+/// Largest distance of a ribbon's points from the scan's origin [mm]: 2³⁷ units.
 constexpr double kFarthestMm = 1e5;
-/// Relative error of a sum of three products of numbers that were rounded to doubles.
-constexpr double kSideError = 0x1p-48;
-
-Wide wide(Place p) {
-    return {p.x, p.y, p.z};
-}
-
-int sign_of(Int128 value) {
-    return (value > 0) - (value < 0);
-}
-
-/// Sign of d + v·n for the infinitely small v = (ε, ε², ε³).
-int perturbed_sign(Int128 d, const Wide& n) {
-    if (d != 0) return sign_of(d);
-    for (int a = 0; a < 3; ++a)
-        if (n[a] != 0) return sign_of(n[a]);
-    return 0;
-}
-
-struct Plane {
-    Place through;
-    Wide normal;
-
-    explicit Plane(const Triangle& t)
-        : through(t[0]), normal(cross(wide(t[1] - t[0]), wide(t[2] - t[0]))) {}
-    bool is_flat() const { return normal == Wide{0, 0, 0}; }
-    /// Side of the moved plane on which p lies: +1 or −1. @pre !is_flat()
-    int side(Place p) const {
-        const Place away = p - through;
-        double sum = 0, size = 0;
-        for (int a = 0; a < 3; ++a) {
-            const double product = double(normal[a]) * double(away[a]);
-            sum += product;
-            size += std::abs(product);
-        }
-        if (std::abs(sum) > kSideError * size) return sum > 0 ? 1 : -1;
-        return perturbed_sign(dot(normal, wide(away)), -normal);
-    }
-};
-
-/// Side of the moved edge from a to b on which the line from p to q passes.
-int edge_side(Place a, Place b, Place p, Place q) {
-    const Wide along = wide(q - p), edge = wide(b - a);
-    return perturbed_sign(dot(along, cross(wide(a - p), wide(b - p))), cross(edge, along));
-}
-
-/// @pre p and q are on different sides of the triangle's plane
-bool passes_inside(const Triangle& t, Place p, Place q) {
-    const int first = edge_side(t[0], t[1], p, q);
-    return edge_side(t[1], t[2], p, q) == first && edge_side(t[2], t[0], p, q) == first;
-}
 
 /// Cuts the links of one brick: holds positions of its elements and of the next layer on the high
 /// sides.
@@ -97,7 +42,7 @@ class BrickCutter {
     }
 
     void cut(const Triangle& triangle) {
-        const Plane plane(triangle);
+        const BladePlane plane(triangle);
         for (std::size_t n = 0; n < m_positions.size(); ++n)
             m_sides[n] = std::int8_t(plane.side(m_positions[n]));
         const int size = m_row - 1;
@@ -143,7 +88,7 @@ struct Candidate {
 };
 
 /// Whether the plane passes through the box, or can do so by a rounding error.
-bool passes_through(const Plane& plane, const PlaceBox& box) {
+bool passes_through(const BladePlane& plane, const PlaceBox& box) {
     double nearest = 0, size = 0;
     for (int a = 0; a < 3; ++a) {
         const double n = double(plane.normal[a]);
@@ -171,7 +116,7 @@ bool find_candidates(const Lattice& lattice, std::span<const Triangle> ribbon,
     const std::int64_t max_bricks = max_elements / lattice.elements_per_brick() + 8;
     std::int64_t looked_at = 0;
     for (std::size_t t = 0; t < ribbon.size(); ++t) {
-        const Plane plane(ribbon[t]);
+        const BladePlane plane(ribbon[t]);
         if (plane.is_flat()) continue;
         looked_at += search.brick_count(box_of(ribbon[t]));
         if (looked_at > 64 * max_bricks) return false;
@@ -197,11 +142,6 @@ Place rest_place(const Grid& grid, Vec3i ijk) {
             std::llround(h.z * ijk.z * kUnitsPerMm)};
 }
 
-bool crosses(const Triangle& triangle, Place p, Place q) {
-    const Plane plane(triangle);
-    return !plane.is_flat() && plane.side(p) != plane.side(q) && passes_inside(triangle, p, q);
-}
-
 Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surface) {
     if (surface.line_mm.size() < 2)
         return about("cut", ErrorCode::InvalidArgument,
@@ -223,9 +163,8 @@ Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surf
     const Place depth = place_of(depth_mm);
     std::vector<Triangle> ribbon;
     for (std::size_t n = 0; n + 1 < line.size(); ++n) {
-        const Place a = line[n], b = line[n + 1];
-        const Triangle first{a, b, b + depth}, second{a, b + depth, a + depth};
-        if (Plane(first).is_flat()) continue;
+        const auto [first, second] = swept(line[n], line[n + 1], depth);
+        if (BladePlane(first).is_flat()) continue;
         ribbon.push_back(first);
         ribbon.push_back(second);
     }

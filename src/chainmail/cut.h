@@ -4,12 +4,8 @@
 // Search of the links that a blade cuts: the straight segment between the present positions of
 // their two elements crosses one of the ribbon's triangles.
 //
-// Positions and triangles are whole numbers of fixed-point units, so the signs of all volumes are
-// exact in 128 bits. A lattice has many points that lie exactly on a plane with typed coordinates,
-// so ties need a rule, the same for every link and triangle: the whole ribbon is moved by an
-// infinitely small vector (ε, ε², ε³) [Edelsbrunner1990]. Then no point lies on it, neighbouring
-// triangles still share their edges, and a path of links that ends on the other side of a surface
-// without a border has crossed it.
+// Places are along the lattice's axes, from element (0,0,0) at rest, in fixed-point units; ties are
+// decided as in mesh/blade.h.
 
 #pragma once
 
@@ -18,27 +14,20 @@
 #include <pliant/tool.h>
 #include <pliant/volume.h>
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "lattice/lattice.h"
+#include "mesh/blade.h"
 
 namespace pliant {
-
-/// A point along the lattice's axes, from element (0,0,0) at rest [fixed-point units].
-using Place = Vec3<std::int64_t>;
-using Triangle = std::array<Place, 3>;
 
 /// Rest position of an element.
 Place rest_place(const Grid& grid, Vec3i ijk);
 inline Place moved_place(Place rest, Vec3<Fixed> u) {
     return {rest.x + u.x, rest.y + u.y, rest.z + u.z};
 }
-
-/// Whether the segment from p to q crosses the triangle moved by (ε, ε², ε³).
-bool crosses(const Triangle& triangle, Place p, Place q);
 
 /// Two triangles for each piece of the line; pieces along the depth vector have none.
 /// @returns InvalidArgument if the line, the depth or the whole ribbon is degenerate
