@@ -18,6 +18,7 @@ void add_info(CLI::App& app, InfoOptions& options);
 void add_convert(CLI::App& app, ConvertOptions& options);
 void add_phantom(CLI::App& app, PhantomOptions& options);
 void add_deform(CLI::App& app, DeformOptions& options);
+void add_body(CLI::App& app, BodyOptions& options);
 void add_render(CLI::App& app, RenderOptions& options);
 void add_path(CLI::App& app, PathOptions& options);
 void add_mesh(CLI::App& app, MeshOptions& options);

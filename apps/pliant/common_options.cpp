@@ -58,6 +58,17 @@ void add_scan(CLI::App* command, ScanChoice& scan) {
                       "resample tilted, sheared or unequally spaced slices to a regular grid");
 }
 
+void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies) {
+    command
+        ->add_option_function<std::vector<int>>(
+            "--bodies", [&bodies](const std::vector<int>& labels) { bodies = labels; },
+            "make a body of each of these labels (without a number: of each organ of --labels); "
+            "they slide on each other and on a body of what is around them (docs/organs.md)")
+        ->type_name("LABEL,…")
+        ->delimiter(',')
+        ->expected(0, 256);
+}
+
 void add_threads(CLI::App* command, int& threads) {
     command->add_option("--threads", threads, "threads to use; 0: all")->check(CLI::Range(0, 256));
 }

@@ -8,6 +8,7 @@
 #include <pliant/scan_values.h>
 #include <pliant/tissues.h>
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -30,5 +31,18 @@ using MakeScanTissue = std::function<Result<std::unique_ptr<Tissue>>(
 /// Reads the model's files, except the scan. @param[out] notes  remarks on them
 Result<MakeScanTissue> prepare_tissue(const DeformOptions& options,
                                       std::vector<std::string>& notes);
+
+/// The scan of a deformation, and its tissue.
+struct DeformSource {
+    std::function<Result<Volume>(ReadNotes& notes)> read;
+    MakeScanTissue make;
+    /// Writes the moved mesh; may be empty.
+    std::function<Status(const std::filesystem::path&)> write_mesh;
+};
+using Prepare =
+    std::function<Result<DeformSource>(std::vector<std::string>& notes, const TaskArena& arena)>;
+
+/// Reads, pushes, lets time pass, writes all outputs. @returns the exit status
+int deform(const DeformOptions& options, const Prepare& prepare);
 
 }  // namespace pliant::app

@@ -66,7 +66,8 @@ CarveTool parse_carve(const std::string& text) {
 
 /// Adds options whose relative order matters. CLI11 hands over one option at a time, so the texts
 /// are taken in the order of parsing.
-void add_actions(CLI::App* command, DeformOptions& o) {
+/// @param edits  whether cuts and carvings are among them
+void add_actions(CLI::App* command, DeformOptions& o, bool edits) {
     using Parse = DeformAction (*)(const std::string&);
     const auto add = [&](const char* name, const char* type, const std::string& help) {
         return command->add_option(name, help)
@@ -75,21 +76,25 @@ void add_actions(CLI::App* command, DeformOptions& o) {
             ->allow_extra_args(false)
             ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     };
-    const std::vector<std::pair<CLI::Option*, Parse>> kinds = {
+    std::vector<std::pair<CLI::Option*, Parse>> kinds = {
         {add("--push", "X,Y,Z:DX,DY,DZ", "point and displacement, in LPS mm; repeatable"),
          [](const std::string& text) -> DeformAction { return parse_push(text); }},
         {add("--slide", "X,Y,Z:DX,DY,DZ",
              "moves the sphere of --tool; tissue slides off it; repeatable"),
          [](const std::string& text) -> DeformAction { return parse_slide(text); }},
-        {add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
-             "cuts the links across a line swept along a vector; repeatable"),
-         [](const std::string& text) -> DeformAction { return parse_cut(text); }},
-        {add("--carve", "X,Y,Z[;X,Y,Z]:R",
-             "takes out the tissue in a sphere, or in a capsule; repeatable"),
-         [](const std::string& text) -> DeformAction { return parse_carve(text); }},
     };
-    command->add_option("--load-state", o.load_state, "start from a saved state (.plst)");
-    command->add_option("--save-state", o.save_state, "save the lattice and its settings (.plst)");
+    if (edits) {
+        kinds.emplace_back(add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
+                               "cuts the links across a line swept along a vector; repeatable"),
+                           [](const std::string& text) -> DeformAction { return parse_cut(text); });
+        kinds.emplace_back(
+            add("--carve", "X,Y,Z[;X,Y,Z]:R",
+                "takes out the tissue in a sphere, or in a capsule; repeatable"),
+            [](const std::string& text) -> DeformAction { return parse_carve(text); });
+        command->add_option("--load-state", o.load_state, "start from a saved state (.plst)");
+        command->add_option("--save-state", o.save_state,
+                            "save the lattice and its settings (.plst)");
+    }
     command->callback([command, kinds, &o] {
         std::map<const CLI::Option*, std::size_t> taken;
         for (const CLI::Option* parsed : command->parse_order())
@@ -98,8 +103,10 @@ void add_actions(CLI::App* command, DeformOptions& o) {
                     o.actions.push_back(parse(parsed->results()[taken[parsed]++]));
         if (o.actions.empty() && o.load_state.empty())
             throw CLI::ValidationError(
-                "deform",
-                "expected one or more of --push, --slide, --cut, --carve or --load-state");
+                command->get_name(),
+                kinds.size() > 2
+                    ? "expected one or more of --push, --slide, --cut, --carve or --load-state"
+                    : "expected one or more of --push and --slide");
     });
 }
 
@@ -107,6 +114,26 @@ void add_actions(CLI::App* command, DeformOptions& o) {
 std::pair<Vec3d, Vec3d> parse_region(const std::string& text) {
     const auto [one, other] = halves_of(text, "--region", "X,Y,Z:X,Y,Z in LPS mm");
     return {parse_vector(one, "--region"), parse_vector(other, "--region")};
+}
+
+void add_tool(CLI::App* c, DeformOptions& o, const char* help) {
+    c->add_option_function<std::string>(
+         "--tool",
+         [&o](const std::string& text) {
+             if (text == "point") {
+                 o.sphere_radius_mm = 0;
+             } else if (text.starts_with("sphere:")) {
+                 o.sphere_radius_mm = parse_numbers(text.substr(7), ',', 1, "--tool sphere")[0];
+                 if (!(o.sphere_radius_mm > 0))
+                     throw CLI::ValidationError("--tool",
+                                                "expected a radius > 0 mm, found '" + text + "'");
+             } else {
+                 throw CLI::ValidationError("--tool",
+                                            "expected point or sphere:R_MM, found '" + text + "'");
+             }
+         },
+         help)
+        ->type_name("point|sphere:R_MM");
 }
 
 void add_models(CLI::App* c, DeformOptions& o) {
@@ -143,7 +170,6 @@ void add_models(CLI::App* c, DeformOptions& o) {
     add(body_rows(), "damping_per_s", "PER_S", body);
     add(body_rows(), "time_step_s", "S", body);
     add(body_rows(), "sub_steps", "N", body);
-    add(body_rows(), "held_back", "SHARE", body);
     add(body_rows(), "reach_mm", "MM", body);
 }
 
@@ -154,24 +180,8 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI, VTI, VTK image, DICOM file or folder")
         ->required();
     add_scan(c, o.scan);
-    add_actions(c, o);
-    c->add_option_function<std::string>(
-         "--tool",
-         [&o](const std::string& text) {
-             if (text == "point") {
-                 o.sphere_radius_mm = 0;
-             } else if (text.starts_with("sphere:")) {
-                 o.sphere_radius_mm = parse_numbers(text.substr(7), ',', 1, "--tool sphere")[0];
-                 if (!(o.sphere_radius_mm > 0))
-                     throw CLI::ValidationError("--tool",
-                                                "expected a radius > 0 mm, found '" + text + "'");
-             } else {
-                 throw CLI::ValidationError("--tool",
-                                            "expected point or sphere:R_MM, found '" + text + "'");
-             }
-         },
-         "point (the eight elements around it) or sphere:R_MM (default point)")
-        ->type_name("point|sphere:R_MM");
+    add_actions(c, o, true);
+    add_tool(c, o, "point (the eight elements around it) or sphere:R_MM (default point)");
     add_models(c, o);
     c->add_option("--config", o.config, "settings, TOML, or key=value lines as of Divod");
     c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
@@ -211,6 +221,41 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         "--out carved.nrrd\n"
         "  pliant deform scan.nrrd --model springs --cell-mm 9 --depth 8 "
         "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd");
+}
+
+void add_body(CLI::App& app, BodyOptions& options) {
+    DeformOptions& o = options.deform;
+    o.model = "body";
+    auto* c = app.add_subcommand("body", "Push organs: meshes, or the labelled parts of a scan");
+    c->add_option(
+         "FILE", o.file,
+         "an organ (VTU, VTP, VTK, MSH, STL, OBJ, PLY: tetrahedra, or a closed surface), a "
+         "scene of organs (TOML: docs/organs.md), or a scan with --labels")
+        ->required();
+    c->add_option("--labels", options.labels, "label map of the scan: a body of each organ");
+    add_body_labels(c, options.bodies);
+    add_actions(c, o, false);
+    add_tool(c, o, "point (the tetrahedron around it) or sphere:R_MM (default point)");
+    c->add_option("--steps", o.steps, "time steps after the pushes (default: until it is at rest)")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("N");
+    c->add_flag("--release", o.release, "let go before that (default: the tools stay)");
+    c->add_option("--out", o.mesh_out,
+                  "moved tetrahedra, with each node's displacement and each cell's body (.vtu)");
+    c->add_option("--volume", o.out, "deformed scan (.nrrd, .mha, .nii.gz, .vti …)");
+    c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
+    c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
+    c->add_option("--report", o.report, "report, JSON; -: to standard output");
+    add_picture(c, o.picture, "towards the push");
+    c->add_flag("--raw", o.raw, "no compression");
+    add_threads(c, o.threads);
+    c->footer(
+        "Examples:\n"
+        "  pliant body liver.vtu --push \"10,-60,20:0,15,0\" --tool sphere:8 --out moved.vtu "
+        "--report moved.json\n"
+        "  pliant body liver.stl --slide \"10,-90,20:0,40,0\" --tool sphere:8 --png slid.png\n"
+        "  pliant body abdomen.nii.gz --labels organs.nii.gz --bodies 5,6 "
+        "--push \"40,-20,300:0,10,0\" --tool sphere:12 --volume pushed.nrrd");
 }
 
 }  // namespace pliant::app

@@ -28,7 +28,7 @@ Status write_text(const fs::path& path, const std::string& text) {
 Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
     const std::vector<std::string> scans = scan_endings();
     const OutputName names[] = {
-        {"--out", o.out, outputs.out, scans},
+        {o.mesh_out.empty() ? "--out" : "--volume", o.out, outputs.out, scans},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
         {"--jacobian", o.jacobian, outputs.jacobian, scans},
@@ -36,6 +36,7 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--report", o.report, outputs.report},
         {"--png", o.picture.png, outputs.png, {".png"}},
         {"--save-state", o.save_state, outputs.state, {".plst"}},
+        {"--out", o.mesh_out, outputs.mesh, {".vtu"}},
     };
     return stage_names(names, o.file, outputs.files);
 }
@@ -58,15 +59,17 @@ Status write_made(const fs::path& path, Encoding encoding, const Make& make) {
 }  // namespace
 
 Status write_outputs(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
-                     const PushOption& place,
-                     const std::function<Status(const fs::path&)>& save_state, Outputs& outputs,
+                     const PushOption& place, const OwnOutputs& own, Outputs& outputs,
                      ProgressBar& bar) {
     const Encoding encoding = o.raw ? Encoding::Raw : Encoding::Gzip;
     const Deformed& deformed = result.deformed;
-    if (Status s =
-            write_volume(outputs.out, result.single ? *result.single : deformed.volume, encoding);
-        !s.ok())
-        return s;
+    if (!outputs.out.empty())
+        if (Status s = write_volume(outputs.out, result.single ? *result.single : deformed.volume,
+                                    encoding);
+            !s.ok())
+            return s;
+    if (!outputs.mesh.empty())
+        if (Status s = own.write_mesh(outputs.mesh); !s.ok()) return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
         const Result<FieldSlices> slices = displacement_slices(scan);
@@ -92,7 +95,7 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;
     }
     if (!outputs.state.empty())
-        if (Status s = save_state(outputs.state); !s.ok()) return s;
+        if (Status s = own.save_state(outputs.state); !s.ok()) return s;
     if (!outputs.report.empty())
         if (Status s = write_text(outputs.report, report_json(o, result)); !s.ok()) return s;
     return outputs.files.commit();

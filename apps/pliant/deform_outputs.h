@@ -20,16 +20,19 @@ namespace pliant::app {
 /// Staged paths of the outputs.
 struct Outputs {
     StagedFiles files;
-    std::filesystem::path out, displacement, transform, jacobian, strain, report, png, state;
+    std::filesystem::path out, displacement, transform, jacobian, strain, report, png, state, mesh;
+};
+
+/// Writers of the tissue's own files.
+struct OwnOutputs {
+    std::function<Status(const std::filesystem::path&)> save_state, write_mesh;
 };
 
 Status stage_outputs(const DeformOptions& options, Outputs& outputs);
 
 /// @param place  point and direction of the picture
-/// @param save_state  writes the file of --save-state
 Status write_outputs(const DeformOptions& options, const MovingScan& scan,
-                     const DeformResult& result, const PushOption& place,
-                     const std::function<Status(const std::filesystem::path&)>& save_state,
+                     const DeformResult& result, const PushOption& place, const OwnOutputs& own,
                      Outputs& outputs, ProgressBar& bar);
 
 }  // namespace pliant::app

@@ -40,6 +40,7 @@ int run(int argc, char** argv) {
     ConvertOptions convert;
     PhantomOptions phantom;
     DeformOptions deform;
+    BodyOptions body;
     RenderOptions render;
     MeshOptions mesh;
     PathOptions path;
@@ -53,6 +54,7 @@ int run(int argc, char** argv) {
     add_convert(app, convert);
     add_phantom(app, phantom);
     add_deform(app, deform);
+    add_body(app, body);
     add_render(app, render);
     add_mesh(app, mesh);
     add_path(app, path);
@@ -65,8 +67,8 @@ int run(int argc, char** argv) {
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
-                         "', expected info, convert, phantom, deform, render, mesh, path, serve, "
-                         "replay, bench, fit, haptics or vessel");
+                         "', expected info, convert, phantom, deform, body, render, mesh, path, "
+                         "serve, replay, bench, fit, haptics or vessel");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -78,6 +80,7 @@ int run(int argc, char** argv) {
     if (app.got_subcommand("convert")) return run_convert(convert);
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
     if (app.got_subcommand("deform")) return run_deform(deform);
+    if (app.got_subcommand("body")) return run_body(body);
     if (app.got_subcommand("mesh")) return run_mesh(mesh);
     if (app.got_subcommand("path")) return run_path(path);
     if (app.got_subcommand("serve")) return run_serve(serve);

@@ -120,8 +120,16 @@ struct DeformOptions {
     std::string mapping = "cells";  ///< or "tetrahedra"
     std::string load_state, save_state;
     std::string out, displacement, transform, jacobian, strain, report;
+    std::string mesh_out;  ///< of pliant body: the moved mesh
     bool raw = false;
     int threads = 0;
+};
+
+/// Of `pliant body`, which deforms like `pliant deform`.
+struct BodyOptions {
+    std::string labels;
+    std::optional<std::vector<int>> bodies;  ///< as of ServeOptions
+    DeformOptions deform{};
 };
 
 struct RenderOptions {
@@ -199,9 +207,10 @@ struct VesselOptions {
 struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
     ScanChoice scan;
-    std::string labels;              ///< map over the scan
-    std::string config, directions;  ///< materials
-    std::string load_state;          ///< state of the tissue; empty: at rest
+    std::string labels;                      ///< map over the scan
+    std::optional<std::vector<int>> bodies;  ///< labels; empty: of all organs; none: no bodies
+    std::string config, directions;          ///< materials
+    std::string load_state;                  ///< state of the tissue; empty: at rest
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
     std::string host = "127.0.0.1", certificate, key, url;
@@ -277,6 +286,7 @@ int run_info(const InfoOptions& options);
 int run_convert(const ConvertOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
+int run_body(const BodyOptions& options);
 int run_render(const RenderOptions& options);
 int run_mesh(const MeshOptions& options);
 int run_path(const PathOptions& options);

@@ -163,21 +163,22 @@ Status check_options(const DeformOptions& o) {
 
 }  // namespace
 
-int run_deform(const DeformOptions& options) {
+int deform(const DeformOptions& options, const Prepare& prepare) {
     Outputs outputs;
     if (const Status s = check_options(options); !s.ok()) return bad_input(s.error().message);
     if (const Status s = stage_outputs(options, outputs); !s.ok())
         return bad_input(s.error().message);
     DeformResult result;
-    const auto make = prepare_tissue(options, result.notes);
-    if (!make.ok()) return bad_input(make.error().message);
     std::optional<ProgressBar> bar(std::in_place, "deform");
     const auto fail = [&](const Error& error) {
         bar.reset();
         return bad_input(error.message);
     };
+    const TaskArena arena(options.threads);
+    const auto source = prepare(result.notes, arena);
+    if (!source.ok()) return fail(source.error());
     ReadNotes read_notes;
-    auto volume = read_volume(options.file, options.scan.options(), &read_notes);
+    auto volume = source->read(read_notes);
     if (!volume.ok()) return fail(volume.error());
     const Grid read_grid = volume->grid;
     if (has_one_slice(read_grid)) {
@@ -192,8 +193,7 @@ int run_deform(const DeformOptions& options) {
         result.values, "--window, --level, --iso, --polarity, and --config with [material], [air]");
     if (!remark.empty()) result.notes.push_back(remark);
     bar->show(0.2);
-    const TaskArena arena(options.threads);
-    const auto made = (*make)(*volume, result.values, arena);
+    const auto made = source->make(*volume, result.values, arena);
     if (!made.ok()) return fail(named_by_option(made.error()));
     Tissue& tissue = **made;
     if (!options.load_state.empty())
@@ -221,11 +221,11 @@ int run_deform(const DeformOptions& options) {
         result.single = std::move(*single);
     }
     bar->show(0.5);
-    const auto save_state = [&](const std::filesystem::path& path) {
-        return tissue.save_state(path);
-    };
+    const OwnOutputs own{
+        .save_state = [&](const std::filesystem::path& path) { return tissue.save_state(path); },
+        .write_mesh = source->write_mesh};
     if (const Status s = write_outputs(options, tissue, result, place_of_picture(options, tissue),
-                                       save_state, outputs, *bar);
+                                       own, outputs, *bar);
         !s.ok())
         return fail(s.error());
     bar.reset();
@@ -233,6 +233,21 @@ int run_deform(const DeformOptions& options) {
     if (!remark.empty()) std::printf("%s\n", remark.c_str());
     std::fputs(report_text(options, result).c_str(), stdout);
     return kExitOk;
+}
+
+int run_deform(const DeformOptions& options) {
+    return deform(options,
+                  [&](std::vector<std::string>& notes, const TaskArena&) -> Result<DeformSource> {
+                      auto make = prepare_tissue(options, notes);
+                      if (!make.ok()) return make.error();
+                      return DeformSource{.read =
+                                              [&](ReadNotes& read) {
+                                                  return read_volume(options.file,
+                                                                     options.scan.options(), &read);
+                                              },
+                                          .make = std::move(*make),
+                                          .write_mesh = {}};
+                  });
 }
 
 }  // namespace pliant::app

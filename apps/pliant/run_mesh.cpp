@@ -5,6 +5,7 @@
 // labels; reports on meshes.
 
 #include <pliant/files.h>
+#include <pliant/organs.h>
 #include <pliant/render.h>
 #include <pliant/vessel.h>
 
@@ -20,14 +21,6 @@
 
 namespace pliant::app {
 namespace {
-
-bool is_mesh_file(const std::string& name) {
-    std::string ending = std::filesystem::path(name).extension().string();
-    for (char& c : ending)
-        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-    constexpr const char* kEndings[] = {".vtp", ".vtu", ".vtk", ".msh", ".stl", ".obj", ".ply"};
-    return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
-}
 
 nlohmann::ordered_json quality_json(const TetQuality& q) {
     return {{"tetrahedra", q.tetrahedra},

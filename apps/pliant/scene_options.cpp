@@ -11,8 +11,8 @@ namespace pliant::app {
 void add_serve(CLI::App& app, ServeOptions& o) {
     auto* c = app.add_subcommand("serve", "Fly and push in the browser, alone or together");
     c->add_option("FILE", o.file,
-                  "a scan as of info, the scene of a vessel (TOML), or an organ (VTU, VTP, VTK, "
-                  "MSH, STL, OBJ, PLY: tetrahedra, or a closed surface) "
+                  "a scan as of info, the scene of a vessel or of organs (TOML), or an organ (VTU, "
+                  "VTP, VTK, MSH, STL, OBJ, PLY: tetrahedra, or a closed surface) "
                   "(default: the airway phantom)");
     add_scan(c, o.scan);
     c->add_option("--labels", o.labels,
@@ -20,6 +20,7 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "colours are those of 3D Slicer's segments (.seg.nrrd). With --config also the "
                   "labels of its [[label]] tables");
     c->add_option("--config", o.config, "ChainMail's settings, TOML, as of pliant deform");
+    add_body_labels(c, o.bodies);
     c->add_option("--directions", o.directions,
                   "field of directions for the [[label]] tables of --config");
     c->add_option("--load-state", o.load_state,
@@ -65,7 +66,8 @@ void add_serve(CLI::App& app, ServeOptions& o) {
         "Other scans are opened, and the deformed one is saved, in the page.\n"
         "Examples:\n  pliant serve scan.nrrd --session scan.pls\n  pliant serve "
         "scan.nrrd --labels organs.seg.nrrd\n  pliant serve "
-        "scenes/vessel_phantom.toml\n  pliant serve scan.nrrd --host 0.0.0.0 --certificate "
+        "scenes/vessel_phantom.toml\n  pliant serve abdomen.nii.gz --labels organs.nii.gz "
+        "--bodies\n  pliant serve scan.nrrd --host 0.0.0.0 --certificate "
         "class.pem --key class.key");
 }
 

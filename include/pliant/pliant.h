@@ -8,7 +8,7 @@
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, body_contact.h,
-//                     vessel.h, catheter.h
+//                     vessel.h, catheter.h, organs.h
 //   materials         material.h; fit.h: springs identified against the finite elements of fem.h
 //   a view            render.h
 //   a hand            haptics.h
@@ -36,6 +36,7 @@
 #include <pliant/haptics.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
+#include <pliant/organs.h>
 #include <pliant/pbd.h>
 #include <pliant/record.h>
 #include <pliant/relax.h>

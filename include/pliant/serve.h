@@ -34,6 +34,9 @@ struct ServerSettings {
     std::string file{};    ///< scan, or folder of DICOM slices; empty: the airway phantom
     std::string series{};  ///< DICOM series, for a folder with several
     std::string labels{};  ///< label map that is shown over the scan; empty: none
+    /// Labels of which bodies are made, that slide on each other and on their surroundings; empty:
+    /// of all organs (organ_file_of_labels). None: no bodies.
+    std::optional<std::vector<int>> bodies{};
     /// ChainMail's settings, TOML. Its [[label]] tables take the label map, which then must be on
     /// the scan's grid, and the directions. A session refers to these files.
     std::string config{}, directions{};

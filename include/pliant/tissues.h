@@ -40,6 +40,14 @@ Result<std::unique_ptr<Tissue>> make_chainmail(
     const Volume& scan, const ChainMailSettings& settings, const TaskArena& arena,
     RestingTool resting = RestingTool::KeepsTissueOut) noexcept;
 
+/// A tissue whose elements are the nodes of a mesh.
+class MeshTissue : public NodeTissue {
+  public:
+    /// Copies the present positions [mm, LPS]. @param[out] positions_mm  one for each node
+    virtual void positions_mm(std::span<Vec3d> positions_mm) const = 0;
+    virtual std::int32_t node_count() const = 0;
+};
+
 Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
                                              const SpringDeformationSettings& settings,
                                              const TaskArena& arena) noexcept;
@@ -51,7 +59,6 @@ struct BodySettings {
     double density_kg_m3 = 1000;
     double damping_per_s = 5;  ///< of velocities
     double fixed_hu = 300;     ///< nodes at a larger value of the scan don't move
-    double held_back = 0;      ///< share of the body's depth, from the back, that doesn't move
     double time_step_s = 1.0 / 60;
     std::int32_t sub_steps = 10;
     double reach_mm = 10;  ///< distance from the body at which the scan rests
@@ -62,8 +69,10 @@ SettingRows<BodySettings> body_rows() noexcept;
 
 /// Neo-Hookean tetrahedra in a scan. A tool holds the nodes in its sphere, or else those of the
 /// tetrahedron around its point, and moves them in strides, with a time step each; nodes that the
-/// sphere meets on its way are held as well. A push ends before a tetrahedron folds. Without a node
-/// the tool moves freely. force_n() is the force of the last sub-step.
+/// sphere meets on its way are held as well. A tool that slides pushes the body's surface out of
+/// its sphere instead, until it is released. A push or slide ends before a tetrahedron folds, and a
+/// slide before its centre enters the body. Without a node the tool moves freely. force_n() is the
+/// force of the last sub-step, for a sphere that of the last step.
 /// @param mesh  nodes [mm, LPS]
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mesh,
                                           const BodySettings& settings,
@@ -75,12 +84,6 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept;
-
-/// Makes a scan of a solid alone: soft tissue in air, so that its surface is at −500 HU, with some
-/// 200 voxels along the longest side. The inside has a faint pattern that moves with the tissue.
-/// @param mesh  nodes [mm, LPS]
-/// @returns InvalidArgument for inverted cells or a boundary that is no manifold (check_quality)
-Result<Volume> scan_of_solid(const TetMesh& mesh, const TaskArena& arena) noexcept;
 
 /// Pushes are rejected, as by bone.
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept;

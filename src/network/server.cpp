@@ -141,6 +141,8 @@ Result<OpenedScene> open_watched(const ServerSettings& settings, const TaskArena
 
 Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& arena) {
     if (!settings.replay.empty()) return open_watched(settings, arena);
+    if (settings.bodies && settings.labels.empty())
+        return expected_error("bodies", "a label map in labels, of which they are made", "none");
     std::error_code error;
     serve::SceneSource source{.series = settings.series,
                               .phantom_size = settings.phantom_size,
@@ -155,7 +157,8 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     source.file = absolute(settings.file);
     source.config = absolute(settings.config);
     // Without settings it is shown only.
-    if (!settings.config.empty()) source.labels = absolute(settings.labels);
+    source.bodies = settings.bodies;
+    if (!settings.config.empty() || source.bodies) source.labels = absolute(settings.labels);
     source.directions = absolute(settings.directions);
     if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
         return go_on(settings.session, source, absolute(settings.load_state), settings.file.empty(),

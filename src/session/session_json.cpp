@@ -120,6 +120,7 @@ Json json_of(const SessionHeader& header) {
         source = {{"file", header.source.file}, {"series", header.source.series}};
         if (header.source.frame) source["frame"] = *header.source.frame;
         if (header.source.straighten) source["straighten"] = true;
+        if (header.source.bodies) source["bodies"] = *header.source.bodies;
     }
     for (const auto& [key, file] :
          {std::pair{"config", &header.source.config}, std::pair{"labels", &header.source.labels},
@@ -147,6 +148,15 @@ Result<SessionHeader> header_of(const Json& json) {
     }
     if (const auto option = source->find("straighten"); option != source->end())
         header.source.straighten = option->is_boolean() && option->get<bool>();
+    if (const auto bodies = source->find("bodies"); bodies != source->end()) {
+        if (!bodies->is_array()) return bad_session("source: bodies: expected labels");
+        header.source.bodies.emplace();
+        for (const Json& label : *bodies) {
+            if (!label.is_number_integer())
+                return bad_session("source: bodies: expected whole numbers");
+            header.source.bodies->push_back(label.get<int>());
+        }
+    }
     header.source.config = string_at(*source, "config");
     header.source.labels = string_at(*source, "labels");
     header.source.directions = string_at(*source, "directions");

@@ -4,6 +4,7 @@
 #include "session/source.h"
 
 #include <pliant/files.h>
+#include <pliant/organs.h>
 #include <pliant/resample.h>
 
 #include <algorithm>
@@ -17,7 +18,6 @@
 #include "core/errors.h"
 #include "core/hash.h"
 #include "protocol/limits.h"
-#include "session/organ.h"
 
 namespace pliant::serve {
 namespace {
@@ -119,6 +119,30 @@ void suit(LoadedScan& loaded, const ReadNotes& notes) {
     suit_materials(values, loaded.settings);
 }
 
+/// @returns one line that names the file
+Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena) {
+    auto file = source.bodies ? organ_file_of_labels(source.file, source.labels, *source.bodies)
+                : is_organ_file(source.file) ? read_organ_file(source.file)
+                                             : Result(organ_file_of_mesh(source.file));
+    if (!file.ok()) return file.error();
+    auto made = make_organs(*file, arena);
+    if (!made.ok()) return made.error();
+    LoadedScan loaded;
+    loaded.volume = std::exchange(made->scan, {});
+    loaded.hash = made->hash;
+    if (!file->scan.empty()) suit(loaded, {});
+    loaded.info.start = view_of_whole(loaded.volume);
+    loaded.info.name = std::filesystem::path(source.file).filename().string();
+    loaded.own_tissue = std::make_shared<const MakeTissue>(
+        [organs = std::make_shared<const MadeOrgans>(std::move(*made))](
+            const Volume& scan, const TaskArena& own) -> Result<std::unique_ptr<Tissue>> {
+            auto tissue = make_tissue(*organs, scan, own);
+            if (!tissue.ok()) return tissue.error();
+            return std::unique_ptr<Tissue>(std::move(*tissue));
+        });
+    return loaded;
+}
+
 /// Reads ChainMail's settings and its label materials. Empty names leave the settings as they are.
 Status load_materials(const SceneSource& source, LoadedScan& loaded) {
     if (source.config.empty()) return Ok{};
@@ -150,7 +174,7 @@ Status load_materials(const SceneSource& source, LoadedScan& loaded) {
 }  // namespace
 
 bool is_vessel_scene(const std::filesystem::path& file) {
-    return file.extension() == ".toml";
+    return file.extension() == ".toml" && !is_organ_file(file);
 }
 
 Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
@@ -160,14 +184,10 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         auto vessel = load_vessel(source, arena);
         if (!vessel.ok()) return vessel.error();
         loaded = std::move(*vessel);
-    } else if (is_mesh(source.file)) {
-        auto organ = load_organ(source.file, arena);
-        if (!organ.ok()) return organ.error();
-        loaded.volume = std::move(organ->scan);
-        loaded.own_tissue = std::move(organ->tissue);
-        loaded.hash = organ->hash;
-        loaded.info.start = view_of_whole(loaded.volume);
-        loaded.info.name = std::filesystem::path(source.file).filename().string();
+    } else if (source.bodies || is_organ_file(source.file) || is_mesh_file(source.file)) {
+        auto organs = load_organs(source, arena);
+        if (!organs.ok()) return organs.error();
+        loaded = std::move(*organs);
     } else if (source.file.empty()) {
         auto phantom = make_phantom({.name = source.phantom, .size = source.phantom_size}, arena);
         if (!phantom.ok()) return phantom.error();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Source of a scene's scan: a file or a generated phantom. A file may also be a vessel's scene
-// (docs/vessel.md), with or without a scan.
+// (docs/vessel.md) or one of organs (docs/organs.md), with or without a scan, or an organ's mesh.
 
 #pragma once
 
@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocol/messages.h"
 
@@ -32,13 +33,15 @@ struct SceneSource {
     std::shared_ptr<const MakeTissue> own_tissue{};  ///< null: ChainMail, or the vessel
     std::optional<std::int64_t> frame{};             ///< of a 4-D image
     bool straighten = false;                         ///< ReadOptions
+    /// Labels of `labels` of which bodies are made; empty: of all organs. None: no bodies.
+    std::optional<std::vector<int>> bodies{};
 
     /// Whether two sources name the same scan.
     friend bool operator==(const SceneSource& a, const SceneSource& b) {
         return a.file == b.file && a.series == b.series && a.config == b.config &&
                a.labels == b.labels && a.directions == b.directions && a.phantom == b.phantom &&
                a.phantom_size == b.phantom_size && a.frame == b.frame &&
-               a.straighten == b.straighten;
+               a.straighten == b.straighten && a.bodies == b.bodies;
     }
 };
 

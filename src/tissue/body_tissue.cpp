@@ -31,14 +31,6 @@ double volume_of(const std::array<std::int32_t, 4>& cell, std::span<const Vec3d>
     return dot(edge(1), cross(edge(2), edge(3))) / 6;
 }
 
-std::vector<std::array<std::int32_t, 4>> cells_of(const PbdParts& parts) {
-    std::vector<std::array<std::int32_t, 4>> cells;
-    for (const PbdSolid& solid : parts.solids) cells.push_back(solid.nodes);
-    if (cells.empty())
-        for (const PbdVolume& volume : parts.volumes) cells.push_back(volume.nodes);
-    return cells;
-}
-
 double mean_edge(const TetMesh& mesh) {
     double sum = 0;
     for (const auto& cell : mesh.cells)
@@ -61,42 +53,57 @@ Status check(const Push& push) {
 
 }  // namespace
 
-BodyTissue::BodyTissue(PbdBody body, std::unique_ptr<EmbeddedScan> carried)
-    : m_body(std::move(body)), m_carried(std::move(carried)), m_cells(cells_of(m_body.parts())) {
-    const auto& rest = m_body.parts().positions;
-    for (const auto& cell : m_cells) m_rest_volumes.push_back(volume_of(cell, rest));
-    m_edge_mm = mean_edge({rest, m_cells});
-    m_positions.resize(rest.size());
-    m_velocities.resize(rest.size());
-    m_shown.resize(rest.size());
+BodyTissue::BodyTissue(PbdBody body, BodyContact contact, BodyPlan plan,
+                       std::unique_ptr<EmbeddedScan> carried)
+    : m_body(std::move(body)),
+      m_contact(std::move(contact)),
+      m_steps(plan.steps),
+      m_has_pieces(std::any_of(plan.pieces.begin(), plan.pieces.end(),
+                               [&](std::int32_t p) { return p != plan.pieces.front(); })),
+      m_carried(std::move(carried)),
+      m_cells(std::move(plan.mesh.cells)) {
+    m_rest.resize(plan.mesh.nodes_mm.size());
+    m_body.get_positions(m_rest);
+    for (const auto& cell : m_cells) m_rest_volumes.push_back(volume_of(cell, m_rest));
+    m_edge_mm = mean_edge({m_rest, m_cells});
+    m_positions.resize(m_rest.size());
+    m_velocities.resize(m_rest.size());
+    m_shown.resize(m_rest.size());
     m_settled = is_weightless();
     PbdRollback::reserve(m_body);
 }
 
-Result<std::unique_ptr<Tissue>> BodyTissue::create(const Volume& scan, PbdBody body,
-                                                   const BodySettings& settings,
-                                                   const TaskArena& arena) {
+Result<std::unique_ptr<MeshTissue>> BodyTissue::create(const Volume& scan, PbdBody body,
+                                                       BodyPlan plan, const TaskArena& arena) {
     if (const Status s = check_volume(scan); !s.ok()) return s.error();
-    if (const Status s = pliant::check(settings, body_rows()); !s.ok()) return s.error();
     if (body.settings().volume_recovery > 0)
         return expected_error("volume_recovery", "0", text_of(body.settings().volume_recovery));
-    const TetMesh mesh{body.parts().positions, cells_of(body.parts())};
-    if (mesh.cells.empty())
+    if (plan.mesh.cells.empty())
         return expected_error("body", "volumes or solids", "a body without tetrahedra");
-    for (std::size_t c = 0; c < mesh.cells.size(); ++c)
-        if (!(volume_of(mesh.cells[c], mesh.nodes_mm) > 0))
+    for (std::size_t c = 0; c < plan.mesh.cells.size(); ++c)
+        if (!(volume_of(plan.mesh.cells[c], plan.mesh.nodes_mm) > 0))
             return expected_error("body", "tetrahedra with a volume above 0",
                                   "tetrahedron " + std::to_string(c));
-    auto carried = EmbeddedScan::create(scan, mesh, {.reach_mm = settings.reach_mm}, arena);
+    if (plan.pieces.empty()) plan.pieces.assign(plan.mesh.cells.size(), 0);
+    auto contact = BodyContact::create(plan.mesh, plan.pieces, {.friction = plan.friction});
+    if (!contact) return contact.error();
+    // Particles are rounded to the body's precision, and at rest they don't move the scan.
+    body.get_positions(plan.mesh.nodes_mm);
+    auto carried = EmbeddedScan::create(
+        scan, plan.mesh,
+        {.reach_mm = plan.reach_mm, .solids = plan.pieces, .solid_at = plan.solid_at}, arena);
     if (!carried) return carried.error();
-    return std::unique_ptr<Tissue>(new BodyTissue(std::move(body), std::move(*carried)));
+    return std::unique_ptr<MeshTissue>(
+        new BodyTissue(std::move(body), std::move(*contact), std::move(plan), std::move(*carried)));
 }
 
 TissueTraits BodyTissue::traits() const noexcept {
+    const double step_s = m_steps * m_body.settings().time_step;
     return {.model = "body",
+            .slides = true,
             .moves_by_itself = true,
-            .sweep_ms = 1000 * m_body.settings().time_step,
-            .update_hz = 1 / m_body.settings().time_step};
+            .sweep_ms = 1000 * step_s,
+            .update_hz = 1 / step_s};
 }
 
 // Tools.
@@ -156,9 +163,37 @@ void BodyTissue::set_masses() noexcept {
 }
 
 void BodyTissue::release(std::uint32_t tool) noexcept {
-    if (m_tools.erase(tool) == 0) return;
+    if (m_tools.erase(tool) + m_spheres.erase(tool) == 0) return;
     set_masses();
     m_settled = false;
+}
+
+Status BodyTissue::place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept {
+    if (!is_finite(position_mm) || !(radius_mm >= 0 && radius_mm <= kMaxMotion_mm))
+        return about("eye", ErrorCode::InvalidArgument,
+                     "expected a position, and a radius of 0 to 500 mm");
+    return attempt([&]() -> Status {
+        if (radius_mm > 0)
+            m_eyes[tool] = {position_mm, position_mm, radius_mm};
+        else
+            m_eyes.erase(tool);
+        return Ok{};
+    });
+}
+
+/// Makes a time step. @param way_mm  of the tool's sphere meanwhile
+Status BodyTissue::step(std::uint32_t tool, Vec3d way_mm) {
+    if (!m_has_pieces && m_spheres.empty() && m_eyes.empty()) return m_body.step(m_steps, arena());
+    m_from.clear();
+    for (const auto& [number, sphere] : m_spheres) m_from.push_back(sphere);
+    for (const auto& [number, sphere] : m_eyes) m_from.push_back(sphere);
+    m_to = m_from;
+    const auto moved = m_spheres.find(tool);
+    if (moved != m_spheres.end()) {
+        BodyTool& to = m_to[std::size_t(std::distance(m_spheres.begin(), moved))];
+        to.from = to.to = to.to + way_mm;
+    }
+    return m_contact.step(m_steps, m_body, m_from, m_to, arena());
 }
 
 Status BodyTissue::stride(std::uint32_t tool, Vec3d shift) {
@@ -166,7 +201,7 @@ Status BodyTissue::stride(std::uint32_t tool, Vec3d shift) {
         for (const std::int32_t n : held->second)
             if (const Status s = m_body.set_state(n, m_body.position(n) + shift, {0, 0, 0}); !s)
                 return s;
-    return m_body.step(1, arena());
+    return step();
 }
 
 bool BodyTissue::folds() const {
@@ -179,16 +214,110 @@ bool BodyTissue::folds() const {
     return false;
 }
 
+/// Copies positions and velocities, for put().
+void BodyTissue::keep_state() {
+    m_body.get_positions(m_positions);
+    for (std::size_t n = 0; n < m_velocities.size(); ++n)
+        m_velocities[n] = m_body.velocity(std::int32_t(n));
+}
+
+/// Whether a sphere stays clear of the body's box on its way.
+bool BodyTissue::is_free(const BodyTool& sphere, Vec3d way_mm) const {
+    Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+    for (std::int32_t n = 0; n < m_body.particle_count(); ++n) {
+        const Vec3d p = m_body.position(n);
+        for (int a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], p[a]);
+            high[a] = std::max(high[a], p[a]);
+        }
+    }
+    for (int a = 0; a < 3; ++a) {
+        const double begin = sphere.to[a], end = begin + way_mm[a];
+        if (std::max(begin, end) + sphere.radius < low[a] ||
+            std::min(begin, end) - sphere.radius > high[a])
+            return true;
+    }
+    return false;
+}
+
+/// Whether a point lies in a tetrahedron.
+bool BodyTissue::contains(Vec3d point_mm) const {
+    const auto at = [&](std::int32_t n) { return m_body.position(n); };
+    return std::any_of(m_cells.begin(), m_cells.end(), [&](const auto& cell) {
+        return is_inside_tetrahedron(point_mm,
+                                     {at(cell[0]), at(cell[1]), at(cell[2]), at(cell[3])});
+    });
+}
+
+Result<SlideReport> BodyTissue::slide(std::uint32_t tool, const Push& way,
+                                      const TissueValues&) noexcept {
+    return attempt([&]() -> Result<SlideReport> {
+        if (const Status s = check(way); !s.ok()) return s.error();
+        if (!(way.sphere_radius_mm > 0) || way.shape)
+            return expected_error("slide", "a sphere", way.shape ? "another shape" : "a point");
+        Tools tools = m_tools;
+        Spheres spheres = m_spheres;
+        const bool was_settled = m_settled;
+        PbdRollback::keep(m_body);
+        auto report = attempt([&] { return slide_sphere(tool, way); });
+        m_is_shown = false;
+        if (report.ok()) return report;
+        m_tools.swap(tools);
+        m_spheres.swap(spheres);
+        set_masses();
+        PbdRollback::take_back(m_body);
+        m_settled = was_settled;
+        return report;
+    });
+}
+
+Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way) {
+    const auto start = std::chrono::steady_clock::now();
+    SlideReport report;
+    if (m_tools.erase(tool) > 0) set_masses();
+    BodyTool& sphere = m_spheres[tool];
+    sphere = {way.point_mm, way.point_mm, way.sphere_radius_mm};
+    const double longest = std::min(kStrideShare * m_edge_mm, way.sphere_radius_mm / 2);
+    const int strides = std::max(1, int(std::ceil(norm(way.push_mm) / longest)));
+    const Vec3d shift = (1.0 / strides) * way.push_mm;
+    int done = 0;
+    for (; done < strides; ++done) {
+        if (!is_free(sphere, shift)) {
+            keep_state();
+            const bool was_folded = folds(), was_inside = contains(sphere.to);
+            const Status went = step(tool, shift);
+            if (!went.ok() && is_out_of_memory(went.error())) return went.error();
+            const bool fold = !went.ok() || (!was_folded && folds());
+            if (fold || (!was_inside && contains(sphere.to + shift))) {
+                report.limited_by = fold ? LimitedBy::Fold : LimitedBy::Wall;
+                put(m_positions, m_velocities);
+                break;
+            }
+            report.contacts += m_contact.touches() > 0;
+            m_settled = false;
+        }
+        sphere.from = sphere.to = way.point_mm + double(done + 1) * shift;
+    }
+    report.way_fraction = double(done) / strides;
+    report.end_mm = sphere.to;
+    report.ends_in_tissue = contains(sphere.to);
+    report.slide_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return report;
+}
+
 Result<PushReport> BodyTissue::push(std::uint32_t tool, const Push& push) noexcept {
     return attempt([&]() -> Result<PushReport> {
         if (const Status s = check(push); !s.ok()) return s.error();
         Tools before = m_tools;
+        Spheres spheres = m_spheres;
         const bool was_settled = m_settled;
         PbdRollback::keep(m_body);
         auto report = attempt([&] { return push_nodes(tool, push); });
         m_is_shown = false;
         if (report.ok()) return report;
         m_tools.swap(before);
+        m_spheres.swap(spheres);
         set_masses();
         PbdRollback::take_back(m_body);
         m_settled = was_settled;
@@ -202,6 +331,7 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
     report.message = "a tetrahedron would fold; larger ones go farther";
     std::vector<Vec3d> first(m_positions.size());
     m_body.get_positions(first);
+    m_spheres.erase(tool);
     take(tool, nodes_at(push, push.point_mm, true));
     double longest = kStrideShare * m_edge_mm;
     if (push.sphere_radius_mm > 0) longest = std::min(longest, push.sphere_radius_mm / 2);
@@ -220,9 +350,7 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
             if (held == m_tools.end() ? !nodes.empty() : nodes.size() > held->second.size())
                 take(tool, std::move(nodes));
         }
-        m_body.get_positions(m_positions);
-        for (std::size_t n = 0; n < m_velocities.size(); ++n)
-            m_velocities[n] = m_body.velocity(std::int32_t(n));
+        keep_state();
         const bool was_folded = folds();
         const Status went = stride(tool, shift);
         if (!went.ok() && is_out_of_memory(went.error())) return went.error();
@@ -249,6 +377,9 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
 }
 
 std::optional<Vec3d> BodyTissue::force_n(std::uint32_t tool) noexcept try {
+    if (const auto sphere = m_spheres.find(tool); sphere != m_spheres.end())
+        return kNewtonPerMicronewton *
+               m_contact.force(std::size_t(std::distance(m_spheres.begin(), sphere)));
     Vec3d force{0, 0, 0};
     const auto held = m_tools.find(tool);
     if (held == m_tools.end()) return force;
@@ -268,21 +399,20 @@ void BodyTissue::put(std::span<const Vec3d> positions, std::span<const Vec3d> ve
 
 /// Stops all nodes. A free body near its rest positions is moved to them.
 void BodyTissue::come_to_rest() noexcept {
-    const auto& rest = m_body.parts().positions;
     double farthest = 0;
     m_body.get_positions(m_positions);
-    for (std::size_t n = 0; n < rest.size(); ++n)
-        farthest = std::max(farthest, norm(m_positions[n] - rest[n]));
+    for (std::size_t n = 0; n < m_rest.size(); ++n)
+        farthest = std::max(farthest, norm(m_positions[n] - m_rest[n]));
     std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
-    const bool is_home = farthest < kBack_mm && m_tools.empty() && is_weightless();
-    put(is_home ? rest : m_positions, m_velocities);
+    const bool is_home = farthest < kBack_mm && !is_touched() && m_eyes.empty() && is_weightless();
+    put(is_home ? m_rest : m_positions, m_velocities);
 }
 
 Result<Sweep> BodyTissue::sweep() noexcept {
     return attempt([&]() -> Result<Sweep> {
         const auto start = std::chrono::steady_clock::now();
         if (!m_settled) {
-            const Status stepped = m_body.step(1, arena());
+            const Status stepped = step();
             if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
             double fastest = 0;
             for (std::int32_t n = 0; n < m_body.particle_count(); ++n)
@@ -302,9 +432,10 @@ Result<Sweep> BodyTissue::sweep() noexcept {
 
 Status BodyTissue::reset() noexcept {
     m_tools.clear();
+    m_spheres.clear();
     set_masses();
     std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
-    put(m_body.parts().positions, m_velocities);
+    put(m_rest, m_velocities);
     m_settled = is_weightless();
     return Ok{};
 }
@@ -321,10 +452,10 @@ Record BodyTissue::report() const {
     Record record{{"summary", std::to_string(m_body.particle_count()) + " particles, " +
                                   std::to_string(m_cells.size()) + " tetrahedra"},
                   {"solver", "position-based"},
-                  {"body.carried_voxels", double(m_carried->voxel_count())}};
+                  {"body.carried_voxels", SettingValue(m_carried->voxel_count())}};
     for (NamedValue& figure : figures())
         record.emplace_back("body." + figure.name, std::move(figure.value));
-    record.emplace_back("body.time_step_ms", 1000 * m_body.settings().time_step);
+    record.emplace_back("body.time_step_ms", traits().sweep_ms);
     return record;
 }
 
@@ -343,18 +474,18 @@ Status BodyTissue::set_state(std::span<const double> numbers) noexcept {
     return attempt([&]() -> Status {
         if (numbers.size() != 6 * m_positions.size())
             return invalid("expected position and velocity of as many particles");
-        const auto& rest = m_body.parts().positions;
         std::vector<Vec3d> positions, velocities;
         bool is_home = true;
         for (std::size_t n = 0; n < numbers.size(); n += 6) {
             positions.push_back({numbers[n], numbers[n + 1], numbers[n + 2]});
             velocities.push_back({numbers[n + 3], numbers[n + 4], numbers[n + 5]});
-            if (!(norm(positions.back() - rest[n / 6]) <= kMaxMotion_mm) ||
+            if (!(norm(positions.back() - m_rest[n / 6]) <= kMaxMotion_mm) ||
                 !(norm(velocities.back()) <= 1e9))
                 return invalid("expected particles within 500 mm of their rest positions");
-            is_home &= positions.back() == rest[n / 6] && velocities.back() == Vec3d{0, 0, 0};
+            is_home &= positions.back() == m_rest[n / 6] && velocities.back() == Vec3d{0, 0, 0};
         }
         m_tools.clear();
+        m_spheres.clear();
         set_masses();
         put(positions, velocities);
         m_settled = is_home && is_weightless();

@@ -22,7 +22,7 @@ constexpr double kGramsPerMm3 = 1e-6;  ///< of 1 kg/m³
 constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},
     {.model = "springs", .moves_by_itself = true},
-    {.model = "body", .moves_by_itself = true},
+    {.model = "body", .slides = true, .moves_by_itself = true},
     {.model = "rigid"},
 };
 
@@ -83,10 +83,6 @@ constexpr Setting<B> kBodyRows[] = {
     setting<&B::fixed_hu>({.name = "fixed_hu",
                            .unit = "HU",
                            .text = "nodes at a larger value of the scan don't move"}),
-    setting<&B::held_back>({.name = "held_back",
-                            .low = 0,
-                            .high = 1,
-                            .text = "share of the body's depth, from the back, that doesn't move"}),
     setting<&B::time_step_s>({.name = "time_step_s",
                               .unit = "s",
                               .low = 1e-5,
@@ -113,15 +109,12 @@ double value_at(const Volume& scan, Vec3d position_mm) {
     return double(scan.at(nearest));
 }
 
-/// Position along y (LPS: to the back) from which on nodes are held [mm].
-double held_from(std::span<const Vec3d> positions, double share) {
-    if (!(share > 0) || positions.empty()) return std::numeric_limits<double>::infinity();
-    double front = positions.front().y, back = front;
-    for (const Vec3d& p : positions) {
-        front = std::min(front, p.y);
-        back = std::max(back, p.y);
-    }
-    return back - share * (back - front);
+std::vector<std::array<std::int32_t, 4>> cells_of(const PbdParts& parts) {
+    std::vector<std::array<std::int32_t, 4>> cells;
+    for (const PbdSolid& solid : parts.solids) cells.push_back(solid.nodes);
+    if (cells.empty())
+        for (const PbdVolume& volume : parts.volumes) cells.push_back(volume.nodes);
+    return cells;
 }
 
 }  // namespace
@@ -158,7 +151,23 @@ Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept {
-    return attempt([&] { return BodyTissue::create(scan, std::move(body), settings, arena); });
+    return attempt([&]() -> Result<std::unique_ptr<Tissue>> {
+        if (const Status s = check(settings, body_rows()); !s.ok()) return s.error();
+        BodyPlan plan{.mesh = {body.parts().positions, cells_of(body.parts())},
+                      .steps = body.settings().sub_steps,
+                      .reach_mm = settings.reach_mm};
+        if (plan.steps > 1) {  // contact follows each sub-step
+            PbdSettings one = body.settings();
+            one.time_step /= one.sub_steps;
+            one.sub_steps = 1;
+            auto stepped = PbdBody::create(body.parts(), one);
+            if (!stepped) return stepped.error();
+            body = std::move(*stepped);
+        }
+        auto made = BodyTissue::create(scan, std::move(body), std::move(plan), arena);
+        if (!made) return made.error();
+        return std::unique_ptr<Tissue>(std::move(*made));
+    });
 }
 
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mesh,
@@ -174,16 +183,14 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
                                         .young_modulus = settings.young_modulus_pa,
                                         .poisson_ratio = settings.poisson_ratio});
         if (!parts) return parts.error();
-        const double held_mm = held_from(parts->positions, settings.held_back);
         for (std::size_t n = 0; n < parts->positions.size(); ++n)
-            if (parts->positions[n].y >= held_mm ||
-                value_at(scan, parts->positions[n]) > settings.fixed_hu)
+            if (value_at(scan, parts->positions[n]) > settings.fixed_hu)
                 parts->inverse_masses[n] = 0;
         auto body = PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s,
                                                         .sub_steps = settings.sub_steps,
                                                         .damping = settings.damping_per_s});
         if (!body) return body.error();
-        return BodyTissue::create(scan, std::move(*body), settings, arena);
+        return make_body(scan, std::move(*body), settings, arena);
     });
 }
 

@@ -6,14 +6,13 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/organs.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
-#include <pliant/tissues.h>
 
 #include <cmath>
 
 #include "serve/test_client.h"
-#include "session/organ.h"
 #include "session/scene.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
@@ -49,8 +48,9 @@ class OrganScene : public ::testing::Test {
 
 TEST_F(OrganScene, ItsScanIsTissueInsideAndAirOutside) {
     const TetMesh mesh = ellipsoid(m_arena);
-    const auto scan = scan_of_solid(mesh, m_arena);
-    ASSERT_TRUE(scan.ok()) << scan.error().message;
+    const auto made = make_organs(organ_file_of_mesh((m_folder / "organ.vtu").string()), m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    const Volume* const scan = &made->scan;
     const auto surface = SurfaceDistance::create(boundary_triangles(mesh));
     ASSERT_TRUE(surface.ok());
     const double voxel = scan->grid.spacing_mm.x;
@@ -139,7 +139,7 @@ TEST_F(OrganScene, FaultsNameTheFile) {
     open.cells.pop_back();
     ASSERT_TRUE(write_surface(m_folder / "open.stl", open).ok());
     const auto message = [&](const char* name) {
-        const auto organ = load_organ(m_folder / name, m_arena);
+        const auto organ = make_organs(organ_file_of_mesh((m_folder / name).string()), m_arena);
         return organ.ok() ? "loaded" : organ.error().message;
     };
     const std::string path = (m_folder / "open.stl").string();
@@ -147,9 +147,9 @@ TEST_F(OrganScene, FaultsNameTheFile) {
     EXPECT_NE(message("missing.vtu"), "loaded");
     m_folder.write("points.vtk",
                    "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n");
-    EXPECT_FALSE(is_mesh(m_folder / "points.vtk"));
-    EXPECT_TRUE(is_mesh("a.STL"));
-    EXPECT_FALSE(is_mesh("a.nrrd"));
+    EXPECT_FALSE(is_mesh_file(m_folder / "points.vtk"));
+    EXPECT_TRUE(is_mesh_file("a.STL"));
+    EXPECT_FALSE(is_mesh_file("a.nrrd"));
 }
 
 }  // namespace
