@@ -115,6 +115,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .labels = options.labels,
                             .config = options.config,
                             .directions = options.directions,
+                            .network = options.network,
                             .load_state = options.load_state,
                             .port = options.port,
                             .host = options.host,

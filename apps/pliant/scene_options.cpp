@@ -22,6 +22,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->add_option("--config", o.config, "ChainMail's settings, TOML, as of pliant deform");
     c->add_option("--directions", o.directions,
                   "field of directions for the [[label]] tables of --config");
+    c->add_option(
+        "--network", o.network,
+        "springs of pliant fit --network-out, which move the scan or the organ instead of "
+        "its own model");
     c->add_option("--load-state", o.load_state,
                   "begin with a saved state of the tissue (.plst), as pliant deform and the page "
                   "save it");

@@ -8,7 +8,8 @@
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, vessel.h, catheter.h
-//   materials         material.h; fit.h: springs identified against the finite elements of fem.h
+//   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
+//                     (fem.h) or measurements; network_file.h: their file
 //   a view            render.h
 //   a hand            haptics.h
 //   a scene           session.h, serve.h
@@ -30,9 +31,11 @@
 #include <pliant/fem.h>
 #include <pliant/files.h>
 #include <pliant/fit.h>
+#include <pliant/fit_mesh.h>
 #include <pliant/haptics.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
+#include <pliant/network_file.h>
 #include <pliant/pbd.h>
 #include <pliant/record.h>
 #include <pliant/relax.h>

@@ -24,7 +24,6 @@ constexpr double kMaxMotion_mm = 500;
 constexpr double kSettled_mm_s = 0.05;
 constexpr double kBack_mm = 0.02;  ///< a settled body nearer to rest is moved to it
 constexpr double kNewtonPerMicronewton = 1e-6;
-constexpr std::int64_t kMaxControlNodes = 1'000'000;
 
 double volume_of(const std::array<std::int32_t, 4>& cell, std::span<const Vec3d> x) {
     const Vec3d a = x[std::size_t(cell[0])];
@@ -60,48 +59,10 @@ Status check(const Push& push) {
     return Ok{};
 }
 
-/// The control nodes around the body, clipped to the scan.
-Result<ControlGrid> grid_around(const Volume& scan, const TetMesh& mesh,
-                                const BodySettings& settings) {
-    const Grid& g = scan.grid;
-    Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-    for (const Vec3d& p : mesh.nodes_mm) {
-        const Vec3d ijk = voxel_from_world(g, p);
-        for (int a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], ijk[a]);
-            high[a] = std::max(high[a], ijk[a]);
-        }
-    }
-    ControlGrid grid;
-    std::int64_t count = 1;
-    for (int a = 0; a < 3; ++a) {
-        const double reach = settings.reach_mm / g.spacing_mm[a];
-        const int last = g.size[a] - 1;
-        grid.cell[a] =
-            std::clamp(int(std::lround(settings.cell_mm / g.spacing_mm[a])), 1, std::max(1, last));
-        if (last < 1 || !(high[a] > 0) || !(low[a] < last))
-            return about("mesh", ErrorCode::InvalidArgument,
-                         "expected a body inside of the scan, found one beside it");
-        grid.first[a] =
-            std::clamp(int(std::floor(low[a] - reach)), 0, std::max(0, last - grid.cell[a]));
-        const int end = std::clamp(int(std::ceil(high[a] + reach)), grid.first[a] + 1, last);
-        const int cells = (end - grid.first[a] + grid.cell[a] - 1) / grid.cell[a];
-        const int most = (last - grid.first[a]) / grid.cell[a];
-        grid.size[a] = std::max(1, std::min(cells, most)) + 1;
-        count *= grid.size[a];
-    }
-    if (count > kMaxControlNodes)
-        return about("cell_mm", ErrorCode::LimitExceeded,
-                     "expected cells so large that there are at most " +
-                         std::to_string(kMaxControlNodes) + " control nodes, found " +
-                         std::to_string(count));
-    return grid;
-}
-
 }  // namespace
 
 BodyTissue::BodyTissue(PbdBody body, std::unique_ptr<ControlLattice> lattice,
-                       std::vector<Carried> carried)
+                       std::vector<CarriedNode> carried)
     : m_body(std::move(body)),
       m_lattice(std::move(lattice)),
       m_carried(std::move(carried)),
@@ -130,28 +91,10 @@ Result<std::unique_ptr<Tissue>> BodyTissue::create(const Volume& scan, PbdBody b
         if (!(volume_of(mesh.cells[c], mesh.nodes_mm) > 0))
             return expected_error("body", "tetrahedra with a volume above 0",
                                   "tetrahedron " + std::to_string(c));
-    const auto grid = grid_around(scan, mesh, settings);
-    if (!grid) return grid.error();
-    auto lattice = ControlLattice::create(scan, *grid, arena);
-    if (!lattice) return lattice.error();
-    std::vector<Vec3d> points;
-    for (std::int32_t n = 0; n < (*lattice)->node_count(); ++n)
-        points.push_back((*lattice)->node_mm(n));
-    const std::vector<Embedded> embedded = embed(points, mesh, arena);
-    std::vector<Carried> carried;
-    for (std::size_t n = 0; n < points.size(); ++n) {
-        Embedded at = embedded[n];
-        double sum = 0;
-        for (double& w : at.weights) sum += w = std::max(0.0, w);
-        for (double& w : at.weights) w /= sum;
-        const double share =
-            std::min(1.0, norm(points[n] - place_of(at, mesh)) / settings.reach_mm);
-        const double fade = (1 - share * share) * (1 - share * share);
-        for (double& w : at.weights) w *= fade;
-        carried.push_back({mesh.cells[std::size_t(at.tetrahedron)], at.weights});
-    }
-    return std::unique_ptr<Tissue>(
-        new BodyTissue(std::move(body), std::move(*lattice), std::move(carried)));
+    auto embedded = embed_lattice(scan, mesh, settings.cell_mm, settings.reach_mm, arena);
+    if (!embedded) return embedded.error();
+    return std::unique_ptr<Tissue>(new BodyTissue(std::move(body), std::move(embedded->lattice),
+                                                  std::move(embedded->carried)));
 }
 
 TissueTraits BodyTissue::traits() const noexcept {
@@ -438,15 +381,10 @@ std::uint64_t BodyTissue::hash() const {
 Status BodyTissue::show() const {
     if (m_is_shown) return Ok{};
     const auto& rest = m_body.parts().positions;
-    for (std::size_t c = 0; c < m_carried.size(); ++c) {
-        Vec3d sum{0, 0, 0};
-        for (std::size_t k = 0; k < 4; ++k) {
-            const std::int32_t n = m_carried[c].nodes[k];
-            if (m_carried[c].weights[k] > 0)
-                sum = sum + m_carried[c].weights[k] * (m_body.position(n) - rest[std::size_t(n)]);
-        }
-        m_moved[c] = sum;
-    }
+    for (std::size_t c = 0; c < m_carried.size(); ++c)
+        m_moved[c] = carried_displacement(m_carried[c], [&](std::int32_t n) {
+            return m_body.position(n) - rest[std::size_t(n)];
+        });
     const Status placed = m_lattice->place(m_moved);
     if (!placed.ok() && is_out_of_memory(placed.error())) return placed;
     m_is_shown = true;

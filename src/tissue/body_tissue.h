@@ -3,12 +3,7 @@
 
 // A position-based body as a tissue. A sweep is a time step of the body.
 //
-// The scan is carried by a control lattice around the body. The displacement of a control node is
-//
-//   fade(d) · Σ w u,   fade(d) = (1 − (d/reach)²)²
-//
-// with the barycentric weights w of the tetrahedron around the node at rest; for a node at a
-// distance d outside of the body, those of a point in the nearest tetrahedron.
+// A control lattice carries the scan (embedded_lattice.h).
 
 #pragma once
 
@@ -22,6 +17,8 @@
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "tissue/embedded_lattice.h"
 
 namespace pliant {
 
@@ -57,13 +54,8 @@ class BodyTissue final : public NodeTissue {
 
   private:
     using Tools = std::map<std::uint32_t, std::vector<std::int32_t>>;
-    /// Displacement of a control node: a weighted sum over the nodes of a tetrahedron.
-    struct Carried {
-        std::array<std::int32_t, 4> nodes{};
-        std::array<double, 4> weights{};
-    };
-
-    BodyTissue(PbdBody body, std::unique_ptr<ControlLattice> lattice, std::vector<Carried> carried);
+    BodyTissue(PbdBody body, std::unique_ptr<ControlLattice> lattice,
+               std::vector<CarriedNode> carried);
     Result<PushReport> push_nodes(std::uint32_t tool, const Push& push);
     std::vector<std::int32_t> nodes_at(const Push& push, Vec3d point_mm, bool or_around) const;
     void take(std::uint32_t tool, std::vector<std::int32_t> nodes);
@@ -77,7 +69,7 @@ class BodyTissue final : public NodeTissue {
 
     PbdBody m_body;
     std::unique_ptr<ControlLattice> m_lattice;
-    std::vector<Carried> m_carried;                    ///< [control node]
+    std::vector<CarriedNode> m_carried;                ///< [control node]
     std::vector<std::array<std::int32_t, 4>> m_cells;  ///< tetrahedra of the body
     std::vector<double> m_rest_volumes;                ///< [tetrahedron] [mm³]
     double m_edge_mm = 0;                              ///< mean edge of the tetrahedra

@@ -41,6 +41,7 @@ const std::vector<NamedFormat>& all_formats() {
         {"path", path},
         {"markups", markups},
         {"keyframes", keyframes},
+        {"network", network},
         {"recording", recording},
         {"fit", fit},
         {"surface", surface},

@@ -46,6 +46,7 @@ Files vessel_files();  ///< a scene in "s.toml", and its centreline
 // text_seeds.cpp
 Format markups(const Sources&);
 Format keyframes(const Sources&);
+Format network(const Sources&);
 Format recording(const Sources&);
 Format fit(const Sources&);
 // mesh_seeds.cpp

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Seeds: ways and cameras of the endoscope, recordings of a device, settings of a fit.
+// Seeds: ways and cameras of the endoscope, recordings of a device, settings of a fit,
+// networks.
 
 #include "mutate/formats.h"
 
@@ -33,6 +34,17 @@ const std::string kFit =
     "groups = \"kinds\"\nvolume = true\nheld = \"-z\"\n"
     "load = [\"+z:0,0,-40:0.2,0.3\"]\nheld-out = [\"+z:0,0,-40\"]\n"
     "method = [\"closed-form\", \"gauss-newton\"]\nevaluations = 10\n";
+
+const std::string kNetwork =
+    R"({"format": "pliant spring network", "version": 1, "mesh": "t.vtu",
+"groups": [{"name": "links", "value": 4000, "unit": "Pa", "low": 3900, "high": 4100}],
+"nodes": {"position_mm": [[-30,-30,-30],[30,-30,-30],[-30,30,-30],[-30,-30,30],[30,30,30]],
+"mass_g": [9,9,9,9,9], "damping_g_s": [0,9,9,9,9], "fixed": [0,2], "group": [-1,-1,-1,-1,-1]},
+"links": {"nodes": [[0,1],[0,2],[0,3],[1,2],[1,3],[2,3],[1,4],[2,4],[3,4]],
+"stiffness_mn_m": [4e4,4e4,4e4,4e4,4e4,4e4,4e4,4e4,4e4], "damping_g_s": [0,0,0,0,0,0,0,0,0],
+"rest_length_mm": [60,60,60,84.9,84.9,84.9,84.9,84.9,84.9], "group": [0,0,0,0,0,0,0,0,-1]},
+"cells": {"nodes": [[0,1,2,3],[1,4,2,3]], "bulk_pa": [9e3,0], "group": [0,-1]}}
+)";
 
 const Words kJsonWords = {"\"position\": ",
                           "\"positionStatus\": \"undefined\"",
@@ -84,6 +96,15 @@ Format keyframes(const Sources& from) {
                      "--movie frames/"}};
     return {
         .name = "keyframes", .words = kJsonWords, .seeds = {std::move(seed)}, .may_be_long = true};
+}
+
+Format network(const Sources& from) {
+    Seed seed{.name = "two",
+              .files = with_scan(from, "n.json", kNetwork),
+              .commands = {"deform c.nrrd --model springs --network n.json --push 0,0,0:0,6,0 "
+                           "--tool sphere:20 --steps 20 --threads 1 --out out.nrrd --report "
+                           "r.json"}};
+    return {.name = "network", .words = kJsonWords, .seeds = {std::move(seed)}};
 }
 
 Format recording(const Sources&) {
