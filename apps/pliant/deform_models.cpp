@@ -39,8 +39,8 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
     std::vector<GivenOption> options;
     for (const NamedValue& setting : o.settings) {
         Models models;
-        const bool is_of_network = !o.network.empty() && find_setting(setting.name, network_rows());
-        if (is_of_network || find_setting(setting.name, spring_rows())) models.push_back("springs");
+        if (find_setting(setting.name, spring_rows()) || find_setting(setting.name, network_rows()))
+            models.push_back("springs");
         if (find_setting(setting.name, body_rows())) models.push_back("body");
         options.push_back({option_of(setting.name), true, std::move(models)});
     }
@@ -71,17 +71,20 @@ Models models_with(bool TissueTraits::*contact) {
     return models;
 }
 
-/// Refuses options of a lattice beside a network.
+/// Refuses options of a lattice beside a network, and those of a network without one.
 Status check_network(const DeformOptions& o) {
-    if (o.network.empty()) return Ok{};
-    std::string option = o.region_mm ? "--region" : "";
+    if (o.model != "springs") return Ok{};
+    std::string option = o.network.empty() || !o.region_mm ? "" : "--region";
     for (const NamedValue& setting : o.settings)
-        if (!find_setting(setting.name, network_rows())) option = option_of(setting.name);
+        if (o.network.empty() ? !find_setting(setting.name, spring_rows())
+                              : !find_setting(setting.name, network_rows()))
+            option = option_of(setting.name);
     if (option.empty()) return Ok{};
     return Error{ErrorCode::InvalidArgument,
-                 option +
-                     ": expected none beside --network, whose file has its nodes and "
-                     "stiffness, found one"};
+                 option + (o.network.empty()
+                               ? ": expected --network too, found none"
+                               : ": expected none beside --network, whose file has its nodes and "
+                                 "stiffness, found one")};
 }
 
 // ChainMail.

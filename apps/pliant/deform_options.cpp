@@ -140,6 +140,7 @@ void add_models(CLI::App* c, DeformOptions& o) {
          "springs of pliant fit --network-out, instead of a lattice: their nodes are in the "
          "scan's LPS mm")
         ->group(springs);
+    add(network_rows(), "solve_tolerance", "SHARE", "With --network");
     const char* const body = "With --model body";
     c->add_option("--mesh", o.mesh, "tetrahedra in the scan's LPS mm (.vtu, .vtk, .msh)")
         ->group(body);

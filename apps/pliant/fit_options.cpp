@@ -86,9 +86,6 @@ void add_mesh_fit(CLI::App* c, FitOptions& o) {
     add(c->add_option("--material", o.materials,
                       "Young's modulus [Pa] and Poisson's ratio of a tissue; repeatable")
             ->type_name("LABEL:YOUNG[,POISSON]"));
-    add(c->add_option("--noise-mm", o.noise_mm,
-                      "standard deviation of a measured component: confidence intervals")
-            ->check(CLI::PositiveNumber));
     add(c->add_option("--creep", o.creep,
                       "displacements under the first load over time, CSV with time_s,node,dx,dy,dz "
                       "[mm]: fits the damping"));
@@ -122,6 +119,9 @@ void add_fit(CLI::App& app, FitOptions& o) {
     c->add_option("--depth", o.depth, "of a run [layers] (default 10)")->check(CLI::Range(0, 1000));
     c->add_option("--cost", o.cost, "sum of distances, or of their squares")
         ->check(CLI::IsMember({"distances", "squares"}));
+    c->add_option("--noise-mm", o.noise_mm,
+                  "standard deviation of a component of a displacement: confidence intervals")
+        ->check(CLI::PositiveNumber);
     c->add_option("--range", o.range, "bounds: the start over this and times this (default 10)");
     c->add_option("--method", o.methods, "repeatable (default closed-form, gauss-newton)")
         ->check(CLI::IsMember(

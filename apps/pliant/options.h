@@ -249,7 +249,6 @@ struct FitOptions {
     std::string regions;                 ///< array of the mesh's file
     std::string labels;                  ///< label volume, for regions
     std::vector<std::string> materials;  ///< LABEL:YOUNG[,POISSON]
-    double noise_mm = 0;                 ///< above 0: confidence intervals
     std::string creep;                   ///< displacements over time, CSV
     std::string network_out, out;        ///< network file; VTU
     // With a box.
@@ -270,6 +269,7 @@ struct FitOptions {
     int depth = 10;
     std::string cost = "distances";
     double range = 10;
+    double noise_mm = 0;               ///< above 0: confidence intervals
     std::vector<std::string> methods;  ///< empty: closed-form and gauss-newton
     int evaluations = 400;
     std::uint64_t seed = 1;

@@ -127,7 +127,14 @@ int run_fit(const FitOptions& o) {
         const auto result = fit(box->problem, method_of(method, o, box->closed_form), arena);
         bar.reset();
         if (!result) return bad_input(method + ": " + result.error().message);
-        const FitTable table{box->problem, *result, {}, note_on(method, *box), "spacing"};
+        std::vector<FitInterval> intervals;
+        if (o.noise_mm > 0) {
+            constexpr double kMetres = 1e-3;  // per mm; the box's network is in metres
+            auto found = fit_intervals(box->problem, result->values, kMetres * o.noise_mm, arena);
+            if (!found) return bad_input(method + ": " + found.error().message);
+            intervals = std::move(*found);
+        }
+        const FitTable table{box->problem, *result, intervals, note_on(method, *box), "spacing"};
         print(method, table);
         report["methods"].push_back(method_json(method, table));
     }

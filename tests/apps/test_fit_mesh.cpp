@@ -234,6 +234,26 @@ TEST_F(FitMeshProgram, ACurveOfCreepGivesTheDamping) {
                 double(creep["damping_per_s"]) * network->parts.nodes[40].mass, 1e-9);
 }
 
+TEST_F(FitMeshProgram, ABoxHasIntervalsInTheUnitsOfItsNetwork) {
+    const std::string box =
+        "fit --size 4,4,4 --spacing 20 --load +z:0,0,-10 --damping 3 --method closed-form ";
+    ASSERT_EQ(run(box + "--noise-mm 0.01 --report r.json"), 0) << said();
+    const Json one = report()["methods"][0];
+    const double stiffness = one["values"]["links"];
+    const double low = one["intervals_95"]["links"]["low"];
+    const double high = one["intervals_95"]["links"]["high"];
+    EXPECT_NEAR(low * high / (stiffness * stiffness), 1, 1e-9);
+    EXPECT_FALSE(one["intervals_95"]["damping"]["identifiable"].get<bool>());
+    // The displacements follow from the force, J = -u, and so does the interval's width.
+    ASSERT_EQ(run(box + "--noise-mm 0.02 --report r.json"), 0) << said();
+    const Json two = report()["methods"][0]["intervals_95"]["links"];
+    EXPECT_NEAR(std::log(double(two["high"]) / double(two["low"])), 2 * std::log(high / low), 1e-9);
+    EXPECT_GT(high / low, 1.001);
+    EXPECT_LT(high / low, 1.5);
+    ASSERT_EQ(run(box + "--report r.json"), 0) << said();
+    EXPECT_FALSE(report()["methods"][0].contains("intervals_95"));
+}
+
 TEST_F(FitMeshProgram, ASurfaceIsFilled) {
     ASSERT_TRUE(write_surface(m_folder / "organ.stl", boundary_triangles(m_mesh)).ok());
     ASSERT_EQ(run("fit --mesh organ.stl --tetrahedra 400 --hold -1,-1,-1:31,31,6 "
@@ -305,6 +325,9 @@ TEST_F(FitMeshProgram, FaultsAreToldInALine) {
           {deform + "--model springs --network x.json",
            "--network: x.json: expected a network of pliant fit"},
           {deform + "--network n.json", "--network: expected --model springs too"},
+          {deform + "--model springs --reach-mm 4",
+           "--reach-mm: expected --network too, found none"},
+          {deform + "--solve-tolerance 0.1", "--solve-tolerance: expected --model springs too"},
           {deform + "--model springs --network n.json --depth 4",
            "--depth: expected none beside --network"}}) {
         EXPECT_EQ(run(arguments), 2) << arguments;
