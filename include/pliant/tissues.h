@@ -83,7 +83,7 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
 /// A mass-spring network in a scan.
 struct NetworkSettings {
     double time_step_s = 1.0 / 60;  ///< of implicit Euler
-    double solve_tolerance = 1e-4;  ///< relative residual of a step's equations
+    double solve_tolerance = 1e-3;  ///< relative residual of a step's equations
     // The lattice that carries the scan with the network.
     double cell_mm = 4;    ///< edge of a control cell, rounded to whole voxels
     double reach_mm = 10;  ///< distance from the network at which the scan rests

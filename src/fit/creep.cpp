@@ -24,6 +24,7 @@ constexpr double kCreepTolerance = 1e-4;   ///< of the logarithm
 constexpr double kCreepDifference = 1e-2;  ///< of the logarithm, for the derivative
 constexpr double kCreepQuantile95 = 1.959964;
 constexpr double kOnCreepBound = 1e-3;
+constexpr double kMinDuration_s = 1e-9;  ///< squares of shorter steps would vanish
 
 class Creeping {
   public:
@@ -134,7 +135,8 @@ Status check_creep(const FitProblem& problem, std::span<const double> values, co
                                   text_of(s.time_s));
         last = std::max(last, s.time_s);
     }
-    if (!(last > 0)) return expected_error("creep.samples", "a time above 0", "none");
+    if (!(last >= kMinDuration_s))
+        return expected_error("creep.samples", "a time of 1e-9 s or more", text_of(last));
     if (!(std::isfinite(c.high_per_s) && c.low_per_s > 0 && c.low_per_s < c.high_per_s))
         return expected_error("creep", "0 < low_per_s < high_per_s",
                               text_of(c.low_per_s) + " and " + text_of(c.high_per_s));

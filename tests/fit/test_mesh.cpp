@@ -499,9 +499,11 @@ TEST(Creep, RefusesBadInputAndTellsABound) {
     EXPECT_EQ(message({.samples = {{0.1, 80, {}}}}),
               "creep.samples: expected nodes below 80, found 80");
     EXPECT_EQ(message({.samples = {{0, 1, {}}}}),
-              "creep.samples: expected a time above 0, found none");
+              "creep.samples: expected a time of 1e-9 s or more, found 0");
     EXPECT_EQ(message({.load = 2, .samples = {{1, 1, {}}}}),
               "creep.load: expected a load below 2, found 2");
+    EXPECT_NE(message({.samples = {{1e-320, 1, {}}}}).find("a time of 1e-9 s or more"),
+              std::string::npos);
     const auto samples = run_creep(fitted, values, 3000, 0.4);
     const auto bound = must(
         fit_creep(fitted, values,

@@ -42,6 +42,7 @@ const std::vector<NamedFormat>& all_formats() {
         {"markups", markups},
         {"keyframes", keyframes},
         {"network", network},
+        {"measured", measured},
         {"recording", recording},
         {"fit", fit},
         {"surface", surface},

@@ -47,6 +47,7 @@ Files vessel_files();  ///< a scene in "s.toml", and its centreline
 Format markups(const Sources&);
 Format keyframes(const Sources&);
 Format network(const Sources&);
+Format measured(const Sources&);
 Format recording(const Sources&);
 Format fit(const Sources&);
 // mesh_seeds.cpp

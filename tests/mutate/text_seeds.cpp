@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Seeds: ways and cameras of the endoscope, recordings of a device, settings of a fit,
-// networks.
+// Seeds: ways and cameras of the endoscope, recordings of a device, settings and
+// measurements of a fit, networks.
 
 #include "mutate/formats.h"
 
@@ -45,6 +45,15 @@ const std::string kNetwork =
 "rest_length_mm": [60,60,60,84.9,84.9,84.9,84.9,84.9,84.9], "group": [0,0,0,0,0,0,0,0,-1]},
 "cells": {"nodes": [[0,1,2,3],[1,4,2,3]], "bulk_pa": [9e3,0], "group": [0,-1]}}
 )";
+
+const std::string kTetrahedra =
+    "# vtk DataFile Version 3.0\ntwo\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"
+    "-30 -30 -30 30 -30 -30 -30 30 -30 -30 -30 30 30 30 30\nCELLS 2 10\n4 0 1 2 3\n"
+    "4 1 4 2 3\nCELL_TYPES 2\n10\n10\n";
+const std::string kMeasured = "node,dx,dy,dz\n3,0.25,-0.5,-1.5\n4,0.1,0.2,-0.75\n1,0,0,0\n";
+const std::string kMarkers = "# x,y,z,dx,dy,dz\n-30;-30;30;0.25;-0.5;-1.5\n0,0,0,0.1,0.2,-0.75\n";
+const std::string kCreep =
+    "time_s,node,dx,dy,dz\n0.01,3,0.1,0,-0.5\n0.02,3,0.2,0,-0.9\n0.05,4,0.2,0.1,-0.7\n";
 
 const Words kJsonWords = {"\"position\": ",
                           "\"positionStatus\": \"undefined\"",
@@ -105,6 +114,24 @@ Format network(const Sources& from) {
                            "--tool sphere:20 --steps 20 --threads 1 --out out.nrrd --report "
                            "r.json"}};
     return {.name = "network", .words = kJsonWords, .seeds = {std::move(seed)}};
+}
+
+Format measured(const Sources&) {
+    const std::string fit =
+        "fit --mesh m.vtk --hold=-31,-31,-31:31,31,-29 --load=-31,-31,29:31,31,31:0,0,-1 "
+        "--method gauss-newton --threads 1 --report r.json ";
+    const auto seed = [&](const std::string& name, const std::string& text,
+                          const std::string& option) {
+        return Seed{.name = name,
+                    .files = {{.name = "m.vtk", .bytes = kTetrahedra, .fixed = true},
+                              {.name = "t.csv", .bytes = text}},
+                    .commands = {fit + option}};
+    };
+    return {.name = "measured",
+            .words = {",", ";", "#", "node,", "nan", "inf", "-", "1e300", "1e-300", "0.1,", "\n\n"},
+            .seeds = {seed("nodes", kMeasured, "--target t.csv --noise-mm 0.1"),
+                      seed("markers", kMarkers, "--target t.csv"),
+                      seed("creep", kCreep, "--creep t.csv --noise-mm 0.1")}};
 }
 
 Format recording(const Sources&) {
