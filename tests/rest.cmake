@@ -24,7 +24,7 @@ pliant_test(formats
 target_compile_definitions(test_formats PRIVATE
     PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
     PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/formats/data")
-pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
+pliant_test(fit SOURCES test_large.cpp test_mesh.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
@@ -40,7 +40,8 @@ pliant_test(fem
             test_multigrid.cpp test_published.cpp test_solvers.cpp)
 pliant_test(tissue
     SOURCES ../support/count_allocations.cpp test_eye_deformation.cpp test_out_of_memory.cpp
-            test_spring_deformation.cpp test_tissues.cpp test_state_kinds.cpp)
+            test_network_tissue.cpp test_spring_deformation.cpp test_tissues.cpp
+            test_state_kinds.cpp)
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
@@ -103,7 +104,8 @@ if(PLIANT_BUILD_APP)
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
                              ../serve/test_client.cpp ../support/scan_files.cpp test_crashes.cpp
                              test_ending.cpp
-                             test_ending_movies.cpp test_keyframes.cpp test_kinds_of_scans.cpp
+                             test_ending_movies.cpp test_fit_mesh.cpp test_keyframes.cpp
+                             test_kinds_of_scans.cpp
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp
                              test_program.cpp test_readers.cpp test_serve.cpp

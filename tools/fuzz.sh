@@ -38,7 +38,7 @@ fuzz() { # [TARGET…] [--seconds N]
 dictionary_of() { # TARGET
     case $1 in
         labels | vessel | fit | state) echo settings ;;
-        markups | keyframes | messages | session) echo json ;;
+        markups | keyframes | messages | network | session) echo json ;;
         *) echo "$1" ;;
     esac
 }

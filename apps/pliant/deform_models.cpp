@@ -4,6 +4,7 @@
 #include "deform_models.h"
 
 #include <pliant/mesh.h>
+#include <pliant/network_file.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +39,8 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
     std::vector<GivenOption> options;
     for (const NamedValue& setting : o.settings) {
         Models models;
-        if (find_setting(setting.name, spring_rows())) models.push_back("springs");
+        if (find_setting(setting.name, spring_rows()) || find_setting(setting.name, network_rows()))
+            models.push_back("springs");
         if (find_setting(setting.name, body_rows())) models.push_back("body");
         options.push_back({option_of(setting.name), true, std::move(models)});
     }
@@ -46,6 +48,7 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
     for (GivenOption& option : std::vector<GivenOption>{
              {"--region", o.region_mm.has_value(), {"springs"}},
              {"--steps", o.steps.has_value(), {"springs", "body"}},
+             {"--network", !o.network.empty(), {"springs"}},
              {"--mesh", !o.mesh.empty(), {"body"}},
              {"--config", !o.config.empty(), chainmail},
              {"--labels", !o.labels.empty(), chainmail},
@@ -66,6 +69,22 @@ Models models_with(bool TissueTraits::*contact) {
     for (const TissueTraits& traits : tissue_models())
         if (traits.*contact) models.push_back(traits.model);
     return models;
+}
+
+/// Refuses options of a lattice beside a network, and those of a network without one.
+Status check_network(const DeformOptions& o) {
+    if (o.model != "springs") return Ok{};
+    std::string option = o.network.empty() || !o.region_mm ? "" : "--region";
+    for (const NamedValue& setting : o.settings)
+        if (o.network.empty() ? !find_setting(setting.name, spring_rows())
+                              : !find_setting(setting.name, network_rows()))
+            option = option_of(setting.name);
+    if (option.empty()) return Ok{};
+    return Error{ErrorCode::InvalidArgument,
+                 option + (o.network.empty()
+                               ? ": expected --network too, found none"
+                               : ": expected none beside --network, whose file has its nodes and "
+                                 "stiffness, found one")};
 }
 
 // ChainMail.
@@ -142,7 +161,20 @@ Result<Box3i> region_of(const std::pair<Vec3d, Vec3d>& corners_mm, const Grid& g
     return box;
 }
 
+Result<MakeScanTissue> prepare_network(const DeformOptions& o) {
+    auto network = read_network(o.network);
+    if (!network.ok()) return Error{network.error().code, "--network: " + network.error().message};
+    return MakeScanTissue([&o, parts = std::move(network->parts)](
+                              const Volume& scan, const ValueDefaults&,
+                              const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+        NetworkSettings settings;
+        if (const Status s = apply(o.settings, network_rows(), settings); !s) return s.error();
+        return make_network(scan, parts, settings, arena);
+    });
+}
+
 Result<MakeScanTissue> prepare_springs(const DeformOptions& o, std::vector<std::string>&) {
+    if (!o.network.empty()) return prepare_network(o);
     return MakeScanTissue([&o](const Volume& scan, const ValueDefaults& values,
                                const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
         SpringDeformationSettings settings;
@@ -194,6 +226,7 @@ Status check_model(const DeformOptions& o) {
     for (const GivenOption& option : options_of_models(o))
         if (option.is_given && std::count(option.models.begin(), option.models.end(), o.model) == 0)
             return other_model(option.name, option.models, o);
+    if (const Status s = check_network(o); !s) return s;
     const TissueTraits& traits = traits_of(o);
     for (const DeformAction& action : o.actions) {
         const auto refused = [&](const char* option, bool TissueTraits::*contact) {

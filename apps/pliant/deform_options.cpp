@@ -162,15 +162,22 @@ void add_models(CLI::App* c, DeformOptions& o) {
         ->group(springs);
     add(spring_rows(), "cell_mm", "MM", springs);
     add(spring_rows(), "depth", "N", springs);
+    c->add_option(
+         "--network", o.network,
+         "springs of pliant fit --network-out, instead of a lattice: their nodes are in the "
+         "scan's LPS mm")
+        ->group(springs);
+    add(network_rows(), "solve_tolerance", "SHARE", "With --network");
     const char* const body = "With --model body";
     c->add_option("--mesh", o.mesh, "tetrahedra in the scan's LPS mm (.vtu, .vtk, .msh)")
         ->group(body);
     add(body_rows(), "poisson_ratio", "RATIO", body);
     add(body_rows(), "density_kg_m3", "KG_M3", body);
     add(body_rows(), "damping_per_s", "PER_S", body);
-    add(body_rows(), "time_step_s", "S", body);
     add(body_rows(), "sub_steps", "N", body);
-    add(body_rows(), "reach_mm", "MM", body);
+    const char* const meshes = "With --model body, or springs with --network";
+    add(body_rows(), "time_step_s", "S", meshes);
+    add(body_rows(), "reach_mm", "MM", meshes);
 }
 
 }  // namespace
@@ -220,6 +227,8 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         "  pliant deform scan.nrrd --load-state cut.plst --carve \"-3,127,-438:4\" "
         "--out carved.nrrd\n"
         "  pliant deform scan.nrrd --model springs --cell-mm 9 --depth 8 "
+        "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd\n"
+        "  pliant deform scan.nrrd --model springs --network fit.json "
         "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd");
 }
 

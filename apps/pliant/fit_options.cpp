@@ -38,34 +38,80 @@ void read_fit_config(CLI::App* command, const std::string& file) {
     }
 }
 
+/// Options of a box alone.
+void add_box(CLI::App* c, FitOptions& o) {
+    const char* const group = "Without --mesh: a box";
+    const auto add = [&](CLI::Option* option) { option->group(group); };
+    add(c->add_option("--size", o.size, "nodes of the box along x, y, z (default 10,10,10)"));
+    add(c->add_option("--spacing", o.spacing_mm, "between nodes, one or three numbers [mm]"));
+    add(c->add_option("--element", o.element, "of the reference (default trilinear)")
+            ->check(CLI::IsMember({"trilinear", "incompatible"})));
+    const CLI::IsMember face({"-x", "+x", "-y", "+y", "-z", "+z"});
+    add(c->add_option("--held", o.held, "face that doesn't move (default -z)")->check(face));
+    add(c->add_option("--links", o.links, "of the lattice (default edges+faces)")
+            ->check(CLI::IsMember({"edges", "edges+faces", "edges+faces+body"})));
+    add(c->add_option("--groups", o.groups, "partition of the links (default uniform)")
+            ->check(CLI::IsMember({"uniform", "kinds", "directions"})));
+    add(c->add_flag("--by-cells", o.by_cells, "each cell has its own springs"));
+    add(c->add_option("--damping", o.damping_kg_s, "fit the nodes' damping, starting here [kg/s]")
+            ->check(CLI::NonNegativeNumber));
+}
+
+/// Options of a mesh alone.
+void add_mesh_fit(CLI::App* c, FitOptions& o) {
+    const char* const group = "With --mesh";
+    const char* const place = "X,Y,Z:X,Y,Z|NAME=VALUE";
+    CLI::Option* mesh = c->add_option("--mesh", o.mesh,
+                                      "tetrahedra, or a closed surface, in LPS mm (.vtu, .vtk, "
+                                      ".msh, .vtp, .stl, .obj, .ply); its edges become links")
+                            ->group(group);
+    for (const char* box : {"--size", "--spacing", "--element", "--held", "--links", "--groups",
+                            "--by-cells", "--damping"})
+        mesh->excludes(c->get_option(box));
+    const auto add = [&](CLI::Option* option) { option->group(group)->needs(mesh); };
+    add(c->add_option("--tetrahedra", o.tetrahedra, "of a filled surface, about (default 5000)")
+            ->check(CLI::Range(100, 100000)));
+    add(c->add_option("--hold", o.hold,
+                      "nodes that don't move: those in a box, or with a value in an array of the "
+                      "mesh's file; repeatable")
+            ->type_name(place));
+    add(c->add_option("--target", o.targets,
+                      "measured displacements of a load: CSV with node,dx,dy,dz or x,y,z,dx,dy,dz "
+                      "[mm], or VTU with a vector array (default displacement_mm); one for each "
+                      "--load, then each --held-out (default: finite elements)")
+            ->type_name("FILE[:ARRAY]"));
+    add(c->add_option("--regions", o.regions,
+                      "array of the mesh's file; each of its values is a tissue"));
+    add(c->add_option("--labels", o.labels, "label volume; each of its labels is a tissue"));
+    add(c->add_option("--material", o.materials,
+                      "Young's modulus [Pa] and Poisson's ratio of a tissue; repeatable")
+            ->type_name("LABEL:YOUNG[,POISSON]"));
+    add(c->add_option("--creep", o.creep,
+                      "displacements under the first load over time, CSV with time_s,node,dx,dy,dz "
+                      "[mm]: fits the damping"));
+    add(c->add_option("--network-out", o.network_out,
+                      "network of the last method (JSON), for deform and serve"));
+    add(c->add_option("--out", o.out, "displacements, residuals and regions (.vtu)"));
+}
+
 }  // namespace
 
 void add_fit(CLI::App& app, FitOptions& o) {
     auto* c = app.add_subcommand("fit", "Find spring stiffnesses that move as finite elements do");
     c->add_option("CONFIG", o.config, "settings, TOML: the names below without dashes");
-    c->add_option("--size", o.size, "nodes of the box along x, y, z (default 10,10,10)");
-    c->add_option("--spacing", o.spacing_mm, "between nodes, one or three numbers [mm]");
-    c->add_option("--young", o.young_pa, "Young's modulus [Pa] (default 600000)");
+    add_box(c, o);
+    c->add_option("--young", o.young_pa, "Young's modulus [Pa] (default 600000; of a mesh 15000)");
     c->add_option("--poisson", o.poisson, "Poisson's ratio (default 0.45)");
-    c->add_option("--density", o.density_kg_m3, "[kg/m3] (default 1040)");
-    c->add_option("--element", o.element, "of the reference (default trilinear)")
-        ->check(CLI::IsMember({"trilinear", "incompatible"}));
-    const CLI::IsMember face({"-x", "+x", "-y", "+y", "-z", "+z"});
-    c->add_option("--held", o.held, "face that doesn't move (default -z)")->check(face);
-    const char* load = "FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]";
+    c->add_option("--density", o.density_kg_m3, "[kg/m3] (default 1040; of a mesh 1000)");
+    const char* load = "FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]|PLACE:FX,FY,FZ";
     c->add_option("--load", o.loads,
                   "total force [N] on NODES x NODES nodes (default 2) of a face, around a point "
-                  "from 0,0 to 1,1 on it (default 0.5,0.5); repeatable (default +z:0,0,-40)")
+                  "from 0,0 to 1,1 on it (default 0.5,0.5); with --mesh, on the nodes at a place, "
+                  "as of --hold; repeatable (default of a box +z:0,0,-40)")
         ->type_name(load);
     c->add_option("--held-out", o.held_out, "a load for evaluation only")->type_name(load);
-    c->add_option("--links", o.links, "of the lattice (default edges+faces)")
-        ->check(CLI::IsMember({"edges", "edges+faces", "edges+faces+body"}));
-    c->add_option("--groups", o.groups, "partition of the links (default uniform)")
-        ->check(CLI::IsMember({"uniform", "kinds", "directions"}));
     c->add_flag("--volume", o.volume, "add a volume energy of the cells");
-    c->add_flag("--by-cells", o.by_cells, "each cell has its own springs");
-    c->add_option("--damping", o.damping_kg_s, "fit the nodes' damping, starting here [kg/s]")
-        ->check(CLI::NonNegativeNumber);
+    add_mesh_fit(c, o);
     c->add_option("--motion", o.motion, "linear, equilibrium, or run: stopped after a time")
         ->check(CLI::IsMember({"linear", "equilibrium", "run"}));
     c->add_option("--duration", o.duration_s, "of a run [s] (default 1)")
@@ -73,6 +119,9 @@ void add_fit(CLI::App& app, FitOptions& o) {
     c->add_option("--depth", o.depth, "of a run [layers] (default 10)")->check(CLI::Range(0, 1000));
     c->add_option("--cost", o.cost, "sum of distances, or of their squares")
         ->check(CLI::IsMember({"distances", "squares"}));
+    c->add_option("--noise-mm", o.noise_mm,
+                  "standard deviation of a component of a displacement: confidence intervals")
+        ->check(CLI::PositiveNumber);
     c->add_option("--range", o.range, "bounds: the start over this and times this (default 10)");
     c->add_option("--method", o.methods, "repeatable (default closed-form, gauss-newton)")
         ->check(CLI::IsMember(
@@ -88,13 +137,17 @@ void add_fit(CLI::App& app, FitOptions& o) {
         if (!o.config.empty()) read_fit_config(c, o.config);
     });
     c->footer(
-        "Stiffness is in N/m, bulk in Pa, damping in kg/s, errors in percent of the spacing.\n"
+        "Stiffness is in N/m, bulk in Pa, damping in kg/s, errors in percent of the spacing; of a "
+        "mesh moduli in Pa, damping in 1/s, errors in percent of the mean edge.\n"
         "Examples:\n"
         "  pliant fit --load +z:0,0,-40 --method closed-form --method gauss-newton "
         "--method annealing\n"
         "  pliant fit --volume --by-cells --groups kinds --load +z:0,0,-40:0.2,0.3 "
         "--load +z:40,0,0:0.7,0.3 --held-out +z:0,0,-40 --report fit.json\n"
-        "  pliant fit scenes/fit_elastin.toml");
+        "  pliant fit scenes/fit_elastin.toml\n"
+        "  pliant fit --mesh organ.vtu --volume --hold -50,40,-50:50,60,50 "
+        "--load -5,-40,-5:5,-30,5:0,2,0 --target measured.csv --noise-mm 0.1 "
+        "--network-out fit.json --out fitted.vtu");
 }
 
 }  // namespace pliant::app

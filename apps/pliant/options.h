@@ -99,10 +99,11 @@ struct PictureOptions {
 struct DeformOptions {
     std::string model = "chainmail";  ///< or another of tissue_models()
     // Of models other than chainmail.
-    Record settings;  ///< by the names of spring_rows() and body_rows()
+    Record settings;  ///< by the names of spring_rows(), body_rows() and network_rows()
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
     std::optional<int> steps;                          ///< nullopt: until it is at rest
     std::string mesh;                                  ///< the body's tetrahedra
+    std::string network;                               ///< springs in place of a lattice's
     std::string file;
     ScanChoice scan;
     std::vector<DeformAction> actions;  ///< in the order of the command line
@@ -210,6 +211,7 @@ struct ServeOptions {
     std::string labels;                      ///< map over the scan
     std::optional<std::vector<int>> bodies;  ///< labels; empty: of all organs; none: no bodies
     std::string config, directions;          ///< materials
+    std::string network;                     ///< springs that move the scan or the organ
     std::string load_state;                  ///< state of the tissue; empty: at rest
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
@@ -244,15 +246,29 @@ struct BenchOptions {
     int threads = 1;
 };
 
-/// A box of elastic material and its lattice of springs. Composite values are kept as the user's
-/// text.
+/// A box of elastic material and its lattice of springs, or a mesh and the springs of its edges.
+/// Composite values are kept as the user's text.
 struct FitOptions {
     std::string config;
+    // With a mesh.
+    std::string mesh;                    ///< tetrahedra, or a closed surface; empty: a box
+    std::int64_t tetrahedra = 5000;      ///< of a filled surface, about
+    std::vector<std::string> hold;       ///< X,Y,Z:X,Y,Z or NAME=VALUE
+    std::vector<std::string> targets;    ///< measurements of each load
+    std::string regions;                 ///< array of the mesh's file
+    std::string labels;                  ///< label volume, for regions
+    std::vector<std::string> materials;  ///< LABEL:YOUNG[,POISSON]
+    std::string creep;                   ///< displacements over time, CSV
+    std::string network_out, out;        ///< network file; VTU
+    // With a box.
     std::string size = "10,10,10", spacing_mm = "11.111111";
-    double young_pa = 6e5, poisson = 0.45, density_kg_m3 = 1040;
+    // Without a value: 6e5 Pa and 1040 kg/m³ (elastin) for a box, 15e3 and 1000 for a mesh.
+    std::optional<double> young_pa, density_kg_m3;
+    double poisson = 0.45;
     std::string element = "trilinear";
     std::string held = "-z";
-    std::vector<std::string> loads, held_out;  ///< FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]
+    /// Box: FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]. Mesh: a place as of `hold`, and :FX,FY,FZ
+    std::vector<std::string> loads, held_out;
     std::string links = "edges+faces";
     std::string groups = "uniform";
     bool volume = false, by_cells = false;
@@ -262,6 +278,7 @@ struct FitOptions {
     int depth = 10;
     std::string cost = "distances";
     double range = 10;
+    double noise_mm = 0;               ///< above 0: confidence intervals
     std::vector<std::string> methods;  ///< empty: closed-form and gauss-newton
     int evaluations = 400;
     std::uint64_t seed = 1;

@@ -301,7 +301,8 @@ std::string report_text(const DeformOptions& options, const DeformResult& result
         else
             std::snprintf(line, sizeof line, ", %lld steps of %.3g ms%s\n",
                           static_cast<long long>(time.steps),
-                          number_of(figures, options.model + ".time_step_ms"),
+                          number_of(figures, (options.network.empty() ? options.model : "network") +
+                                                 ".time_step_ms"),
                           time.settled ? " (at rest)" : "");
         text += line;
     }

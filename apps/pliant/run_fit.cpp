@@ -6,37 +6,18 @@
 #include <pliant/files.h>
 #include <pliant/fit.h>
 
-#include <charconv>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
+#include "fit_report.h"
 #include "options.h"
 #include "progress.h"
 
 namespace pliant::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr const char* kFaces[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
-
-/// Parses numbers separated by commas; empty for invalid text.
-std::vector<double> numbers_of(std::string_view text) {
-    std::vector<double> numbers;
-    for (;;) {
-        const auto comma = text.find(',');
-        const std::string_view part = text.substr(0, comma);
-        double number = 0;
-        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-        if (error != std::errc{} || end != part.data() + part.size()) return {};
-        numbers.push_back(number);
-        if (comma == std::string_view::npos) return numbers;
-        text.remove_prefix(comma + 1);
-    }
-}
 
 std::optional<BoxFace> face_of(std::string_view text) {
     for (int n = 0; n < 6; ++n)
@@ -73,11 +54,6 @@ std::optional<FitBoxLoad> load_of(const std::string& text) {
     return load;
 }
 
-Error bad_option(const std::string& option, const std::string& expected, const std::string& found) {
-    return {ErrorCode::InvalidArgument,
-            option + ": expected " + expected + ", found '" + found + "'"};
-}
-
 Result<FitBox> box_of(const FitOptions& o) {
     FitBox box;
     const auto size = numbers_of(o.size);
@@ -92,9 +68,9 @@ Result<FitBox> box_of(const FitOptions& o) {
     if (spacing.size() == 1) spacing.resize(3, spacing[0]);
     if (spacing.size() != 3) return bad_option("--spacing", "one or three numbers", o.spacing_mm);
     box.spacing_mm = {spacing[0], spacing[1], spacing[2]};
-    box.young_modulus_pa = o.young_pa;
+    box.young_modulus_pa = o.young_pa.value_or(box.young_modulus_pa);
     box.poisson_ratio = o.poisson;
-    box.density_kg_per_m3 = o.density_kg_m3;
+    box.density_kg_per_m3 = o.density_kg_m3.value_or(box.density_kg_per_m3);
     if (o.element == "incompatible") box.element = HexElement::IncompatibleModes;
     box.held = face_of(o.held).value_or(BoxFace::LowZ);
     for (const auto& [loads, held_out] : {std::pair(&o.loads, false), std::pair(&o.held_out, true)})
@@ -116,30 +92,8 @@ Result<FitBox> box_of(const FitOptions& o) {
     box.damping = o.damping_kg_s > 0;
     box.damping_start_kg_s = o.damping_kg_s;
     box.range = o.range;
-    if (o.motion == "equilibrium") box.settings.motion = FitMotion::Equilibrium;
-    if (o.motion == "run") box.settings.motion = FitMotion::Run;
-    if (o.cost == "squares") box.settings.cost = FitCost::Squares;
-    box.settings.duration = o.duration_s;
-    box.settings.run.depth = o.depth;
+    box.settings = settings_of(o);
     return box;
-}
-
-FitMethod method_of(const std::string& name, const FitOptions& o, const FitBoxProblem& box) {
-    if (name == "closed-form") return GivenValues{box.closed_form};
-    if (name == "gauss-newton") return GaussNewton{};
-    if (name == "annealing")
-        return Annealing{.seed = o.seed,
-                         .start_temperature = o.start_temperature,
-                         .cooling = o.cooling,
-                         .evaluations = o.evaluations};
-    const auto method = name == "bobyqa"        ? DirectMethod::Bobyqa
-                        : name == "nelder-mead" ? DirectMethod::NelderMead
-                                                : DirectMethod::Subplex;
-    return DirectSearch{.method = method, .evaluations = o.evaluations};
-}
-
-const char* name_of(FitBound bound) {
-    return bound == FitBound::Low ? "lower" : "upper";
 }
 
 /// Warning if the box violates an assumption of the method; otherwise empty.
@@ -148,91 +102,10 @@ std::string note_on(const std::string& method, const FitBoxProblem& box) {
     return "the closed form is derived for cubic cells; these are not, and it may be far off";
 }
 
-Json method_json(const std::string& method, const FitBoxProblem& box, const FitResult& r) {
-    Json values, at_bound = Json::object(), cases = Json::array(), directions = Json::array(),
-                 trace = Json::array();
-    const auto groups = box.problem.groups();
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-        values[groups[g].name] = r.values[g];
-        if (r.at_bound[g] != FitBound::None)
-            at_bound[groups[g].name] = {{"bound", name_of(r.at_bound[g])},
-                                        {"low", groups[g].low},
-                                        {"high", groups[g].high}};
-    }
-    for (const FitCaseErrors& c : r.at.cases)
-        cases.push_back({{"load", c.name},
-                         {"held_out", c.held_out},
-                         {"average_percent", c.average_percent},
-                         {"largest_percent", c.largest_percent},
-                         {"still_average_percent", c.still_average_percent},
-                         {"still_largest_percent", c.still_largest_percent}});
-    for (const FitDirection& d : r.directions) {
-        Json direction;
-        for (std::size_t g = 0; g < groups.size(); ++g) direction[groups[g].name] = d.direction[g];
-        directions.push_back({{"influence", d.influence},
-                              {"identifiable", d.influence >= kMinInfluence},
-                              {"direction", direction}});
-    }
-    for (const FitTrace& t : r.trace)
-        trace.push_back({{"evaluation", t.evaluation}, {"cost", t.cost}, {"seconds", t.seconds}});
-    Json json{{"method", method},
-              {"values", values},
-              {"at_bound", at_bound},
-              {"cost", r.at.cost},
-              {"evaluations", r.evaluations},
-              {"refused", r.refused},
-              {"seconds", r.seconds},
-              {"cases", cases},
-              {"directions", directions},
-              {"trace", trace}};
-    if (const std::string note = note_on(method, box); !note.empty()) json["note"] = note;
-    if (method == "annealing")
-        json["annealing"] = {{"start_temperature", r.start_temperature},
-                             {"end_temperature", r.end_temperature},
-                             {"cooling", r.cooling}};
-    return json;
-}
-
-void print(const std::string& method, const FitBoxProblem& box, const FitResult& r) {
-    std::printf("\n%s: cost %g, %lld evaluations, %.2f s\n", method.c_str(), r.at.cost,
-                static_cast<long long>(r.evaluations), r.seconds);
-    const auto groups = box.problem.groups();
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-        std::printf("  %-16s %.6g", groups[g].name.c_str(), r.values[g]);
-        if (r.at_bound[g] != FitBound::None)
-            std::printf("  at its %s bound; a larger --range may fit better",
-                        name_of(r.at_bound[g]));
-        std::printf("\n");
-    }
-    if (const std::string note = note_on(method, box); !note.empty())
-        std::printf("  note: %s\n", note.c_str());
-    std::printf("  %-32s %9s %9s   %s\n", "error [% of the spacing]", "average", "largest",
-                "nothing moves");
-    for (const FitCaseErrors& c : r.at.cases)
-        std::printf("  %-32s %9.3f %9.3f   %.3f %.3f%s\n", c.name.c_str(), c.average_percent,
-                    c.largest_percent, c.still_average_percent, c.still_largest_percent,
-                    c.held_out ? "  held out" : "");
-    for (const FitDirection& d : r.directions) {
-        if (d.influence >= kMinInfluence) continue;
-        std::printf("  not identifiable:");
-        for (std::size_t g = 0; g < groups.size(); ++g)
-            if (d.direction[g] * d.direction[g] > 1e-4)
-                std::printf(" %s %+.2f", groups[g].name.c_str(), d.direction[g]);
-        std::printf("\n");
-    }
-}
-
-Status write_report(const std::filesystem::path& path, const Json& report) {
-    std::ofstream file(path, std::ios::binary);
-    file << report.dump(2) << '\n';
-    file.close();
-    if (file) return Ok{};
-    return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
-}
-
 }  // namespace
 
 int run_fit(const FitOptions& o) {
+    if (!o.mesh.empty()) return run_fit_mesh(o);
     const auto settings = box_of(o);
     if (!settings) return bad_input(settings.error().message);
     // Stage the report before the long work.
@@ -248,16 +121,22 @@ int run_fit(const FitOptions& o) {
     const auto box = fit_box(*settings, arena);
     bar.reset();
     if (!box) return bad_input("fit: " + box.error().message);
-    std::vector<std::string> methods = o.methods;
-    if (methods.empty()) methods = {"closed-form", "gauss-newton"};
     Json report{{"motion", o.motion}, {"cost", o.cost}, {"methods", Json::array()}};
-    for (const std::string& method : methods) {
+    for (const std::string& method : methods_of(o)) {
         bar.emplace(method);
-        const auto result = fit(box->problem, method_of(method, o, *box), arena);
+        const auto result = fit(box->problem, method_of(method, o, box->closed_form), arena);
         bar.reset();
         if (!result) return bad_input(method + ": " + result.error().message);
-        print(method, *box, *result);
-        report["methods"].push_back(method_json(method, *box, *result));
+        std::vector<FitInterval> intervals;
+        if (o.noise_mm > 0) {
+            constexpr double kMetres = 1e-3;  // per mm; the box's network is in metres
+            auto found = fit_intervals(box->problem, result->values, kMetres * o.noise_mm, arena);
+            if (!found) return bad_input(method + ": " + found.error().message);
+            intervals = std::move(*found);
+        }
+        const FitTable table{box->problem, *result, intervals, note_on(method, *box), "spacing"};
+        print(method, table);
+        report["methods"].push_back(method_json(method, table));
     }
     if (!report_file.empty())
         if (const Status s = write_report(report_file, report); !s)

@@ -116,6 +116,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .bodies = options.bodies,
                             .config = options.config,
                             .directions = options.directions,
+                            .network = options.network,
                             .load_state = options.load_state,
                             .port = options.port,
                             .host = options.host,

@@ -23,6 +23,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     add_body_labels(c, o.bodies);
     c->add_option("--directions", o.directions,
                   "field of directions for the [[label]] tables of --config");
+    c->add_option(
+        "--network", o.network,
+        "springs of pliant fit --network-out, which move the scan or the organ instead of "
+        "its own model");
     c->add_option("--load-state", o.load_state,
                   "begin with a saved state of the tissue (.plst), as pliant deform and the page "
                   "save it");

@@ -22,6 +22,7 @@
 #include <pliant/record.h>
 #include <pliant/springs.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -39,14 +40,22 @@ struct FitGroup {
     double low = 0, high = 0;  ///< bounds, 0 < low ≤ start ≤ high
 };
 
+/// A displacement that was measured at a point, as the weighted mean of those of four nodes.
+struct FitPointTarget {
+    std::array<std::int32_t, 4> nodes{};
+    std::array<double, 4> weights{1, 0, 0, 0};
+    Vec3d displacement{0, 0, 0};
+};
+
 struct FitCase {
     std::string name;
     std::vector<std::int32_t> held{};   ///< immobile nodes, besides those fixed in the parts
     std::vector<std::int32_t> nodes{};  ///< loaded nodes
     std::vector<Vec3d> forces{};        ///< forces on these nodes
-    std::vector<Vec3d> target{};        ///< [node] displacement of the reference
-    double weight = 1;                  ///< weight of its distances in the cost
-    bool held_out = false;              ///< used for evaluation only
+    std::vector<Vec3d> target{};        ///< [node] displacement of the reference; empty: `points`
+    std::vector<FitPointTarget> points{};  ///< measured displacements, in place of `target`
+    double weight = 1;                     ///< weight of its distances in the cost
+    bool held_out = false;                 ///< used for evaluation only
 };
 
 /// Method that computes the network's displacement under a load.
@@ -103,6 +112,9 @@ class FitProblem {
     /// @param values  one per group, above 0; the bounds don't apply
     /// @returns InvalidArgument if a value isn't above 0 or the network has a free rigid motion
     Result<FitPoint> evaluate(std::span<const double> values) const;
+    /// Displacement of the network minus each target of a case: [node], or [point].
+    Result<std::vector<Vec3d>> residuals(std::span<const double> values,
+                                         std::size_t fit_case) const;
     /// The network's displacements in a case, [node].
     Result<std::vector<Vec3d>> displacements(std::span<const double> values,
                                              std::size_t fit_case) const;
@@ -203,6 +215,21 @@ Result<FitResult> fit(const FitProblem& problem, const FitMethod& method, const 
 Result<std::vector<FitDirection>> fit_directions(const FitProblem& problem,
                                                  std::span<const double> values,
                                                  const TaskArena& arena);
+
+/// Interval of a value that contains the true one in 95 of 100 repetitions of a measurement.
+struct FitInterval {
+    double low = 0, high = 0;  ///< 0 and infinity if the value isn't identifiable
+    bool identifiable = true;
+};
+
+/// Confidence intervals of the values at an optimum, from the derivatives there (the linearised
+/// covariance of their logarithms). The noise is Gaussian and independent in each component of each
+/// displacement. The difference between network and tissue is no noise, and isn't covered.
+/// @param noise  standard deviation of a component, in the network's unit of length
+/// @returns InvalidArgument if the noise isn't above 0
+Result<std::vector<FitInterval>> fit_intervals(const FitProblem& problem,
+                                               std::span<const double> values, double noise,
+                                               const TaskArena& arena);
 
 // The set-up of [Choi2004, 4.3] with any numbers: a box of elastic material, held at a face and
 // loaded at nodes of another face, by finite elements and as a lattice of springs.

@@ -245,9 +245,16 @@ struct MeshData {
         std::vector<double> values;
     };
     std::vector<Field> node_fields;
+    std::vector<Field> tetrahedron_fields;  ///< numbers of the tetrahedra, such as labels; VTU only
 
-    const Field* field(std::string_view name) const {
-        for (const Field& f : node_fields)
+    const Field* field(std::string_view name) const { return find(node_fields, name); }
+    const Field* tetrahedron_field(std::string_view name) const {
+        return find(tetrahedron_fields, name);
+    }
+
+  private:
+    static const Field* find(const std::vector<Field>& fields, std::string_view name) {
+        for (const Field& f : fields)
             if (f.name == name) return &f;
         return nullptr;
     }

@@ -9,7 +9,8 @@
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h, body_contact.h,
 //                     vessel.h, catheter.h, organs.h
-//   materials         material.h; fit.h: springs identified against the finite elements of fem.h
+//   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
+//                     (fem.h) or measurements; network_file.h: their file
 //   a view            render.h
 //   a hand            haptics.h
 //   a scene           session.h, serve.h
@@ -33,9 +34,11 @@
 #include <pliant/fem.h>
 #include <pliant/files.h>
 #include <pliant/fit.h>
+#include <pliant/fit_mesh.h>
 #include <pliant/haptics.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
+#include <pliant/network_file.h>
 #include <pliant/organs.h>
 #include <pliant/pbd.h>
 #include <pliant/record.h>

@@ -40,6 +40,9 @@ struct ServerSettings {
     /// ChainMail's settings, TOML. Its [[label]] tables take the label map, which then must be on
     /// the scan's grid, and the directions. A session refers to these files.
     std::string config{}, directions{};
+    /// Mass-spring network that moves the scan, or the organ, instead of its own model
+    /// (network_file.h). A session refers to this file.
+    std::string network{};
     /// Saved state of the tissue that the scene begins with (.plst); empty: at rest. A session
     /// refers to this file.
     std::string load_state{};

@@ -11,6 +11,8 @@
 //   "chainmail"  a lattice of limits: pushed at once, relaxed on request (chainmail.h)
 //   "springs"    a mass-spring lattice (tissue.h)
 //   "body"       tetrahedra, by position-based dynamics (pbd.h)
+//   "network"    a mass-spring network with nodes of its own, such as an identified one
+//                (network_file.h)
 //   "rigid"      tissue that no tool can move
 
 #pragma once
@@ -84,6 +86,25 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept;
+
+/// A mass-spring network in a scan.
+struct NetworkSettings {
+    double time_step_s = 1.0 / 60;  ///< of implicit Euler
+    double solve_tolerance = 1e-3;  ///< relative residual of a step's equations
+    double reach_mm = 10;           ///< distance from the network at which the scan rests
+
+    friend bool operator==(const NetworkSettings&, const NetworkSettings&) = default;
+};
+SettingRows<NetworkSettings> network_rows() noexcept;
+
+/// Makes a network's tissue. All nodes move in each step, by implicit Euler, so that slivers don't
+/// limit the time step. Tools hold nodes as those of make_body() do. force_n() is the force of
+/// links and volumes on the held nodes.
+/// @param parts  in mm (LPS), g and s; fixed nodes never move
+/// @returns InvalidArgument for a network without cells, or beside the scan
+Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts parts,
+                                             const NetworkSettings& settings,
+                                             const TaskArena& arena) noexcept;
 
 /// Pushes are rejected, as by bone.
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept;

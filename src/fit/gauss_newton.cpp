@@ -33,14 +33,15 @@ Normal normal_equations(const FitProblem::Impl& problem, const FitProblem::Impl:
     for (std::size_t c = 0; c < problem.cases.size(); ++c) {
         const FitCase& fit_case = problem.cases[c];
         if (fit_case.held_out) continue;
-        for (std::size_t n = 0; n < fit_case.target.size(); ++n) {
-            const Vec3d r = d.at[c][n] - fit_case.target[n];
+        for (const FitPointTarget& target : problem.targets[c]) {
+            const Vec3d r = moved_at(d.at[c], target) - target.displacement;
             double weight = fit_case.weight;
             if (distances) weight /= std::max(norm(r), kNearest * problem.spring_length);
             for (std::size_t g = 0; g < size; ++g) {
-                const Vec3d by = weight * d.by[g][c][n];
+                const Vec3d by = weight * moved_at(d.by[g][c], target);
                 normal.right[g] -= dot(by, r);
-                for (std::size_t h = 0; h <= g; ++h) normal.matrix[g][h] += dot(by, d.by[h][c][n]);
+                for (std::size_t h = 0; h <= g; ++h)
+                    normal.matrix[g][h] += dot(by, moved_at(d.by[h][c], target));
             }
         }
     }
@@ -52,9 +53,10 @@ Normal normal_equations(const FitProblem::Impl& problem, const FitProblem::Impl:
 std::vector<FitDirection> directions_of(const FitProblem::Impl& problem,
                                         const FitProblem::Impl::Derivatives& d) {
     double moved = 0;
-    for (const FitCase& c : problem.cases)
-        if (!c.held_out)
-            for (const Vec3d u : c.target) moved += c.weight * dot(u, u);
+    for (std::size_t c = 0; c < problem.cases.size(); ++c)
+        if (!problem.cases[c].held_out)
+            for (const FitPointTarget& target : problem.targets[c])
+                moved += problem.cases[c].weight * dot(target.displacement, target.displacement);
     const auto eigen = symmetric_eigen(normal_equations(problem, d, false).matrix);
     std::vector<FitDirection> directions;
     for (std::size_t n = 0; n < eigen.values.size(); ++n)

@@ -176,7 +176,7 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
     std::span<const double> given) const {
     Impl& m = *m_impl;
     // Recomputing a small factor in the same memory is faster than caching it.
-    if (!m.dissection) return make_factor(given);
+    if (!m.dissection) return make_factor(given, {});
     std::vector<double> values(given.begin(), given.end());
     for (std::size_t g = 0; g < values.size(); ++g)
         if (m.is_empty[g]) values[g] = 0;
@@ -192,7 +192,7 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
         const std::lock_guard lock(m.last_mutex);
         if (m.last && m.last_values == values) found = m.last;
     }
-    if (!found) found = make_factor(values);
+    if (!found) found = make_factor(values, {});
     if (!found) return nullptr;
     {
         const std::lock_guard lock(m.last_mutex);
@@ -206,14 +206,17 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
     return scaled;
 }
 
+/// @param diagonal  [node]; empty: none
 std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::make_factor(
-    std::span<const double> values) const {
+    std::span<const double> values, std::span<const double> diagonal) const {
     const Impl& m = *m_impl;
     Matrix sum = m.matrices.back();
     const auto size = std::size_t(sum.nonZeros());
     for (std::size_t g = 0; g < values.size(); ++g)
         for (std::size_t n = 0; n < size; ++n)
             sum.valuePtr()[n] += values[g] * m.matrices[g].valuePtr()[n];
+    for (std::size_t u = 0; u < m.unknowns.size() && !diagonal.empty(); ++u)
+        if (m.unknowns[u] >= 0) sum.coeffRef(m.unknowns[u], m.unknowns[u]) += diagonal[u / 3];
     auto made = std::make_shared<Factor>();
     if (m.count == 0) return made;
     if (m.dissection) {

@@ -33,6 +33,11 @@ class LinearNetwork {
     struct Factor;
     /// Returns null if there is a motion without a force.
     std::shared_ptr<const Factor> factor(std::span<const double> values) const;
+    /// Likewise for K + diag(d). @param diagonal  [node]: d of its three unknowns
+    std::shared_ptr<const Factor> factor(std::span<const double> values,
+                                         std::span<const double> diagonal) const {
+        return make_factor(values, diagonal);
+    }
     /// Solves K u = F; 0 at held nodes.
     std::vector<Vec3d> solve(const Factor& factor, std::span<const Vec3d> force) const;
     /// Computes K_g u.
@@ -41,7 +46,8 @@ class LinearNetwork {
   private:
     std::vector<int> minimum_degree(const SpringParts& parts) const;
     std::vector<int> dissect(const SpringParts& parts, std::span<const std::uint8_t> held);
-    std::shared_ptr<const Factor> make_factor(std::span<const double> values) const;
+    std::shared_ptr<const Factor> make_factor(std::span<const double> values,
+                                              std::span<const double> diagonal) const;
 
     struct Impl;
     std::unique_ptr<Impl> m_impl;

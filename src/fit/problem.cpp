@@ -55,7 +55,10 @@ Status check_case(const SpringParts& parts, const FitCase& c,
         return bad_problem("case " + c.name + ": " + text);
     };
     const std::size_t count = parts.nodes.size();
-    if (c.target.size() != count)
+    if (c.target.empty() == c.points.empty())
+        return here(c.points.empty() ? "expected a target or points, found neither"
+                                     : "expected a target or points, found both");
+    if (c.points.empty() && c.target.size() != count)
         return here("expected a target for each of " + std::to_string(count) + " nodes, found " +
                     std::to_string(c.target.size()));
     if (c.forces.size() != c.nodes.size())
@@ -79,10 +82,29 @@ Status check_case(const SpringParts& parts, const FitCase& c,
         if (!is_finite(c.forces[n]))
             return here("expected three numbers as the force on node " + std::to_string(node));
     }
-    for (std::size_t n = 0; n < count; ++n)
+    for (std::size_t n = 0; n < c.target.size(); ++n)
         if (!is_finite(c.target[n]))
             return here("expected three numbers as the target of node " + std::to_string(n));
+    for (std::size_t p = 0; p < c.points.size(); ++p) {
+        const FitPointTarget& point = c.points[p];
+        bool is_good = is_finite(point.displacement);
+        for (std::size_t k = 0; k < 4; ++k)
+            is_good &= point.nodes[k] >= 0 && std::size_t(point.nodes[k]) < count &&
+                       std::isfinite(point.weights[k]);
+        if (!is_good)
+            return here("expected nodes below " + std::to_string(count) +
+                        " and finite numbers at point " + std::to_string(p));
+    }
     return Ok{};
+}
+
+/// The targets of a case as points.
+std::vector<FitPointTarget> points_of(const FitCase& c) {
+    if (!c.points.empty()) return c.points;
+    std::vector<FitPointTarget> points;
+    for (std::size_t n = 0; n < c.target.size(); ++n)
+        points.push_back({.nodes = {std::int32_t(n), 0, 0, 0}, .displacement = c.target[n]});
+    return points;
 }
 
 Status check_settings(const FitSettings& s) {
@@ -155,6 +177,7 @@ Result<FitProblem> FitProblem::create(SpringParts parts, std::vector<FitGroup> g
         const auto known = std::find(impl->held.begin(), impl->held.end(), held);
         impl->held_of.push_back(std::size_t(known - impl->held.begin()));
         if (known == impl->held.end()) impl->held.push_back(std::move(held));
+        impl->targets.push_back(points_of(c));
     }
     if (std::all_of(cases.begin(), cases.end(), [](const FitCase& c) { return c.held_out; }))
         return bad_problem("expected one or more cases that aren't held out, found none");
@@ -176,11 +199,12 @@ Result<FitPoint> FitProblem::evaluate(std::span<const double> values) const {
     for (std::size_t c = 0; c < m_impl->cases.size(); ++c) {
         const FitCase& fit_case = m_impl->cases[c];
         FitCaseErrors errors{.name = fit_case.name, .held_out = fit_case.held_out};
-        for (std::size_t n = 0; n < fit_case.target.size(); ++n) {
-            const double off = percent * norm((*moved)[c][n] - fit_case.target[n]);
-            const double still = percent * norm(fit_case.target[n]);
-            errors.average_percent += off / double(fit_case.target.size());
-            errors.still_average_percent += still / double(fit_case.target.size());
+        const auto& targets = m_impl->targets[c];
+        for (const FitPointTarget& target : targets) {
+            const double off = percent * norm(moved_at((*moved)[c], target) - target.displacement);
+            const double still = percent * norm(target.displacement);
+            errors.average_percent += off / double(targets.size());
+            errors.still_average_percent += still / double(targets.size());
             errors.largest_percent = std::max(errors.largest_percent, off);
             errors.still_largest_percent = std::max(errors.still_largest_percent, still);
         }
@@ -200,13 +224,23 @@ Result<std::vector<Vec3d>> FitProblem::displacements(std::span<const double> val
     return std::move((*moved)[fit_case]);
 }
 
+Result<std::vector<Vec3d>> FitProblem::residuals(std::span<const double> values,
+                                                 std::size_t fit_case) const {
+    auto moved = displacements(values, fit_case);
+    if (!moved.ok()) return moved.error();
+    std::vector<Vec3d> residuals;
+    for (const FitPointTarget& target : m_impl->targets[fit_case])
+        residuals.push_back(moved_at(*moved, target) - target.displacement);
+    return residuals;
+}
+
 double FitProblem::Impl::cost_of(const Displacements& displacements) const {
     double cost = 0;
     for (std::size_t c = 0; c < cases.size(); ++c) {
         if (cases[c].held_out) continue;
         double sum = 0;
-        for (std::size_t n = 0; n < parts.nodes.size(); ++n) {
-            const Vec3d off = displacements[c][n] - cases[c].target[n];
+        for (const FitPointTarget& target : targets[c]) {
+            const Vec3d off = moved_at(displacements[c], target) - target.displacement;
             sum += settings.cost == FitCost::Distances ? norm(off) : dot(off, off);
         }
         cost += cases[c].weight * sum;

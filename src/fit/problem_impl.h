@@ -11,6 +11,15 @@ namespace pliant {
 
 using Displacements = std::vector<std::vector<Vec3d>>;  ///< [case][node]; empty: left out
 
+/// Displacement at a point.
+inline Vec3d moved_at(std::span<const Vec3d> moved, const FitPointTarget& point) {
+    Vec3d sum = point.weights[0] * moved[std::size_t(point.nodes[0])];
+    for (std::size_t k = 1; k < 4; ++k)
+        if (point.weights[k] != 0)
+            sum = sum + point.weights[k] * moved[std::size_t(point.nodes[k])];
+    return sum;
+}
+
 struct FitProblem::Impl {
     SpringParts parts;
     std::vector<FitGroup> groups;
@@ -19,8 +28,9 @@ struct FitProblem::Impl {
     double spring_length = 0;
     /// Distinct sets of nodes that are fixed in some case.
     std::vector<std::vector<std::uint8_t>> held;
-    std::vector<std::size_t> held_of;   ///< [case]
-    std::vector<LinearNetwork> linear;  ///< [set], for linear motion
+    std::vector<std::size_t> held_of;                  ///< [case]
+    std::vector<std::vector<FitPointTarget>> targets;  ///< [case]: its target or its points
+    std::vector<LinearNetwork> linear;                 ///< [set], for linear motion
 
     Status check_values(std::span<const double> values) const;
     SpringParts parts_at(std::span<const double> values) const;

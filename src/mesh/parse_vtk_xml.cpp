@@ -96,6 +96,7 @@ class Document {
     Status open();
     Status read_piece(const pugi::xml_node& piece, MeshData& mesh);
     Status read_cells(const pugi::xml_node& group, int type, MeshData& mesh);
+    Status read_cell_fields(const pugi::xml_node& group, MeshData& mesh);
     Status read_fields(const pugi::xml_node& group, std::size_t points, std::size_t before,
                        MeshData& mesh);
     bool says_ras();
@@ -112,6 +113,8 @@ class Document {
     bool m_appended_base64 = false, m_compressed = false, m_big_endian = false, m_long = false;
     bool m_grid = false;
     pugi::xml_document m_xml;
+    std::uint64_t m_cells = 0;                 ///< of the last group
+    std::vector<std::uint32_t> m_cell_of_tet;  ///< likewise
 };
 
 Status Document::open() {
@@ -276,6 +279,8 @@ Status Document::read_cells(const pugi::xml_node& group, int type, MeshData& mes
         if (!read) return read.error();
         types = std::move(*read);
     }
+    m_cells = ends->size();
+    m_cell_of_tet.clear();
     std::int64_t begin = 0;
     for (std::size_t c = 0; c < ends->size(); ++c) {
         const std::int64_t end = (*ends)[c];
@@ -287,7 +292,26 @@ Status Document::read_cells(const pugi::xml_node& group, int type, MeshData& mes
         const std::int64_t kind = type < 0 ? types[c] : type;
         if (const Status s = add_cell(mesh, int(std::clamp<std::int64_t>(kind, -1, 255)), cell); !s)
             return s;
+        if (m_cell_of_tet.size() < mesh.tetrahedra.size())
+            m_cell_of_tet.push_back(std::uint32_t(c));
         begin = end;
+    }
+    return Ok{};
+}
+
+/// Numbers of the tetrahedra. Arrays of text, and of vectors, are left out.
+Status Document::read_cell_fields(const pugi::xml_node& group, MeshData& mesh) {
+    if (m_cell_of_tet.empty()) return Ok{};
+    for (const pugi::xml_node& node : group.children("DataArray")) {
+        if (node.attribute("NumberOfComponents").as_ullong(1) != 1 ||
+            !number_type(node.attribute("type").value()))
+            continue;
+        const auto values = array<double>(node, m_cells);
+        if (!values) return values.error();
+        MeshData::Field field{node.attribute("Name").value(), 1, {}};
+        ask_for(m_cell_of_tet.size() * sizeof(double));
+        for (const std::uint32_t cell : m_cell_of_tet) field.values.push_back((*values)[cell]);
+        mesh.tetrahedron_fields.push_back(std::move(field));
     }
     return Ok{};
 }
@@ -320,6 +344,7 @@ Status Document::read_piece(const pugi::xml_node& piece, MeshData& mesh) {
         return s;
     if (m_grid) {
         if (const Status s = read_cells(piece.child("Cells"), -1, part); !s) return s;
+        if (const Status s = read_cell_fields(piece.child("CellData"), part); !s) return s;
     } else {
         constexpr struct {
             const char* name;
@@ -335,6 +360,7 @@ Status Document::read_piece(const pugi::xml_node& piece, MeshData& mesh) {
         return Ok{};
     }
     mesh.node_fields.clear();
+    mesh.tetrahedron_fields.clear();
     mesh.nodes_mm.insert(mesh.nodes_mm.end(), part.nodes_mm.begin(), part.nodes_mm.end());
     const auto append = [first](auto& cells, auto& more) {
         for (auto& cell : more) {

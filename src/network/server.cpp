@@ -160,6 +160,7 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     source.bodies = settings.bodies;
     if (!settings.config.empty() || source.bodies) source.labels = absolute(settings.labels);
     source.directions = absolute(settings.directions);
+    source.network = absolute(settings.network);
     if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
         return go_on(settings.session, source, absolute(settings.load_state), settings.file.empty(),
                      arena);
@@ -225,6 +226,8 @@ SettingRows<ServerSettings> server_rows() noexcept {
         setting<&S::config>({.name = "config", .text = "ChainMail's settings, TOML"}),
         setting<&S::directions>(
             {.name = "directions", .text = "field of directions for its label materials"}),
+        setting<&S::network>(
+            {.name = "network", .text = "network of springs that moves the scan; empty: none"}),
         setting<&S::port>({.name = "port", .low = 0, .high = 65535, .text = "0: a free port"}),
         setting<&S::host>({.name = "host",
                            .text = "address of this machine to listen on; 0.0.0.0: all, with a "

@@ -4,8 +4,10 @@
 #include "session/source.h"
 
 #include <pliant/files.h>
+#include <pliant/network_file.h>
 #include <pliant/organs.h>
 #include <pliant/resample.h>
+#include <pliant/tissues.h>
 
 #include <algorithm>
 #include <bit>
@@ -171,6 +173,48 @@ Status load_materials(const SceneSource& source, LoadedScan& loaded) {
     return Ok{};
 }
 
+/// Hash of all numbers that affect the motion.
+std::uint64_t hash_of(const SpringParts& parts, std::uint64_t scan) {
+    Hash64 hash;
+    hash.add_word(scan);
+    const auto add = [&](double number) { hash.add_word(std::bit_cast<std::uint64_t>(number)); };
+    for (const SpringNode& node : parts.nodes) {
+        for (int a = 0; a < 3; ++a) add(node.rest[a]);
+        add(node.mass);
+        add(node.damping);
+        hash.add_word(node.fixed);
+    }
+    for (const SpringLink& link : parts.links) {
+        hash.add_word(std::uint64_t(link.a) << 32 | std::uint64_t(link.b));
+        add(link.stiffness);
+        add(link.damping);
+        add(link.rest_length);
+    }
+    for (const SpringCell& cell : parts.cells) {
+        for (int n = 0; n < cell.node_count; ++n)
+            hash.add_word(std::uint64_t(cell.nodes[std::size_t(n)]));
+        add(cell.bulk);
+    }
+    return hash.value();
+}
+
+/// Reads a network that moves the scan instead of its own model.
+Status load_network(const SceneSource& source, LoadedScan& loaded) {
+    if (source.network.empty()) return Ok{};
+    if (loaded.vessel)
+        return about("network", ErrorCode::InvalidArgument,
+                     "expected a scan or an organ, found the scene of a vessel");
+    auto network = read_network(source.network);
+    if (!network.ok()) return about("network", network.error().code, network.error().message);
+    loaded.hash = hash_of(network->parts, loaded.hash);
+    loaded.own_tissue = std::make_shared<const MakeTissue>(
+        [parts = std::make_shared<const SpringParts>(std::move(network->parts))](
+            const Volume& volume, const TaskArena& arena) {
+            return make_network(volume, *parts, {}, arena);
+        });
+    return Ok{};
+}
+
 }  // namespace
 
 bool is_vessel_scene(const std::filesystem::path& file) {
@@ -236,6 +280,7 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
     loaded.hash ^= hash_volume(loaded.volume);
     if (loaded.vessel) loaded.hash = hash_of(*loaded.vessel, loaded.hash);
     if (const Status status = load_materials(source, loaded); !status.ok()) return status.error();
+    if (const Status status = load_network(source, loaded); !status.ok()) return status.error();
     loaded.settings.history_max_steps = kHistorySteps;
     if (source.own_tissue) loaded.own_tissue = source.own_tissue;
     return loaded;

@@ -28,6 +28,7 @@ struct SceneSource {
     std::string series{};
     // ChainMail's settings and the files of its label materials; absolute, may be empty.
     std::string config{}, labels{}, directions{};
+    std::string network{};  ///< file of a network that moves the scan; absolute, may be empty
     std::string phantom = "airway";
     Vec3i phantom_size{128, 128, 128};
     std::shared_ptr<const MakeTissue> own_tissue{};  ///< null: ChainMail, or the vessel
@@ -39,8 +40,8 @@ struct SceneSource {
     /// Whether two sources name the same scan.
     friend bool operator==(const SceneSource& a, const SceneSource& b) {
         return a.file == b.file && a.series == b.series && a.config == b.config &&
-               a.labels == b.labels && a.directions == b.directions && a.phantom == b.phantom &&
-               a.phantom_size == b.phantom_size && a.frame == b.frame &&
+               a.labels == b.labels && a.directions == b.directions && a.network == b.network &&
+               a.phantom == b.phantom && a.phantom_size == b.phantom_size && a.frame == b.frame &&
                a.straighten == b.straighten && a.bodies == b.bodies;
     }
 };

@@ -12,6 +12,7 @@
 #include "core/text.h"
 #include "tissue/body_tissue.h"
 #include "tissue/chainmail_tissue.h"
+#include "tissue/network_tissue.h"
 #include "tissue/spring_tissue.h"
 
 namespace pliant {
@@ -98,6 +99,28 @@ constexpr Setting<B> kBodyRows[] = {
                            .text = "distance from the body at which the scan rests"}),
 };
 
+using N = NetworkSettings;
+
+constexpr Setting<N> kNetworkRows[] = {
+    setting<&N::time_step_s>({.name = "time_step_s",
+                              .unit = "s",
+                              .low = 1e-5,
+                              .high = 0.1,
+                              .text = "simulated time of a step"}),
+    setting<&N::solve_tolerance>({.name = "solve_tolerance",
+                                  .low = 0,
+                                  .high = 1,
+                                  .above_low = true,
+                                  .below_high = true,
+                                  .text = "relative residual of a step's equations"}),
+    setting<&N::reach_mm>({.name = "reach_mm",
+                           .unit = "mm",
+                           .low = 0,
+                           .high = 1000,
+                           .above_low = true,
+                           .text = "distance from the network at which the scan rests"}),
+};
+
 /// Value of the nearest voxel; the background outside of the scan.
 double value_at(const Volume& scan, Vec3d position_mm) {
     const Vec3d ijk = voxel_from_world(scan.grid, position_mm);
@@ -121,6 +144,10 @@ std::vector<std::array<std::int32_t, 4>> cells_of(const PbdParts& parts) {
 
 SettingRows<BodySettings> body_rows() noexcept {
     return kBodyRows;
+}
+
+SettingRows<NetworkSettings> network_rows() noexcept {
+    return kNetworkRows;
 }
 
 std::span<const TissueTraits> tissue_models() noexcept {
@@ -192,6 +219,12 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
         if (!body) return body.error();
         return make_body(scan, std::move(*body), settings, arena);
     });
+}
+
+Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts parts,
+                                             const NetworkSettings& settings,
+                                             const TaskArena& arena) noexcept {
+    return attempt([&] { return NetworkTissue::create(scan, std::move(parts), settings, arena); });
 }
 
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept {

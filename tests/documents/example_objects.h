@@ -32,6 +32,8 @@ extern const std::vector<Vec3i> touched;
 
 extern const TetMesh mesh;
 extern const TriangleMesh surface;
+extern const std::vector<std::int32_t> back;
+extern const FitMeshLoad load;
 extern const std::vector<Vec3d> displacements, positions, rod_positions;
 extern const std::vector<VesselEnd> ends;
 extern const VesselWall wall;

@@ -6,11 +6,14 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
+#include <pliant/pbd.h>
+#include <pliant/tissues.h>
 #include <pliant/volume.h>
 
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
@@ -159,6 +162,33 @@ TEST_F(LiveFeelTest, SpringsAreFeltAsTheyPushBack) {
     step(-1);
     EXPECT_FALSE(m_tissue->is_touched());
     EXPECT_EQ(norm(step(-1).force_n), 0);
+}
+
+TEST_F(LiveFeelTest, ANetworkIsFeltInNewtonsAsStiffAsItIs) {
+    std::vector<double> forces;
+    for (const double modulus_pa : {3e3, 9e3}) {
+        // A block with the wall in its middle; its far layers are fixed.
+        TetMesh mesh = five_tet_block({6, 6, 6}, 4);
+        for (Vec3d& p : mesh.nodes_mm) p = p + m_wall.point_mm - Vec3d{12, 12, 12};
+        auto parts = springs_of_elastic_tetrahedra(mesh.nodes_mm, mesh.cells,
+                                                   {.stiffness = modulus_pa, .density = 1e-3});
+        for (SpringNode& node : parts->nodes)
+            node.fixed = dot(node.rest - m_wall.point_mm, m_wall.normal) < -9;
+        take(std::move(make_network(m_scan, *parts, {}, m_arena)).value());
+        for (double depth = -2; depth < 3; depth += 0.5) step(depth);
+        for (int n = 0; n < 100; ++n) ASSERT_TRUE(m_tissue->sweep().ok());
+        const HapticModel model = step(3);
+        const auto force = m_tissue->force_n(kTool);
+        ASSERT_TRUE(force.has_value());
+        EXPECT_NEAR(norm(model.force_n - *force), 0, 1e-9 + 1e-6 * norm(*force));
+        EXPECT_GT(dot(model.force_n, m_wall.normal), 0) << "out of the wall";
+        forces.push_back(norm(*force));
+        EXPECT_GT(dent_mm(), 1);
+        m_tissue->release(kTool);
+        m_pushed = at(-2);
+    }
+    EXPECT_GT(forces[0], 1e-3);
+    EXPECT_NEAR(forces[1] / forces[0], 3, 0.05);
 }
 
 TEST(PosedDevice, GoesSmoothlyToWhereItIsSaidToBe) {

@@ -315,6 +315,45 @@ std::vector<std::string> all_formats() {
     return files;
 }
 
+TEST(MeshFiles, NumbersOfCellsAreThoseOfTheTetrahedraAmongThem) {
+    const auto file = [](const std::string& cell_data) {
+        return "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>"
+               "<Piece NumberOfPoints=\"5\" NumberOfCells=\"3\"><Points>"
+               "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">"
+               "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1</DataArray></Points><Cells>"
+               "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">"
+               "0 1 2 3 0 1 2 1 4 2 3</DataArray>"
+               "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4 7 11</DataArray>"
+               "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10 5 10</DataArray>"
+               "</Cells><CellData>" +
+               cell_data + "</CellData></Piece></UnstructuredGrid></VTKFile>";
+    };
+    const std::string label = "<DataArray type=\"Int16\" Name=\"label\" format=\"ascii\">";
+    const auto mesh = mesh::parse_mesh(
+        file(label + "7 8 9</DataArray>"
+                     "<DataArray type=\"String\" Name=\"text\" format=\"ascii\">a</DataArray>"
+                     "<DataArray type=\"Float32\" Name=\"flow\" NumberOfComponents=\"3\" "
+                     "format=\"ascii\">1 2 3</DataArray>"),
+        ".vtu");
+    ASSERT_TRUE(mesh.ok()) << mesh.error().message;
+    ASSERT_EQ(mesh->tetrahedra.size(), 2u);
+    ASSERT_EQ(mesh->tetrahedron_fields.size(), 1u);
+    ASSERT_TRUE(mesh->tetrahedron_field("label"));
+    EXPECT_EQ(mesh->tetrahedron_field("label")->values, (std::vector<double>{7, 9}));
+    EXPECT_FALSE(mesh->tetrahedron_field("flow"));
+    const auto short_one = mesh::parse_mesh(file(label + "7 8</DataArray>"), ".vtu");
+    EXPECT_EQ(complaint(short_one), "array 'label' has 2 numbers, expected 3");
+    // As this library writes them.
+    const test::TemporaryFolder folder;
+    const TetMesh block = tet_mesh({.size = {3, 3, 3}});
+    std::vector<double> numbers;
+    for (std::size_t t = 0; t < block.cells.size(); ++t) numbers.push_back(double(t % 7) - 0.25);
+    ASSERT_TRUE(write_vtu(folder / "b.vtu", block, {{}, {{"n", numbers}}}).ok());
+    const auto back = read_mesh(folder / "b.vtu");
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(back->tetrahedron_field("n")->values, numbers);
+}
+
 TEST(MeshFiles, EachFormatAndEncodingHoldsTheSameMesh) {
     for (const std::string& file : all_formats()) {
         SCOPED_TRACE(file.substr(0, 120));

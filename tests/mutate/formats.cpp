@@ -41,6 +41,8 @@ const std::vector<NamedFormat>& all_formats() {
         {"path", path},
         {"markups", markups},
         {"keyframes", keyframes},
+        {"network", network},
+        {"measured", measured},
         {"recording", recording},
         {"fit", fit},
         {"surface", surface},

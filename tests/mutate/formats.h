@@ -46,6 +46,8 @@ Files vessel_files();  ///< a scene in "s.toml", and its centreline
 // text_seeds.cpp
 Format markups(const Sources&);
 Format keyframes(const Sources&);
+Format network(const Sources&);
+Format measured(const Sources&);
 Format recording(const Sources&);
 Format fit(const Sources&);
 // mesh_seeds.cpp

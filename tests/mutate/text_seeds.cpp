@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Seeds: ways and cameras of the endoscope, recordings of a device, settings of a fit.
+// Seeds: ways and cameras of the endoscope, recordings of a device, settings and
+// measurements of a fit, networks.
 
 #include "mutate/formats.h"
 
@@ -33,6 +34,26 @@ const std::string kFit =
     "groups = \"kinds\"\nvolume = true\nheld = \"-z\"\n"
     "load = [\"+z:0,0,-40:0.2,0.3\"]\nheld-out = [\"+z:0,0,-40\"]\n"
     "method = [\"closed-form\", \"gauss-newton\"]\nevaluations = 10\n";
+
+const std::string kNetwork =
+    R"({"format": "pliant spring network", "version": 1, "mesh": "t.vtu",
+"groups": [{"name": "links", "value": 4000, "unit": "Pa", "low": 3900, "high": 4100}],
+"nodes": {"position_mm": [[-30,-30,-30],[30,-30,-30],[-30,30,-30],[-30,-30,30],[30,30,30]],
+"mass_g": [9,9,9,9,9], "damping_g_s": [0,9,9,9,9], "fixed": [0,2], "group": [-1,-1,-1,-1,-1]},
+"links": {"nodes": [[0,1],[0,2],[0,3],[1,2],[1,3],[2,3],[1,4],[2,4],[3,4]],
+"stiffness_mn_m": [4e4,4e4,4e4,4e4,4e4,4e4,4e4,4e4,4e4], "damping_g_s": [0,0,0,0,0,0,0,0,0],
+"rest_length_mm": [60,60,60,84.9,84.9,84.9,84.9,84.9,84.9], "group": [0,0,0,0,0,0,0,0,-1]},
+"cells": {"nodes": [[0,1,2,3],[1,4,2,3]], "bulk_pa": [9e3,0], "group": [0,-1]}}
+)";
+
+const std::string kTetrahedra =
+    "# vtk DataFile Version 3.0\ntwo\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"
+    "-30 -30 -30 30 -30 -30 -30 30 -30 -30 -30 30 30 30 30\nCELLS 2 10\n4 0 1 2 3\n"
+    "4 1 4 2 3\nCELL_TYPES 2\n10\n10\n";
+const std::string kMeasured = "node,dx,dy,dz\n3,0.25,-0.5,-1.5\n4,0.1,0.2,-0.75\n1,0,0,0\n";
+const std::string kMarkers = "# x,y,z,dx,dy,dz\n-30;-30;30;0.25;-0.5;-1.5\n0,0,0,0.1,0.2,-0.75\n";
+const std::string kCreep =
+    "time_s,node,dx,dy,dz\n0.01,3,0.1,0,-0.5\n0.02,3,0.2,0,-0.9\n0.05,4,0.2,0.1,-0.7\n";
 
 const Words kJsonWords = {"\"position\": ",
                           "\"positionStatus\": \"undefined\"",
@@ -84,6 +105,33 @@ Format keyframes(const Sources& from) {
                      "--movie frames/"}};
     return {
         .name = "keyframes", .words = kJsonWords, .seeds = {std::move(seed)}, .may_be_long = true};
+}
+
+Format network(const Sources& from) {
+    Seed seed{.name = "two",
+              .files = with_scan(from, "n.json", kNetwork),
+              .commands = {"deform c.nrrd --model springs --network n.json --push 0,0,0:0,6,0 "
+                           "--tool sphere:20 --steps 20 --threads 1 --out out.nrrd --report "
+                           "r.json"}};
+    return {.name = "network", .words = kJsonWords, .seeds = {std::move(seed)}};
+}
+
+Format measured(const Sources&) {
+    const std::string fit =
+        "fit --mesh m.vtk --hold=-31,-31,-31:31,31,-29 --load=-31,-31,29:31,31,31:0,0,-1 "
+        "--method gauss-newton --threads 1 --report r.json ";
+    const auto seed = [&](const std::string& name, const std::string& text,
+                          const std::string& option) {
+        return Seed{.name = name,
+                    .files = {{.name = "m.vtk", .bytes = kTetrahedra, .fixed = true},
+                              {.name = "t.csv", .bytes = text}},
+                    .commands = {fit + option}};
+    };
+    return {.name = "measured",
+            .words = {",", ";", "#", "node,", "nan", "inf", "-", "1e300", "1e-300", "0.1,", "\n\n"},
+            .seeds = {seed("nodes", kMeasured, "--target t.csv --noise-mm 0.1"),
+                      seed("markers", kMarkers, "--target t.csv"),
+                      seed("creep", kCreep, "--creep t.csv --noise-mm 0.1")}};
 }
 
 Format recording(const Sources&) {

@@ -152,6 +152,7 @@ std::map<std::string, std::string> settings_tables() {
             {"spring solver", table_of(spring_solver_rows())},
             {"fem", table_of(elastic_rows())},
             {"fit", table_of(fit_rows())},
+            {"network", table_of(network_rows())},
             {"gauss newton", table_of(gauss_newton_rows())},
             {"annealing", table_of(annealing_rows())},
             {"direct search", table_of(direct_search_rows())},

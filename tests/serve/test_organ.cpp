@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/network_file.h>
 #include <pliant/organs.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
@@ -34,10 +35,22 @@ TetMesh ellipsoid(const TaskArena& arena) {
     return std::move(*mesh);
 }
 
+/// Springs of a mesh, held at the back.
+NetworkFile springs_of(const TetMesh& mesh, double modulus_pa) {
+    auto parts = springs_of_elastic_tetrahedra(
+        mesh.nodes_mm, mesh.cells,
+        {.stiffness = modulus_pa, .density = 1e-3, .bulk = 2 * modulus_pa});
+    for (SpringNode& node : parts->nodes) node.fixed = node.rest.y > 25;
+    NetworkFile network{.mesh = "organ.vtu", .parts = std::move(*parts)};
+    return network;
+}
+
 class OrganScene : public ::testing::Test {
   protected:
     OrganScene() {
         const TetMesh mesh = ellipsoid(m_arena);
+        EXPECT_TRUE(write_network(m_folder / "soft.json", springs_of(mesh, 3000)).ok());
+        EXPECT_TRUE(write_network(m_folder / "stiff.json", springs_of(mesh, 12000)).ok());
         EXPECT_TRUE(write_vtu(m_folder / "organ.vtu", mesh).ok());
         EXPECT_TRUE(write_surface(m_folder / "organ.stl", boundary_triangles(mesh)).ok());
     }
@@ -131,6 +144,81 @@ TEST_F(OrganScene, IsServedRecordedAndReplayed) {
         const auto replayed = replay_session(session, TaskArena(threads));
         ASSERT_TRUE(replayed.ok()) << replayed.error().message;
     }
+}
+
+TEST_F(OrganScene, ANetworkMovesItAndTheForceFollowsItsStiffness) {
+    std::vector<double> forces;
+    for (const char* name : {"soft.json", "stiff.json"}) {
+        SCOPED_TRACE(name);
+        auto scene = Scene::open(
+            {.file = (m_folder / "organ.vtu").string(), .network = (m_folder / name).string()},
+            m_arena, m_arena);
+        ASSERT_TRUE(scene.ok()) << scene.error().message;
+        Scene& organ = **scene;
+        EXPECT_EQ(organ.tissue().traits().model, "network");
+        const std::uint64_t rest = hash_volume(organ.deformed());
+        const PushCommand push{.push = {{0, -30, 0}, {0, 8, 0}, 8}, .stroke = 1};
+        const Outcome outcome = organ.carry_out(1, push);
+        ASSERT_TRUE(outcome.ok()) << outcome.message;
+        EXPECT_NE(outcome.status, PushStatus::Rejected);
+        ASSERT_TRUE(organ.update().ok());
+        const auto value = [&](Vec3d p) {
+            const Vec3d ijk = voxel_from_world(organ.deformed().grid, p);
+            return double(organ.deformed().at(
+                {int(std::lround(ijk.x)), int(std::lround(ijk.y)), int(std::lround(ijk.z))}));
+        };
+        EXPECT_LT(value({0, -27, 0}), -800);
+        EXPECT_GT(value({0, -10, 0}), 0);
+        EXPECT_GT(value({0, 28, 0}), 0);
+        const auto tools = organ.tissue().figures();
+        EXPECT_FALSE(tools.empty());
+        forces.push_back(outcome.force_n ? norm(*outcome.force_n) : 0);
+        ASSERT_TRUE(organ.carry_out(1, UndoCommand{}).ok());
+        ASSERT_TRUE(organ.update().ok());
+        EXPECT_EQ(hash_volume(organ.deformed()), rest);
+    }
+    EXPECT_GT(forces[0], 0.05);
+    EXPECT_NEAR(forces[1] / forces[0], 4, 0.8);
+}
+
+TEST_F(OrganScene, ANetworkIsServedRecordedReplayedAndTiedToItsSession) {
+    const auto session = m_folder / "n.pls";
+    const ServerSettings settings{.file = (m_folder / "organ.vtu").string(),
+                                  .network = (m_folder / "soft.json").string(),
+                                  .session = session};
+    {
+        auto server = Server::start(settings, m_arena);
+        ASSERT_TRUE(server.ok()) << server.error().message;
+        TestClient client(server->port(), server->link());
+        client.enter();
+        EXPECT_EQ(client.state["tissue"]["model"], "own");
+        EXPECT_EQ(client.command({{"do", "relax"}, {"on", false}})["t"], "done");
+        const Json rest = client.checked_checksum();
+        EXPECT_EQ(client.command({{"do", "push"},
+                                  {"point", {0, -30, 0}},
+                                  {"push", {0, 5, 0}},
+                                  {"radius", 8},
+                                  {"stroke", 1}})["t"],
+                  "done");
+        EXPECT_NE(client.checked_checksum()["volume"], rest["volume"]);
+    }
+    for (const int threads : {1, 3}) {
+        const auto replayed = replay_session(session, TaskArena(threads));
+        ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+    }
+    // The same scan without the network, or with another in its file, is another session.
+    ServerSettings without = settings;
+    without.network.clear();
+    EXPECT_FALSE(Server::start(without, m_arena).ok());
+    const TetMesh mesh = ellipsoid(m_arena);
+    ASSERT_TRUE(write_network(m_folder / "soft.json", springs_of(mesh, 3001)).ok());
+    EXPECT_FALSE(replay_session(session, TaskArena(1)).ok());
+    ServerSettings missing = settings;
+    missing.session.clear();
+    missing.network = (m_folder / "none.json").string();
+    const auto refused = Server::start(missing, m_arena);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().field, "network");
 }
 
 TEST_F(OrganScene, FaultsNameTheFile) {

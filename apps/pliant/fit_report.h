@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Parts that `pliant fit` of a box and of a mesh share: methods, table and report.
+
+#pragma once
+
+#include <pliant/fit.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "options.h"
+
+namespace pliant::app {
+
+using Json = nlohmann::ordered_json;
+
+/// Parses numbers separated by commas; empty for invalid text.
+std::vector<double> numbers_of(std::string_view text);
+Error bad_option(const std::string& option, const std::string& expected, const std::string& found);
+
+FitSettings settings_of(const FitOptions& options);
+/// The chosen methods, or the default.
+std::vector<std::string> methods_of(const FitOptions& options);
+FitMethod method_of(const std::string& name, const FitOptions& options,
+                    const std::vector<double>& closed_form);
+
+/// A method's result.
+struct FitTable {
+    const FitProblem& problem;
+    const FitResult& result;
+    std::span<const FitInterval> intervals;  ///< empty: unknown
+    std::string note;                        ///< empty: none
+    const char* length;                      ///< of which errors are percentages
+};
+void print(const std::string& method, const FitTable& table);
+Json method_json(const std::string& method, const FitTable& table);
+
+Status write_report(const std::filesystem::path& path, const Json& report);
+
+int run_fit_mesh(const FitOptions& options);
+
+}  // namespace pliant::app

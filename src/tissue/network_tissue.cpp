@@ -1,0 +1,408 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tissue/network_tissue.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "core/errors.h"
+#include "core/text.h"
+#include "springs/rollback.h"
+
+namespace pliant {
+namespace {
+
+/// A stride is at most this fraction of the mean edge.
+constexpr double kNetworkStrideShare = 0.25;
+/// A push stops if a tetrahedron has less than this fraction of its volume left.
+constexpr double kNetworkFoldShare = 0.1;
+constexpr double kMaxNetworkMotion_mm = 500;
+constexpr double kNetworkSettled_mm_s = 0.05;
+constexpr double kNetworkBack_mm = 0.02;  ///< a settled network nearer to rest is moved to it
+constexpr double kNetworkNewton = 1e-6;   ///< N per µN
+
+double tet_volume(const std::array<Vec3d, 4>& x) {
+    return dot(x[1] - x[0], cross(x[2] - x[0], x[3] - x[0])) / 6;
+}
+
+/// Tetrahedra; hexahedra are split around the diagonal from corner 0 to corner 6.
+std::vector<std::array<std::int32_t, 4>> tetrahedra_of(std::span<const SpringCell> cells) {
+    constexpr std::size_t kRing[7] = {1, 2, 3, 7, 4, 5, 1};
+    std::vector<std::array<std::int32_t, 4>> tetrahedra;
+    for (const SpringCell& cell : cells) {
+        const auto& n = cell.nodes;
+        if (cell.node_count == 4)
+            tetrahedra.push_back({n[0], n[1], n[2], n[3]});
+        else
+            for (std::size_t k = 0; k < 6; ++k)
+                tetrahedra.push_back({n[0], n[kRing[k]], n[kRing[k + 1]], n[6]});
+    }
+    return tetrahedra;
+}
+
+Status check_push(const Push& push) {
+    if (!(norm(push.push_mm) <= kMaxNetworkMotion_mm) || !is_finite(push.point_mm))
+        return about(
+            "push", ErrorCode::InvalidArgument,
+            "expected three numbers and a length up to 500 mm, found " + text_of(push.push_mm));
+    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxNetworkMotion_mm))
+        return about("push", ErrorCode::InvalidArgument, "expected a sphere radius of 0 to 500 mm");
+    return Ok{};
+}
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+}  // namespace
+
+NetworkTissue::NetworkTissue(SpringTissue tissue, std::vector<std::array<std::int32_t, 4>> cells,
+                             std::unique_ptr<EmbeddedScan> carried)
+    : m_tissue(std::move(tissue)), m_cells(std::move(cells)), m_carried(std::move(carried)) {
+    const auto nodes = m_tissue.network().nodes();
+    const auto rest = [&](std::int32_t n) { return nodes[std::size_t(n)].rest; };
+    for (const auto& cell : m_cells) {
+        m_rest_volumes.push_back(
+            tet_volume({rest(cell[0]), rest(cell[1]), rest(cell[2]), rest(cell[3])}));
+        for (std::size_t a = 0; a < 4; ++a)
+            for (std::size_t b = a + 1; b < 4; ++b)
+                m_edge_mm += norm(rest(cell[a]) - rest(cell[b])) / (6.0 * double(m_cells.size()));
+    }
+    m_positions.resize(nodes.size());
+    m_held.reserve(nodes.size());
+    m_held_positions.reserve(nodes.size());
+    m_shown.resize(nodes.size());
+}
+
+Result<std::unique_ptr<Tissue>> NetworkTissue::create(const Volume& scan, SpringParts parts,
+                                                      const NetworkSettings& settings,
+                                                      const TaskArena& arena) {
+    if (const Status s = check_volume(scan); !s.ok()) return s.error();
+    if (const Status s = pliant::check(settings, network_rows()); !s.ok()) return s.error();
+    auto network = SpringNetwork::create(std::move(parts));
+    if (!network.ok()) return network.error();
+    TetMesh mesh{{}, tetrahedra_of(network->cells())};
+    for (const SpringNode& node : network->nodes()) mesh.nodes_mm.push_back(node.rest);
+    if (mesh.cells.empty()) return expected_error("network", "cells", "links alone");
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+        std::array<Vec3d, 4> x;
+        for (std::size_t n = 0; n < 4; ++n) x[n] = mesh.nodes_mm[std::size_t(mesh.cells[c][n])];
+        if (!(tet_volume(x) > 0))
+            return expected_error("network", "cells without inverted corners",
+                                  "tetrahedron " + std::to_string(c));
+    }
+    auto carried = EmbeddedScan::create(scan, mesh, {.reach_mm = settings.reach_mm}, arena);
+    if (!carried.ok()) return carried.error();
+    auto tissue =
+        SpringTissue::create(std::move(*network), {.solver = SpringSolver::ImplicitEuler,
+                                                   .time_step = settings.time_step_s,
+                                                   .solve_tolerance = settings.solve_tolerance});
+    if (!tissue.ok()) return tissue.error();
+    return std::unique_ptr<Tissue>(
+        new NetworkTissue(std::move(*tissue), std::move(mesh.cells), std::move(*carried)));
+}
+
+TissueTraits NetworkTissue::traits() const noexcept {
+    return {.model = "network",
+            .moves_by_itself = true,
+            .sweep_ms = 1000 * m_tissue.time_step(),
+            .update_hz = 1 / m_tissue.time_step()};
+}
+
+// Tools.
+
+/// Free nodes in a tool at a point of its way.
+/// @param or_around  if there are none, those of the tetrahedron around the point
+std::vector<std::int32_t> NetworkTissue::nodes_at(const Push& push, Vec3d point_mm,
+                                                  bool or_around) const {
+    std::vector<std::int32_t> nodes;
+    if (push.sphere_radius_mm > 0)
+        for (std::int32_t n = 0; n < std::int32_t(m_positions.size()); ++n)
+            if (const Vec3d away = m_tissue.position(n) - point_mm;
+                norm(away) <= push.sphere_radius_mm && (!push.shape || push.shape->contains(away)))
+                nodes.push_back(n);
+    if (nodes.empty() && or_around && !push.shape)
+        for (const auto& cell : m_cells)
+            if (is_inside_tetrahedron(point_mm,
+                                      {m_tissue.position(cell[0]), m_tissue.position(cell[1]),
+                                       m_tissue.position(cell[2]), m_tissue.position(cell[3])})) {
+                nodes.assign(cell.begin(), cell.end());
+                break;
+            }
+    std::erase_if(nodes, [&](std::int32_t n) { return is_fixed(n); });
+    std::sort(nodes.begin(), nodes.end());
+    return nodes;
+}
+
+/// The tools after one of them takes these nodes from the others. @param nodes  sorted
+NetworkTissue::Tools NetworkTissue::with(std::uint32_t tool,
+                                         std::vector<std::int32_t> nodes) const {
+    Tools changed = m_tools;
+    changed.erase(tool);
+    for (auto& [other, theirs] : changed)
+        std::erase_if(theirs, [&](std::int32_t n) {
+            return std::binary_search(nodes.begin(), nodes.end(), n);
+        });
+    std::erase_if(changed, [](const auto& entry) { return entry.second.empty(); });
+    if (!nodes.empty()) changed[tool] = std::move(nodes);
+    return changed;
+}
+
+/// Holds the nodes of all tools. Doesn't allocate.
+void NetworkTissue::hold_all() noexcept {
+    m_held.clear();
+    for (const auto& [tool, nodes] : m_tools)
+        m_held.insert(m_held.end(), nodes.begin(), nodes.end());
+    (void)m_tissue.hold(m_held);
+}
+
+void NetworkTissue::release(std::uint32_t tool) noexcept {
+    if (m_tools.erase(tool) == 0) return;
+    hold_all();
+    m_settled = false;
+}
+
+Status NetworkTissue::stride(std::uint32_t tool, Vec3d shift) {
+    const auto mine = m_tools.find(tool);
+    m_held_positions.clear();
+    for (const std::int32_t n : m_held) {
+        const bool moves = mine != m_tools.end() &&
+                           std::binary_search(mine->second.begin(), mine->second.end(), n);
+        m_held_positions.push_back(moves ? m_tissue.position(n) + shift : m_tissue.position(n));
+    }
+    if (const Status s = m_tissue.move_held(m_held_positions); !s.ok()) return s;
+    const auto stepped = m_tissue.step(1, arena());
+    if (!stepped.ok()) return stepped.error();
+    return Ok{};
+}
+
+bool NetworkTissue::folds() const {
+    for (std::size_t c = 0; c < m_cells.size(); ++c) {
+        const auto& cell = m_cells[c];
+        const double volume = tet_volume({m_tissue.position(cell[0]), m_tissue.position(cell[1]),
+                                          m_tissue.position(cell[2]), m_tissue.position(cell[3])});
+        if (!(volume >= kNetworkFoldShare * m_rest_volumes[c])) return true;
+    }
+    return false;
+}
+
+/// Whether a node is too far from its rest position, or nowhere.
+bool NetworkTissue::is_far() const {
+    for (std::int32_t n = 0; n < std::int32_t(m_positions.size()); ++n)
+        if (!(norm(m_tissue.displacement(n)) <= kMaxNetworkMotion_mm)) return true;
+    return false;
+}
+
+Result<PushReport> NetworkTissue::push(std::uint32_t tool, const Push& push) noexcept {
+    return attempt([&]() -> Result<PushReport> {
+        if (const Status s = check_push(push); !s.ok()) return s.error();
+        std::vector<std::int32_t> all(m_positions.size());
+        for (std::size_t n = 0; n < all.size(); ++n) all[n] = std::int32_t(n);
+        Tools before = m_tools;
+        const bool was_settled = m_settled;
+        SpringRollback rollback(m_tissue, all);
+        auto report = attempt([&] { return push_nodes(tool, push); });
+        m_is_shown = false;
+        if (report.ok()) return report;
+        m_tools.swap(before);
+        hold_all();
+        rollback.restore();
+        m_settled = was_settled;
+        return report;
+    });
+}
+
+Result<PushReport> NetworkTissue::push_nodes(std::uint32_t tool, const Push& push) {
+    const auto start = std::chrono::steady_clock::now();
+    PushReport report;
+    report.message = "a tetrahedron would fold; larger ones go farther";
+    std::vector<Vec3d> first(m_positions.size());
+    for (std::size_t n = 0; n < first.size(); ++n) first[n] = m_tissue.position(std::int32_t(n));
+    m_tools = with(tool, nodes_at(push, push.point_mm, true));
+    hold_all();
+    double longest = kNetworkStrideShare * m_edge_mm;
+    if (push.sphere_radius_mm > 0) longest = std::min(longest, push.sphere_radius_mm / 2);
+    const int strides = std::max(1, int(std::ceil(norm(push.push_mm) / longest)));
+    const Vec3d shift = (1.0 / strides) * push.push_mm;
+    int done = 0;
+    for (; done < strides; ++done) {
+        if (push.sphere_radius_mm > 0 && done > 0) {
+            // Nodes on the sphere's way join those that it holds.
+            auto nodes = nodes_at(push, push.point_mm + double(done) * shift, false);
+            const auto held = m_tools.find(tool);
+            const std::size_t count = held == m_tools.end() ? 0 : held->second.size();
+            if (count > 0) nodes.insert(nodes.end(), held->second.begin(), held->second.end());
+            std::sort(nodes.begin(), nodes.end());
+            nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+            if (nodes.size() > count) {
+                m_tools = with(tool, std::move(nodes));
+                hold_all();
+            }
+        }
+        for (std::size_t n = 0; n < m_positions.size(); ++n)
+            m_positions[n] = m_tissue.position(std::int32_t(n));
+        const bool was_folded = folds();
+        const Status went = stride(tool, shift);
+        if (!went.ok() && is_out_of_memory(went.error())) return went.error();
+        if (went.ok() && !is_far() && (was_folded || !folds())) continue;
+        put(m_positions);
+        break;
+    }
+    m_settled = false;
+    const auto held = m_tools.find(tool);
+    report.grabbed_elements = held == m_tools.end() ? 0 : std::int64_t(held->second.size());
+    for (std::size_t n = 0; n < first.size(); ++n)
+        report.moved_elements += m_tissue.position(std::int32_t(n)) != first[n];
+    report.step_fraction = double(done) / strides;
+    report.status = done == strides ? PushStatus::Applied
+                    : done > 0      ? PushStatus::Limited
+                                    : PushStatus::Rejected;
+    if (done < strides)
+        report.limited_by = LimitedBy::Fold;
+    else
+        report.message.clear();
+    report.solve_ms = ms_since(start);
+    return report;
+}
+
+std::optional<Vec3d> NetworkTissue::force_n(std::uint32_t tool) noexcept {
+    const auto held = m_tools.find(tool);
+    if (held == m_tools.end()) return Vec3d{0, 0, 0};
+    const auto reaction = m_tissue.reaction(held->second, ReactionLaw::Held);
+    if (!reaction.ok()) return {};
+    return kNetworkNewton * reaction->force;
+}
+
+// Time.
+
+/// Sets all positions, at zero velocity.
+void NetworkTissue::put(std::span<const Vec3d> positions) noexcept {
+    for (std::size_t n = 0; n < positions.size(); ++n)
+        if (!is_fixed(std::int32_t(n)))
+            (void)m_tissue.set_state(std::int32_t(n), positions[n], {0, 0, 0});
+    m_is_shown = false;
+}
+
+/// Stops all nodes. A free network near its rest positions is moved to them.
+void NetworkTissue::come_to_rest() noexcept {
+    double farthest = 0;
+    for (std::size_t n = 0; n < m_positions.size(); ++n) {
+        m_positions[n] = m_tissue.position(std::int32_t(n));
+        farthest = std::max(farthest, norm(m_tissue.displacement(std::int32_t(n))));
+    }
+    if (farthest < kNetworkBack_mm && m_tools.empty())
+        m_tissue.reset();
+    else
+        put(m_positions);
+}
+
+Result<Sweep> NetworkTissue::sweep() noexcept {
+    return attempt([&]() -> Result<Sweep> {
+        const auto start = std::chrono::steady_clock::now();
+        if (m_settled) return Sweep{true, ms_since(start)};
+        for (std::size_t n = 0; n < m_positions.size(); ++n)
+            m_positions[n] = m_tissue.position(std::int32_t(n));
+        const auto stepped = m_tissue.step(1, arena());
+        if (!stepped.ok()) return stepped.error();
+        m_is_shown = false;
+        double fastest = 0;
+        for (std::int32_t n = 0; n < std::int32_t(m_positions.size()); ++n)
+            fastest = std::max(fastest, norm(m_tissue.velocity(n)));
+        // A network that would fly apart stops where it was.
+        const bool is_lost = is_far();
+        if (is_lost) put(m_positions);
+        m_settled = is_lost || fastest < kNetworkSettled_mm_s;
+        if (m_settled) come_to_rest();
+        return Sweep{m_settled, ms_since(start)};
+    });
+}
+
+// The whole network.
+
+Status NetworkTissue::reset() noexcept {
+    m_tools.clear();
+    hold_all();
+    m_tissue.reset();
+    m_settled = true;
+    m_is_shown = false;
+    return Ok{};
+}
+
+Record NetworkTissue::figures() const {
+    const SpringNetwork& network = m_tissue.network();
+    int fixed = 0;
+    for (const SpringNode& node : network.nodes()) fixed += node.fixed;
+    return {{"network_nodes", int(network.node_count())},
+            {"links", int(network.links().size())},
+            {"tetrahedra", int(m_cells.size())},
+            {"fixed_nodes", fixed}};
+}
+
+Record NetworkTissue::report() const {
+    const SpringNetwork& network = m_tissue.network();
+    Record record{{"summary", std::to_string(network.node_count()) + " nodes, " +
+                                  std::to_string(network.links().size()) + " links, " +
+                                  std::to_string(m_cells.size()) + " tetrahedra"},
+                  {"solver", "implicit-euler"},
+                  {"network.carried_voxels", double(m_carried->voxel_count())}};
+    for (NamedValue& figure : figures())
+        record.emplace_back("network." + figure.name, std::move(figure.value));
+    record.emplace_back("network.time_step_ms", 1000 * m_tissue.time_step());
+    return record;
+}
+
+void NetworkTissue::state(std::vector<double>& numbers) const {
+    numbers.resize(3 * m_positions.size());
+    for (std::size_t n = 0; n < m_positions.size(); ++n) {
+        const Vec3d x = m_tissue.position(std::int32_t(n));
+        for (int a = 0; a < 3; ++a) numbers[3 * n + std::size_t(a)] = x[a];
+    }
+}
+
+Status NetworkTissue::set_state(std::span<const double> numbers) noexcept {
+    return attempt([&]() -> Status {
+        if (numbers.size() != 3 * m_positions.size())
+            return invalid("expected the positions of as many nodes");
+        std::vector<Vec3d> positions;
+        bool is_home = true;
+        for (std::size_t n = 0; n < m_positions.size(); ++n) {
+            const Vec3d rest = m_tissue.network().nodes()[n].rest;
+            positions.push_back({numbers[3 * n], numbers[3 * n + 1], numbers[3 * n + 2]});
+            if (!(norm(positions.back() - rest) <= kMaxNetworkMotion_mm))
+                return invalid("expected nodes within 500 mm of their rest positions");
+            if (positions.back() != rest && is_fixed(std::int32_t(n)))
+                return invalid("expected fixed nodes at their rest positions");
+            is_home &= positions.back() == rest;
+        }
+        m_tools.clear();
+        hold_all();
+        put(positions);
+        m_settled = is_home;
+        return Ok{};
+    });
+}
+
+Status NetworkTissue::show() const {
+    if (m_is_shown) return Ok{};
+    for (std::size_t n = 0; n < m_shown.size(); ++n)
+        m_shown[n] = m_tissue.position(std::int32_t(n));
+    const Status placed = m_carried->place(m_shown);
+    if (!placed.ok() && is_out_of_memory(placed.error())) return placed;
+    m_is_shown = true;
+    return Ok{};
+}
+
+Status NetworkTissue::update_deformation() const {
+    return attempt([&] { return show(); });
+}
+
+const Deformation& NetworkTissue::deformation() const {
+    (void)update_deformation();
+    return m_carried->deformation();
+}
+
+}  // namespace pliant

@@ -1,0 +1,403 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A network as the tissue of a scan, compared with a direct run of SpringTissue.
+
+#include <gtest/gtest.h>
+#include <pliant/mesh.h>
+#include <pliant/pbd.h>
+#include <pliant/resample.h>
+#include <pliant/tissues.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "support/each_allocation.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+constexpr std::uint32_t kLeft = 3, kRight = 4;
+constexpr Vec3d kFirst_mm{6, 6, 6};  ///< corner of the box of tetrahedra
+
+Volume plain_scan() {
+    Volume scan;
+    scan.grid = {{32, 30, 26}, {1, 1, 1}};
+    std::vector<std::int16_t> voxels;
+    for (int n = 0; n < 32 * 30 * 26; ++n) voxels.push_back(std::int16_t(n % 97));
+    scan.voxels = std::move(voxels);
+    return scan;
+}
+
+/// Tetrahedra of 3 mm, 10 kPa, with its lowest nodes fixed.
+SpringParts box_parts() {
+    TetMesh mesh = five_tet_block({6, 5, 4}, 3);
+    for (Vec3d& node : mesh.nodes_mm) node = node + kFirst_mm;
+    auto parts = springs_of_elastic_tetrahedra(mesh.nodes_mm, mesh.cells,
+                                               {.stiffness = 4000, .density = 1e-3, .bulk = 8000});
+    for (SpringNode& node : parts->nodes) {
+        node.fixed = node.rest.z < 7;
+        node.damping = 20 * node.mass;
+    }
+    return std::move(*parts);
+}
+
+/// A sphere at the middle of the box's upper face, pushed down and aside.
+const Push kDown{.point_mm = {15, 13.5, 18}, .push_mm = {0.4, 0.3, -2}, .sphere_radius_mm = 3.5};
+
+class Networks : public testing::Test {
+  protected:
+    std::unique_ptr<Tissue> make(const TaskArena& arena) const {
+        auto made = make_network(m_scan, m_parts, m_settings, arena);
+        EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
+        return std::move(*made);
+    }
+    std::unique_ptr<Tissue> make() const { return make(m_arena); }
+    static std::vector<double> numbers_of(const Tissue& tissue) {
+        std::vector<double> numbers;
+        dynamic_cast<const NodeTissue&>(tissue).state(numbers);
+        return numbers;
+    }
+    Vec3d place(const std::vector<double>& numbers, std::int32_t node) const {
+        const auto n = 3 * std::size_t(node);
+        return {numbers[n], numbers[n + 1], numbers[n + 2]};
+    }
+
+    const TaskArena m_arena{1};
+    const Volume m_scan = plain_scan();
+    const SpringParts m_parts = box_parts();
+    const NetworkSettings m_settings{.reach_mm = 4};
+};
+
+TEST_F(Networks, APushIsThatOfTheSameNodesOfAPlainNetwork) {
+    const auto tissue = make();
+    auto network = SpringNetwork::create(m_parts);
+    auto plain =
+        SpringTissue::create(std::move(*network), {.solver = SpringSolver::ImplicitEuler,
+                                                   .time_step = m_settings.time_step_s,
+                                                   .solve_tolerance = m_settings.solve_tolerance});
+    ASSERT_TRUE(plain.ok());
+    const auto report = tissue->push(kLeft, kDown);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(report->status, PushStatus::Applied) << report->message;
+
+    // Strides of at most a quarter of the mean edge; the sphere takes all nodes that it meets.
+    double edges = 0;
+    for (const SpringCell& cell : m_parts.cells)
+        for (std::size_t a = 0; a < 4; ++a)
+            for (std::size_t b = a + 1; b < 4; ++b)
+                edges += norm(m_parts.nodes[std::size_t(cell.nodes[a])].rest -
+                              m_parts.nodes[std::size_t(cell.nodes[b])].rest);
+    const int strides =
+        int(std::ceil(norm(kDown.push_mm) / (0.25 * edges / (6.0 * double(m_parts.cells.size())))));
+    ASSERT_GT(strides, 1);
+    std::vector<std::int32_t> held;
+    for (int n = 0; n < strides; ++n) {
+        const Vec3d shift = (1.0 / strides) * kDown.push_mm;
+        const Vec3d centre = kDown.point_mm + double(n) * shift;
+        for (std::int32_t p = 0; p < std::int32_t(m_parts.nodes.size()); ++p)
+            if (norm(plain->position(p) - centre) <= kDown.sphere_radius_mm &&
+                !m_parts.nodes[std::size_t(p)].fixed && !std::count(held.begin(), held.end(), p))
+                held.push_back(p);
+        std::sort(held.begin(), held.end());
+        ASSERT_TRUE(plain->hold(held).ok());
+        ASSERT_TRUE(plain->shift_held(shift).ok());
+        ASSERT_TRUE(plain->step(1, m_arena).ok());
+    }
+    EXPECT_EQ(report->grabbed_elements, std::int64_t(held.size()));
+    EXPECT_GT(held.size(), 3u);
+    const auto expect_equal = [&](const char* when) {
+        const std::vector<double> numbers = numbers_of(*tissue);
+        for (std::int32_t p = 0; p < std::int32_t(m_parts.nodes.size()); ++p)
+            ASSERT_EQ(place(numbers, p), plain->position(p)) << when << p;
+    };
+    expect_equal("after the push, node ");
+    for (int n = 0; n < 2; ++n) {
+        const auto swept = tissue->sweep();
+        ASSERT_TRUE(swept.ok());
+        ASSERT_FALSE(swept->settled) << "it would be stopped";
+        ASSERT_TRUE(plain->step(1, m_arena).ok());
+    }
+    expect_equal("after two steps, node ");
+    // Newtons, against the push.
+    const auto reaction = plain->reaction(held, ReactionLaw::Held);
+    const auto felt = tissue->force_n(kLeft);
+    ASSERT_TRUE(felt.has_value() && reaction.ok());
+    EXPECT_NEAR(norm(*felt - 1e-6 * reaction->force), 0, 1e-15);
+    EXPECT_LT(dot(*felt, kDown.push_mm), 0);
+    EXPECT_EQ(*tissue->force_n(kRight), (Vec3d{0, 0, 0}));
+    tissue->release(kLeft);
+    ASSERT_TRUE(plain->hold({}).ok());
+    ASSERT_TRUE(tissue->sweep().ok());
+    ASSERT_TRUE(plain->step(1, m_arena).ok());
+    expect_equal("after the release, node ");
+}
+
+TEST_F(Networks, AtRestTheForceOnTheToolIsThatOfTheEquilibrium) {
+    const auto tissue = make();
+    ASSERT_TRUE(tissue->push(kLeft, kDown).ok());
+    const auto advanced = tissue->advance({.max_steps = 5000});
+    ASSERT_TRUE(advanced.ok());
+    EXPECT_TRUE(advanced->settled);
+    const std::vector<double> numbers = numbers_of(*tissue);
+    auto plain = SpringTissue::create(std::move(*SpringNetwork::create(m_parts)),
+                                      {.solver = SpringSolver::Explicit});
+    std::vector<std::int32_t> held;
+    std::vector<Vec3d> positions;
+    const auto at_start = make();
+    const auto grabbed = at_start->push(kLeft, kDown);
+    // The held nodes are those that moved exactly by strides: by the whole push, or a part of it.
+    for (std::int32_t p = 0; p < std::int32_t(m_parts.nodes.size()); ++p) {
+        const Vec3d moved = place(numbers, p) - m_parts.nodes[std::size_t(p)].rest;
+        const double along = dot(moved, kDown.push_mm) / dot(kDown.push_mm, kDown.push_mm);
+        if (along > 0.1 && norm(moved - along * kDown.push_mm) < 1e-12) {
+            held.push_back(p);
+            positions.push_back(place(numbers, p));
+        }
+    }
+    ASSERT_EQ(std::int64_t(held.size()), grabbed->grabbed_elements);
+    ASSERT_TRUE(plain->hold(held).ok());
+    ASSERT_TRUE(plain->move_held(positions).ok());
+    ASSERT_TRUE(plain->find_equilibrium().ok());
+    const auto reaction = plain->reaction(held, ReactionLaw::Held);
+    const Vec3d expected = 1e-6 * reaction->force;
+    EXPECT_GT(norm(expected), 1e-3);
+    EXPECT_LT(norm(*tissue->force_n(kLeft) - expected), 0.01 * norm(expected));
+}
+
+TEST_F(Networks, VoxelsMoveWithTheTetrahedraAroundThemAndRestFarAway) {
+    const auto tissue = make();
+    ASSERT_TRUE(tissue->push(kLeft, kDown).ok());
+    const std::vector<double> numbers = numbers_of(*tissue);
+    const auto& field = tissue->deformation();
+    double largest = 0;
+    for (std::size_t n = 0; n < m_parts.nodes.size(); ++n) {
+        const Vec3d rest = m_parts.nodes[n].rest;
+        const Vec3i voxel{int(rest.x), int(rest.y), int(rest.z)};
+        if (voxel.x % 2 != 0 || voxel.y % 2 != 0 || voxel.z % 2 != 0) continue;
+        const Vec3d moved = place(numbers, std::int32_t(n)) - rest;
+        largest = std::max(largest, norm(moved));
+        EXPECT_NEAR(norm(field.displacement_mm(voxel) - moved), 0, 2e-6) << "node " << n;
+    }
+    EXPECT_GT(largest, 1);
+    EXPECT_EQ(field.displacement_mm({30, 28, 25}), (Vec3d{0, 0, 0}));
+    EXPECT_EQ(field.displacement_mm({15, 13, 24}), (Vec3d{0, 0, 0})) << "beyond the reach";
+    EXPECT_GT(norm(field.displacement_mm({15, 13, 19})), 0.1) << "above the network, carried along";
+    EXPECT_GT(deform_volume(*tissue)->written_voxels, 1000);
+}
+
+TEST_F(Networks, AHexahedronCarriesAsItsSixTetrahedraDo) {
+    auto parts = springs_of_lattice(
+        {.size = {3, 3, 3}, .spacing = {6, 6, 6}, .stiffness = {9e3, 9e3, 9e3}, .bulk = 5e3});
+    ASSERT_TRUE(parts.ok());
+    for (SpringNode& node : parts->nodes) {
+        node.fixed = node.rest.z == 0;
+        node.rest = node.rest + kFirst_mm;
+    }
+    auto tissue = make_network(m_scan, *parts, m_settings, m_arena);
+    ASSERT_TRUE(tissue.ok()) << tissue.error().message;
+    Push push = kDown;
+    push.point_mm = {12, 12, 18};
+    push.sphere_radius_mm = 2;
+    ASSERT_TRUE((*tissue)->push(kLeft, push).ok());
+    const std::vector<double> numbers = numbers_of(**tissue);
+    const auto& field = (*tissue)->deformation();
+    for (std::size_t n = 0; n < parts->nodes.size(); ++n) {
+        const Vec3d rest = parts->nodes[n].rest;
+        const Vec3d moved = place(numbers, std::int32_t(n)) - rest;
+        EXPECT_NEAR(norm(field.displacement_mm({int(rest.x), int(rest.y), int(rest.z)}) - moved), 0,
+                    2e-6);
+    }
+    EXPECT_GT(norm(field.displacement_mm({12, 12, 18})), 1.9);
+}
+
+TEST_F(Networks, HaveTheSameBitsForAnyNumberOfThreads) {
+    std::vector<std::uint64_t> hashes;
+    for (const int threads : {1, 2, 4}) {
+        const TaskArena arena(threads);
+        const auto tissue = make(arena);
+        ASSERT_TRUE(tissue->push(kLeft, kDown).ok());
+        for (int n = 0; n < 10; ++n) ASSERT_TRUE(tissue->sweep().ok());
+        hashes.push_back(tissue->hash());
+        hashes.push_back(hash_volume(deform_volume(*tissue)->volume));
+    }
+    EXPECT_EQ(hashes[2], hashes[0]);
+    EXPECT_EQ(hashes[4], hashes[0]);
+    EXPECT_EQ(hashes[3], hashes[1]);
+    EXPECT_EQ(hashes[5], hashes[1]);
+}
+
+TEST_F(Networks, AreUndoneSavedLoadedAndComeToRest) {
+    const TemporaryFolder folder;
+    const auto tissue = make();
+    const std::uint64_t at_rest = tissue->hash();
+    tissue->begin_group("push");
+    ASSERT_TRUE(tissue->push(kLeft, kDown).ok());
+    EXPECT_EQ(tissue->end_group(), 0);
+    const std::uint64_t pushed = tissue->hash();
+    EXPECT_NE(pushed, at_rest);
+    ASSERT_TRUE(tissue->rest().ok());
+    EXPECT_FALSE(tissue->is_touched());
+    ASSERT_TRUE(tissue->save_state(folder / "network").ok());
+    ASSERT_TRUE(tissue->undo().ok());
+    EXPECT_EQ(tissue->hash(), at_rest);
+    ASSERT_TRUE(tissue->redo().ok());
+    EXPECT_EQ(tissue->hash(), pushed);
+    const auto twin = make();
+    ASSERT_TRUE(twin->load_state(folder / "network").ok());
+    EXPECT_EQ(twin->hash(), pushed);
+    for (int n = 0; n < 4; ++n) {
+        ASSERT_TRUE(tissue->sweep().ok());
+        ASSERT_TRUE(twin->sweep().ok());
+        ASSERT_EQ(twin->hash(), tissue->hash()) << "sweep " << n;
+    }
+    const auto advanced = tissue->advance({.max_steps = 5000});
+    ASSERT_TRUE(advanced.ok());
+    EXPECT_TRUE(advanced->settled);
+    EXPECT_GT(advanced->steps, 0);
+    EXPECT_EQ(tissue->hash(), at_rest) << "a free network returns to its rest positions";
+    auto rigid = make_rigid(m_scan, m_arena);
+    EXPECT_EQ((*rigid)->load_state(folder / "network").error().code, ErrorCode::Unreadable);
+    auto& nodes = dynamic_cast<NodeTissue&>(*twin);
+    std::vector<double> numbers = numbers_of(*twin);
+    for (const double bad : {std::nan(""), numbers[0] + 1e-3, 1e4}) {  // node 0 is fixed
+        std::vector<double> damaged = numbers;
+        damaged[0] = bad;
+        EXPECT_EQ(nodes.set_state(damaged).error().code, ErrorCode::InvalidArgument) << bad;
+    }
+    numbers.resize(6);
+    EXPECT_EQ(nodes.set_state(numbers).error().code, ErrorCode::InvalidArgument);
+}
+
+TEST_F(Networks, APushEndsBeforeATetrahedronFolds) {
+    const auto tissue = make();
+    Push far = kDown;
+    far.push_mm = {0, 0, -40};
+    const auto report = tissue->push(kLeft, far);
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->status, PushStatus::Limited);
+    EXPECT_EQ(report->limited_by, LimitedBy::Fold);
+    EXPECT_FALSE(report->message.empty());
+    EXPECT_LT(report->step_fraction, 1);
+    const std::vector<double> x = numbers_of(*tissue);
+    for (const SpringCell& cell : m_parts.cells) {
+        const auto at = [&](std::size_t n) { return place(x, cell.nodes[n]); };
+        EXPECT_GT(dot(at(1) - at(0), cross(at(2) - at(0), at(3) - at(0))), 0);
+    }
+}
+
+TEST_F(Networks, TwoToolsHoldDifferentNodesAndAFreeOneMeetsNothing) {
+    const auto tissue = make();
+    ASSERT_TRUE(tissue->push(kLeft, kDown).ok());
+    Push same = kDown;
+    same.point_mm = kDown.point_mm + kDown.push_mm;
+    same.push_mm = {0, 0, 0};
+    same.sphere_radius_mm = 6;
+    ASSERT_TRUE(tissue->push(kRight, same).ok());
+    EXPECT_FALSE(tissue->is_touched_by(kLeft));
+    EXPECT_TRUE(tissue->is_touched_by(kRight));
+    const auto free = tissue->push(
+        kLeft, {.point_mm = {29, 27, 23}, .push_mm = {0, 0, 1}, .sphere_radius_mm = 1});
+    ASSERT_TRUE(free.ok());
+    EXPECT_EQ(free->status, PushStatus::Applied);
+    EXPECT_EQ(free->grabbed_elements, 0);
+    EXPECT_FALSE(tissue->is_touched_by(kLeft));
+    const auto point = tissue->push(kLeft, {.point_mm = {8, 8, 17}, .push_mm = {0.1, 0, 0}});
+    ASSERT_TRUE(point.ok());
+    EXPECT_EQ(point->grabbed_elements, 4);
+}
+
+TEST_F(Networks, RefuseBadInputInALineAndKeepTheirState) {
+    const auto tissue = make();
+    const std::uint64_t at_rest = tissue->hash();
+    for (Push push : {Push{{0, 0, 0}, {0, 0, 501}, 1}, Push{{0, 0, 0}, {0, 0, 1}, -1},
+                      Push{{std::nan(""), 0, 0}, {0, 0, 1}, 1}}) {
+        const auto report = tissue->push(kLeft, push);
+        ASSERT_FALSE(report.ok());
+        EXPECT_EQ(report.error().code, ErrorCode::InvalidArgument);
+    }
+    EXPECT_EQ(tissue->hash(), at_rest);
+    EXPECT_FALSE(tissue->is_touched());
+    const auto message = [&](const SpringParts& parts, const NetworkSettings& settings) {
+        const auto made = make_network(m_scan, parts, settings, m_arena);
+        return made.ok() ? std::string("accepted") : made.error().message;
+    };
+    EXPECT_EQ(message(m_parts, {.time_step_s = 0}).substr(0, 12), "time_step_s:");
+    SpringParts links = m_parts;
+    links.cells.clear();
+    EXPECT_EQ(message(links, m_settings), "network: expected cells, found links alone");
+    SpringParts away = m_parts;
+    for (SpringNode& node : away.nodes) node.rest.x += 100;
+    EXPECT_EQ(message(away, m_settings),
+              "mesh: expected a body inside of the scan, found one beside it");
+    SpringParts broken = m_parts;
+    broken.links.resize(3);
+    EXPECT_NE(message(broken, m_settings), "accepted");
+}
+
+TEST_F(Networks, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
+    const auto make = [&] {
+        auto tissue = this->make();
+        tissue->begin_group("push");
+        EXPECT_TRUE(tissue->push(kLeft, kDown).ok());
+        EXPECT_TRUE(tissue->sweep().ok());
+        EXPECT_EQ(tissue->end_group(), 0);
+        return tissue;
+    };
+    const auto state = [](const Tissue& tissue) {
+        return std::tuple(tissue.hash(), tissue.is_touched_by(kLeft), tissue.is_touched_by(kRight),
+                          tissue.undo_steps());
+    };
+    const auto later = [](Tissue& tissue) {
+        std::vector<std::uint64_t> hashes;
+        for (int n = 0; n < 3; ++n) {
+            EXPECT_TRUE(tissue.sweep().ok());
+            hashes.push_back(tissue.hash());
+        }
+        hashes.push_back(hash_volume(deform_volume(tissue)->volume));
+        tissue.release(kLeft);
+        tissue.release(kRight);
+        for (int n = 0; n < 30; ++n) (void)tissue.sweep();
+        hashes.push_back(tissue.hash());
+        return hashes;
+    };
+    Push aside = kDown;
+    aside.point_mm = {9, 8, 18};
+    const auto check = [&](const auto& operation, const char* name, int least) {
+        SCOPED_TRACE(name);
+        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
+        EXPECT_GE(failures.failed, least);
+        const auto calm = make();
+        const std::vector<std::uint64_t> expected = later(*calm);
+        for (const std::int64_t n :
+             chosen(failures.allocations, {.all_up_to = 20, .of_the_rest = 10})) {
+            auto tissue = make();
+            bool ok = false;
+            {
+                const FailingAllocation failing(n);
+                ok = operation(*tissue).ok();
+            }
+            if (!ok) {
+                ASSERT_EQ(later(*tissue), expected) << "allocation " << n;
+            }
+        }
+    };
+    check([&](Tissue& tissue) { return tissue.push(kLeft, kDown); }, "same tool", 5);
+    check([&](Tissue& tissue) { return tissue.push(kRight, kDown); }, "its nodes", 5);
+    check([&](Tissue& tissue) { return tissue.push(kRight, aside); }, "aside", 5);
+    fail_each_allocation(
+        make, [](Tissue& tissue) { return tissue.undo(); }, state);
+    auto tissue = make();
+    {
+        const FailingAllocation failing(0);
+        EXPECT_FALSE(tissue->update_deformation().ok());
+    }
+    EXPECT_TRUE(tissue->update_deformation().ok());
+    EXPECT_EQ(later(*tissue), later(*make()));
+}
+
+}  // namespace
+}  // namespace pliant::test
