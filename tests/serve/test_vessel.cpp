@@ -517,6 +517,7 @@ TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
         });
         ASSERT_FALSE(still.is_null());
         EXPECT_GT(still["vessel"]["pace"], 0);
+        EXPECT_GT(still["vessel"]["sub_steps"], 0);
         const Json sums = a.checked_checksum();
         volume = sums["volume"];
         ASSERT_FALSE(a.surface.empty());
