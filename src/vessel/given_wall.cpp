@@ -78,7 +78,7 @@ Result<TriangleMesh> inner_surface_of(const TetMesh& mesh) {
     if (!inner.cells.empty()) return inner;
     return vessel::wrong(
         "it is no tube: no part of its boundary between rims sharper than 65° encloses a lumen, "
-        "expected an inner surface that is open at the ends");
+        "expected an inner surface that is open at the ends, or one that is given");
 }
 
 /// The ends at the openings of an inner surface that faces the lumen.
