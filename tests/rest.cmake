@@ -47,8 +47,8 @@ pliant_test(catheter
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
             test_tet_wire.cpp test_wire.cpp)
 pliant_test(vessel
-    SOURCES ../support/count_allocations.cpp test_out_of_memory.cpp test_soundness.cpp
-            test_wall.cpp)
+    SOURCES ../support/count_allocations.cpp test_given_wall.cpp test_out_of_memory.cpp
+            test_soundness.cpp test_wall.cpp)
 pliant_test(scenes SOURCES test_unsteered_tips.cpp)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
 pliant_test(haptics

@@ -28,7 +28,7 @@ struct Extremes {
     double depth_mm = -1e9, force_n = 0, wall_moved_mm = 0, energy_mj = 0, volume_mean = 0,
            volume_largest = 0, way_mm = 0, step_ms = 0;
     std::int64_t inverted = 0;
-    std::int32_t active = 0, left_end = 0;
+    std::int32_t active = 0, left_end = 0, sub_steps = 0;
 
     std::vector<std::string> warnings() const {
         CatheterMeasures m;
@@ -63,13 +63,16 @@ nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& mos
             {"cell_mm", scene.wall().cell_mm},
             {"refined_because", scene.wall().refined_because},
             {"dropped_pieces", scene.wall().dropped_pieces},
+            {"wall_model", scene.settings().wall.model == WallModel::Solid ? "solid" : "distances"},
             {"sub_steps", scene.settings().sub_steps},
+            {"most_sub_steps", most.sub_steps},
             {"reach_mm", scene.settings().reach_mm},
             {"wide_reach_mm", wide_reach_mm(scene.wall(), scene.settings().wall)},
             {"end_wall_moved_mm", end.wall_moved_mm},
             {"end_kinetic_energy_mj", end.kinetic_energy_mj},
             {"end_inverted", end.inverted},
             {"step_ms", most.step_ms},
+            {"pace", most.step_ms > 0 ? 1000 * scene.settings().time_step_s / most.step_ms : 0},
             {"hash", hash}};
 }
 
@@ -202,6 +205,7 @@ int run_vessel(const VesselOptions& o) {
             most.depth_mm = std::max(most.depth_mm, quick.depth_mm);
             most.force_n = std::max(most.force_n, std::abs(quick.force_n));
             most.active = std::max(most.active, quick.active_tetrahedra);
+            most.sub_steps = std::max(most.sub_steps, quick.sub_steps);
             if (quick.left_end > 0) most.left_end = quick.left_end;
             if (n % o.every != 0) continue;
             bar.show(replayed ? double(n) / double(replayed->steps) : hand.progress());
@@ -247,9 +251,12 @@ int run_vessel(const VesselOptions& o) {
         if (!scene->wall().refined_because.empty())
             std::printf("cells               refined to %.3g mm; with larger ones, %s\n",
                         scene->wall().cell_mm, scene->wall().refined_because.c_str());
-        std::printf("steps               %lld, %.2f s, %.2f ms each, %d sub-steps\n",
+        std::printf("steps               %lld, %.2f s, %.2f ms each, %d to %d sub-steps\n",
                     static_cast<long long>(end.steps), end.time_s, most.step_ms,
-                    scene->settings().sub_steps);
+                    scene->settings().sub_steps, most.sub_steps);
+        if (most.step_ms > 0)
+            std::printf("pace                %.2f x real time\n",
+                        1000 * scene->settings().time_step_s / most.step_ms);
         std::printf("along the way       %.1f mm at most, %.1f mm inserted at the end\n",
                     most.way_mm, end.inserted_mm);
         std::printf("beyond the wall     %.4f mm at most\n", most.depth_mm);
@@ -261,7 +268,8 @@ int run_vessel(const VesselOptions& o) {
         std::printf("tetrahedra          %d active at most, %lld inverted at the end\n",
                     most.active, static_cast<long long>(end.inverted));
         const double wide = wide_reach_mm(scene->wall(), scene->settings().wall);
-        if (scene->settings().local && scene->settings().reach_mm < wide)
+        const bool has_wide = scene->settings().wall.model == WallModel::Solid;
+        if (scene->settings().local && has_wide && scene->settings().reach_mm < wide)
             std::printf(
                 "reach               %g mm; %.1f mm keep the error of boxes below 2 %% on this "
                 "support\n",

@@ -17,6 +17,7 @@ namespace pliant::results {
 /// A catheter that deforms a vessel. @param scenes  folder of the scene files
 void add_catheters(Page& page, const std::string& scenes, const TaskArena& arena);
 /// A catheter's tip in a vessel of the paper's constraints, with and without volumes.
+void add_wall_models(Page& page, const std::string& scenes, const TaskArena& arena);
 void add_volumes(Page& page, const TaskArena& arena);
 /// The scenes of real vessels. @param scenes  folder of the scene files
 void add_walls(Page& page, const std::string& scenes, const TaskArena& arena);

@@ -26,7 +26,8 @@ int main(int argc, char** argv) {
     page.paragraph(
         "The vessel of [VesselPbd2016]: distance, bending and volume constraints, and boxes of "
         "which only those near the catheter move; and vessels of `pliant vessel`, whose walls are "
-        "neo-Hookean tetrahedra ([vessel.md](../../vessel.md)). What could be read of the paper "
+        "neo-Hookean tetrahedra unless it is said otherwise ([vessel.md](../../vessel.md)). What "
+        "could be read of the paper "
         "has no figures of its results, so nothing is repeated here, and the set-ups are ours. The "
         "model is described in [pbd.md](../../pbd.md), which also says more about the published "
         "cases 1 to 15. Vessels are drawn cut open, in parallel projection: the cut and the inner "
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
     page.origin("./dev results pbd");
     const std::string scenes = argv[2];
     add_catheters(page, scenes, arena);
+    add_wall_models(page, scenes, arena);
     add_volumes(page, arena);
     add_pressure(page, arena);
     add_push(page, arena);

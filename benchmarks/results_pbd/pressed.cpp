@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kInner_mm = 4, kThickness_mm = 3, kLength_mm = 40;
 constexpr double kStep_s = 2e-4, kDensity_g_mm3 = 5e-3;
-constexpr double kSupport_pa_mm = 2000;
 constexpr int kSegments = 15;
 constexpr double kWire_mm = 30, kTip_mm = 14;
 
@@ -83,14 +82,11 @@ PressedVessel pressed_vessel() {
     for (PbdDistance& d : vessel.parts.distances) d.stiffness = kStretch;
     for (PbdBend& b : vessel.parts.bends) b.stiffness = kBend;
     for (PbdVolume& v : vessel.parts.volumes) v.stiffness = kVolume;
-    const double area = 2 * std::numbers::pi * (kInner_mm + kThickness_mm) * 0.75 / 40;
     for (std::size_t n = 0; n < vessel.parts.positions.size(); ++n) {
         const Vec3d p = vessel.parts.positions[n];
         if (p.z < 0.1 || p.z > kLength_mm - 0.1) vessel.parts.inverse_masses[n] = 0;
         if (is_outer(p))
-            vessel.parts.attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
-                                                .target = p,
-                                                .compliance = 1 / (kSupport_pa_mm * area)});
+            vessel.parts.attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0}, .target = p});
     }
     return vessel;
 }

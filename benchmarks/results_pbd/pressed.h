@@ -21,7 +21,7 @@ struct PressedVessel {
     VesselWall wall;
     PbdParts parts;  ///< with volume constraints in every run
 };
-/// 40 mm long, radii 4 and 7 mm; its ends are held, its outer surface is on springs.
+/// 40 mm long, radii 4 and 7 mm; its ends and its outer surface are held.
 PressedVessel pressed_vessel();
 
 struct PressedRun {

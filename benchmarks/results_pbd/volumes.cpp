@@ -52,7 +52,7 @@ void add_volumes(Page& page, const TaskArena& arena) {
         text_of(kStretch, 1) + " of a stretch, " + text_of(kBend, 2) + " of a bend, " +
         text_of(kVolume, 0) +
         " of a volume; or there are no volume constraints. One projection in each of 4,000 steps "
-        "of 0.2 ms, outer surface on springs (2 kPa for each mm), ends held. A catheter of radius "
+        "of 0.2 ms, outer surface and ends held. A catheter of radius "
         "1 mm (EI 7 N mm²) is held on the left, and its last 14 mm get a rest shape that is bent "
         "by 120° within half a second. The contact is that of `RodContact`.");
     const Image moved[] = {picture_of(vessel, rest, false, "before"),

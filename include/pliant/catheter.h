@@ -58,9 +58,21 @@ struct CatheterShape {
     CatheterModel model = CatheterModel::Rod;
 };
 
+enum class WallModel {
+    Solid,      ///< neo-Hookean tetrahedra
+    Distances,  ///< stretch, bend and volume constraints [VesselPbd2016]
+};
+
 struct WallTissue {
-    double young_modulus_pa = 5e5;
+    WallModel model = WallModel::Solid;
+    double young_modulus_pa = 5e5;  ///< this and Poisson's ratio: of Solid
     double poisson_ratio = 0.45;
+    /// Of Distances: the share of its error that a projection removes from the length of an edge,
+    /// from the angle between two faces of the surface, and from the volume of a tetrahedron
+    /// [VesselPbd2016, Eq. 1]. 0: no such constraints. There is one projection in a sub-step, so
+    /// smaller sub-steps make a stiffer wall.
+    double stretch_stiffness = 0.1, bend_stiffness = 0.05, volume_stiffness = 1;
+    Vec3d gravity_mm_s2{0, 0, 0};  ///< acceleration of the wall
     /// Includes blood and surrounding tissue that move along. Slow motion doesn't depend on it;
     /// forces are accurate if the sub-steps are small for it (docs/vessel.md).
     double density_g_mm3 = 0.02;
@@ -76,12 +88,20 @@ struct CatheterEntry {
 /// Entry in the middle of an open end, a fraction of its radius inside the vessel.
 CatheterEntry entry_at(const VesselEnd& end, double inwards = 0.5);
 
+/// The part of the catheter that activates boxes.
+enum class BoxWaker {
+    Catheter,
+    Tip,  ///< as in [VesselPbd2016]: beside the rest of the catheter, the wall is rigid
+};
+
 struct CatheterSettings {
     CatheterShape catheter{};
     WallTissue wall{};
     CatheterEntry entry{};
     bool local = true;   ///< only boxes near the catheter move
     double box_mm = 10;  ///< edge of a box
+    BoxIndex box_index = BoxIndex::Linear;
+    BoxWaker boxes_near = BoxWaker::Catheter;
     /// Boxes within this distance of the catheter's surface move; -1: wide_reach_mm.
     double reach_mm = 2;
     double time_step_s = 1e-3;
@@ -94,7 +114,7 @@ SettingRows<CatheterSettings> catheter_rows() noexcept;
 
 /// Reach at which a local step differs from a step of the whole wall by at most 2 % of the
 /// movement. It follows from the decay length of a displacement along a tube on its elastic
-/// support. Returns 1000 without a support.
+/// support. Returns 1000 without a support, and for WallModel::Distances, which has no modulus.
 double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue);
 
 /// Motion of the hand. It stays in force until the next command.
@@ -114,10 +134,12 @@ struct CatheterMeasures {
     double contact_n = 0;      ///< sum of the contact forces' magnitudes on the wall
     double wall_moved_mm = 0;  ///< largest distance of a particle from its rest position
     double depth_mm = 0;       ///< penetration of the ghost surface; negative: distance
+    /// The wall's energy is that of its solids and its support: the paper's constraints have none.
     double wire_energy_mj = 0, wall_energy_mj = 0, kinetic_energy_mj = 0;
     VolumeChange volume{};
     std::int64_t inverted = 0;  ///< tetrahedra of wall and catheter with a negative volume
     std::int32_t active_tetrahedra = 0;
+    std::int32_t sub_steps = 0;  ///< of the last step; contact may need more than the setting
     /// Number of the open end through which the tip has left the vessel, from 1 on; 0: none. Depth
     /// does not include points beyond an open end.
     std::int32_t left_end = 0;
@@ -151,8 +173,8 @@ class CatheterScene {
     ///          of this call remain, the failed step changes nothing
     Status step(std::int32_t count, const TaskArena& arena) noexcept;
 
-    /// Inserted length, force, torque, contact, depth and time. The other measures need a pass over
-    /// the wall.
+    /// Inserted length, force, torque, contact, depth, time and sub-steps. The other measures need
+    /// a pass over the wall.
     CatheterMeasures quick_measures() const noexcept;
     CatheterMeasures measures() const noexcept;
     /// Number of inverted tetrahedra of wall and catheter. Needs a pass over the wall.
@@ -271,9 +293,11 @@ struct VesselAct {
 struct VesselFile {
     std::string file;  ///< path of this file
 
-    // Exactly one source: a phantom, a surface, a centreline, a label volume, a scan.
-    std::string phantom, surface, centreline, labels_file, scan;
-    std::string ends;  ///< a centreline whose ends cut off a closed surface
+    // Exactly one source: a phantom, a wall's tetrahedra, a surface, a centreline, a label volume,
+    // a scan.
+    std::string phantom, mesh, surface, centreline, labels_file, scan;
+    std::string ghost;  ///< inner surface of the mesh; empty: found from its rims
+    std::string ends;   ///< a centreline whose ends cut off a closed surface
     double trim = 0.5;
     std::vector<int> labels{1};
     double low_hu = 0, high_hu = 0, within_mm = 15, smoothing_voxels = 0.8;
@@ -304,7 +328,9 @@ Result<VesselFile> read_vessel_file(const std::string& file) noexcept;
 
 struct MadeVessel {
     VesselWall wall;
-    std::vector<Vec3d> way;      ///< path [mm, LPS]; may be empty
+    /// Path [mm, LPS]. In a wall's mesh without one, it leads from the entry to the farthest other
+    /// end. May be empty.
+    std::vector<Vec3d> way;
     std::optional<Volume> scan;  ///< the scan that the file names
     CatheterSettings settings;   ///< including the entry
 };

@@ -102,6 +102,13 @@ Result<Centreline> centreline_of(const MeshData& mesh) noexcept;
 /// Open ends of a centreline, each moved inwards by this fraction of its radius.
 std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards = 0);
 
+/// Makes a wall of given tetrahedra. The ends are the openings of its inner surface.
+/// @param lumen  the inner surface, open at the ends, of either orientation; without triangles: the
+///               part of the boundary between sharp rims that encloses the lumen
+/// @returns InvalidArgument if tetrahedra are inverted, a surface isn't a manifold, the wall isn't
+///          a tube, or the inner surface lies beside the wall
+Result<VesselWall> wall_of_mesh(TetMesh mesh, TriangleMesh lumen, const TaskArena& arena) noexcept;
+
 struct TubeSettings {
     double thickness_mm = 1.5;
     int layers = 2;

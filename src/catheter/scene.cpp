@@ -68,10 +68,11 @@ std::int64_t CatheterScene::Impl::inverted_in_wall(const Place& place) const {
 template <class Place>
 double CatheterScene::Impl::wall_energy(const Place& place) const {
     double elastic = 0;
+    const bool has_energy = settings.wall.model == WallModel::Solid;
     const double e = settings.wall.young_modulus_pa, nu = settings.wall.poisson_ratio;
     const double mu = e / (2 * (1 + nu)), lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
     for (const Cell& cell : wall.mesh.cells) {
-        if (!has_moved(cell, place)) continue;
+        if (!has_energy || !has_moved(cell, place)) continue;
         const auto edges = [&](const auto& x) {
             const Vec3d from = x(cell[0]);
             return Mat3d{{x(cell[1]) - from, x(cell[2]) - from, x(cell[3]) - from}};
@@ -115,14 +116,19 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
     auto parts = catheter::parts_of(wall, settings.wall);
     if (!parts) return invalid("wall: " + parts.error().message);
     auto body =
-        PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s / settings.sub_steps,
-                                            .sub_steps = 1,
-                                            .damping = settings.wall.damping_per_s,
-                                            .repacks = settings.local});
+        PbdBody::create(std::move(*parts),
+                        {.time_step = settings.time_step_s / settings.sub_steps,
+                         .sub_steps = 1,
+                         .gravity = settings.wall.gravity_mm_s2,
+                         .damping = settings.wall.damping_per_s,
+                         .method = settings.wall.model == WallModel::Solid ? PbdMethod::Compliance
+                                                                           : PbdMethod::Stiffness,
+                         .repacks = settings.local});
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;
     if (settings.local) {
-        auto made = PbdBoxes::create(wall.mesh, {.side = settings.box_mm});
+        auto made =
+            PbdBoxes::create(wall.mesh, {.side = settings.box_mm, .index = settings.box_index});
         if (!made) return made.error();
         boxes = std::make_unique<PbdBoxes>(std::move(*made));
     }
@@ -179,6 +185,7 @@ CatheterMeasures CatheterScene::quick_measures() const noexcept {
     m.left_end = i.now.left_end;
     m.wire_energy_mj = i.wire.elastic_energy() / kNanojoules;
     m.active_tetrahedra = std::max(0, i.now.awake);
+    m.sub_steps = i.now.sub_steps;
     return m;
 }
 

@@ -57,6 +57,7 @@ struct CatheterScene::Impl {
         double contact = 0;  ///< total contact force on the wall [µN]
         std::int64_t steps = 0;
         std::int32_t awake = -1;
+        std::int32_t sub_steps = 0;  ///< of the last step
         std::int32_t left_end = 0;
     };
 
@@ -103,7 +104,8 @@ struct CatheterScene::Impl {
             return Ok{};
         }
         const auto& x = wire.positions();
-        positions.assign(x.begin() + wire.first(), x.end());
+        const bool tip_only = settings.boxes_near == BoxWaker::Tip;
+        positions.assign(tip_only ? x.end() - 1 : x.begin() + wire.first(), x.end());
         const double reach = settings.reach_mm + settings.catheter.radius_mm;
         if (const Status s = boxes->update(positions, reach, body); !s.ok()) return s;
         // Particles at the start of their blend are still held in this step.
@@ -136,9 +138,11 @@ struct CatheterScene::Impl {
     Status sub_steps(const TaskArena& arena) {
         int left = now.pace.sub_steps(settings.time_step_s);
         double h = settings.time_step_s / left;
+        now.sub_steps = 0;
         while (left > 0) {
             if (const Status s = sub_step(h, arena); !s.ok()) return s;
             --left;
+            ++now.sub_steps;
             if (now.pace.is_too_long_after(h, contact.pushed_mm()) && left > 0) {
                 const double rest = left * h;
                 left = now.pace.sub_steps(rest);

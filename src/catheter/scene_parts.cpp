@@ -67,10 +67,32 @@ double mean_edge_mm(const TetMesh& mesh) {
     return edge;
 }
 
+/// Volume constraints of stiffness 0 stay, for the measure of the volumes.
+Result<PbdParts> constraints_of(const TetMesh& mesh, const WallTissue& tissue) {
+    const bool solids = tissue.model == WallModel::Solid;
+    auto parts = pbd_of_mesh(mesh, {.density = tissue.density_g_mm3,
+                                    .edges = !solids && tissue.stretch_stiffness > 0,
+                                    .volumes = !solids,
+                                    .bends = !solids && tissue.bend_stiffness > 0,
+                                    .solids = solids,
+                                    .young_modulus = tissue.young_modulus_pa,
+                                    .poisson_ratio = tissue.poisson_ratio});
+    if (!parts) return parts.error();
+    for (PbdDistance& d : parts->distances) d.stiffness = tissue.stretch_stiffness;
+    for (PbdBend& b : parts->bends) b.stiffness = tissue.bend_stiffness;
+    for (PbdVolume& v : parts->volumes) v.stiffness = tissue.volume_stiffness;
+    return parts;
+}
+
 }  // namespace
 
 Status check(const CatheterSettings& s) {
     if (const Status ranges = check(s, catheter_rows()); !ranges) return ranges;
+    const WallTissue& wall = s.wall;
+    if (wall.model == WallModel::Distances &&
+        wall.stretch_stiffness + wall.bend_stiffness + wall.volume_stiffness == 0)
+        return expected_error("[wall] stretch_stiffness", "one of the three stiffnesses above 0",
+                              "none");
     const double length_mm = s.catheter.length_mm;
     if (s.catheter.tip_mm > length_mm)
         return expected_error("[catheter] tip_mm", "up to length_mm, " + text_of(length_mm),
@@ -106,26 +128,22 @@ Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double se
 }
 
 /// Minimum number of sub-steps. In a sub-step h, a free node of the tip moves by h² EI/(l³ m) times
-/// its residual, limited to a factor of 3, and a wave in the wall by h √(E/ρ), limited to 1.3
-/// edges.
+/// its residual, limited to a factor of 3, and a wave in a wall of solids by h √(E/ρ), limited to
+/// 1.3 edges.
 int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
     constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
     const CatheterShape& c = s.catheter;
     const double l = c.length_mm / segments_of(c);
     const double tip = s.time_step_s * std::sqrt(c.tip_bend_n_mm2 * kMicronewtons /
                                                  (kTip * l * l * l * l * c.mass_g_mm));
-    const double wave = s.time_step_s * std::sqrt(s.wall.young_modulus_pa / s.wall.density_g_mm3) /
-                        (kEdges * mean_edge_mm(wall.mesh));
+    const bool has_waves = s.wall.model == WallModel::Solid;
+    const double speed = has_waves ? std::sqrt(s.wall.young_modulus_pa / s.wall.density_g_mm3) : 0;
+    const double wave = s.time_step_s * speed / (kEdges * mean_edge_mm(wall.mesh));
     return std::max(s.sub_steps, int(std::min(kMost, std::ceil(std::max(tip, wave)))));
 }
 
 Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
-    auto parts = pbd_of_mesh(wall.mesh, {.density = tissue.density_g_mm3,
-                                         .edges = false,
-                                         .volumes = false,
-                                         .solids = true,
-                                         .young_modulus = tissue.young_modulus_pa,
-                                         .poisson_ratio = tissue.poisson_ratio});
+    auto parts = constraints_of(wall.mesh, tissue);
     if (!parts) return parts.error();
     const auto& positions = wall.mesh.nodes_mm;
     const double edge = mean_edge_mm(wall.mesh);

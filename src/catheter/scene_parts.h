@@ -18,7 +18,7 @@ inline constexpr double kMicronewtons = 1e6;  ///< µN per N
 
 /// @returns InvalidArgument that names the setting
 Status check(const CatheterSettings& settings);
-/// Builds the wall as neo-Hookean tissue on an elastic foundation, fixed at its open ends.
+/// Builds the wall's constraints on an elastic foundation, fixed at its open ends.
 Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue);
 /// Checks that the guide and the initially inserted part end inside of the vessel.
 /// @returns InvalidArgument that names the setting

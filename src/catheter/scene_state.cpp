@@ -96,6 +96,7 @@ Status CatheterScene::put(std::span<const double> numbers) {
     i.now.depth = state.depth;
     i.now.contact = 0;
     i.now.steps = state.steps;
+    i.now.sub_steps = 0;
     i.now.awake = state.awake;
     i.ends.follow(i.wire);
     i.now.left_end = i.ends.left();

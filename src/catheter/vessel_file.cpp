@@ -29,11 +29,17 @@ Error expected_in(const TomlTable& table, std::string_view key, std::string expe
 }
 
 Status check_vessel(const TomlTable& table, const VesselFile& v) {
-    const int sources = !v.phantom.empty() + !v.surface.empty() + !v.centreline.empty() +
-                        !v.labels_file.empty() + !v.scan.empty();
+    const int sources = !v.phantom.empty() + !v.mesh.empty() + !v.surface.empty() +
+                        !v.centreline.empty() + !v.labels_file.empty() + !v.scan.empty();
     if (sources != 1)
-        return expected_in(table, "", "one of phantom, surface, centreline, label_volume, scan",
+        return expected_in(table, "",
+                           "one of phantom, mesh, surface, centreline, label_volume, scan",
                            std::to_string(sources));
+    for (const char* key : {"thickness_mm", "cell_mm", "layers"})
+        if (!v.mesh.empty() && has(table, key))
+            return expected_in(table, key, "none beside mesh, which has its own tetrahedra", "one");
+    if (!v.ghost.empty() && v.mesh.empty())
+        return expected_in(table, "ghost", "mesh beside it", "none");
     if (!v.phantom.empty() && has(table, "cell_mm"))
         return expected_in(table, "cell_mm", "none beside phantom, which is swept in layers",
                            "one");
@@ -61,7 +67,7 @@ Status check_act(const TomlTable& table, const VesselAct& act, const VesselFile&
     if (!act.for_s && !act.until_inserted_mm && !act.until_way_mm)
         return expected_in(table, "for_s", "this, until_inserted_mm or until_way_mm", "none");
     if ((act.follow || act.until_way_mm) && v.way_file.empty() && v.way_mm.empty() &&
-        v.phantom.empty())
+        v.phantom.empty() && v.mesh.empty())
         return expected_in(table, "follow", "a [way] to follow", "none");
     return Ok{};
 }
@@ -158,8 +164,8 @@ Result<VesselFile> read_scene(const std::string& file) {
     if (const Status s = read_tables(*tables, v); !s) return within(file, s.error());
     if (const Status s = check_steps(v); !s) return s.error();
     const auto folder = std::filesystem::path(file).parent_path();
-    for (std::string* name :
-         {&v.surface, &v.centreline, &v.labels_file, &v.scan, &v.ends, &v.way_file})
+    for (std::string* name : {&v.mesh, &v.ghost, &v.surface, &v.centreline, &v.labels_file, &v.scan,
+                              &v.ends, &v.way_file})
         if (!name->empty()) *name = (folder / *name).string();
     return v;
 }

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
@@ -47,6 +48,20 @@ Result<std::vector<Vec3d>> way_from_file(const VesselFile& v) {
         way.push_back(mesh->nodes_mm[std::size_t(n)]);
     if (v.way_reverse) std::reverse(way.begin(), way.end());
     return way;
+}
+
+Result<VesselWall> wall_of_given_mesh(const VesselFile& v, const TaskArena& arena) {
+    auto mesh = read_tetrahedra(v.mesh);
+    if (!mesh) return named(v.file + ": [vessel] mesh", mesh.error());
+    TriangleMesh lumen;
+    if (!v.ghost.empty()) {
+        auto ghost = read_surface(v.ghost);
+        if (!ghost) return named(v.file + ": [vessel] ghost", ghost.error());
+        lumen = std::move(*ghost);
+    }
+    auto wall = wall_of_mesh(std::move(*mesh), std::move(lumen), arena);
+    if (!wall) return named(v.file + ": [vessel] mesh: " + v.mesh, wall.error());
+    return wall;
 }
 
 Result<VesselWall> wall_of_surface(const VesselFile& v, const TaskArena& arena) {
@@ -96,6 +111,42 @@ Result<CatheterSettings> settings_with_entry(const VesselFile& v, const VesselWa
     return settings;
 }
 
+bool wants_way(const VesselAct& act) {
+    return act.follow || act.until_way_mm.has_value();
+}
+
+/// Finds the path from the entry to the farthest end in a synthetic scan of the wall. Without a
+/// path: empty, or an error if an act needs one.
+Result<std::vector<Vec3d>> way_through(const VesselFile& v, const MadeVessel& made,
+                                       const TaskArena& arena) {
+    const bool is_wanted = std::any_of(v.acts.begin(), v.acts.end(), wants_way);
+    if (made.wall.ends.size() < 2) {
+        if (!is_wanted) return std::vector<Vec3d>{};
+        return expected_error(v.file + ": [way] points_mm", "a way in a vessel with one open end",
+                              "none");
+    }
+    const Vec3d from = made.settings.entry.position_mm;
+    const auto distance = [&](const VesselEnd& end) { return norm(end.centre_mm - from); };
+    const auto& ends = made.wall.ends;
+    const auto far = std::max_element(
+        ends.begin(), ends.end(),
+        [&](const VesselEnd& a, const VesselEnd& b) { return distance(a) < distance(b); });
+    auto scan = scan_of_vessel(made.wall, arena);
+    if (!scan) return scan.error();
+    const auto path = find_lumen_path(
+        *scan, from, entry_at(*far).position_mm,
+        {.iso_hu = 200, .polarity = Polarity::Falling, .reach_mm = far->radius_mm}, arena);
+    if (path) return path->points_mm;
+    if (!is_wanted) return std::vector<Vec3d>{};
+    if (path.error().message.starts_with("from"))
+        return invalid(v.file +
+                       ": [entry] place_mm: expected a position in the vessel's lumen, found " +
+                       text_of(from) + " outside of it");
+    return named(v.file + ": [way] points_mm: none is found from the entry to end " +
+                     std::to_string(far - ends.begin() + 1),
+                 path.error());
+}
+
 Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
     MadeVessel made;
     if (!v.way_file.empty()) {
@@ -111,6 +162,8 @@ Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
         if (made.way.empty())
             for (const CentrePoint& p : branch) made.way.push_back(p.position_mm);
         wall = swept_tube(branch, {.thickness_mm = v.wall.thickness_mm, .layers = v.wall.layers});
+    } else if (!v.mesh.empty()) {
+        wall = wall_of_given_mesh(v, arena);
     } else if (!v.centreline.empty()) {
         const auto mesh = read_mesh(v.centreline);
         if (!mesh) return mesh.error();
@@ -142,6 +195,11 @@ Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
     auto settings = settings_with_entry(v, made.wall);
     if (!settings) return settings.error();
     made.settings = *settings;
+    if (!v.mesh.empty() && made.way.empty()) {
+        auto way = way_through(v, made, arena);
+        if (!way) return way.error();
+        made.way = std::move(*way);
+    }
     return made;
 }
 

@@ -418,7 +418,7 @@ class SolverOf final : public Solver {
     }
 
     double compliance_of(const PbdAttachment& attachment) const {
-        return m_settings.method == PbdMethod::Compliance ? attachment.compliance / (h() * h()) : 0;
+        return attachment.compliance / (h() * h());
     }
     /// Force of an attachment to held particles, which takes no part in the steps.
     Vec3d held_pull(std::size_t a) const {

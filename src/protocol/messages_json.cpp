@@ -103,6 +103,7 @@ Json json_of(const VesselState& v, double pace) {
             {"wall_moved_mm", rounded(v.wall_moved_mm, 1e4)},
             {"time_s", rounded(m.time_s, 1e3)},
             {"pace", rounded(pace, 1e3)},
+            {"sub_steps", m.sub_steps},
             {"radius_mm", v.radius_mm},
             {"length_mm", v.length_mm},
             {"warnings", warnings_of(m)},

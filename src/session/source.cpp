@@ -107,6 +107,20 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
                                 s.entry.inserted_mm})
         hash.add_word(std::bit_cast<std::uint64_t>(number));
     if (c.model == CatheterModel::Tetrahedra) hash.add_word(1);
+    // Only what differs from the defaults: the hashes of other scenes stay.
+    const auto add_changed = [&](std::uint64_t key, double number, double usual) {
+        if (number == usual) return;
+        hash.add_word(key);
+        hash.add_word(std::bit_cast<std::uint64_t>(number));
+    };
+    if (w.model == WallModel::Distances) {
+        hash.add_word(2);
+        for (const double share : {w.stretch_stiffness, w.bend_stiffness, w.volume_stiffness})
+            hash.add_word(std::bit_cast<std::uint64_t>(share));
+    }
+    for (int a = 0; a < 3; ++a) add_changed(3 + std::uint64_t(a), w.gravity_mm_s2[a], 0);
+    add_changed(6, double(s.box_index), double(BoxIndex::Linear));
+    add_changed(7, double(s.boxes_near), double(BoxWaker::Catheter));
     for (const Vec3d v : {s.entry.position_mm, s.entry.direction})
         for (int a = 0; a < 3; ++a) hash.add_word(std::bit_cast<std::uint64_t>(v[a]));
     return hash.value();

@@ -37,6 +37,9 @@ TEST_F(VesselTest, GoesInAndOutAndPlaysTheSameAgain) {
     EXPECT_NEAR(report["rotated_deg"].get<double>(), 90 * 0.02, 1e-6);
     EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);
     EXPECT_GT(report["farthest_way_mm"].get<double>(), 60);
+    EXPECT_EQ(report["wall_model"], "solid");
+    EXPECT_GE(report["most_sub_steps"], report["sub_steps"]);
+    EXPECT_GT(report["pace"], 0);
     const auto steps = report["steps"].get<std::int64_t>();
     const std::string csv = bytes_of(m_folder / "m.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), steps + 1);
@@ -76,6 +79,62 @@ TEST_F(VesselTest, FeedsABodyOfTetrahedraLikewise) {
     EXPECT_TRUE(exists("f/tetrahedra.pvd") && exists("f/catheter_00001.vtp"));
     ASSERT_EQ(run("vessel s.toml --replay hand.log --json"), 0) << said();
     EXPECT_EQ(Json::parse(out())["hash"], report["hash"]);
+}
+
+TEST_F(VesselTest, TakesAWallOfThePapersConstraints) {
+    std::string scene = kScene;
+    scene +=
+        "[wall]\nmodel = \"distances\"\nstretch_stiffness = 0.2\n"
+        "gravity_mm_s2 = [0, 0, -9810]\n"
+        "[simulation]\nbox_index = \"hash\"\nboxes_near = \"tip\"\n";
+    write("s.toml", scene);
+    ASSERT_EQ(run("vessel s.toml --record hand.log --json"), 0) << said();
+    const Json report = Json::parse(out());
+    EXPECT_EQ(report["wall_model"], "distances");
+    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);
+    EXPECT_EQ(report["inverted_ever"], 0);
+    ASSERT_EQ(run("vessel s.toml --replay hand.log --threads 2 --json"), 0) << said();
+    EXPECT_EQ(Json::parse(out())["hash"], report["hash"]);
+}
+
+TEST_F(VesselTest, TakesTheTetrahedraOfAWall) {
+    std::string frames = kScene;
+    frames.resize(frames.find("[[script]]"));
+    write("frames.toml", frames + "[[script]]\nfor_s = 0.001\n");
+    ASSERT_EQ(run("vessel frames.toml --frames f"), 0) << said();
+    // At rest but for a step, with its ends found at the rims and its way in the lumen.
+    const std::string own = "[vessel]\nmesh = \"f/wall_00000.vtu\"\n";
+    const std::string script =
+        "[catheter]\nlength_mm = 100\n[[script]]\nfollow = true\ninsert_mm_s = 400\n"
+        "until_way_mm = 70\n";
+    for (const std::string ghost : {"", "ghost = \"f/ghost_00000.vtp\"\n"}) {
+        write("s.toml", own + ghost + script);
+        ASSERT_EQ(run("vessel s.toml --json"), 0) << said();
+        const Json report = Json::parse(out());
+        EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);
+        EXPECT_GT(report["farthest_way_mm"].get<double>(), 60);  // of a few steps
+        EXPECT_EQ(report["warnings"].size(), 0u);
+    }
+    const auto refused = [&](const std::string& scene, const std::string& message) {
+        write("s.toml", scene + script);
+        EXPECT_EQ(run("vessel s.toml"), 2);
+        const std::string line = said();
+        EXPECT_NE(line.find(message), std::string::npos) << line;
+        EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
+    };
+    refused("[vessel]\nmesh = \"none.vtu\"\n", "[vessel] mesh: ");
+    refused(own + "ghost = \"none.vtp\"\n", "[vessel] ghost: ");
+    refused(own + "layers = 2\n",
+            "[vessel] layers: expected none beside mesh, which has its own tetrahedra, found one");
+    refused("[vessel]\nphantom = \"bend\"\nghost = \"g.vtp\"\n",
+            "[vessel] ghost: expected mesh beside it, found none");
+    refused(own + "[entry]\nplace_mm = [0, 9, 5]\ndirection = [0, 0, 1]\n",
+            "[entry] place_mm: expected a position in the vessel's lumen");
+    refused(own + "[entry]\nend = 3\n", "[entry] end: expected one of the vessel's 2 open ends");
+    TetMesh wall = *read_tetrahedra(m_folder / "f/wall_00000.vtu");
+    std::swap(wall.cells[5][0], wall.cells[5][1]);
+    ASSERT_TRUE(write_vtu(m_folder / "inverted.vtu", wall, {}).ok());
+    refused("[vessel]\nmesh = \"inverted.vtu\"\n", "inverted.vtu: vessel wall: ");
 }
 
 TEST_F(VesselTest, WarnsOfATipThatHasLeftThroughAnOpenEnd) {
@@ -122,9 +181,13 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
             "[[script]] 3 follow: expected a [way] to follow, found none");
     refused("phantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n",
             "surface = \"none.vtp\"\n[way]\npoints_mm = [[0, 0, 0], [0, 0, 9]]\n", "none.vtp");
-    refused("phantom = \"bend\"", "", "s.toml: [vessel]: expected one of phantom, surface");
+    refused("phantom = \"bend\"", "", "s.toml: [vessel]: expected one of phantom, mesh, surface");
     refused("length_mm", "model = \"steel\"\nlength_mm",
             "[catheter] model: expected \"rod\" or \"tetrahedra\", found \"steel\"");
+    refused("[entry]", "[wall]\nmodel = \"steel\"\n[entry]",
+            "[wall] model: expected \"solid\" or \"distances\", found \"steel\"");
+    refused("[entry]", "[wall]\nstretch_stiffness = 2\n[entry]",
+            "[wall] stretch_stiffness: expected 0 to 1, found 2");
     refused("place_mm = [0, 0, 5]", "end = 7", "[entry] end: expected one of the vessel's 2");
     refused("[0, 0, 5]", "[0, 5]", "[entry] place_mm: expected one number or three, found [0, 5]");
     refused("for_s = 0.02", "", "[[script]] 2 for_s: expected this, until_inserted_mm");

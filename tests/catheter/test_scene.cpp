@@ -77,6 +77,7 @@ double deepest(const CatheterScene& scene) {
 
 struct Journey {
     double depth = -1e9, reported = -1e9, energy = 0, force = 0, moved = 0, progress = 0;
+    double volume_mean = 0;
     std::int64_t inverted = 0;
     CatheterMeasures end{};
     std::uint64_t hash = 0;
@@ -105,6 +106,7 @@ Journey journey(const VesselWall& wall, const CatheterSettings& s, double speed,
         found.energy =
             std::max(found.energy, m.wire_energy_mj + m.wall_energy_mj + m.kinetic_energy_mj);
         found.moved = std::max(found.moved, m.wall_moved_mm);
+        found.volume_mean = std::max(found.volume_mean, m.volume.mean);
         found.progress = std::max(found.progress, pilot.progress_mm(scene.tip_mm()));
     }
     found.end = scene.measures();
@@ -413,6 +415,89 @@ TEST(CatheterScene, BeginsInTheLumenOrIsRefused) {
         << message();
 }
 
+CatheterSettings with_distances(double stiff = 20) {
+    CatheterSettings s = settings(stiff);
+    s.wall.model = WallModel::Distances;
+    return s;
+}
+
+TEST(CatheterScene, StaysInAWallOfDistances) {
+    const VesselWall wall = bent_tube();
+    for (const double stiff : {20.0, 100.0}) {
+        const Journey there = journey(wall, with_distances(stiff), 300, true);
+        EXPECT_LE(there.depth, 0.1);
+        EXPECT_LE(there.reported, 0.1);
+        EXPECT_EQ(there.inverted, 0);
+        EXPECT_GT(there.moved, 0.02);
+        EXPECT_LT(there.end.wall_moved_mm, 0.05);
+        EXPECT_GT(there.progress, 60);
+    }
+    const std::uint64_t one = journey(wall, with_distances(), 400, true, 1, 40).hash;
+    EXPECT_EQ(journey(wall, with_distances(), 400, true, 3, 40).hash, one);
+    EXPECT_NE(journey(wall, settings(), 400, true, 1, 40).hash, one);
+}
+
+TEST(CatheterScene, VolumeConstraintsKeepTheVolumesOfAWallOfDistances) {
+    const VesselWall wall = bent_tube();
+    CatheterSettings s = with_distances(100);
+    const double with = journey(wall, s, 300, false, 1, 50).volume_mean;
+    s.wall.volume_stiffness = 0;
+    const double without = journey(wall, s, 300, false, 1, 50).volume_mean;
+    EXPECT_GT(with, 0);
+    EXPECT_GT(without, 2 * with);
+}
+
+// Weight over support: ρ g V = k A d, for the outer surface A.
+TEST(CatheterScene, AWallSagsByItsWeightOnItsSupport) {
+    const CentrePoint way[] = {{{0, 0, 0}, 4}, {{0, 0, 60}, 4}};
+    const VesselWall wall =
+        made(swept_tube(way, {.thickness_mm = 1.2, .layers = 1, .sectors = 24}));
+    const TaskArena arena(1);
+    for (const WallModel model : {WallModel::Solid, WallModel::Distances}) {
+        CatheterSettings s = settings();
+        s.local = false;
+        s.wall.model = model;
+        s.wall.young_modulus_pa = 2e4;
+        s.wall.stretch_stiffness = s.wall.bend_stiffness = 0.01;
+        s.wall.support_pa_per_mm = 5000;
+        s.wall.gravity_mm_s2 = {0, -9810, 0};
+        CatheterScene scene = made(CatheterScene::create(wall, s));
+        ASSERT_TRUE(scene.step(150, arena).ok());
+        const auto positions = scene.wall_positions();
+        double sag = 0, count = 0;
+        for (std::size_t n = 0; n < positions.size(); ++n) {
+            const Vec3d rest = wall.mesh.nodes_mm[n];
+            if (std::abs(rest.z - 30) > 5 || std::hypot(rest.x, rest.y) < 5) continue;
+            sag += rest.y - positions[n].y;
+            count += 1;
+        }
+        const double expected = 0.02 * 9810 * (5.2 * 5.2 - 4 * 4) / (2 * 5.2) / 5000;
+        EXPECT_NEAR(sag / count, expected, 0.1 * expected);
+    }
+}
+
+TEST(CatheterScene, OnlyTheTipWakesBoxesIfItIsToldSo) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1);
+    const auto active = [&](BoxWaker near, BoxIndex index) {
+        CatheterSettings s = settings();
+        s.boxes_near = near;
+        s.box_index = index;
+        s.box_mm = 5;
+        CatheterScene scene = made(CatheterScene::create(wall, s));
+        EXPECT_TRUE(scene.command({.insert_mm_s = 300}).ok());
+        EXPECT_TRUE(scene.step(150, arena).ok());
+        EXPECT_LE(deepest(scene), 0.1);
+        return scene.quick_measures().active_tetrahedra;
+    };
+    const auto all = active(BoxWaker::Catheter, BoxIndex::Linear),
+               tip = active(BoxWaker::Tip, BoxIndex::Linear);
+    EXPECT_GT(tip, 0);
+    EXPECT_LT(2 * tip, all);
+    // The paper's hash isn't unique.
+    EXPECT_GT(active(BoxWaker::Tip, BoxIndex::Hash), tip);
+}
+
 TEST(CatheterScene, MakesAsManySubStepsAsContactWants) {
     const VesselWall wall = bent_tube();
     const auto sub_steps = [&](double tip, double step_s, double young) {
@@ -428,6 +513,14 @@ TEST(CatheterScene, MakesAsManySubStepsAsContactWants) {
     EXPECT_EQ(sub_steps(200, 0.001, 5e5), int(std::ceil(0.001 / h)));
     EXPECT_GT(sub_steps(2, 0.001, 5e7), 15);
     EXPECT_EQ(sub_steps(200, 0.002, 5e5), int(std::ceil(0.002 / h)));
+    // The paper's constraints have no waves that are too fast.
+    CatheterSettings distances = with_distances();
+    distances.wall.young_modulus_pa = 5e7;
+    CatheterScene scene = made(CatheterScene::create(wall, distances));
+    EXPECT_EQ(scene.settings().sub_steps, 5);
+    EXPECT_EQ(scene.quick_measures().sub_steps, 0);
+    ASSERT_TRUE(scene.step(1, TaskArena(1)).ok());
+    EXPECT_EQ(scene.quick_measures().sub_steps, 5);
 }
 
 TEST(CatheterScene, WarnsOfWhatIsWrongWithAState) {
@@ -479,6 +572,14 @@ TEST(CatheterScene, SaysWhatIsWrong) {
                   s.entry.direction = {0, 0, 0};
               }),
               "[entry] direction: expected a vector that isn't zero, found 0, 0, 0");
+    EXPECT_EQ(message([](CatheterSettings& s) { s.wall.bend_stiffness = 1.5; }),
+              "[wall] bend_stiffness: expected 0 to 1, found 1.5");
+    EXPECT_EQ(
+        message([](CatheterSettings& s) {
+            s.wall.model = WallModel::Distances;
+            s.wall.stretch_stiffness = s.wall.bend_stiffness = s.wall.volume_stiffness = 0;
+        }),
+        "[wall] stretch_stiffness: expected one of the three stiffnesses above 0, found none");
     const std::string twist = message([](CatheterSettings& s) {
         s.catheter.model = CatheterModel::Tetrahedra;
         s.catheter.twist_n_mm2 = 200;

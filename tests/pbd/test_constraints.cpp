@@ -15,6 +15,7 @@
 
 #include "pbd/arithmetic.h"
 #include "pbd/solver.h"
+#include "support/made.h"
 #include "support/random.h"
 
 namespace pliant::test {
@@ -268,6 +269,21 @@ TEST(Constraints, AStiffnessTakesItsShareAway) {
         ASSERT_TRUE(body->step(1, arena).ok());
         EXPECT_NEAR(norm(body->position(1) - body->position(0)), 3 - 2 * k, 1e-6);
         EXPECT_NEAR(body->position(0).x, 2 * k * 2 / 3, 1e-6);  // twice as light
+    }
+}
+
+// It sags by g m α, with both methods.
+TEST(Constraints, AnAttachmentIsASpringBesideStiffnessesToo) {
+    const TaskArena arena(1);
+    for (const PbdMethod method : {PbdMethod::Compliance, PbdMethod::Stiffness}) {
+        PbdParts parts{.positions = {{0, 0, 0}}, .inverse_masses = {0.5}};
+        parts.attachments = {{.nodes = {0, 0, 0, 0}, .compliance = 0.01}};
+        auto body = made(PbdBody::create(parts, {.gravity = {0, 0, -10},
+                                                 .damping = 20,
+                                                 .method = method,
+                                                 .precision = PbdPrecision::Double}));
+        ASSERT_TRUE(body.step(600, arena).ok());
+        EXPECT_NEAR(body.position(0).z, -10 * 2 * 0.01, 1e-6);
     }
 }
 

@@ -14,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <set>
 
 #include "protocol/half.h"
 #include "serve/test_client.h"
@@ -99,6 +100,25 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), rest);
     EXPECT_EQ(scene->tissue().hash(), open(m_arena)->tissue().hash());
+}
+
+// Sessions are replayed only with the wall and the boxes that they were recorded with.
+TEST_F(VesselScene, EachWallAndEachKindOfBoxesHasItsOwnHash) {
+    std::set<std::uint64_t> hashes{open(m_arena)->scan_hash()};
+    std::size_t count = 1;
+    for (const std::string change :
+         {"model = \"distances\"", "model = \"distances\"\nbend_stiffness = 0.1",
+          "gravity_mm_s2 = [0, 0, 1]", "gravity_mm_s2 = [0, 1, 0]",
+          "[simulation]\nbox_index = \"hash\"", "[simulation]\nboxes_near = \"tip\""}) {
+        std::string file = kFile;
+        const bool is_table = change.starts_with("[");
+        file.insert(is_table ? file.size() : file.find("[wall]\n") + 7, change + "\n");
+        SceneSource source{.file = m_folder.write("other.toml", file).string()};
+        auto scene = Scene::open(source, m_arena);
+        ASSERT_TRUE(scene.ok()) << scene.error().message;
+        hashes.insert((*scene)->scan_hash());
+        EXPECT_EQ(hashes.size(), ++count) << change;
+    }
 }
 
 TEST_F(VesselScene, ItsRestFieldFollowsTheWall) {
@@ -517,6 +537,7 @@ TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
         });
         ASSERT_FALSE(still.is_null());
         EXPECT_GT(still["vessel"]["pace"], 0);
+        EXPECT_GT(still["vessel"]["sub_steps"], 0);
         const Json sums = a.checked_checksum();
         volume = sums["volume"];
         ASSERT_FALSE(a.surface.empty());

@@ -168,6 +168,8 @@ test('a catheter is driven, seen and played again', async (t) => {
         assert.ok((await page.locator('.view.coronal .catheter.near').count()) > 0);
         const said = await page.locator('dd[data-name="force on the hand"]').textContent();
         assert.match(said!, /^-?\d+\.\d{3} N$/);
+        const counted = await page.locator('dd[data-name="sub-steps"]').textContent();
+        assert.match(counted!, /^[1-9]\d* in a step$/);
         await picture(page, 'catheter_outside');
 
         await page.keyboard.press('b');

@@ -49,6 +49,7 @@ export interface VesselState extends Drive {
     wall_moved_mm: number;
     time_s: number;
     pace: number; ///< simulated over real time; 0: unknown
+    sub_steps: number; ///< of the last step
     radius_mm: number;
     length_mm: number;
     warnings: string[]; ///< faults of this state, a line each

@@ -19,6 +19,7 @@ export function numbersOf(vessel: VesselState): Record<string, string> {
         'force on the hand': `${vessel.force_n.toFixed(3)} N`,
         'wall moved': `${vessel.wall_moved_mm.toFixed(2)} mm`,
         'deepest point': began ? `${depth} mm ${beyond ? 'outside' : 'inside'}` : '–',
+        'sub-steps': vessel.sub_steps > 0 ? `${vessel.sub_steps} in a step` : '–',
         pace: vessel.pace > 0 ? `${vessel.pace.toPrecision(2)} × real time` : '–',
     };
 }
