@@ -24,6 +24,7 @@ pliant_test(formats
 target_compile_definitions(test_formats PRIVATE
     PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
     PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/formats/data")
+pliant_test(organs SOURCES test_organs.cpp)
 pliant_test(fit SOURCES test_large.cpp test_mesh.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp

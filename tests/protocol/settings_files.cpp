@@ -9,6 +9,8 @@
 #include <pliant/fem.h>
 #include <pliant/fit.h>
 #include <pliant/haptics.h>
+#include <pliant/mesh.h>
+#include <pliant/organs.h>
 #include <pliant/pbd.h>
 #include <pliant/serve.h>
 #include <pliant/tissues.h>
@@ -90,6 +92,22 @@ std::string vessel_table() {
     return text + script.replace(script.find("[script]"), 8, "[[script]]");
 }
 
+std::string organs_table() {
+    std::string text = kFileHead, table;
+    add_rows(text, table, true, organ_file_rows());
+    for (const char* name : {"body", "contents"}) {
+        std::string list;
+        table.clear();
+        if (name == std::string("body"))
+            add_rows(list, table, true, organ_rows());
+        else
+            add_rows(list, table, true, organ_contents_rows());
+        const std::string title = "[" + std::string(name) + "]";
+        text += list.replace(list.find(title), title.size(), "[" + title + "]");
+    }
+    return text;
+}
+
 std::string type_of(const SettingInfo& row) {
     switch (row.kind) {
         case SettingKind::Flag:
@@ -149,6 +167,8 @@ std::map<std::string, std::string> settings_tables() {
             {"boxes", table_of(pbd_box_rows())},
             {"body contact", table_of(body_contact_rows())},
             {"body", table_of(body_rows())},
+            {"organs", organs_table()},
+            {"fill", table_of(fill_rows())},
             {"spring solver", table_of(spring_solver_rows())},
             {"fem", table_of(elastic_rows())},
             {"fit", table_of(fit_rows())},

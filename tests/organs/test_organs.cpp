@@ -1,0 +1,267 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Scenes of organs: their files, what is held, bodies that push each other, and the labelled organs
+// of a scan in their surroundings.
+
+#include <gtest/gtest.h>
+#include <pliant/files.h>
+#include <pliant/mesh.h>
+#include <pliant/organs.h>
+#include <pliant/pbd.h>
+#include <pliant/resample.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <string>
+
+#include "support/random.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+constexpr std::uint32_t kHand = 1;
+
+/// A block of 20 × 20 × 20 mm that begins at a corner.
+TetMesh block_at(Vec3d corner) {
+    TetMesh block = five_tet_block({4, 4, 4}, 5);
+    for (Vec3d& p : block.nodes_mm) p = p + corner;
+    return block;
+}
+
+std::vector<Vec3d> positions_of(const MeshTissue& tissue) {
+    std::vector<Vec3d> positions(std::size_t(tissue.node_count()));
+    tissue.positions_mm(positions);
+    return positions;
+}
+
+/// Nodes of one mesh that lie in the tetrahedra of another by more than a depth: brute force.
+int nodes_inside(std::span<const Vec3d> nodes, const TetMesh& other, double depth_mm) {
+    const auto surface = SurfaceDistance::create(boundary_triangles(other));
+    EXPECT_TRUE(surface.ok());
+    return int(std::count_if(nodes.begin(), nodes.end(),
+                             [&](Vec3d p) { return surface->signed_mm(p) < -depth_mm; }));
+}
+
+class Organs : public testing::Test {
+  protected:
+    Organs() {
+        EXPECT_TRUE(write_vtu(m_folder / "left.vtu", block_at({0, 0, 0})).ok());
+        EXPECT_TRUE(
+            write_surface(m_folder / "right.stl", boundary_triangles(block_at({20.5, 2, 2}))).ok());
+    }
+    void write(const std::string& text) const { std::ofstream(m_folder / "scene.toml") << text; }
+    Result<OrganFile> read() const { return read_organ_file((m_folder / "scene.toml").string()); }
+    std::string fault() const {
+        const auto file = read();
+        if (file.ok()) return "none";
+        const std::string place = (m_folder / "scene.toml").string() + ": ";
+        EXPECT_EQ(file.error().message.substr(0, place.size()), place);
+        return file.error().message.substr(place.size());
+    }
+
+    const TaskArena m_arena{2};
+    TemporaryFolder m_folder;
+};
+
+constexpr const char* kTwo = R"([organs]
+tetrahedra = 2000
+damping_per_s = 20
+
+[[body]]
+name = "left"
+mesh = "left.vtu"
+held_mm = [[-1, -1, -1], [1, 21, 21]]
+
+[[body]]
+mesh = "right.stl"
+law = "distances"
+young_modulus_pa = 8000
+)";
+
+TEST_F(Organs, AFileHasItsBodies) {
+    write(kTwo);
+    const auto file = read();
+    ASSERT_TRUE(file.ok()) << file.error().message;
+    EXPECT_TRUE(is_organ_file(m_folder / "scene.toml"));
+    ASSERT_EQ(file->bodies.size(), 2u);
+    EXPECT_EQ(file->bodies[0].name, "left");
+    EXPECT_EQ(file->bodies[1].name, "body 2");
+    EXPECT_EQ(file->bodies[1].law, BodyLaw::Distances);
+    EXPECT_EQ(file->bodies[1].mesh, (m_folder / "right.stl").string());
+    EXPECT_EQ(file->damping_per_s, 20);
+}
+
+TEST_F(Organs, FaultsNameTheKey) {
+    const auto said = [&](const std::string& text) {
+        write(text);
+        return fault();
+    };
+    EXPECT_EQ(said("[organs]\nfriction = 0.1\n"),
+              "[[body]]: expected one or more of these tables, found none");
+    EXPECT_EQ(said("[[body]]\nname = \"a\"\n"),
+              "[[body]] 1: expected a mesh, or labels of the label volume, found neither");
+    EXPECT_EQ(said("[[body]]\nlabels = 3\n"),
+              "[[body]] 1 labels: expected a label_volume in [organs], found none");
+    EXPECT_EQ(said("[[body]]\nmesh = \"a\"\nheld_mm = [[0, 0, 0]]\n"),
+              "[[body]] 1 held_mm: expected two opposite corners for each box, found 1 points");
+    EXPECT_EQ(said("[wall]\n[[body]]\nmesh = \"a\"\n"),
+              "[wall]: expected [organs], [[body]] and [[contents]], found another table");
+    EXPECT_EQ(said("[organs]\nsurroundings = true\n[[body]]\nmesh = \"a\"\n"),
+              "[organs] surroundings: expected a scan and a label_volume, found no scan");
+    EXPECT_EQ(said("[[contents]]\nvalue_hu = 3\n[[body]]\nmesh = \"a\"\n"),
+              "[[contents]] 1: expected a surface, in a scene without a scan, found no surface");
+    EXPECT_NE(said("[[body]]\nmesh = \"a\"\nyoung = 3\n").find("[[body]] 1 young"),
+              std::string::npos);
+    write("[vessel]\nphantom = \"bend\"\n");
+    EXPECT_FALSE(is_organ_file(m_folder / "scene.toml"));
+}
+
+TEST_F(Organs, ABodyPushesTheOtherWithoutOverlap) {
+    write(kTwo);
+    const auto made = make_organs(*read(), m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    const auto one = make_tissue(*made, made->scan, m_arena);
+    ASSERT_TRUE(one.ok()) << one.error().message;
+    MeshTissue& tissue = **one;
+    const std::vector<Vec3d> rest = positions_of(tissue);
+    const std::size_t left = made->organs[0].mesh.nodes_mm.size();
+    ASSERT_EQ(rest.size(), left + made->organs[1].mesh.nodes_mm.size());
+
+    // The right block is pushed to the left from its far side.
+    const auto report = tissue.push(
+        kHand, {.point_mm = {40, 12, 12}, .push_mm = {-6, 0, 0}, .sphere_radius_mm = 6});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(report->status, PushStatus::Applied) << report->message;
+    for (int n = 0; n < 30; ++n) ASSERT_TRUE(tissue.sweep().ok());
+    const std::vector<Vec3d> now = positions_of(tissue);
+    double moved_left = 0, held = 0;
+    for (std::size_t n = 0; n < left; ++n) {
+        moved_left = std::max(moved_left, rest[n].x - now[n].x);
+        if (rest[n].x <= 1) held = std::max(held, norm(now[n] - rest[n]));
+    }
+    EXPECT_EQ(held, 0) << "the box's nodes don't move";
+    EXPECT_GT(moved_left, 0.5) << "the left block gives way";
+    const TetMesh moved{{now.begin(), now.begin() + std::ptrdiff_t(left)},
+                        made->organs[0].mesh.cells};
+    EXPECT_EQ(nodes_inside(std::span<const Vec3d>(now).subspan(left), moved, 0.3), 0);
+
+    // The scan follows each body, and a return to rest is complete.
+    ASSERT_TRUE(tissue.update_deformation().ok());
+    const Vec3d at = voxel_from_world(made->scan.grid, {35, 12, 12});
+    EXPECT_LT(tissue.deformation()
+                  .displacement_mm(
+                      {int(std::lround(at.x)), int(std::lround(at.y)), int(std::lround(at.z))})
+                  .x,
+              -3);
+    ASSERT_TRUE(tissue.reset().ok());
+    EXPECT_EQ(positions_of(tissue), rest);
+    EXPECT_EQ(state_of(tissue)->moved_elements, 0);
+}
+
+TEST_F(Organs, ASlideKeepsTheBodyOutOfTheSphereAndIsFelt) {
+    write(kTwo);
+    const auto made = make_organs(*read(), m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    std::uint64_t hash = 0;
+    for (const int threads : {1, 4}) {
+        const TaskArena arena(threads);
+        auto tissue = std::move(*make_tissue(*made, made->scan, arena));
+        tissue->begin_group("slide");
+        const double radius = 5;
+        const Push way{
+            .point_mm = {10, 10, 32}, .push_mm = {0, 0, -10}, .sphere_radius_mm = radius};
+        const auto report = tissue->slide(kHand, way, {});
+        ASSERT_TRUE(report.ok()) << report.error().message;
+        EXPECT_EQ(report->way_fraction, 1);
+        EXPECT_GT(report->contacts, 0);
+        EXPECT_FALSE(report->ends_in_tissue);
+        for (int n = 0; n < 20; ++n) ASSERT_TRUE(tissue->sweep().ok());
+        const auto now = positions_of(*tissue);
+        double nearest = 1e9;
+        for (std::size_t n = 0; n < made->organs[0].mesh.nodes_mm.size(); ++n)
+            nearest = std::min(nearest, norm(now[n] - report->end_mm));
+        EXPECT_GT(nearest, radius - 0.1);
+        EXPECT_LT(nearest, radius + 0.5) << "the sphere is in contact";
+        EXPECT_TRUE(tissue->is_touched_by(kHand));
+        const auto force = tissue->force_n(kHand);
+        ASSERT_TRUE(force.has_value());
+        EXPECT_GT(force->z, 0.01) << "against the way";
+        EXPECT_LT(std::hypot(force->x, force->y), 0.3 * force->z);
+        (void)tissue->end_group();
+        if (hash) EXPECT_EQ(tissue->hash(), hash) << threads << " threads";
+        hash = tissue->hash();
+        const auto rest = tissue->undo();
+        ASSERT_TRUE(rest.ok());
+        EXPECT_FALSE(tissue->is_touched());
+        EXPECT_EQ(state_of(*tissue)->moved_elements, 0);
+
+        // Beside the body nothing happens.
+        const auto beside = tissue->slide(
+            kHand, {.point_mm = {10, 10, 60}, .push_mm = {20, 0, 0}, .sphere_radius_mm = radius},
+            {});
+        ASSERT_TRUE(beside.ok());
+        EXPECT_EQ(beside->contacts, 0);
+        EXPECT_EQ(state_of(*tissue)->moved_elements, 0);
+        EXPECT_FALSE(tissue->slide(kHand, {.push_mm = {1, 0, 0}}, {}).ok()) << "no sphere";
+    }
+}
+
+TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
+    // Two organs side by side in tissue, with bone behind and air in front.
+    Grid grid{.size = {40, 36, 30}, .spacing_mm = {2, 2, 2}};
+    Volume scan{grid, VoxelArray<std::int16_t>(), {}}, labels = scan;
+    VoxelArray<std::int16_t> values(voxel_count(grid));
+    VoxelArray<std::uint8_t> numbers(voxel_count(grid));
+    for (int k = 0; k < 30; ++k)
+        for (int j = 0; j < 36; ++j)
+            for (int i = 0; i < 40; ++i) {
+                const std::size_t at = voxel_index(grid, {i, j, k});
+                const bool inside = j >= 10 && j < 24 && k >= 8 && k < 22;
+                numbers[at] = std::uint8_t(inside && i >= 8 && i < 20    ? 5
+                                           : inside && i >= 20 && i < 32 ? 7
+                                                                         : 0);
+                values[at] = std::int16_t(j < 4 ? -1000 : j >= 32 ? 800 : numbers[at] ? 60 : -90);
+            }
+    scan.voxels = std::move(values);
+    labels.voxels = std::move(numbers);
+    ASSERT_TRUE(write_volume(m_folder / "scan.nrrd", scan).ok());
+    ASSERT_TRUE(write_volume(m_folder / "labels.nrrd", labels).ok());
+    auto file = organ_file_of_labels((m_folder / "scan.nrrd").string(),
+                                     (m_folder / "labels.nrrd").string(), {});
+    ASSERT_TRUE(file.ok()) << file.error().message;
+    ASSERT_EQ(file->bodies.size(), 2u);
+    EXPECT_EQ(file->bodies[1].labels, std::vector<int>{7});
+    file->tetrahedra = 6000;
+    const auto made = make_organs(*file, m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    ASSERT_EQ(made->organs.size(), 3u);
+    EXPECT_EQ(made->organs[2].name, "surroundings");
+    for (const Organ& organ : made->organs)
+        EXPECT_TRUE(check_quality(tet_quality(organ.mesh)).ok()) << organ.name;
+    const double organs_mm3 = 2.0 * 12 * 14 * 14 * 8;
+    EXPECT_NEAR(
+        tet_quality(made->organs[0].mesh).volume_mm3 + tet_quality(made->organs[1].mesh).volume_mm3,
+        organs_mm3, 0.12 * organs_mm3);
+
+    auto tissue = std::move(*make_tissue(*made, made->scan, m_arena));
+    const auto report = tissue->push(
+        kHand, {.point_mm = {28, 34, 30}, .push_mm = {0, 5, 0}, .sphere_radius_mm = 9});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_GT(report->step_fraction, 0.5) << report->message;
+    ASSERT_TRUE(tissue->update_deformation().ok());
+    const Deformation& moved = tissue->deformation();
+    EXPECT_GT(moved.displacement_mm({14, 17, 15}).y, 2.0) << "the pushed organ";
+    EXPECT_LT(norm(moved.displacement_mm({26, 17, 15})), norm(moved.displacement_mm({14, 17, 15})))
+        << "the other one slides on it";
+    EXPECT_GT(norm(moved.displacement_mm({14, 27, 15})), 0.05) << "what is behind";
+    EXPECT_LT(norm(moved.displacement_mm({14, 33, 15})), 1e-6) << "bone";
+    const auto carried = deform_volume(*tissue);
+    ASSERT_TRUE(carried.ok());
+    EXPECT_NE(hash_volume(carried->volume), hash_volume(made->scan));
+}
+
+}  // namespace
+}  // namespace pliant::test
