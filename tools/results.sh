@@ -5,12 +5,12 @@
 # The pages that set Pliant beside its papers, each written by a program of its own: pictures and
 # numbers together, or nothing where something fails.
 
-readonly results_topics="chainmail, colours, endoscope, haptics, pbd, pushed or springs"
+readonly results_topics="chainmail, colours, endoscope, haptics, pbd, pushed, springs or worth"
 
 results() { # TOPIC
     (($# == 1)) || fail "results: expected one topic ($results_topics), found $#"
     case $1 in
-        chainmail | colours | endoscope | haptics | pbd | pushed | springs) "results_$1" ;;
+        chainmail | colours | endoscope | haptics | pbd | pushed | springs | worth) "results_$1" ;;
         *) fail "results: expected $results_topics, found '$1'" ;;
     esac
 }
@@ -59,6 +59,12 @@ results_pushed() {
 
 results_springs() {
     write_results springs "$root/../shared/data"
+}
+
+results_worth() {
+    local scans=$root/../shared/data
+    [[ -d $scans ]] || fail "results: the scans are not there: expected $scans"
+    write_results worth "$scans"
 }
 
 write_results() { # TOPIC [the program's further arguments…]

@@ -53,6 +53,7 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
              {"--config", !o.config.empty(), chainmail},
              {"--labels", !o.labels.empty(), chainmail},
              {"--directions", !o.directions.empty(), chainmail},
+             {"--elastic", o.elastic.has_value(), chainmail},
              {"--relax", o.relax_ms.has_value(), chainmail},
              {"--relax-sweeps", o.relax_sweeps.has_value(), chainmail},
              {"--solver", !o.solver.empty(), chainmail},
@@ -92,9 +93,14 @@ Status check_network(const DeformOptions& o) {
 /// Settings of the command line for a scan with these values.
 Result<ChainMailSettings> settings_for(const DeformOptions& o, const ValueDefaults& values,
                                        std::vector<std::string>* notes = nullptr) {
-    if (!o.config.empty()) return read_chainmail_settings(o.config, values, notes);
     ChainMailSettings settings;
     suit_materials(values, settings);
+    if (!o.config.empty()) {
+        auto read = read_chainmail_settings(o.config, values, notes);
+        if (!read.ok()) return read.error();
+        settings = std::move(*read);
+    }
+    if (o.elastic) settings.elastic = o.elastic;
     return settings;
 }
 

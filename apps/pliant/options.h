@@ -9,6 +9,7 @@
 
 #pragma once
 
+#include <pliant/material.h>
 #include <pliant/record.h>
 #include <pliant/tool.h>
 #include <pliant/vec.h>
@@ -109,11 +110,12 @@ struct DeformOptions {
     std::vector<DeformAction> actions;  ///< in the order of the command line
     double sphere_radius_mm = 0;        ///< 0: the point tool
     std::string config;
-    std::string labels, directions;   ///< for [[label]] of the config
-    std::optional<double> relax_ms;   ///< budget of the relaxation after all actions; nullopt:
-                                      ///< unlimited
-    std::optional<int> relax_sweeps;  ///< with both limits, the first one ends it; neither: no
-                                      ///< relaxation
+    std::string labels, directions;      ///< for [[label]] of the config
+    std::optional<ElasticPair> elastic;  ///< instead of the config's
+    std::optional<double> relax_ms;      ///< budget of the relaxation after all actions; nullopt:
+                                         ///< unlimited
+    std::optional<int> relax_sweeps;  ///< with both limits, the first one ends it; neither: none,
+                                      ///< or kElasticSweeps with --elastic
     bool release = false;             ///< the tool is removed before the relaxation; otherwise it
                                       ///< stays
     PictureOptions picture;

@@ -39,6 +39,15 @@ Status check_range_of_values(const ChainMailSettings& s) {
     return s.range_percent ? check("range_percent", *s.range_percent) : Ok{};
 }
 
+Status check_elastic(const std::string& title, const std::optional<ElasticPair>& elastic) {
+    if (!elastic || (elastic->young_modulus_kpa > 0 && elastic->poisson_ratio >= 0 &&
+                     elastic->poisson_ratio < 0.5))
+        return Ok{};
+    return expected_error(
+        title, "a modulus above 0 kPa, and a Poisson's ratio from 0, below 0.5",
+        text_of(elastic->young_modulus_kpa) + ", " + text_of(elastic->poisson_ratio));
+}
+
 Status check_label_materials(const ChainMailSettings& s) {
     std::set<int> taken;
     for (std::size_t n = 0; n < s.label_materials.size(); ++n) {
@@ -52,6 +61,8 @@ Status check_label_materials(const ChainMailSettings& s) {
             if (const Status status = check_range(field, field.get(material)); !status)
                 return expected_error(title(field.key_in_file()), status.error().expected,
                                       status.error().found);
+        if (const Status status = check_elastic(title("elastic"), material.elastic); !status)
+            return status;
         for (const int value : material.values)
             if (!taken.insert(value).second)
                 return expected_error(title("values"), "each label once", std::to_string(value));
@@ -65,6 +76,8 @@ Status check_settings(const ChainMailSettings& s) {
     if (const Status table = check(s, chainmail_rows()); !table) return table;
     if (const Status range = check_range_of_values(s); !range) return range;
     if (const Status air = check_air(s); !air) return air;
+    if (const Status elastic = check_elastic("[material] elastic", s.elastic); !elastic)
+        return elastic;
     return check_label_materials(s);
 }
 

@@ -48,6 +48,26 @@ constexpr Setting<S> kRangePercent = {
     },
     [](S& s, const SettingValue& value) { s.range_percent = span_of(value); }};
 
+/// A row of an elastic material, of [material] or of a [[label]].
+template <class Owner>
+constexpr Setting<Owner> elastic_row(const char* table) {
+    return {{.table = table,
+             .name = "elastic",
+             .low = 0,
+             .count = 2,
+             .text = "Young's modulus [kPa] and Poisson's ratio that relaxation approximates",
+             .kind = SettingKind::Numbers,
+             .is_optional = true},
+            [](const Owner& owner) -> SettingValue {
+                if (!owner.elastic) return {};
+                return std::vector{owner.elastic->young_modulus_kpa, owner.elastic->poisson_ratio};
+            },
+            [](Owner& owner, const SettingValue& value) {
+                const auto& numbers = *std::get_if<std::vector<double>>(&value);
+                owner.elastic = {numbers[0], numbers[1]};
+            }};
+}
+
 constexpr Setting<S> kSettings[] = {
     setting<&S::law>({.table = "material",
                       .name = "law",
@@ -82,6 +102,7 @@ constexpr Setting<S> kSettings[] = {
                         .low = 0,
                         .high = 1,
                         .text = "strain beyond this fraction of the limits stays; 0: none stays"}),
+    elastic_row<S>("material"),
     setting<&S::limits>({.table = "material",
                          .name = "limits",
                          .choices = "box|rounded",
@@ -178,6 +199,7 @@ constexpr Setting<L> kLabel[] = {
                                   .text = "as in [material]"}),
     setting<&L::yield>(
         {.table = "label", .name = "yield", .low = 0, .high = 1, .text = "as in [material]"}),
+    elastic_row<L>("label"),
     setting<&L::factor>({.table = "label",
                          .name = "factor",
                          .low = 0,

@@ -120,10 +120,11 @@ struct LinkArrays {
         for (std::size_t b = 0; b < 3; ++b) {
             shear[b] = links.shear[b].data(), weight[b] = links.weight[b].data();
             stretch[b] = links.stretch[b].data(), compress[b] = links.compress[b].data();
+            along[b] = links.along[b].data();
         }
     }
     std::array<const Fixed*, 3> shear, stretch, compress;
-    std::array<const std::uint16_t*, 3> weight;
+    std::array<const std::uint16_t*, 3> weight, along;
 };
 
 /// Neighbours along −x or +x of every other of up to eight elements. At the ends of the row they
@@ -178,11 +179,22 @@ PLIANT_INLINE Lanes step_of(Doubles x, Lanes e, double beyond) {
     return to_lanes(x + (x < zero ? -size : size)) + to_lanes(x * beyond);
 }
 
-template <int Phase, bool Whole, bool Symmetric>
+/// Sum of the weights of a component: one along it, the others across. 1 if it is zero.
+PLIANT_INLINE Doubles sum_of_component(const Doubles (&weights)[6], const Doubles (&along)[6],
+                                       int a) {
+    Doubles sum{};
+#pragma GCC unroll 6
+    for (int side = 0; side < 6; ++side) sum += side / 2 == a ? along[side] : weights[side];
+    return sum > 0.0 ? sum : Doubles{} + 1.0;
+}
+
+/// @param along  weights of the component along each link, of elastic materials
+template <int Phase, bool Whole, bool Symmetric, bool Elastic>
 PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& links,
                                   const Rows& rows, int a, int n, int x, int count,
-                                  const Doubles (&weights)[6], Doubles weight_sum, Lanes imprint,
-                                  Doubles force, double beyond, Moved& moved) {
+                                  const Doubles (&weights)[6], const Doubles (&along)[6],
+                                  Doubles weight_sum, Lanes imprint, Doubles force, double beyond,
+                                  Moved& moved) {
     const Lanes u = moved.from[a];
     Lanes lowest = Lanes{} + INT32_MIN, highest = Lanes{} + INT32_MAX;
 #pragma GCC unroll 6
@@ -205,7 +217,8 @@ PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& l
         }
         lowest = larger(lowest, v - below);
         highest = smaller(highest, v + above);
-        force += weights[side] * to_doubles(v - u);
+        const bool is_along = Elastic && int(side / 2) == a;
+        force += (is_along ? along[side] : weights[side]) * to_doubles(v - u);
     }
     // Links outside of their limits must not get worse: standing still is always allowed.
     lowest = smaller(lowest, u);
@@ -250,8 +263,15 @@ void ask_guard(const RelaxedBrick& brick, int n, Moved& moved) {
     }
 }
 
+/// Elements at rest that don't start: no component moves by the least first move.
+PLIANT_INLINE Lanes too_small(const Moved& moved, Lanes at_rest, Fixed least_start) {
+    Lanes small = at_rest;
+    for (const Lanes to : moved.to) small &= (to < least_start) & (-to < least_start);
+    return small;
+}
+
 /// Moves the elements of one colour among eight. @param n  index of the first of the eight
-template <int Phase, bool Whole, bool Symmetric>
+template <int Phase, bool Whole, bool Symmetric, bool Elastic>
 PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& links, const Rows& rows,
                                int n, int x, int count, double beyond) {
     Moved moved;
@@ -260,18 +280,24 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
         moved.from[a] = every_other<Phase, Whole>(brick.u[a] + n, count);
         if (brick.imprint[a]) imprint[a] = every_other<Phase, Whole>(brick.imprint[a] + n, count);
     }
-    // Elements at rest stay: only displaced ones relax.
-    Lanes stays =
+    // Elements at rest stay, except elastic ones: only displaced ones relax.
+    const Lanes at_rest =
         (moved.from[0] | moved.from[1] | moved.from[2] | imprint[0] | imprint[1] | imprint[2]) == 0;
+    Lanes stays = at_rest;
+    const bool any_at_rest = any(at_rest);
+    if (Elastic && any_at_rest) stays &= flags_of<Phase>(brick.links->waits.data() + n, count);
     if (brick.held) stays |= flags_of<Phase>(brick.held + n, count);
     if (!brick.links->fixed.empty()) stays |= flags_of<Phase>(brick.links->fixed.data() + n, count);
     if (!any(~stays)) return Lanes{};
-    Doubles weights[6], sum{};
+    Doubles weights[6], along[6]{}, sum{};
 #pragma GCC unroll 6
     for (std::size_t side = 0; side < 6; ++side) {
         weights[side] =
             every_other<Phase, Whole>(links.weight[side / 2] + rows.link[side] + x, count);
         sum += weights[side];
+        if (Elastic)
+            along[side] =
+                every_other<Phase, Whole>(links.along[side / 2] + rows.link[side] + x, count);
     }
     sum = sum > 0.0 ? sum : Doubles{} + 1.0;
     Lanes changed{};
@@ -279,12 +305,18 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
     for (int a = 0; a < 3; ++a) {
         const double* pull = brick.pull[std::size_t(a)];
         const Doubles force = pull ? every_other<Phase>(pull + n, count) : Doubles{};
-        move_component<Phase, Whole, Symmetric>(brick, links, rows, a, n, x, count, weights, sum,
-                                                imprint[a], force, beyond, moved);
+        const Doubles weight_sum = Elastic ? sum_of_component(weights, along, a) : sum;
+        move_component<Phase, Whole, Symmetric, Elastic>(brick, links, rows, a, n, x, count,
+                                                         weights, along, weight_sum, imprint[a],
+                                                         force, beyond, moved);
         moved.to[a] = stays ? moved.from[a] : moved.to[a];
         changed |= moved.to[a] != moved.from[a];
     }
     if (!any(changed)) return Lanes{};
+    if (Elastic && any_at_rest) {
+        const Lanes small = too_small(moved, at_rest, brick.least_start);
+        for (std::size_t a = 0; a < 3; ++a) moved.to[a] = small ? moved.from[a] : moved.to[a];
+    }
     Doubles squared{};
     for (const Lanes to : moved.to) squared += to_doubles(to) * to_doubles(to);
     const auto beyond_radius = squared > brick.free_radius_squared;
@@ -307,7 +339,7 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
 /// Substitute for rows of missing bricks.
 alignas(64) constexpr Fixed kRowAtRest[64] = {};
 
-template <bool Whole, bool Symmetric>
+template <bool Whole, bool Symmetric, bool Elastic>
 PLIANT_INLINE Lanes move_row(const RelaxedBrick& brick, const LinkArrays& links, int y, int z,
                              int phase, double beyond) {
     const int size = brick.size, row = size * (y + size * z);
@@ -337,34 +369,41 @@ PLIANT_INLINE Lanes move_row(const RelaxedBrick& brick, const LinkArrays& links,
     Lanes largest{};
     for (int x = 0; x < size; x += 8) {
         const int count = std::min(8, size - x);
-        const Lanes moved =
-            phase ? move_eight<1, Whole, Symmetric>(brick, links, rows, row + x, x, count, beyond)
-                  : move_eight<0, Whole, Symmetric>(brick, links, rows, row + x, x, count, beyond);
+        const Lanes moved = phase ? move_eight<1, Whole, Symmetric, Elastic>(
+                                        brick, links, rows, row + x, x, count, beyond)
+                                  : move_eight<0, Whole, Symmetric, Elastic>(
+                                        brick, links, rows, row + x, x, count, beyond);
         largest = larger(largest, moved);
     }
     return largest;
 }
 
-template <bool Whole, bool Symmetric>
+template <bool Whole, bool Symmetric, bool Elastic>
 PLIANT_INLINE Fixed move_rows(const RelaxedBrick& brick, int colour, double beyond) {
     const LinkArrays links(*brick.links);
     Lanes largest{};
     for (int z = 0; z < brick.size; ++z)
         for (int y = 0; y < brick.size; ++y) {
             const int phase = (brick.parity + y + z + colour) & 1;
-            largest =
-                larger(largest, move_row<Whole, Symmetric>(brick, links, y, z, phase, beyond));
+            largest = larger(
+                largest, move_row<Whole, Symmetric, Elastic>(brick, links, y, z, phase, beyond));
         }
     return std::max({largest[0], largest[1], largest[2], largest[3]});
+}
+
+template <bool Whole, bool Symmetric>
+PLIANT_INLINE Fixed move_links(const RelaxedBrick& brick, int colour, double beyond) {
+    return brick.links->waits.empty() ? move_rows<Whole, Symmetric, false>(brick, colour, beyond)
+                                      : move_rows<Whole, Symmetric, true>(brick, colour, beyond);
 }
 
 Fixed move_brick(const RelaxedBrick& brick, int colour, double beyond) {
     const bool symmetric = brick.links->stretch[0].empty();
     if (brick.size % 8 == 0)
-        return symmetric ? move_rows<true, true>(brick, colour, beyond)
-                         : move_rows<true, false>(brick, colour, beyond);
-    return symmetric ? move_rows<false, true>(brick, colour, beyond)
-                     : move_rows<false, false>(brick, colour, beyond);
+        return symmetric ? move_links<true, true>(brick, colour, beyond)
+                         : move_links<true, false>(brick, colour, beyond);
+    return symmetric ? move_links<false, true>(brick, colour, beyond)
+                     : move_links<false, false>(brick, colour, beyond);
 }
 
 }  // namespace

@@ -91,6 +91,7 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     s.bone_threshold_hu = 301.5;
     s.max_movement_mm = 1e-3;
     s.yield = 0.3;
+    s.elastic = ElasticPair{1.0 / 7, 0.4999};
     s.scale = 2.5e-7;
     s.brick_size = 13;
     s.bounded = true;
@@ -107,6 +108,7 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     EXPECT_EQ(read->bone_threshold_hu, s.bone_threshold_hu);
     EXPECT_EQ(read->max_movement_mm, s.max_movement_mm);
     EXPECT_EQ(read->yield, s.yield);
+    EXPECT_EQ(read->elastic, s.elastic);
     EXPECT_EQ(read->scale, s.scale);
     EXPECT_EQ(read->brick_size, s.brick_size);
     EXPECT_EQ(read->bounded, s.bounded);
