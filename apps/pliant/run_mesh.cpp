@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel's wall from a scan, a surface or a centreline; an organ's solid from a surface or labels;
-// reports on meshes.
+// A vessel's wall from a scan, a surface or a centreline; an organ's solid from a surface or
+// labels; reports on meshes.
 
 #include <pliant/files.h>
 #include <pliant/render.h>
