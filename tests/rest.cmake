@@ -25,7 +25,9 @@ target_compile_definitions(test_formats PRIVATE
     PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
     PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/formats/data")
 pliant_test(organs SOURCES test_organs.cpp)
-pliant_test(fit SOURCES test_large.cpp test_mesh.cpp test_methods.cpp test_published.cpp)
+pliant_test(fit SOURCES test_fibres.cpp test_large.cpp test_mesh.cpp test_methods.cpp
+            test_published.cpp)
+target_include_directories(test_fit PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_springs)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
@@ -37,7 +39,7 @@ target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/re
 pliant_test(research SOURCES test_graph.cpp test_objects.cpp test_orderings.cpp)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
-    SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp
+    SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
             test_multigrid.cpp test_published.cpp test_solvers.cpp)
 pliant_test(tissue
     SOURCES ../support/count_allocations.cpp test_eye_deformation.cpp test_out_of_memory.cpp

@@ -16,8 +16,16 @@ namespace pliant::results {
 
 /// Figures 9 and 10: the necessary depth of forces.
 void add_depth(Page& page, const TaskArena& arena);
+/// [Choi2004, 3.1.4]: the order of updates.
+void add_orders(Page& page, const TaskArena& arena);
 /// Figures 11 and 12: creep, hysteresis, the load curve; anisotropy.
 void add_responses(Page& page, const TaskArena& arena);
+/// [Choi2004, 2.1 and 2.2]: stress relaxation of the models of Figure 1.
+void add_relaxation(Page& page, const TaskArena& arena);
+/// A load curve that bends as that of tissue.
+void add_crimp(Page& page, const TaskArena& arena);
+/// Springs identified against a transversely isotropic block [Choi2004, Eq. 3].
+void add_fibres(Page& page, const TaskArena& arena);
 /// Figure 13: scans deformed by springs. @param scans  folder
 void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& arena);
 /// Tables 1 and 2: identification.

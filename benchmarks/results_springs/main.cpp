@@ -6,8 +6,8 @@
 //   results_springs FOLDER SCANS [PART…]
 //
 // FOLDER gets README.md and its pictures; SCANS may have abdomen_ct_3mm.nii.gz; parts are depth,
-// responses, scan, identification and timings, by default all. Pictures and errors are
-// reproducible; times are not.
+// orders, responses, scan, identification, fibres and timings, by default all. Pictures and errors
+// are reproducible; times are not.
 
 #include <pliant/tasks.h>
 
@@ -64,9 +64,11 @@ int main(int argc, char** argv) {
     const pliant::TaskArena arena;
     const std::pair<std::string_view, std::function<void(Page&)>> parts[] = {
         {"depth", [&](Page& page) { add_depth(page, arena); }},
+        {"orders", [&](Page& page) { add_orders(page, arena); }},
         {"responses", [&](Page& page) { add_responses(page, arena); }},
         {"scan", [&](Page& page) { add_scans(page, argv[2], arena); }},
         {"identification", [&](Page& page) { add_identification(page, arena); }},
+        {"fibres", [&](Page& page) { add_fibres(page, arena); }},
         {"timings", [&](Page& page) { add_timings(page, arena); }}};
     const std::vector<std::string_view> wanted(argv + 3, argv + argc);
     Page page{argv[1]};

@@ -246,6 +246,8 @@ void add_responses(Page& page, const TaskArena& arena) {
     add_creep(page, arena);
     add_hysteresis(page, arena);
     add_load_curve(page, arena);
+    add_crimp(page, arena);
+    add_relaxation(page, arena);
     add_anisotropy(page);
 }
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Static linear elasticity by finite elements: the reference for fitting and measuring faster
-// models. Small displacements of isotropic, possibly mixed materials on 8-node hexahedra;
-// docs/fem.md has the equations.
+// models. Small displacements of isotropic or transversely isotropic, possibly mixed materials on
+// 8-node hexahedra; docs/fem.md has the equations.
 //
 // @code
 //   ElasticSolid solid{hex_mesh({.size = {10, 10, 10}}), {{.young_modulus_pa = 6e5,
@@ -30,10 +30,22 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
+/// Hooke's law σ_ij = C_ijkl ε_kl [Choi2004, Eq. 3]. Isotropic, or transversely isotropic around a
+/// fibre direction a: equal in all directions across the fibres.
+///
+///   ε_aa = σ_aa/E_a − ν_a/E_a (σ_bb + σ_cc)             E_a, ν_a, G_a: fibre_…
+///   ε_bb = σ_bb/E − ν/E σ_cc − ν_a/E_a σ_aa              E, ν: across the fibres
+///   2 ε_ab = σ_ab/G_a,   2 ε_bc = 2 (1 + ν)/E σ_bc       b, c: any two axes across
+///
+/// [Ting1996]. The energy is positive if all moduli are, −1 < ν < 1 and 2 ν_a² E/E_a < 1 − ν.
 struct ElasticMaterial {
-    double young_modulus_pa = 0;   ///< above 0
-    double poisson_ratio = 0;      ///< −1 < ν < 0.5
-    double density_kg_per_m3 = 0;  ///< used by gravity only
+    double young_modulus_pa = 0;  ///< above 0; with fibres: across them
+    double poisson_ratio = 0;  ///< −1 < ν < 0.5; with fibres: in the plane across, −1 < ν < 1
+    double density_kg_per_m3 = 0;       ///< used by gravity only
+    Vec3d fibre{0, 0, 0};               ///< direction of the fibres, of any length; 0: isotropic
+    double fibre_young_modulus_pa = 0;  ///< along the fibres
+    double fibre_poisson_ratio = 0;     ///< contraction across for extension along the fibres
+    double fibre_shear_modulus_pa = 0;  ///< in planes that contain the fibres
 };
 
 struct ElasticSolid {
@@ -45,7 +57,7 @@ struct ElasticSolid {
 /// Solid on a regular lattice. Only the displacement needs memory.
 struct ElasticLattice {
     HexLattice lattice;
-    std::vector<ElasticMaterial> materials;
+    std::vector<ElasticMaterial> materials;   ///< isotropic
     std::vector<std::int32_t> material_of{};  ///< [cell]; empty: the first material
 };
 

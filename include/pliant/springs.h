@@ -42,7 +42,16 @@ namespace pliant {
 //
 // A link from i to j with r = x_i − x_j pulls node i with −f [Choi2004, Eq. 6],
 //
-//   f = ( stiffness · (|r| − rest_length) + damping · (v_i − v_j)·n ) n,     n = r/|r|
+//   f = ( stiffness · (|r| − rest_length) + damping · (v_i − v_j)·n + q ) n,     n = r/|r|
+//
+// with q the force of a Maxwell branch, a spring and a dashpot in series [Choi2004, 2.2, Fig. 1]:
+//
+//   dq/dt = branch_stiffness · d|r|/dt − q / branch_time
+//
+//   Voigt                 Maxwell              Kelvin (standard linear solid)
+//   ──┬─/\/\─┬──          ──/\/\──┤▯──          ──┬───/\/\───┬──
+//     └──┤▯──┘              k'    k'·τ            └─/\/\─┤▯──┘
+//   no branch             stiffness 0          stiffness k, branch k', τ
 //
 // A node is also damped by −damping · v. A cell of four or eight nodes may have a volume energy, ½
 // bulk · (V − V₀)²/V₀. Links alone obey Cauchy's relations for every stiffness, so they always have
@@ -64,6 +73,8 @@ struct SpringLink {
     double damping = 0;    ///< force per velocity along the link
     /// Negative: the distance at rest.
     double rest_length = -1;
+    double branch_stiffness = 0;  ///< force per length of a Maxwell branch; 0: none
+    double branch_time = 0;       ///< time in which the branch's force falls to 1/e; above 0
 };
 
 /// A tetrahedron of four nodes with positive volume (n1−n0)×(n2−n0)·(n3−n0)/6, or a hexahedron of
@@ -112,6 +123,7 @@ class SpringNetwork {
     bool is_cut(std::size_t link) const { return m_link_cut[link]; }
     bool is_cell_cut(std::size_t cell) const { return m_cell_cut[cell]; }
     bool has_volume_energy() const { return m_has_volume_energy; }
+    bool has_branches() const { return m_has_branches; }
 
     /// A link seen from one of its ends. 8 bytes.
     struct Neighbour {
@@ -130,8 +142,8 @@ class SpringNetwork {
 
     /// Stability bound of central differences near the rest shape: h²λ + 2hγ ≤ 4 [Courant1928],
     /// where λ and γ bound the eigenvalues of M⁻¹K and of M⁻¹C, C the damping of links. It is
-    /// independent of the nodes' own damping. Exact for a chain; for lattices within a few percent
-    /// of the first unstable step.
+    /// independent of the nodes' own damping. A Maxwell branch counts with its whole stiffness.
+    /// Exact for a chain; for lattices within a few percent of the first unstable step.
     double stable_time_step() const;
 
     /// Cuts links, and the volume energy of all cells that have one of them as an edge or diagonal.
@@ -156,8 +168,21 @@ class SpringNetwork {
     std::vector<Neighbour> m_neighbours;
     std::vector<std::int32_t> m_cells_of;
     std::vector<std::uint8_t> m_link_cut, m_cell_cut;
-    bool m_has_volume_energy = false;
+    bool m_has_volume_energy = false, m_has_branches = false;
 };
+
+/// Masses that were raised for a longer time step.
+struct RaisedMasses {
+    std::int64_t nodes = 0;  ///< with a raised mass
+    double share = 0;        ///< added mass, relative to the mass of all nodes before
+};
+/// Raises the mass of each free node to (h²λ + 2hγ)/4, where it is lower, with λ and γ the bounds
+/// of its stiffness and damping in SpringNetwork::stable_time_step. Thin cells of a mesh have
+/// light, stiff nodes that would determine the step of all. Equilibria don't depend on masses; the
+/// raised nodes move more slowly.
+/// @param time_step  to become stable for SeenPositions::Old, [time], above 0
+/// @returns InvalidArgument for the time step, and every error of SpringNetwork::create
+Result<RaisedMasses> raise_masses(SpringParts& parts, double time_step) noexcept;
 
 // Networks from lattices, meshes and scans.
 //
@@ -349,8 +374,8 @@ class SpringTissue {
     Result<SpringStep> step(std::int32_t count, const TaskArena& arena) noexcept;
 
     /// Finds a static equilibrium of the active nodes: minimises the energy by Newton's method with
-    /// a trust region; velocities become 0. Large loads may push nodes through the lattice into a
-    /// folded equilibrium: see folded_cells().
+    /// a trust region; velocities and the forces of Maxwell branches become 0. Large loads may push
+    /// nodes through the lattice into a folded equilibrium: see folded_cells().
     /// @param tolerance  largest remaining force on a node, relative to the largest load or
     ///                   reaction; clamped to the rounding error
     /// @returns LimitExceeded if it isn't reached
@@ -370,7 +395,7 @@ class SpringTissue {
     /// Number of cells with an inverted corner. Springs alone resist inversion weakly, so a cell
     /// may snap through and stay inverted.
     std::int64_t folded_cells() const;
-    /// Energy of links and volumes.
+    /// Energy of links, their branches, and volumes.
     double elastic_energy() const;
     double kinetic_energy() const;
     Vec3d momentum() const;

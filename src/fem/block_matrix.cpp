@@ -59,8 +59,9 @@ BlockMatrix::BlockMatrix(const ElasticSolid& solid, HexElement element, const Ta
                 HexCorners corners;
                 for (std::size_t c = 0; c < 8; ++c)
                     corners[c] = mesh.nodes_mm[std::size_t(mesh.cells[cell][c])];
-                batch[std::size_t(n)] =
-                    hex_stiffness(corners, lame_of(solid.materials[material]), element);
+                batch[std::size_t(n)] = with_law(solid.materials[material], [&](const auto& law) {
+                    return hex_stiffness(corners, law, element);
+                });
             }
         });
         for (std::int64_t n = 0; n < count; ++n) {

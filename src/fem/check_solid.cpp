@@ -14,6 +14,29 @@
 namespace pliant {
 namespace {
 
+/// Checks Poisson's ratio, and that the energy of a material with fibres is positive.
+Status check_fibres(const ElasticMaterial& m, const std::string& name) {
+    if (!is_finite(m.fibre)) return invalid(name + "fibre: expected three numbers");
+    const bool fibres = has_fibres(m);
+    if (!(m.poisson_ratio > -1 && m.poisson_ratio < (fibres ? 1 : 0.5)))
+        return invalid(name + "poisson_ratio is " + text_of(m.poisson_ratio) +
+                       ", expected a number above -1 and below " + (fibres ? "1" : "0.5"));
+    if (!fibres) return Ok{};
+    if (!(m.fibre_young_modulus_pa > 0) || !std::isfinite(m.fibre_young_modulus_pa))
+        return invalid(name + "fibre_young_modulus_pa is " + text_of(m.fibre_young_modulus_pa) +
+                       ", expected a modulus above 0");
+    if (!(m.fibre_shear_modulus_pa > 0) || !std::isfinite(m.fibre_shear_modulus_pa))
+        return invalid(name + "fibre_shear_modulus_pa is " + text_of(m.fibre_shear_modulus_pa) +
+                       ", expected a modulus above 0");
+    const double largest =
+        std::sqrt((1 - m.poisson_ratio) * m.fibre_young_modulus_pa / (2 * m.young_modulus_pa));
+    if (!(std::abs(m.fibre_poisson_ratio) < largest))
+        return invalid(name + "fibre_poisson_ratio is " + text_of(m.fibre_poisson_ratio) +
+                       ", expected an amount below " + text_of(largest) +
+                       ", above which the energy is not positive");
+    return Ok{};
+}
+
 Status check_materials(std::span<const ElasticMaterial> materials,
                        std::span<const std::int32_t> material_of, std::int64_t cells) {
     if (materials.empty()) return invalid("materials: found none, expected one or more");
@@ -23,9 +46,7 @@ Status check_materials(std::span<const ElasticMaterial> materials,
         if (!(material.young_modulus_pa > 0) || !std::isfinite(material.young_modulus_pa))
             return invalid(name + "young_modulus_pa is " + text_of(material.young_modulus_pa) +
                            ", expected a modulus above 0");
-        if (!(material.poisson_ratio > -1 && material.poisson_ratio < 0.5))
-            return invalid(name + "poisson_ratio is " + text_of(material.poisson_ratio) +
-                           ", expected a number above -1 and below 0.5");
+        if (const Status s = check_fibres(material, name); !s) return s;
         if (!(material.density_kg_per_m3 >= 0) || !std::isfinite(material.density_kg_per_m3))
             return invalid(name + "density_kg_per_m3 is " + text_of(material.density_kg_per_m3) +
                            ", expected 0 or more");
@@ -95,6 +116,10 @@ Status check_solid(const ElasticSolid& solid) {
 
 Status check_solid(const ElasticLattice& solid) {
     if (const Status s = check_lattice(solid.lattice); !s) return s;
+    for (std::size_t m = 0; m < solid.materials.size(); ++m)
+        if (has_fibres(solid.materials[m]))
+            return invalid("materials[" + std::to_string(m) +
+                           "]: has fibres, expected an isotropic material in a lattice");
     return check_materials(solid.materials, solid.material_of, cell_count(solid.lattice));
 }
 

@@ -23,7 +23,6 @@ Result<std::vector<ElasticState>> elastic_states(const ElasticSolid& solid,
     std::vector<ElasticState> states(8 * mesh.cells.size());
     const auto add_cell = [&](std::size_t cell) {
         const auto material = solid.material_of.empty() ? 0 : std::size_t(solid.material_of[cell]);
-        const LameParameters lame = lame_of(solid.materials[material]);
         HexCorners corners;
         std::array<Vec3d, 8> displacement;
         for (std::size_t c = 0; c < 8; ++c) {
@@ -31,7 +30,9 @@ Result<std::vector<ElasticState>> elastic_states(const ElasticSolid& solid,
             corners[c] = mesh.nodes_mm[node];
             displacement[c] = displacement_mm[node];
         }
-        const auto modes = hex_modes(corners, lame, element, displacement);
+        const auto modes = with_law(solid.materials[material], [&](const auto& law) {
+            return hex_modes(corners, law, element, displacement);
+        });
         for (int g = 0; g < 8; ++g) {
             const HexPoint p = hex_point(corners, gauss_place(g));
             ElasticState& state = states[8 * cell + std::size_t(g)];
@@ -39,7 +40,9 @@ Result<std::vector<ElasticState>> elastic_states(const ElasticSolid& solid,
             for (std::size_t c = 0; c < 8; ++c)
                 state.position_mm = state.position_mm + p.values[c] * corners[c];
             state.strain = strain_at(p, displacement, modes);
-            state.stress_pa = stress_of(lame, state.strain);
+            state.stress_pa = with_law(solid.materials[material], [&](const auto& law) {
+                return stress_of(law, state.strain);
+            });
         }
     };
     arena.for_each(std::int64_t(mesh.cells.size()), 64, [&](std::int64_t begin, std::int64_t end) {

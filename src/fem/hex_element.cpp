@@ -11,12 +11,26 @@ namespace {
 
 /// Adds a Gauss point's 3 × 3 block of two functions with gradients a and b: ∫ λ a_i b_j + μ (a_j
 /// b_i + δ_ij a·b).
-void add_block(double* block, std::size_t stride, Vec3d a, Vec3d b, double lambda, double mu) {
+void add_block(double* block, std::size_t stride, Vec3d a, Vec3d b, const LameParameters& m,
+               double weight) {
+    const double lambda = m.lambda * weight, mu = m.mu * weight;
     const double trace = mu * dot(a, b);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
             block[std::size_t(i) * stride + std::size_t(j)] +=
                 lambda * a[i] * b[j] + mu * a[j] * b[i] + (i == j ? trace : 0);
+}
+
+/// The same of any material: ∫ C_ikjl a_k b_l.
+void add_block(double* block, std::size_t stride, Vec3d a, Vec3d b, const HookeTensor& m,
+               double weight) {
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            double sum = 0;
+            for (int k = 0; k < 3; ++k)
+                for (int l = 0; l < 3; ++l) sum += m.c[i][k][j][l] * a[k] * b[l];
+            block[std::size_t(i) * stride + std::size_t(j)] += weight * sum;
+        }
 }
 
 /// The nine incompatible modes: their stiffness (lower Cholesky factor after `factor`), and their
@@ -50,7 +64,8 @@ struct InnerModes {
     }
 };
 
-InnerModes inner_modes(const HexCorners& corners, const LameParameters& m) {
+template <class Law>
+InnerModes inner_modes(const HexCorners& corners, const Law& m) {
     InnerModes modes;
     const double centre_weight = hex_point(corners, {0, 0, 0}).weight;
     for (int g = 0; g < 8; ++g) {
@@ -60,11 +75,10 @@ InnerModes inner_modes(const HexCorners& corners, const LameParameters& m) {
         for (int n = 0; n < 3; ++n) gradients[n] = (centre_weight / p.weight) * p.mode_gradients[n];
         for (int n = 0; n < 3; ++n) {
             for (int k = 0; k <= n; ++k)
-                add_block(&modes.own[3 * n][3 * k], 9, gradients[n], gradients[k],
-                          m.lambda * p.weight, m.mu * p.weight);
+                add_block(&modes.own[3 * n][3 * k], 9, gradients[n], gradients[k], m, p.weight);
             for (int c = 0; c < 8; ++c)
-                add_block(&modes.coupling[3 * n][3 * c], 24, gradients[n], p.gradients[c],
-                          m.lambda * p.weight, m.mu * p.weight);
+                add_block(&modes.coupling[3 * n][3 * c], 24, gradients[n], p.gradients[c], m,
+                          p.weight);
         }
     }
     modes.factor();
@@ -98,14 +112,16 @@ HexPoint hex_point(const HexCorners& corners, Vec3d natural) {
     return p;
 }
 
-HexStiffness hex_stiffness(const HexCorners& corners, const LameParameters& m, HexElement element) {
+namespace {
+
+template <class Law>
+HexStiffness stiffness_of(const HexCorners& corners, const Law& m, HexElement element) {
     HexStiffness k{};
     for (int g = 0; g < 8; ++g) {
         const HexPoint p = hex_point(corners, gauss_place(g));
         for (std::size_t a = 0; a < 8; ++a)
             for (std::size_t b = 0; b <= a; ++b)
-                add_block(&k[3 * a * 24 + 3 * b], 24, p.gradients[a], p.gradients[b],
-                          m.lambda * p.weight, m.mu * p.weight);
+                add_block(&k[3 * a * 24 + 3 * b], 24, p.gradients[a], p.gradients[b], m, p.weight);
     }
     if (element == HexElement::IncompatibleModes) {
         InnerModes modes = inner_modes(corners, m);
@@ -119,8 +135,9 @@ HexStiffness hex_stiffness(const HexCorners& corners, const LameParameters& m, H
     return k;
 }
 
-std::array<Vec3d, 3> hex_modes(const HexCorners& corners, const LameParameters& m,
-                               HexElement element, const std::array<Vec3d, 8>& displacement) {
+template <class Law>
+std::array<Vec3d, 3> modes_of(const HexCorners& corners, const Law& m, HexElement element,
+                              const std::array<Vec3d, 8>& displacement) {
     std::array<Vec3d, 3> amplitudes{};
     if (element == HexElement::Trilinear) return amplitudes;
     const InnerModes modes = inner_modes(corners, m);
@@ -138,6 +155,49 @@ std::array<Vec3d, 3> hex_modes(const HexCorners& corners, const LameParameters& 
     const double centre_weight = hex_point(corners, {0, 0, 0}).weight;
     for (Vec3d& v : amplitudes) v = centre_weight * v;
     return amplitudes;
+}
+
+}  // namespace
+
+HookeTensor hooke_of(const ElasticMaterial& material) {
+    const double e = material.young_modulus_pa, nu = material.poisson_ratio;
+    const double e_a = material.fibre_young_modulus_pa, nu_a = material.fibre_poisson_ratio;
+    const double g_a = material.fibre_shear_modulus_pa;
+    const double n = e / e_a, m = 1 - nu - 2 * n * nu_a * nu_a;
+    const double lambda = e * (nu + n * nu_a * nu_a) / ((1 + nu) * m), mu = e / (2 * (1 + nu));
+    const double alpha = e * nu_a / m - lambda;
+    const double beta = e_a * (1 - nu) / m - lambda - 2 * alpha + 2 * mu - 4 * g_a;
+    const double gamma = g_a - mu;
+    const Vec3d a = (1 / norm(material.fibre)) * material.fibre;
+    const auto d = [](int i, int j) { return i == j ? 1.0 : 0.0; };
+    HookeTensor tensor;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            for (int k = 0; k < 3; ++k)
+                for (int l = 0; l < 3; ++l)
+                    tensor.c[i][j][k][l] = lambda * d(i, j) * d(k, l) +
+                                           mu * (d(i, k) * d(j, l) + d(i, l) * d(j, k)) +
+                                           alpha * (d(i, j) * a[k] * a[l] + a[i] * a[j] * d(k, l)) +
+                                           beta * a[i] * a[j] * a[k] * a[l] +
+                                           gamma * (d(i, k) * a[j] * a[l] + d(i, l) * a[j] * a[k] +
+                                                    d(j, k) * a[i] * a[l] + d(j, l) * a[i] * a[k]);
+    return tensor;
+}
+
+HexStiffness hex_stiffness(const HexCorners& corners, const LameParameters& m, HexElement element) {
+    return stiffness_of(corners, m, element);
+}
+HexStiffness hex_stiffness(const HexCorners& corners, const HookeTensor& m, HexElement element) {
+    return stiffness_of(corners, m, element);
+}
+
+std::array<Vec3d, 3> hex_modes(const HexCorners& corners, const LameParameters& m,
+                               HexElement element, const std::array<Vec3d, 8>& displacement) {
+    return modes_of(corners, m, element, displacement);
+}
+std::array<Vec3d, 3> hex_modes(const HexCorners& corners, const HookeTensor& m, HexElement element,
+                               const std::array<Vec3d, 8>& displacement) {
+    return modes_of(corners, m, element, displacement);
 }
 
 SymmetricTensor strain_at(const HexPoint& p, const std::array<Vec3d, 8>& displacement,
@@ -165,6 +225,18 @@ SymmetricTensor stress_of(const LameParameters& m, const SymmetricTensor& e) {
             twice * e.yz,
             twice * e.zx,
             twice * e.xy};
+}
+
+SymmetricTensor stress_of(const HookeTensor& m, const SymmetricTensor& e) {
+    const double strain[3][3] = {{e.xx, e.xy, e.zx}, {e.xy, e.yy, e.yz}, {e.zx, e.yz, e.zz}};
+    const auto component = [&](int i, int j) {
+        double sum = 0;
+        for (int k = 0; k < 3; ++k)
+            for (int l = 0; l < 3; ++l) sum += m.c[i][j][k][l] * strain[k][l];
+        return sum;
+    };
+    return {component(0, 0), component(1, 1), component(2, 2),
+            component(1, 2), component(2, 0), component(0, 1)};
 }
 
 double von_mises(const SymmetricTensor& s) {

@@ -71,8 +71,8 @@ void LatticeStiffness::find_corner_blocks() {
     for (std::size_t c = 0; c < 8; ++c)
         corners[c] = {h.x * (kHexSigns[c][0] > 0), h.y * (kHexSigns[c][1] > 0),
                       h.z * (kHexSigns[c][2] > 0)};
-    const auto of_lambda = hex_stiffness(corners, {1, 0}, HexElement::Trilinear);
-    const auto of_mu = hex_stiffness(corners, {0, 1}, HexElement::Trilinear);
+    const auto of_lambda = hex_stiffness(corners, LameParameters{1, 0}, HexElement::Trilinear);
+    const auto of_mu = hex_stiffness(corners, LameParameters{0, 1}, HexElement::Trilinear);
     for (std::size_t n = 0; n < 8; ++n)
         for (std::size_t i = 0; i < 3; ++i)
             for (std::size_t j = 0; j < 3; ++j) {

@@ -65,6 +65,14 @@ Status check_links(std::span<const SpringLink> links, std::size_t node_count) {
                 "expected a damping of 0 or more, found " + std::to_string(link.damping));
         if (!std::isfinite(link.rest_length))
             return bad_network("link", l, "expected a rest length that is a number");
+        if (!is_amount(link.branch_stiffness))
+            return bad_network("link", l,
+                               "expected a branch stiffness of 0 or more, found " +
+                                   std::to_string(link.branch_stiffness));
+        if (link.branch_stiffness > 0 && !(std::isfinite(link.branch_time) && link.branch_time > 0))
+            return bad_network(
+                "link", l,
+                "expected a branch time above 0, found " + std::to_string(link.branch_time));
     }
     return Ok{};
 }
@@ -155,6 +163,8 @@ void SpringNetwork::index() {
     each_corner([&](std::size_t n, std::int32_t c) { m_cells_of[std::size_t(next[n]++)] = c; });
     m_has_volume_energy = std::any_of(m_parts.cells.begin(), m_parts.cells.end(),
                                       [](const SpringCell& cell) { return cell.bulk > 0; });
+    m_has_branches = std::any_of(m_parts.links.begin(), m_parts.links.end(),
+                                 [](const SpringLink& link) { return link.branch_stiffness > 0; });
 }
 
 }  // namespace pliant

@@ -14,7 +14,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/errors.h"
 #include "core/small_matrix.h"
+#include "core/text.h"
 #include "springs/cell_volume.h"
 
 namespace pliant {
@@ -37,14 +39,15 @@ Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const V
         const SpringLink& link = network.links()[std::size_t(neighbour.link)];
         const Vec3d r = place(i) - place(neighbour.node);
         const double length = norm(r);
+        // In the fastest motion a branch acts with its whole stiffness (MaxwellBranch).
+        const double stiffness = link.stiffness + link.branch_stiffness;
         // The transverse stiffness is positive only for a stretched link; a link of zero length may
         // have any direction.
-        const double across = length > 0
-                                  ? link.stiffness * std::max(0.0, 1 - link.rest_length / length)
-                                  : link.stiffness;
+        const double across =
+            length > 0 ? stiffness * std::max(0.0, 1 - link.rest_length / length) : stiffness;
         for (int a = 0; a < 3; ++a) bounds.stiffness.columns[a][a] += 2 * across;
         if (!(length > 0)) continue;
-        add_outer(bounds.stiffness, (1 / length) * r, 2 * (link.stiffness - across));
+        add_outer(bounds.stiffness, (1 / length) * r, 2 * (stiffness - across));
         add_outer(bounds.damping, (1 / length) * r, 2 * link.damping);
     }
     for (const std::int32_t c : network.cells_of(i)) {
@@ -72,6 +75,35 @@ double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> pos
         shortest = std::min(shortest, 4 / (gamma + std::sqrt(gamma * gamma + 4 * lambda)));
     }
     return shortest;
+}
+
+Result<RaisedMasses> raise_masses(SpringParts& parts, double time_step) noexcept {
+    return attempt([&]() -> Result<RaisedMasses> {
+        if (!(time_step > 0 && std::isfinite(time_step)))
+            return invalid("raise_masses: expected a time step above 0, found " +
+                           short_text(time_step));
+        const auto network = SpringNetwork::create(parts);
+        if (!network.ok()) return network.error();
+        RaisedMasses raised;
+        double before = 0, added = 0;
+        for (std::int32_t n = 0; n < network->node_count(); ++n) {
+            SpringNode& node = parts.nodes[std::size_t(n)];
+            before += node.mass;
+            if (node.fixed) continue;
+            const Bounds bounds = bounds_of(*network, n, {});
+            const double stiffness = largest_eigenvalue(bounds.stiffness, Scaling::Reciprocal);
+            const double damping = largest_eigenvalue(bounds.damping, Scaling::Reciprocal);
+            // The bound of stable_time_step is not below the step in spite of rounding.
+            const double least =
+                (1 + 1e-12) * (time_step * time_step * stiffness + 2 * time_step * damping) / 4;
+            if (!(node.mass < least)) continue;
+            added += least - node.mass;
+            node.mass = least;
+            ++raised.nodes;
+        }
+        raised.share = added / before;
+        return raised;
+    });
 }
 
 double SpringNetwork::stable_time_step() const {

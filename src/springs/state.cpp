@@ -27,8 +27,45 @@ void renew_touched(SpringState& state) noexcept {
     for (const std::int32_t n : state.held) state.is_touched[std::size_t(n)] = 1;
 }
 
-Vec3d inner_force(const SpringNetwork& network, const SpringState& state, std::int32_t node,
-                  double time_step, bool with_damping) {
+namespace {
+
+double stretch_of(const SpringState& state, const SpringLink& link) {
+    return norm(state.place(link.a) - state.place(link.b)) - link.rest_length;
+}
+
+}  // namespace
+
+void relax_branches(const SpringNetwork& network, SpringState& state, double time_step) {
+    state.branch.resize(network.has_branches() ? network.links().size() : 0);
+    for (std::size_t l = 0; l < state.branch.size(); ++l) {
+        const SpringLink& link = network.links()[l];
+        state.branch[l] = branch_of(link, time_step).pull * stretch_of(state, link);
+    }
+}
+
+double branch_force(const SpringNetwork& network, const SpringState& state, std::size_t link,
+                    double time_step) {
+    if (state.branch.empty() || network.is_cut(link)) return 0;
+    const SpringLink& properties = network.links()[link];
+    return branch_of(properties, time_step).pull * stretch_of(state, properties) -
+           state.branch[link];
+}
+
+Vec3d branches_force(const SpringNetwork& network, const SpringState& state, std::int32_t node,
+                     double time_step) {
+    Vec3d force{0, 0, 0};
+    if (state.branch.empty()) return force;
+    for (const auto& neighbour : network.neighbours(node)) {
+        const Vec3d r = state.place(node) - state.place(neighbour.node);
+        const double length = norm(r);
+        if (!(length > 0)) continue;  // undefined direction
+        force = force -
+                (branch_force(network, state, std::size_t(neighbour.link), time_step) / length) * r;
+    }
+    return force;
+}
+
+Vec3d static_force(const SpringNetwork& network, const SpringState& state, std::int32_t node) {
     const Vec3d here = state.place(node);
     Vec3d force{0, 0, 0};
     for (const auto& neighbour : network.neighbours(node)) {
@@ -37,10 +74,6 @@ Vec3d inner_force(const SpringNetwork& network, const SpringState& state, std::i
         const double length = norm(r);
         if (!(length > 0)) continue;  // undefined direction
         force = force - (link.stiffness * (length - link.rest_length) / length) * r;
-        if (!with_damping || link.damping == 0) continue;
-        const Vec3d moved = (here - state.place_before(node)) -
-                            (state.place(neighbour.node) - state.place_before(neighbour.node));
-        force = force - (link.damping / time_step * dot(r, moved) / (length * length)) * r;
     }
     const auto place = [&](std::int32_t n) { return state.place(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };

@@ -7,12 +7,37 @@
 
 #include <pliant/springs.h>
 
+#include <cmath>
+
 namespace pliant {
+
+/// A link's Maxwell branch in steps of h. With the link's stretch x, the stretch e of the dashpot
+/// follows de/dt = (x − e)/τ, with the mean of x at both ends of a step:
+///
+///   e⁺ = a e + (1 − a)(x + x⁺)/2,   a = e^(−h/τ),   force q = k'(x − e)
+///
+/// Stored is s, the part of k'e that is known before x:
+///
+///   q = pull · x − s,         pull = k'(1 + a)/2
+///   s⁺ = keep · s + gain · x,   keep = a, gain = k'(1 − a²)/2
+///
+/// In the fastest motion of central differences, x⁺ = −x, q is k'x: the branch counts with its
+/// whole stiffness in the stability bound. In all others it takes energy.
+struct MaxwellBranch {
+    double pull = 0, keep = 0, gain = 0;
+};
+inline MaxwellBranch branch_of(const SpringLink& link, double time_step) {
+    if (link.branch_stiffness == 0) return {};
+    const double keep = std::exp(-time_step / link.branch_time);
+    return {0.5 * link.branch_stiffness * (1 + keep), keep,
+            0.5 * link.branch_stiffness * (1 - keep * keep)};
+}
 
 struct SpringState {
     std::vector<double> x[3],
         before[3];  ///< current and previous positions; their difference gives the velocity
     std::vector<double> load[3];
+    std::vector<double> branch;  ///< [link] s of MaxwellBranch; empty without branches
     std::vector<std::int32_t> loaded, held;
     std::vector<std::uint8_t> is_held, is_touched;  ///< [node]; touched: loaded or held
 
@@ -42,11 +67,20 @@ struct SpringState {
 /// Sets all nodes to their rest positions.
 void set_to_rest(const SpringNetwork& network, SpringState& state);
 
+/// Lets all Maxwell branches relax in the present shape.
+void relax_branches(const SpringNetwork& network, SpringState& state, double time_step);
+
+/// Force q of a link's Maxwell branch.
+double branch_force(const SpringNetwork& network, const SpringState& state, std::size_t link,
+                    double time_step);
+
 /// Updates is_touched after a change of the loaded or held nodes.
 void renew_touched(SpringState& state) noexcept;
 
-/// −f of the links and the volume energy on one node. @param with_damping  includes link damping
-Vec3d inner_force(const SpringNetwork& network, const SpringState& state, std::int32_t node,
-                  double time_step, bool with_damping);
+/// −f of the links and the volume energy on one node, without damping.
+Vec3d static_force(const SpringNetwork& network, const SpringState& state, std::int32_t node);
+/// −q of the Maxwell branches on one node.
+Vec3d branches_force(const SpringNetwork& network, const SpringState& state, std::int32_t node,
+                     double time_step);
 
 }  // namespace pliant

@@ -7,9 +7,12 @@
 //   x⁺ = x + c1·(x − x⁻) + c2·(F + S)
 //   c2 = 1/(m/h² + d/2h),  c1 = (m/h² − d/2h)·c2;  both 0 for nodes that don't move
 //
-// which is [Choi2004, Eq. 5, 7, 8] in another form. 1/|r| is computed from the bits of |r|² by
-// multiplications and additions only: faster than a root and a division, and identical on every
-// machine. Multiplications and additions are fused only where written so.
+// which is [Choi2004, Eq. 5, 7, 8] in another form. A Maxwell branch subtracts q/|r| r, with q and
+// its state as in state.h; both ends of a link have a copy of the state, with the same bits.
+//
+// 1/|r| is computed from the bits of |r|² by multiplications and additions only: faster than a root
+// and a division, and identical on every machine. Multiplications and additions are fused only
+// where written so.
 
 #pragma once
 
@@ -29,6 +32,8 @@ struct SweepArrays {
     const double *x[3], *before[3];
     double* next[3];
     const double *force[3], *keep, *push;  ///< F, c1, c2
+    const double* branch;                  ///< [8 · slot + lane] s of MaxwellBranch
+    double* next_branch;
 };
 
 /// Processes packs begin…end of a plan. @param farthest2  square of the longest valid move

@@ -19,20 +19,28 @@ double reciprocal_root(double q) {
 }
 
 /// Adds one link of a lane. @param seen, before  positions of the other end
-void add_link(const SweepArrays& a, std::size_t i, const double* const (&seen)[3],
-              const double* const (&before)[3], std::size_t j, const double* block, int lane,
-              bool damped, double (&sum)[3]) {
+/// @param block  of the lane @param s  slot and lane
+void add_link(const SweepPlan& plan, const SweepArrays& a, std::size_t i,
+              const double* const (&seen)[3], const double* const (&before)[3], std::size_t j,
+              const double* block, std::size_t s, double (&sum)[3]) {
     const double dx = a.x[0][i] - seen[0][j];
     const double dy = a.x[1][i] - seen[1][j];
     const double dz = a.x[2][i] - seen[2][j];
-    const double y = reciprocal_root(std::fma(dz, dz, std::fma(dy, dy, dx * dx)));
-    double f = std::fma(block[kPack + lane], y, -block[lane]);
-    if (damped) {
+    const double q = std::fma(dz, dz, std::fma(dy, dy, dx * dx));
+    const double y = reciprocal_root(q);
+    double f = std::fma(block[kPack], y, -block[0]);
+    if (plan.damped || plan.branched) {
         const auto moved = [&](int c) {
             return (a.x[c][i] - a.before[c][i]) - (seen[c][j] - before[c][j]);
         };
         const double along = std::fma(dz, moved(2), std::fma(dy, moved(1), dx * moved(0)));
-        f = std::fma(-(block[2 * kPack + lane] * along * y), y, f);
+        f = std::fma(-(block[2 * kPack] * along * y), y, f);
+    }
+    if (plan.branched) {
+        const double stretch = std::fma(q, y, -block[3 * kPack]);
+        const double pull = std::fma(block[4 * kPack], stretch, -a.branch[s]);
+        f = std::fma(-pull, y, f);
+        a.next_branch[s] = std::fma(block[5 * kPack], a.branch[s], block[6 * kPack] * stretch);
     }
     sum[0] = std::fma(f, dx, sum[0]);
     sum[1] = std::fma(f, dy, sum[1]);
@@ -50,16 +58,17 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
             double sum[3] = {a.force[0][i], a.force[1][i], a.force[2][i]};
             for (std::uint32_t s = slots.begin; s < slots.end; ++s) {
                 const SweepSlot& slot = plan.slots[s];
-                const double* block = plan.blocks.data() + slot.block * plan.block_size();
+                const double* block = plan.blocks.data() + slot.block * plan.block_size() + lane;
+                const std::size_t at = kPack * std::size_t(s) + std::size_t(lane);
                 const std::size_t j =
                     s < slots.rows_end ? std::size_t(std::int64_t(i) + slot.other)
                                        : std::size_t(plan.others[std::size_t(slot.other + lane)]);
                 const bool sees_new =
                     s < slots.rows_end ? s >= slots.new_rows : s >= slots.new_lists;
                 if (sees_new)
-                    add_link(a, i, now, a.x, j, block, lane, plan.damped, sum);
+                    add_link(plan, a, i, now, a.x, j, block, at, sum);
                 else
-                    add_link(a, i, a.x, a.before, j, block, lane, plan.damped, sum);
+                    add_link(plan, a, i, a.x, a.before, j, block, at, sum);
             }
             double move[3];
             for (int c = 0; c < 3; ++c) {

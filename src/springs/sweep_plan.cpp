@@ -150,6 +150,7 @@ void SweepPlanner::finish(const SpringNetwork& network, double time_step, SweepP
     number(network, plan);
     plan.damped = std::any_of(network.links().begin(), network.links().end(),
                               [](const SpringLink& link) { return link.damping > 0; });
+    plan.branched = network.has_branches();
     make_slots(network, time_step, plan);
     if (network.has_volume_energy()) add_cells(network, plan);
     for (const std::int32_t node : plan.nodes) {
@@ -192,44 +193,67 @@ void SweepPlanner::number(const SpringNetwork& network, SweepPlan& plan) {
     plan.is_active.resize(plan.nodes.size(), 0);
 }
 
+void SweepPlanner::find_cells(const SpringNetwork& network, const SweepPlan& plan,
+                              const SweepGroup& group) {
+    constexpr std::int32_t kFound = 0;
+    for (auto& cells : m_cells) cells.clear();
+    for (std::int32_t l = (group.begin_pack + 1) * kPack; l < (group.end_pack + 1) * kPack; ++l) {
+        if (!plan.is_active[std::size_t(l)]) continue;
+        for (const std::int32_t c : network.cells_of(plan.nodes[std::size_t(l)])) {
+            const SpringCell& cell = network.cells()[std::size_t(c)];
+            if (network.is_cell_cut(std::size_t(c)) || cell.bulk == 0) continue;
+            if (m_cell_of[std::size_t(c)] >= 0) continue;
+            m_cell_of[std::size_t(c)] = kFound;
+            m_cells[cell.node_count == 8].push_back(c);
+        }
+    }
+}
+
+void SweepPlanner::add_cell_packs(const SpringNetwork& network, std::span<const std::int32_t> cells,
+                                  std::int32_t node_count, SweepPlan& plan) {
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    for (std::size_t n = 0; n < cells.size(); n += kPack) {
+        const std::size_t first = plan.cell_nodes.size(), value = plan.cell_values.size();
+        plan.cell_packs.push_back({std::int32_t(first), node_count});
+        plan.cell_nodes.resize(first + std::size_t(kPack * node_count), 0);
+        plan.cell_values.resize(value + kPack, 0);
+        plan.cell_values.resize(value + 2 * kPack, 1);
+        for (std::size_t lane = 0; lane < kPack && n + lane < cells.size(); ++lane) {
+            const auto c = std::size_t(cells[n + lane]);
+            const SpringCell& cell = network.cells()[c];
+            m_cell_of[c] = std::int32_t(first + lane);
+            for (std::size_t k = 0; k < std::size_t(node_count); ++k)
+                plan.cell_nodes[first + kPack * k + lane] = m_local_of[std::size_t(cell.nodes[k])];
+            plan.cell_values[value + lane] = cell.bulk;
+            plan.cell_values[value + kPack + lane] = cell_volume(cell, rest);
+        }
+    }
+}
+
 void SweepPlanner::add_cells(const SpringNetwork& network, SweepPlan& plan) {
     m_cell_of.assign(network.cells().size(), -1);
     plan.first_corner.assign(1, 0);
-    plan.first_group_cell.assign(1, 0);
-    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
-    const auto cell_at = [&](std::int32_t c) {
-        std::int32_t& number = m_cell_of[std::size_t(c)];
-        if (number >= 0) return number;
-        number = std::int32_t(plan.cells.size());
-        SweepCell cell{network.cells()[std::size_t(c)], 0};
-        cell.rest_volume = cell_volume(cell.cell, rest);
-        for (int n = 0; n < cell.cell.node_count; ++n)
-            cell.cell.nodes[std::size_t(n)] =
-                m_local_of[std::size_t(cell.cell.nodes[std::size_t(n)])];
-        plan.cells.push_back(cell);
-        return number;
-    };
-    std::vector<std::int32_t> last_group;  // [cell] last group that counted it
-    for (std::size_t g = 0; g < plan.groups.size(); ++g) {
-        for (std::int32_t l = (plan.groups[g].begin_pack + 1) * kPack;
-             l < (plan.groups[g].end_pack + 1) * kPack; ++l) {
+    plan.first_cell_pack.assign(1, 0);
+    for (const SweepGroup& group : plan.groups) {
+        find_cells(network, plan, group);
+        add_cell_packs(network, m_cells[0], 4, plan);
+        add_cell_packs(network, m_cells[1], 8, plan);
+        plan.first_cell_pack.push_back(std::int32_t(plan.cell_packs.size()));
+        for (std::int32_t l = (group.begin_pack + 1) * kPack; l < (group.end_pack + 1) * kPack;
+             ++l) {
             const std::int32_t node = plan.nodes[std::size_t(l)];
             if (plan.is_active[std::size_t(l)])
                 for (const std::int32_t c : network.cells_of(node)) {
-                    const SpringCell& cell = network.cells()[std::size_t(c)];
-                    if (network.is_cell_cut(std::size_t(c)) || cell.bulk == 0) continue;
-                    const auto end = cell.nodes.begin() + cell.node_count;
-                    const auto corner = std::find(cell.nodes.begin(), end, node);
-                    const std::int32_t number = cell_at(c);
-                    plan.corners.push_back({number, std::int32_t(corner - cell.nodes.begin())});
-                    last_group.resize(plan.cells.size(), -1);
-                    if (last_group[std::size_t(number)] == std::int32_t(g)) continue;
-                    last_group[std::size_t(number)] = std::int32_t(g);
-                    plan.group_cells.push_back(number);
+                    if (m_cell_of[std::size_t(c)] < 0) continue;
+                    const auto& nodes = network.cells()[std::size_t(c)].nodes;
+                    const auto corner = std::find(nodes.begin(), nodes.end(), node);
+                    plan.corners.push_back(m_cell_of[std::size_t(c)] +
+                                           kPack * std::int32_t(corner - nodes.begin()));
                 }
             plan.first_corner.push_back(std::int32_t(plan.corners.size()));
         }
-        plan.first_group_cell.push_back(std::int32_t(plan.group_cells.size()));
+        for (const auto& cells : m_cells)
+            for (const std::int32_t c : cells) m_cell_of[std::size_t(c)] = -1;
     }
 }
 

@@ -46,13 +46,10 @@ struct PackSlots {
     std::uint32_t new_lists, end;             ///< then lists, likewise
 };
 
-/// A cell with volume energy, in local numbers.
-struct SweepCell {
-    SpringCell cell;
-    double rest_volume;
-};
-struct CellCorner {
-    std::int32_t cell, corner;
+/// Eight cells with volume energy, all tetrahedra or all hexahedra. 8 bytes.
+struct CellPack {
+    std::int32_t first;  ///< corner c of cell `lane` is cell_nodes[first + kPack·c + lane]
+    std::int32_t node_count;
 };
 
 struct SweepPlan {
@@ -64,16 +61,21 @@ struct SweepPlan {
     std::vector<PackSlots> packs;
     std::vector<SweepSlot> slots;
     std::vector<std::int32_t> others;
-    /// stiffness[8], stiffness·length[8], and with damping: damping/time step[8].
+    /// stiffness[8], stiffness·length[8]; with damping also damping/time step[8]; with branches
+    /// also length[8] and those of MaxwellBranch (state.h): pull[8], keep[8], gain[8].
     AlignedArray blocks;
-    bool damped = false;
-    /// Volume energy: cells of each group, and the corners of each node.
-    std::vector<SweepCell> cells;
-    std::vector<std::int32_t> group_cells, first_group_cell;
-    std::vector<CellCorner> corners;
-    std::vector<std::int32_t> first_corner;  ///< [local − 8]
+    bool damped = false, branched = false;
+    std::vector<std::int32_t> slot_links;  ///< with branches: [8 · slot + lane] link, or −1
+    /// Volume energy. A group's packs of cells have all cells of its nodes, so a cell may be in
+    /// several groups. Lanes without a cell have bulk 0.
+    std::vector<CellPack> cell_packs;
+    std::vector<std::int32_t> first_cell_pack;  ///< [group], and the total
+    std::vector<std::int32_t> cell_nodes;       ///< local numbers
+    AlignedArray cell_values;                   ///< of each pack: bulk[8], volume at rest[8]
+    /// Corners of each node, as indices in cell_nodes; in the order of SpringNetwork::cells_of.
+    std::vector<std::int32_t> corners, first_corner;  ///< first_corner: [local − 8], and the total
 
-    std::size_t block_size() const { return damped ? 3 * kPack : 2 * kPack; }
+    std::size_t block_size() const { return kPack * (branched ? 7 : damped ? 3 : 2); }
     std::size_t local_count() const { return nodes.size(); }
 };
 
@@ -103,20 +105,29 @@ class SweepPlanner {
     void sort_links(const SpringNetwork& network, const SweepPlan& plan, std::int32_t pack,
                     std::int32_t first);
     int fewest_in_row() const;
+    void merge_rows();
     void add_rows(bool sees_new, const SpringNetwork& network, double time_step, SweepPlan& plan);
     void add_lists(bool sees_new, std::int32_t pack, const SpringNetwork& network, double time_step,
                    SweepPlan& plan);
     std::uint32_t block_of(const SpringNetwork& network, const std::int32_t (&links)[kPack],
                            double time_step, SweepPlan& plan);
     void add_cells(const SpringNetwork& network, SweepPlan& plan);
+    /// Collects the cells of a group's nodes in m_cells[tetrahedra, hexahedra].
+    void find_cells(const SpringNetwork& network, const SweepPlan& plan, const SweepGroup& group);
+    void add_cell_packs(const SpringNetwork& network, std::span<const std::int32_t> cells,
+                        std::int32_t node_count, SweepPlan& plan);
     void finish(const SpringNetwork& network, double time_step, SweepPlan& plan);
 
     std::vector<std::int32_t> m_local_of;  ///< [global]; −1 between calls
     std::vector<std::uint8_t> m_active;    ///< [global]; 0 between calls
-    std::vector<std::int32_t> m_group, m_walk, m_frozen, m_cell_of;
-    TransmittalOrder m_turns;  ///< nodes sorted by turn
+    std::vector<std::int32_t> m_group, m_walk, m_frozen;
+    std::vector<std::int32_t> m_cell_of;   ///< [cell] index in cell_nodes; −1 between groups
+    std::vector<std::int32_t> m_cells[2];  ///< of a group: tetrahedra, hexahedra
+    TransmittalOrder m_turns;              ///< nodes sorted by turn
     std::vector<Slot> m_slots;
     std::vector<Left> m_left[2][kPack];  ///< [sees new]
+    std::vector<Left> m_merged;
+    std::int32_t m_first_lane = 0;  ///< local number of the pack's first node
     std::unordered_map<std::uint64_t, std::uint32_t> m_block_of;
     std::vector<std::uint32_t> m_last_block;  ///< of the slot at this position in the previous pack
 };

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "core/hash.h"
+#include "springs/state.h"
 #include "springs/sweep_plan.h"
 
 namespace pliant {
@@ -15,6 +16,8 @@ namespace {
 
 /// Cost of a slot with a list, relative to a slot with a row.
 constexpr std::size_t kListCost = 8;
+/// The same for the choice between sparse rows and lists of the same links.
+constexpr std::size_t kDenseListCost = 3;
 
 }  // namespace
 
@@ -22,6 +25,7 @@ constexpr std::size_t kListCost = 8;
 void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& plan,
                               std::int32_t pack, std::int32_t first) {
     m_slots.clear();
+    m_first_lane = (pack + 1) * kPack;
     for (auto& lanes : m_left)
         for (auto& left : lanes) left.clear();
     for (int lane = 0; lane < kPack; ++lane) {
@@ -56,6 +60,32 @@ void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& pla
                     m_left[slot.sees_new][lane].push_back(
                         {(pack + 1) * kPack + lane + slot.offset, slot.link[lane]});
     std::erase_if(m_slots, is_rare);
+    merge_rows();
+}
+
+/// Moves the links of a pack's rows to its lists if the rows are sparse, as in meshes without
+/// regular numbering. Each lane keeps the order of its links, so the sums have the same bits.
+void SweepPlanner::merge_rows() {
+    std::size_t links[kPack] = {}, listed = 0;
+    for (const Slot& slot : m_slots) {
+        if (slot.sees_new) return;
+        for (int lane = 0; lane < kPack; ++lane) links[lane] += slot.lanes >> lane & 1;
+    }
+    for (int lane = 0; lane < kPack; ++lane) {
+        if (!m_left[1][lane].empty()) return;
+        listed = std::max(listed, m_left[0][lane].size());
+        links[lane] += m_left[0][lane].size();
+    }
+    const std::size_t merged = *std::max_element(links, links + kPack);
+    if (kDenseListCost * merged >= m_slots.size() + kDenseListCost * listed) return;
+    for (int lane = 0; lane < kPack; ++lane) {
+        m_merged.clear();
+        for (const Slot& slot : m_slots)
+            if (slot.lanes >> lane & 1)
+                m_merged.push_back({m_first_lane + lane + slot.offset, slot.link[lane]});
+        m_left[0][lane].insert(m_left[0][lane].begin(), m_merged.begin(), m_merged.end());
+    }
+    m_slots.clear();
 }
 
 /// Minimum number of links for an offset's row; links of rarer offsets share lists.
@@ -85,13 +115,19 @@ int SweepPlanner::fewest_in_row() const {
 std::uint32_t SweepPlanner::block_of(const SpringNetwork& network,
                                      const std::int32_t (&links)[kPack], double time_step,
                                      SweepPlan& plan) {
-    double block[3 * kPack] = {};
+    double block[7 * kPack] = {};
     for (int lane = 0; lane < kPack; ++lane) {
         if (links[lane] < 0) continue;
         const SpringLink& link = network.links()[std::size_t(links[lane])];
         block[lane] = link.stiffness;
         block[kPack + lane] = link.stiffness * link.rest_length;
         block[2 * kPack + lane] = link.damping / time_step;
+        if (!plan.branched) continue;
+        const MaxwellBranch branch = branch_of(link, time_step);
+        block[3 * kPack + lane] = link.rest_length;
+        block[4 * kPack + lane] = branch.pull;
+        block[5 * kPack + lane] = branch.keep;
+        block[6 * kPack + lane] = branch.gain;
     }
     const std::size_t size = plan.block_size();
     const auto is_equal = [&](std::uint32_t b) {
@@ -120,6 +156,7 @@ void SweepPlanner::add_rows(bool sees_new, const SpringNetwork& network, double 
             links[lane] = slot.lanes >> lane & 1 ? slot.link[lane] : -1;
         const std::uint32_t block = block_of(network, links, time_step, plan);
         plan.slots.push_back({slot.offset, block});
+        if (plan.branched) plan.slot_links.insert(plan.slot_links.end(), links, links + kPack);
     }
 }
 
@@ -138,6 +175,7 @@ void SweepPlanner::add_lists(bool sees_new, std::int32_t pack, const SpringNetwo
         }
         const std::uint32_t block = block_of(network, links, time_step, plan);
         plan.slots.push_back({first, block});
+        if (plan.branched) plan.slot_links.insert(plan.slot_links.end(), links, links + kPack);
     }
 }
 

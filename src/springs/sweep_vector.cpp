@@ -83,9 +83,24 @@ struct List {
     HWY_INLINE V operator()(const double* values) const { return hn::GatherIndex(D(), values, at); }
 };
 
-template <bool Damped, int N, class Place>
+/// Terms of a link: numbers of a lane in a block (SweepPlan::blocks).
+constexpr int kElastic = 2, kDamped = 3, kBranched = 7;
+
+/// States of the branches of a slot's lanes; those of the next slot follow kPack later.
+struct Branches {
+    const double* now;
+    double* next;
+};
+
+template <int Terms>
+HWY_INLINE Branches branches_at(const SweepArrays& a, std::size_t at) {
+    if constexpr (Terms == kBranched) return {a.branch + at, a.next_branch + at};
+    return {};
+}
+
+template <int Terms, int N, class Place>
 HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&positions)[N],
-                          const double* const (&blocks)[N]) {
+                          const double* const (&blocks)[N], const Branches& branches) {
     const D d;
     V dx[N], dy[N], dz[N], y[N];
     for (int n = 0; n < N; ++n) dx[n] = hn::Sub(own.x, positions[n](seen.x));
@@ -94,11 +109,13 @@ HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&positions)
     for (int n = 0; n < N; ++n) y[n] = hn::Mul(dx[n], dx[n]);
     for (int n = 0; n < N; ++n) y[n] = hn::MulAdd(dy[n], dy[n], y[n]);
     for (int n = 0; n < N; ++n) y[n] = hn::MulAdd(dz[n], dz[n], y[n]);
+    V squares[N];
+    for (int n = 0; n < N; ++n) squares[n] = y[n];
     reciprocal_roots(y);
     V f[N];
     for (int n = 0; n < N; ++n)
         f[n] = hn::MulSub(hn::Load(d, blocks[n] + kPack), y[n], hn::Load(d, blocks[n]));
-    if constexpr (Damped)
+    if constexpr (Terms >= kDamped)
         for (int n = 0; n < N; ++n) {
             const auto moved = [&](V from, const double* now, const double* before) HWY_ATTR {
                 return hn::Sub(from, hn::Sub(positions[n](now), positions[n](before)));
@@ -110,6 +127,16 @@ HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&positions)
             const V drag = hn::Mul(hn::Mul(hn::Load(d, blocks[n] + 2 * kPack), along), y[n]);
             f[n] = hn::NegMulAdd(drag, y[n], f[n]);
         }
+    if constexpr (Terms == kBranched)
+        for (int n = 0; n < N; ++n) {
+            const auto term = [&](int t) HWY_ATTR { return hn::Load(d, blocks[n] + t * kPack); };
+            const V state = hn::Load(d, branches.now + n * kPack);
+            const V stretch = hn::MulSub(squares[n], y[n], term(3));
+            const V pull = hn::MulSub(term(4), stretch, state);
+            f[n] = hn::NegMulAdd(pull, y[n], f[n]);
+            hn::Store(hn::MulAdd(term(5), state, hn::Mul(term(6), stretch)), d,
+                      branches.next + n * kPack);
+        }
     for (int n = 0; n < N; ++n) {
         own.sum_x = hn::MulAdd(f[n], dx[n], own.sum_x);
         own.sum_y = hn::MulAdd(f[n], dy[n], own.sum_y);
@@ -118,39 +145,51 @@ HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&positions)
 }
 
 /// The slots of a plan, relative to some lanes of one pack.
-template <bool Damped>
+template <int Terms>
 struct Slots {
     const SweepSlot* slots;
     const double* blocks;
     const std::int32_t* others;
-    std::int64_t i;  ///< local number of the first lane
+    std::int64_t i;     ///< local number of the first lane
+    Branches branches;  ///< of slot 0
 
     HWY_INLINE const double* block_of(std::uint32_t s) const {
-        return blocks + slots[s].block * std::size_t(Damped ? 3 * kPack : 2 * kPack);
+        return blocks + slots[s].block * std::size_t(Terms * kPack);
     }
     HWY_INLINE Row row_of(std::uint32_t s) const { return {i + slots[s].other}; }
+    HWY_INLINE Branches branches_of(std::uint32_t s) const {
+        if constexpr (Terms == kBranched)
+            return {branches.now + std::size_t(s) * kPack, branches.next + std::size_t(s) * kPack};
+        return branches;
+    }
     HWY_INLINE List list_of(std::uint32_t s) const {
         const hn::Rebind<std::int32_t, D> di;
         return {hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(di, others + slots[s].other))};
     }
 };
 
-template <bool Damped>
-HWY_INLINE void add_rows(Lanes& own, const Seen& seen, const Slots<Damped>& of, std::uint32_t s,
+template <int Terms>
+HWY_INLINE void add_rows(Lanes& own, const Seen& seen, const Slots<Terms>& of, std::uint32_t s,
                          std::uint32_t end) {
     for (; s + 3 <= end; s += 3)
-        add_links<Damped, 3, Row>(own, seen, {of.row_of(s), of.row_of(s + 1), of.row_of(s + 2)},
-                                  {of.block_of(s), of.block_of(s + 1), of.block_of(s + 2)});
-    for (; s < end; ++s) add_links<Damped, 1, Row>(own, seen, {of.row_of(s)}, {of.block_of(s)});
+        add_links<Terms, 3, Row>(own, seen, {of.row_of(s), of.row_of(s + 1), of.row_of(s + 2)},
+                                 {of.block_of(s), of.block_of(s + 1), of.block_of(s + 2)},
+                                 of.branches_of(s));
+    for (; s < end; ++s)
+        add_links<Terms, 1, Row>(own, seen, {of.row_of(s)}, {of.block_of(s)}, of.branches_of(s));
 }
 
-template <bool Damped>
-HWY_INLINE void add_lists(Lanes& own, const Seen& seen, const Slots<Damped>& of, std::uint32_t s,
+template <int Terms>
+HWY_INLINE void add_lists(Lanes& own, const Seen& seen, const Slots<Terms>& of, std::uint32_t s,
                           std::uint32_t end) {
-    for (; s < end; ++s) add_links<Damped, 1, List>(own, seen, {of.list_of(s)}, {of.block_of(s)});
+    for (; s + 2 <= end; s += 2)
+        add_links<Terms, 2, List>(own, seen, {of.list_of(s), of.list_of(s + 1)},
+                                  {of.block_of(s), of.block_of(s + 1)}, of.branches_of(s));
+    for (; s < end; ++s)
+        add_links<Terms, 1, List>(own, seen, {of.list_of(s)}, {of.block_of(s)}, of.branches_of(s));
 }
 
-template <bool Damped>
+template <int Terms>
 bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std::int64_t end,
            double farthest2) {
     const D d;
@@ -174,8 +213,9 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
             own.sum_x = hn::Load(d, a.force[0] + i);
             own.sum_y = hn::Load(d, a.force[1] + i);
             own.sum_z = hn::Load(d, a.force[2] + i);
-            const Slots<Damped> slots{plan.slots.data(), plan.blocks.data() + part * kLanes,
-                                      plan.others.data() + part * kLanes, i};
+            const Slots<Terms> slots{plan.slots.data(), plan.blocks.data() + part * kLanes,
+                                     plan.others.data() + part * kLanes, i,
+                                     branches_at<Terms>(a, part * kLanes)};
             add_rows(own, old_places, slots, of.begin, of.new_rows);
             add_rows(own, new_places, slots, of.new_rows, of.rows_end);
             add_lists(own, old_places, slots, of.rows_end, of.new_lists);
@@ -196,8 +236,10 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
 
 bool sweep_either(const SweepPlan& plan, const SweepArrays& arrays, std::int64_t begin,
                   std::int64_t end, double farthest2) {
-    return plan.damped ? sweep<true>(plan, arrays, begin, end, farthest2)
-                       : sweep<false>(plan, arrays, begin, end, farthest2);
+    const auto sweep_terms = plan.branched ? sweep<kBranched>
+                             : plan.damped ? sweep<kDamped>
+                                           : sweep<kElastic>;
+    return sweep_terms(plan, arrays, begin, end, farthest2);
 }
 
 SweepKernel kernel_of_target() {

@@ -20,6 +20,14 @@ namespace {
 
 Status check_settings(const SpringNetwork& network, const SpringSettings& s) {
     if (Status status = check(s, spring_solver_rows()); !status.ok()) return status;
+    if (network.has_branches()) {
+        const bool transmits = s.solver == SpringSolver::ForceTransmittal;
+        if (!transmits && s.solver != SpringSolver::Explicit)
+            return invalid("solver: expected ForceTransmittal or Explicit for Maxwell branches");
+        // Both ends of a link must see the same stretch.
+        if (transmits && s.seen != SeenPositions::Old)
+            return invalid("seen: expected old positions for Maxwell branches, found new ones");
+    }
     if (s.solver != SpringSolver::LocalGlobal) return Ok{};
     if (network.has_volume_energy())
         return invalid("solver: LocalGlobal expects a network without volume energy");
@@ -112,6 +120,7 @@ Result<SpringTissue> SpringTissue::create(SpringNetwork network,
         if (!time_step.ok()) return time_step.error();
         auto impl = std::make_unique<Impl>(std::move(network), settings, *time_step);
         set_to_rest(impl->network, impl->state);
+        relax_branches(impl->network, impl->state, *time_step);
         // Loads and held nodes can then always be replaced without allocation.
         const auto count = std::size_t(impl->network.node_count());
         impl->state.loaded.reserve(count);
@@ -261,6 +270,7 @@ std::uint64_t SpringTissue::hash() const noexcept {
 void SpringTissue::reset() noexcept {
     SpringState& state = m_impl->edited();
     set_to_rest(m_impl->network, state);
+    relax_branches(m_impl->network, state, m_impl->time_step);
 }
 
 }  // namespace pliant

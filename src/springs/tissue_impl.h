@@ -41,7 +41,7 @@ struct SpringTissue::Impl {
     Status hold(std::span<const std::int32_t> nodes);
     Status find_equilibrium(double tolerance);
     Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law);
-    double elastic_energy();
+    double static_energy();
     Error unstable();
     Result<SpringStep> step_explicit(std::int32_t count, const TaskArena& arena);
     Result<SpringStep> step_implicit(std::int32_t count);

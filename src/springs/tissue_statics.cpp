@@ -21,7 +21,7 @@ constexpr double kRounding = 4e-16;
 /// Stiffness for a common shift of nodes with all others held: the contribution of links and cells
 /// with ends in both sets.
 /// @param shifted  [node]
-Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state,
+Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state, double time_step,
                      std::span<const std::int32_t> nodes, std::span<const std::uint8_t> shifted) {
     const auto place = [&](std::int32_t n) { return state.place(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
@@ -33,8 +33,14 @@ Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state,
             const Vec3d r = place(n) - place(neighbour.node);
             const double length = norm(r);
             if (!(length > 0)) continue;
-            const double across = link.stiffness * (1 - link.rest_length / length);
-            add_outer(stiffness, (1 / length) * r, -(link.stiffness - across));
+            double along = link.stiffness;
+            double across = link.stiffness * (1 - link.rest_length / length);
+            if (network.has_branches()) {
+                along += branch_of(link, time_step).pull;
+                across +=
+                    branch_force(network, state, std::size_t(neighbour.link), time_step) / length;
+            }
+            add_outer(stiffness, (1 / length) * r, -(along - across));
             for (int c = 0; c < 3; ++c) stiffness.columns[c][c] -= across;
         }
         for (const std::int32_t c : network.cells_of(n)) {
@@ -58,10 +64,18 @@ Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state,
 }  // namespace
 
 double SpringTissue::elastic_energy() const {
-    return m_impl->elastic_energy();
+    double energy = m_impl->static_energy();
+    const SpringNetwork& network = m_impl->network;
+    for (std::size_t l = 0; l < m_impl->state.branch.size(); ++l) {
+        const double stiffness = network.links()[l].branch_stiffness;
+        const double force = branch_force(network, m_impl->state, l, m_impl->time_step);
+        if (stiffness > 0) energy += 0.5 * force * force / stiffness;
+    }
+    return energy;
 }
 
-double SpringTissue::Impl::elastic_energy() {
+/// Energy of links, without their branches, and volumes.
+double SpringTissue::Impl::static_energy() {
     current();
     const auto place = [&](std::int32_t n) { return state.place(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
@@ -141,7 +155,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
     const auto potential = [&] {
         double work = 0;
         for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
-        return elastic_energy() - work;
+        return static_energy() - work;
     };
     double radius = farthest;  // trust radius of a node's motion in a step
     for (int turn = 0; turn < kNewtonSteps; ++turn) {
@@ -149,7 +163,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
         for (std::size_t n = 0; n < count; ++n) {
             const auto node = std::int32_t(n);
             const Vec3d load = state.load_of(node);
-            const Vec3d inner = inner_force(network, state, node, 1, false);
+            const Vec3d inner = static_force(network, state, node);
             scale = std::max({scale, norm(load), state.is_held[n] ? norm(inner) : 0.0});
             force[n] = movable[n] ? load + inner : Vec3d{0, 0, 0};
             left = std::max(left, norm(force[n]));
@@ -157,6 +171,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
         if (left <= std::max(tolerance * scale, rounding)) {
             edited();
             for (int c = 0; c < 3; ++c) state.before[c] = state.x[c];
+            relax_branches(network, state, time_step);
             return Ok{};
         }
         tangent.renew(network, state, movable, TangentKind::Exact, 0, 0, 0);
@@ -219,11 +234,12 @@ Result<SpringReaction> SpringTissue::Impl::reaction(std::span<const std::int32_t
     current();
     SpringReaction reaction;
     for (const std::int32_t n : nodes)
-        reaction.force = reaction.force + inner_force(network, state, n, time_step, false);
+        reaction.force = reaction.force + static_force(network, state, n) +
+                         branches_force(network, state, n, time_step);
     if (law == ReactionLaw::Held) {
         movable.assign(std::size_t(network.node_count()), 0);
         for (const std::int32_t n : nodes) movable[std::size_t(n)] = 1;
-        reaction.stiffness = held_stiffness(network, state, nodes, movable);
+        reaction.stiffness = held_stiffness(network, state, time_step, nodes, movable);
         return reaction;
     }
     find_movable();

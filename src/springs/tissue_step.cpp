@@ -77,7 +77,7 @@ void SpringTissue::Impl::step_once_implicit(SpringStep& report) {
         right[n] = {0, 0, 0};
         if (!movable[n]) continue;
         velocity[n] = (1 / h) * (state.place(node) - state.place_before(node));
-        right[n] = (1 / h) * (state.load_of(node) + inner_force(network, state, node, h, false)) +
+        right[n] = (1 / h) * (state.load_of(node) + static_force(network, state, node)) +
                    (network.nodes()[n].mass / (h * h)) * velocity[n];
     }
     report.iterations += tangent.solve(

@@ -17,7 +17,8 @@ constexpr std::int32_t kPacksPerTask = 64;
 Transmittal::Transmittal(const SpringSettings& settings, double time_step)
     : m_settings(settings),
       m_time_step(time_step),
-      m_kernel(settings.vectors ? vector_sweep() : plain_sweep()) {}
+      m_kernel(settings.vectors ? vector_sweep() : plain_sweep()),
+      m_volume_kernel(settings.vectors ? vector_volume_sweep() : plain_volume_sweep()) {}
 
 Transmittal::Kept& Transmittal::find_plan(const SpringNetwork& network, std::int32_t depth,
                                           bool everything) {
@@ -55,7 +56,10 @@ void Transmittal::reserve(const SpringState& state, const SweepPlan& plan) {
         for (AlignedArray& array : *three) array.reserve(count);
     m_keep.reserve(count);
     m_push.reserve(count);
-    m_corner_force.reserve(8 * plan.cells.size());
+    m_branch.reserve(plan.slot_links.size());
+    m_other_branch.reserve(plan.slot_links.size());
+    m_corner_force.reserve(4 * plan.cell_nodes.size());
+    m_seen.reserve(plan.cell_packs.empty() ? 0 : 4 * count);
     m_loaded.reserve(state.loaded.size());
     m_held.reserve(state.held.size());
     m_contact.reserve(state.loaded.size() + state.held.size());
@@ -136,7 +140,13 @@ void Transmittal::enter(const SpringNetwork& network, const SpringState& state) 
         for (AlignedArray& array : *three) array.resize(count);
     m_keep.resize(count);
     m_push.resize(count);
-    m_corner_force.resize(8 * m_plan->plan.cells.size());
+    const std::vector<std::int32_t>& slot_links = m_plan->plan.slot_links;
+    m_branch.resize(slot_links.size());
+    m_other_branch.resize(slot_links.size());
+    for (std::size_t s = 0; s < slot_links.size(); ++s)
+        m_branch[s] = slot_links[s] < 0 ? 0 : state.branch[std::size_t(slot_links[s])];
+    m_corner_force.resize(4 * m_plan->plan.cell_nodes.size());
+    m_seen.assign(m_plan->plan.cell_packs.empty() ? 0 : 4 * count, 0);
     m_contact.clear();
     for (std::size_t local = 0; local < count; ++local) {
         set_node(network, state, local);
@@ -169,6 +179,9 @@ void Transmittal::give_back(SpringState& state) const {
             state.before[c][std::size_t(node)] = m_before[std::size_t(c)][std::size_t(l)];
         }
     }
+    const std::vector<std::int32_t>& slot_links = m_plan->plan.slot_links;
+    for (std::size_t s = 0; s < slot_links.size(); ++s)
+        if (slot_links[s] >= 0) state.branch[std::size_t(slot_links[s])] = m_branch[s];
 }
 
 void Transmittal::forget(SpringState& state) noexcept {
@@ -188,6 +201,8 @@ SweepArrays Transmittal::arrays() {
     }
     arrays.keep = m_keep.data();
     arrays.push = m_push.data();
+    arrays.branch = m_branch.data();
+    arrays.next_branch = m_other_branch.data();
     return arrays;
 }
 
@@ -219,8 +234,8 @@ bool Transmittal::step(const TaskArena& arena, double farthest) {
     std::int32_t swept = 0;
     for (std::size_t g = 0; g < plan.groups.size(); ++g) {
         const SweepGroup& group = plan.groups[g];
-        if (!plan.cells.empty()) add_volume_forces(g, arena);
-        if (!plan.cells.empty() || group.end_pack - group.begin_pack > kPacksPerTask) {
+        if (!plan.cell_packs.empty()) add_volume_forces(g, arena);
+        if (!plan.cell_packs.empty() || group.end_pack - group.begin_pack > kPacksPerTask) {
             all_near &= m_kernel(plan, a, swept, group.begin_pack, farthest * farthest);
             all_near &= sweep_packs(group.begin_pack, group.end_pack, arena, farthest);
             swept = group.end_pack;
@@ -230,12 +245,14 @@ bool Transmittal::step(const TaskArena& arena, double farthest) {
     all_near &= m_kernel(plan, a, swept, std::int32_t(plan.packs.size()), farthest * farthest);
     m_before.swap(m_two_before);
     m_x.swap(m_before);
+    m_branch.swap(m_other_branch);
     return all_near;
 }
 
 void Transmittal::take_back() {
     m_x.swap(m_before);
     m_before.swap(m_two_before);
+    m_branch.swap(m_other_branch);
 }
 
 }  // namespace pliant

@@ -13,6 +13,7 @@
 #include "springs/order.h"
 #include "springs/state.h"
 #include "springs/sweep.h"
+#include "springs/volume_sweep.h"
 
 namespace pliant {
 
@@ -36,6 +37,7 @@ class Transmittal {
     std::int32_t active_nodes() const { return m_plan ? m_plan->plan.active_nodes : 0; }
 
   private:
+    using Three = std::array<AlignedArray, 3>;
     struct Kept {
         std::vector<std::int32_t> sources;
         std::int32_t depth = 0;
@@ -49,11 +51,14 @@ class Transmittal {
     bool sweep_packs(std::int32_t begin_pack, std::int32_t end_pack, const TaskArena& arena,
                      double farthest);
     void add_volume_forces(std::size_t group, const TaskArena& arena);
+    void see_positions(std::int64_t first, std::int64_t last, const Three& positions,
+                       const TaskArena& arena);
     SweepArrays arrays();
 
     SpringSettings m_settings;
     double m_time_step;
     SweepKernel m_kernel;
+    VolumeKernel m_volume_kernel;
     OrderSearch m_search;
     SweepPlanner m_planner;
     TransmittalOrder m_order;
@@ -65,10 +70,11 @@ class Transmittal {
     std::size_t m_oldest = 0;
     Kept* m_plan = nullptr;
     std::vector<std::size_t> m_contact;  ///< local numbers of the loaded and held nodes
-    using Three = std::array<AlignedArray, 3>;
     Three m_x, m_before, m_two_before, m_load, m_force;
     AlignedArray m_keep, m_push;
-    std::vector<Vec3d> m_corner_force;  ///< [8 · cell + corner]
+    AlignedArray m_branch, m_other_branch;  ///< [8 · slot + lane] of the next and the last step
+    AlignedArray m_seen;                    ///< [local] x, y, z, 0: positions that cells see
+    AlignedArray m_corner_force;            ///< [index in cell_nodes] x, y, z, 0
 };
 
 }  // namespace pliant

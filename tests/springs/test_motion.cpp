@@ -86,6 +86,37 @@ TEST_P(Readings, VectorsAndThreadsDontChangeABit) {
         }
 }
 
+TEST_P(Readings, HexahedraAndTetrahedraHaveTheirVolumeForces) {
+    Random random(5);
+    SpringParts parts = random_block(random, {7, 5, 4}, 0.4, true);
+    // A corner of each third hexahedron: packs of tetrahedra that aren't full.
+    for (std::size_t c = 0, count = parts.cells.size(); c < count; c += 3) {
+        const auto& n = parts.cells[c].nodes;
+        parts.cells.push_back({.nodes = {n[0], n[1], n[3], n[4]}, .node_count = 4, .bulk = 0.7});
+    }
+    const auto network = SpringNetwork::create(parts);
+    ASSERT_TRUE(network.ok());
+    const double step = 0.5 * stable_time_step(*network, GetParam());
+    const auto sources = movable_nodes(*network, random, 2);
+    const std::array forces{random.vector(0.5), random.vector(0.5)};
+    PlainStepper plain(*network, step);
+    for (std::size_t n = 0; n < 2; ++n) plain.load[std::size_t(sources[n])] = forces[n];
+    const auto order = transmittal_order(*network, sources, 4);
+    for (int n = 0; n < 30; ++n) plain.step(*order, GetParam());
+    std::array<std::uint64_t, 2> hashes{};
+    for (const bool vectors : {false, true}) {
+        auto tissue = SpringTissue::create(
+            *network, {.seen = GetParam(), .depth = 4, .time_step = step, .vectors = vectors});
+        ASSERT_TRUE(tissue.ok());
+        ASSERT_TRUE(tissue->load(sources, forces).ok());
+        ASSERT_TRUE(tissue->step(30, one_thread()).ok());
+        for (std::int32_t n = 0; n < network->node_count(); ++n)
+            EXPECT_LT(norm(tissue->position(n) - plain.x[std::size_t(n)]), 1e-11) << n;
+        hashes[vectors] = tissue->hash();
+    }
+    EXPECT_EQ(hashes[0], hashes[1]);
+}
+
 TEST_P(Readings, NothingIsAllocatedInAStepAfterTheFirst) {
     auto parts = springs_of_lattice({.size = {20, 20, 10}, .node_damping = 1, .bulk = 0.3});
     const auto network = SpringNetwork::create(*parts);

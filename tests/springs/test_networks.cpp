@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <set>
 #include <string>
@@ -112,6 +113,46 @@ TEST(Networks, MassesFromADensityAddUpToTheBlock) {
     for (const SpringNode& node : parts->nodes) sum += node.mass;
     EXPECT_NEAR(sum, 0.25 * 9 * 18 * 27, 1e-9);
     EXPECT_NEAR(parts->nodes[0].mass, 0.25 * 6 / 8, 1e-12);
+}
+
+TEST(Networks, RaisedMassesMakeATimeStepStableAndKeepEquilibria) {
+    Random random(4);
+    SpringParts parts = random_block(random, {5, 5, 4}, 3, true);
+    const SpringParts before = parts;
+    const auto slow = SpringNetwork::create(parts);
+    ASSERT_TRUE(slow.ok());
+    const double step = 1.1 * slow->stable_time_step();
+    const auto raised = raise_masses(parts, step);
+    ASSERT_TRUE(raised.ok());
+    const auto fast = SpringNetwork::create(parts);
+    EXPECT_GE(fast->stable_time_step(), step);
+    EXPECT_LT(fast->stable_time_step(), 1.001 * step);
+    std::int64_t changed = 0;
+    double added = 0, mass = 0;
+    for (std::size_t n = 0; n < parts.nodes.size(); ++n) {
+        EXPECT_GE(parts.nodes[n].mass, before.nodes[n].mass);
+        changed += parts.nodes[n].mass != before.nodes[n].mass;
+        added += parts.nodes[n].mass - before.nodes[n].mass;
+        mass += before.nodes[n].mass;
+        if (before.nodes[n].fixed) {
+            EXPECT_EQ(parts.nodes[n].mass, before.nodes[n].mass);
+        }
+    }
+    EXPECT_GT(changed, 0);
+    EXPECT_LT(changed, 20);
+    EXPECT_EQ(raised->nodes, changed);
+    EXPECT_NEAR(raised->share, added / mass, 1e-12);
+    std::array<Vec3d, 2> moved;
+    for (const bool heavy : {false, true}) {
+        auto tissue = SpringTissue::create(heavy ? *fast : *slow, {.depth = 9});
+        ASSERT_TRUE(tissue->load(std::array{87}, std::array{Vec3d{0.1, 0, -0.3}}).ok());
+        ASSERT_TRUE(tissue->find_equilibrium().ok());
+        moved[heavy] = tissue->displacement(87);
+    }
+    EXPECT_EQ(moved[0], moved[1]);
+    EXPECT_EQ(raise_masses(parts, 0.5 * step)->nodes, 0);
+    EXPECT_EQ(raise_masses(parts, 0).error().message,
+              "raise_masses: expected a time step above 0, found 0");
 }
 
 TEST(Networks, TheSheetHasSixNeighboursAllAtOneSpacing) {
