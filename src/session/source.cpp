@@ -14,6 +14,7 @@
 #include <charconv>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -135,6 +136,22 @@ void suit(LoadedScan& loaded, const ReadNotes& notes) {
     suit_materials(values, loaded.settings);
 }
 
+/// View of all organs, from the front.
+Endoscope in_front_of(const MadeOrgans& made) {
+    Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+    for (const Organ& organ : made.organs)
+        for (const Vec3d& p : organ.mesh.nodes_mm)
+            for (int a = 0; a < 3; ++a) {
+                low[a] = std::min(low[a], p[a]);
+                high[a] = std::max(high[a], p[a]);
+            }
+    const Vec3d middle = 0.5 * (low + high), half = 0.5 * (high - low);
+    Endoscope view{.look = {0, 1, 0}, .up = {0, 0, 1}, .fog_distance_mm = 0};
+    const double wide = std::tan(view.field_of_view_deg * std::numbers::pi / 360);
+    view.eye_mm = middle - (half.y + 1.05 * std::max(half.x, half.z) / wide) * view.look;
+    return view;
+}
+
 /// @returns one line that names the file
 Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena) {
     auto file = source.bodies ? organ_file_of_labels(source.file, source.labels, *source.bodies)
@@ -147,7 +164,7 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     loaded.volume = std::exchange(made->scan, {});
     loaded.hash = made->hash;
     if (!file->scan.empty()) suit(loaded, {});
-    loaded.info.start = view_of_whole(loaded.volume);
+    loaded.info.start = in_front_of(*made);
     loaded.info.name = std::filesystem::path(source.file).filename().string();
     loaded.own_tissue = std::make_shared<const MakeTissue>(
         [organs = std::make_shared<const MadeOrgans>(std::move(*made))](

@@ -372,6 +372,10 @@ Status complete(NetworkFile& network) {
     if (parts.nodes.size() > kMaxNodes)
         return expected_error("nodes", "up to " + std::to_string(kMaxNodes),
                               std::to_string(parts.nodes.size()));
+    for (std::size_t l = 0; l < parts.links.size(); ++l)
+        if (parts.links[l].branch_stiffness != 0)
+            return expected_error("links", "Voigt links",
+                                  "a Maxwell branch at link " + std::to_string(l));
     for (const Status& s : {list("link_groups", network.link_groups, parts.links.size()),
                             list("cell_groups", network.cell_groups, parts.cells.size()),
                             list("node_groups", network.node_groups, parts.nodes.size())})

@@ -132,7 +132,7 @@ TEST_F(Organs, ABodyPushesTheOtherWithoutOverlap) {
 
     // The right block is pushed to the left from its far side.
     const auto report = tissue.push(
-        kHand, {.point_mm = {40, 12, 12}, .push_mm = {-6, 0, 0}, .sphere_radius_mm = 6});
+        kHand, {.point_mm = {40, 12, 12}, .push_mm = {-3, 0, 0}, .sphere_radius_mm = 6});
     ASSERT_TRUE(report.ok()) << report.error().message;
     EXPECT_EQ(report->status, PushStatus::Applied) << report->message;
     for (int n = 0; n < 30; ++n) ASSERT_TRUE(tissue.sweep().ok());
@@ -155,20 +155,22 @@ TEST_F(Organs, ABodyPushesTheOtherWithoutOverlap) {
                   .displacement_mm(
                       {int(std::lround(at.x)), int(std::lround(at.y)), int(std::lround(at.z))})
                   .x,
-              -3);
+              -1);
     ASSERT_TRUE(tissue.reset().ok());
     EXPECT_EQ(positions_of(tissue), rest);
     EXPECT_EQ(state_of(tissue)->moved_elements, 0);
 }
 
 TEST_F(Organs, ASlideKeepsTheBodyOutOfTheSphereAndIsFelt) {
-    write(kTwo);
+    std::string scene = kTwo;  // held from below, so that it can't tilt
+    const std::string box = "[1, 21, 21]";
+    write(scene.replace(scene.find(box), box.size(), "[21, 21, 1]"));
     const auto made = make_organs(*read(), m_arena);
     ASSERT_TRUE(made.ok()) << made.error().message;
     std::uint64_t hash = 0;
     for (const int threads : {1, 4}) {
         const TaskArena arena(threads);
-        auto tissue = std::move(*make_tissue(*made, made->scan, arena));
+        auto tissue = make_tissue(*made, made->scan, arena).value();
         tissue->begin_group("slide");
         const double radius = 5;
         const Push way{
@@ -180,18 +182,22 @@ TEST_F(Organs, ASlideKeepsTheBodyOutOfTheSphereAndIsFelt) {
         EXPECT_FALSE(report->ends_in_tissue);
         for (int n = 0; n < 20; ++n) ASSERT_TRUE(tissue->sweep().ok());
         const auto now = positions_of(*tissue);
-        double nearest = 1e9;
-        for (std::size_t n = 0; n < made->organs[0].mesh.nodes_mm.size(); ++n)
-            nearest = std::min(nearest, norm(now[n] - report->end_mm));
-        EXPECT_GT(nearest, radius - 0.1);
-        EXPECT_LT(nearest, radius + 0.5) << "the sphere is in contact";
+        const std::size_t left = made->organs[0].mesh.nodes_mm.size();
+        const TetMesh moved{{now.begin(), now.begin() + std::ptrdiff_t(left)},
+                            made->organs[0].mesh.cells};
+        const double distance =
+            SurfaceDistance::create(boundary_triangles(moved)).value().signed_mm(report->end_mm);
+        EXPECT_GT(distance, radius - 0.1);
+        EXPECT_LT(distance, radius + 0.2) << "the sphere is in contact";
         EXPECT_TRUE(tissue->is_touched_by(kHand));
         const auto force = tissue->force_n(kHand);
         ASSERT_TRUE(force.has_value());
         EXPECT_GT(force->z, 0.01) << "against the way";
         EXPECT_LT(std::hypot(force->x, force->y), 0.3 * force->z);
         (void)tissue->end_group();
-        if (hash) EXPECT_EQ(tissue->hash(), hash) << threads << " threads";
+        if (hash != 0) {
+            EXPECT_EQ(tissue->hash(), hash) << threads << " threads";
+        }
         hash = tissue->hash();
         const auto rest = tissue->undo();
         ASSERT_TRUE(rest.ok());
@@ -214,13 +220,13 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     Grid grid{.size = {40, 36, 30}, .spacing_mm = {2, 2, 2}};
     Volume scan{grid, VoxelArray<std::int16_t>(), {}}, labels = scan;
     VoxelArray<std::int16_t> values(voxel_count(grid));
-    VoxelArray<std::uint8_t> numbers(voxel_count(grid));
+    VoxelArray<std::int16_t> numbers(voxel_count(grid));
     for (int k = 0; k < 30; ++k)
         for (int j = 0; j < 36; ++j)
             for (int i = 0; i < 40; ++i) {
                 const std::size_t at = voxel_index(grid, {i, j, k});
                 const bool inside = j >= 10 && j < 24 && k >= 8 && k < 22;
-                numbers[at] = std::uint8_t(inside && i >= 8 && i < 20    ? 5
+                numbers[at] = std::int16_t(inside && i >= 8 && i < 20    ? 5
                                            : inside && i >= 20 && i < 32 ? 7
                                                                          : 0);
                 values[at] = std::int16_t(j < 4 ? -1000 : j >= 32 ? 800 : numbers[at] ? 60 : -90);
@@ -246,14 +252,14 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
         tet_quality(made->organs[0].mesh).volume_mm3 + tet_quality(made->organs[1].mesh).volume_mm3,
         organs_mm3, 0.12 * organs_mm3);
 
-    auto tissue = std::move(*make_tissue(*made, made->scan, m_arena));
+    auto tissue = make_tissue(*made, made->scan, m_arena).value();
     const auto report = tissue->push(
-        kHand, {.point_mm = {28, 34, 30}, .push_mm = {0, 5, 0}, .sphere_radius_mm = 9});
+        kHand, {.point_mm = {28, 34, 30}, .push_mm = {0, 1, 0}, .sphere_radius_mm = 9});
     ASSERT_TRUE(report.ok()) << report.error().message;
-    EXPECT_GT(report->step_fraction, 0.5) << report->message;
+    EXPECT_EQ(report->status, PushStatus::Applied) << report->message;
     ASSERT_TRUE(tissue->update_deformation().ok());
     const Deformation& moved = tissue->deformation();
-    EXPECT_GT(moved.displacement_mm({14, 17, 15}).y, 2.0) << "the pushed organ";
+    EXPECT_GT(moved.displacement_mm({14, 17, 15}).y, 0.8) << "the pushed organ";
     EXPECT_LT(norm(moved.displacement_mm({26, 17, 15})), norm(moved.displacement_mm({14, 17, 15})))
         << "the other one slides on it";
     EXPECT_GT(norm(moved.displacement_mm({14, 27, 15})), 0.05) << "what is behind";

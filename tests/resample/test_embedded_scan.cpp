@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A scan that tetrahedra carry, against the barycentric weights of each voxel, found by brute force.
+// A scan that tetrahedra carry, against the weights of each voxel, found by brute force.
 
 #include <gtest/gtest.h>
 #include <pliant/pbd.h>

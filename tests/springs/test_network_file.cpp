@@ -187,6 +187,11 @@ TEST_F(NetworkFiles, WritingRefusesWhatReadingWould) {
     network = random_network(2);
     network.groups[0].high = std::numeric_limits<double>::infinity();
     EXPECT_FALSE(write_network(m_folder / "a.json", network).ok());
+    network = random_network(2);
+    network.parts.links[5].branch_stiffness = 1;
+    network.parts.links[5].branch_time = 0.1;
+    EXPECT_EQ(write_network(m_folder / "a.json", network).error().message,
+              "links: expected Voigt links, found a Maxwell branch at link 5");
     EXPECT_FALSE(std::filesystem::exists(m_folder / "a.json"));
     EXPECT_EQ(write_network(m_folder / "none/a.json", random_network(2)).error().code,
               ErrorCode::Unwritable);

@@ -85,7 +85,9 @@ test('a wall that holds, and a place in the wall', () => {
     );
     const surface = { iso: -500, rising: true };
     const closed = closingThreshold(volume, surface, [11.4, 10.7, 20], kSpan)!;
-    assert.deepEqual(closed, { threshold: undefined, voxels: 9 * 9 * 40 });
+    assert.deepEqual(closed, { threshold: undefined, voxels: 9 * 9 * 40, isWhole: true });
+    const partial = closingThreshold(volume, surface, [11, 10, 20], kSpan, 500)!;
+    assert.deepEqual(partial, { threshold: undefined, voxels: 500, isWhole: false });
     const dense = volumeOf([8, 8, 8], () => 40);
     assert.equal(closingThreshold(dense, surface, [3, 3, 3], kSpan), undefined);
 });

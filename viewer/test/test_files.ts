@@ -17,7 +17,6 @@ import { seriesDescription } from '../src/tools/series.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
     compare,
-    loaded,
     picture,
     pixels,
     stateOf,

@@ -19,6 +19,8 @@ export interface Closing {
     readonly threshold: number | undefined;
     /// Voxels of the lumen, closed.
     readonly voxels: number;
+    /// Whether these are all: a lumen of more than kMost voxels is not looked at to its end.
+    readonly isWhole: boolean;
 }
 
 const kStep = 0.0025; // of the range of values: 10 HU in CT
@@ -61,12 +63,14 @@ const valueOfLevel = (level: number, rising: boolean): number =>
 /// place does not leak.
 /// @param at    voxel index in the lumen
 /// @param span  range of the scan's values; of CT, 4000
+/// @param most  voxels that are looked at
 /// @returns undefined: there is no lumen at the present threshold
 export function closingThreshold(
     { grid, halves }: VolumeData,
     { iso, rising }: Surface,
     at: Vec3,
     span: number,
+    most = kMost,
 ): Closing | undefined {
     const [nx, ny, nz] = grid.size;
     // Values up to the threshold, or from it on, are the lumen's.
@@ -107,24 +111,24 @@ export function closingThreshold(
     const grown: Grown[] = []; // after each value that occurs
     let before = 0; // index of the last one that is at least a step below
     let [voxels, extent] = [0, 0];
-    for (; level < end && voxels < kMost; ++level) {
+    for (; level < end && voxels < most; ++level) {
         const queue = waiting[level];
         if (!queue) continue;
         const value = valueOfLevel(level, rising);
         while (before + 1 < grown.length && distance(grown[before + 1]!, value) >= kStep * span)
             ++before;
         const base = grown[before]?.extent;
-        const most = base === undefined ? Infinity : kLeak * Math.max(base, kLeast);
-        for (let n = queue.pop(); n !== undefined && voxels < kMost; n = queue.pop()) {
+        const leak = base === undefined ? Infinity : kLeak * Math.max(base, kLeast);
+        for (let n = queue.pop(); n !== undefined && voxels < most; n = queue.pop()) {
             ++voxels;
-            if (blocks.add(blockOf(n)) && ++extent > most)
+            if (blocks.add(blockOf(n)) && ++extent > leak)
                 return leakOf([...grown.slice(before), { value, voxels, extent }]);
             around(n, meet);
         }
         grown.push({ value, voxels, extent });
         waiting[level] = undefined;
     }
-    return { threshold: undefined, voxels };
+    return { threshold: undefined, voxels, isWhole: voxels < most };
 }
 
 const distance = (from: Grown, value: number): number => Math.abs(value - from.value);
@@ -135,5 +139,6 @@ function leakOf(steps: readonly Grown[]): Closing {
     const growth = (n: number): number => steps[n]!.extent - steps[n - 1]!.extent;
     for (let n = found; n > 0; --n) if (growth(n) > growth(found)) found = n;
     const closed = steps[found - 1]!;
-    return { threshold: 0.5 * (closed.value + steps[found]!.value), voxels: closed.voxels };
+    const threshold = 0.5 * (closed.value + steps[found]!.value);
+    return { threshold, voxels: closed.voxels, isWhole: true };
 }

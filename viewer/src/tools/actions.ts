@@ -275,7 +275,12 @@ export class Actions {
         }
         const size = volumeText(found.voxels * volume.grid.spacing.reduce((p, s) => p * s, 1));
         if (found.threshold === undefined) {
-            session.say(`no leak at this threshold: the lumen around the endoscope holds ${size}`);
+            session.say(
+                found.isWhole
+                    ? `no leak at this threshold: the lumen around the endoscope holds ${size}`
+                    : `no leak found in the first ${size} of the lumen around the endoscope; ` +
+                          'more was not looked at',
+            );
             return;
         }
         threshold.ask({ iso_hu: found.threshold });

@@ -198,6 +198,7 @@ export class MarksTool {
         const value = valueOf(mark.kind, this.present(mark));
         return value ? this.valueText(value) : '';
     }
+    /// Text of a value in the scan's unit of length.
     valueText(value: Value): string {
         return valueText(value, scaleOf(this.scene.store.state.scan.volume));
     }
