@@ -25,6 +25,7 @@
 
 #include "resample/embedded_scan.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// A body's tetrahedra, and what is beside its constraints.
@@ -119,3 +120,4 @@ class BodyTissue final : public MeshTissue {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop
