@@ -19,7 +19,7 @@ set(PLIANT_io_HEADERS gdcm)
 
 set(PLIANT_models_NEEDS core)
 set(PLIANT_models_RECIPES highway lz4)
-set(PLIANT_models_HEADERS eigen nlohmann_json)
+set(PLIANT_models_HEADERS eigen)
 
 set(PLIANT_fit_NEEDS core models)
 set(PLIANT_fit_RECIPES nlopt)
