@@ -20,7 +20,7 @@ namespace {
 constexpr double kTissueHu = 60, kPatternHu = 25;
 constexpr double kNextHu = -20;  ///< from one organ to the next, so that sections tell them apart
 constexpr double kMarginShare = 0.15;   ///< of the longest side
-constexpr double kVoxelShare = 0.0064;  ///< likewise: some 200 voxels with the margins
+constexpr double kVoxelShare = 0.0128;  ///< likewise: some 100 voxels with the margins
 constexpr double kPatternShare = 0.06;
 constexpr int kMaxVoxels = 256;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A scan of organs alone: soft tissue in air, so that their surface is at −500 HU, with some 200
+// A scan of organs alone: soft tissue in air, so that their surface is at −500 HU, with some 100
 // voxels along the longest side. The inside has a faint pattern that moves with the tissue.
 
 #pragma once

@@ -430,9 +430,10 @@ test('a description is found in explicit and implicit DICOM headers only', async
         assert.equal(await found(other), '');
 });
 
-/// A cube of 60 mm around the origin, as a surface.
-function cubeStl(): Buffer {
-    const corner = (n: number): number[] => [0, 1, 2].map((a) => (n >> a) & 1 ? 30 : -30);
+/// A plate of 60 × 12 × 60 mm around the origin, as a surface.
+function plateStl(): Buffer {
+    const half = [30, 6, 30];
+    const corner = (n: number): number[] => half.map((x, a) => ((n >> a) & 1 ? x : -x));
     const faces = [
         [0, 2, 3, 1],
         [4, 5, 7, 6],
@@ -462,9 +463,9 @@ test('the surface of an organ is opened as a body that can be pushed', async (t)
     await agree();
     await untilSaid('damaged.stl');
     assert.equal((await stateOf(page)).scan.volume!.id, before);
-    await choose('cube.stl', cubeStl());
+    await choose('plate.stl', plateStl());
     await agree();
-    await untilScan('cube.stl');
+    await untilScan('plate.stl');
     await untilState(page, ({ scan }) => scan.loaded === 1, 20);
     const { scan, shared } = await stateOf(page);
     assert.equal(shared!.tissue!.model, 'own');
@@ -473,8 +474,8 @@ test('the surface of an organ is opened as a body that can be pushed', async (t)
     await page.evaluate(() =>
         (window as unknown as { pliant: Session }).pliant.connection.ask({
             do: 'push',
-            point: [0, -30, 0],
-            push: [0, 6, 0],
+            point: [0, -6, 0],
+            push: [0, 3, 0],
             radius: 8,
             stroke: 1,
         } as never),
