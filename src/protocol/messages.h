@@ -37,6 +37,7 @@ struct VolumeInfo {
     double lowest_hu = 0, highest_hu = 0;
     ValueDefaults values{};  ///< kind of the scan's values, and defaults for them
     std::optional<Endoscope> start{};
+    bool starts_outside = false;  ///< the whole is shown first, not the view at start
     std::vector<PhantomLandmark> landmarks{};
 };
 

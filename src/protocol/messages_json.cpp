@@ -66,7 +66,8 @@ Json json_of(const VolumeInfo& v) {
     if (v.start)
         json["start"] = {{"eye_mm", json_of(v.start->eye_mm)},
                          {"look", json_of(v.start->look)},
-                         {"up", json_of(v.start->up)}};
+                         {"up", json_of(v.start->up)},
+                         {"outside", v.starts_outside}};
     for (const PhantomLandmark& mark : v.landmarks)
         json["landmarks"].push_back({{"name", mark.name},
                                      {"point_mm", json_of(mark.push_point_mm)},

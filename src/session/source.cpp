@@ -165,6 +165,7 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     loaded.hash = made->hash;
     if (!file->scan.empty()) suit(loaded, {});
     loaded.info.start = in_front_of(*made);
+    loaded.info.starts_outside = file->scan.empty();
     loaded.info.name = std::filesystem::path(source.file).filename().string();
     loaded.own_tissue = std::make_shared<const MakeTissue>(
         [organs = std::make_shared<const MadeOrgans>(std::move(*made))](

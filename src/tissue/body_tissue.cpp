@@ -16,7 +16,7 @@
 namespace pliant {
 namespace {
 
-/// A stride is at most this fraction of the mean edge, and of a sphere's radius.
+/// A stride is at most this fraction of the mean edge, and half of a sphere's radius.
 constexpr double kStrideShare = 0.25;
 /// A push stops if a tetrahedron has less than this fraction of its volume left.
 constexpr double kFoldShare = 0.1;
@@ -40,6 +40,32 @@ double mean_edge(const TetMesh& mesh) {
                     norm(mesh.nodes_mm[std::size_t(cell[a])] - mesh.nodes_mm[std::size_t(cell[b])]);
     return sum / (6.0 * double(mesh.cells.size()));
 }
+
+/// A tool's way in strides: all alike, and finer beyond a place where one failed.
+class Strides {
+  public:
+    Strides(Vec3d way_mm, double longest_mm)
+        : m_way(way_mm), m_count(std::max(1, int(std::ceil(norm(way_mm) / longest_mm)))) {}
+    bool are_done() const { return m_done == m_count; }
+    bool have_begun() const { return m_done > 0; }
+    double share() const { return double(m_done) / m_count; }
+    Vec3d shift() const { return (1.0 / m_count) * m_way; }
+    Vec3d offset() const { return double(m_done) * shift(); }
+    void go_on() { ++m_done; }
+    /// @returns false: they are as fine as can be
+    bool refine() {
+        if (m_refined == kRefinements) return false;
+        ++m_refined;
+        m_count *= 2;
+        m_done *= 2;
+        return true;
+    }
+
+  private:
+    static constexpr int kRefinements = 3;
+    Vec3d m_way;
+    int m_count, m_done = 0, m_refined = 0;
+};
 
 Status check(const Push& push) {
     if (!(norm(push.push_mm) <= kMaxMotion_mm) || !is_finite(push.point_mm))
@@ -277,11 +303,9 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
     if (m_tools.erase(tool) > 0) set_masses();
     BodyTool& sphere = m_spheres[tool];
     sphere = {way.point_mm, way.point_mm, way.sphere_radius_mm};
-    const double longest = std::min(kStrideShare * m_edge_mm, way.sphere_radius_mm / 2);
-    const int strides = std::max(1, int(std::ceil(norm(way.push_mm) / longest)));
-    const Vec3d shift = (1.0 / strides) * way.push_mm;
-    int done = 0;
-    for (; done < strides; ++done) {
+    Strides strides(way.push_mm, std::min(kStrideShare * m_edge_mm, way.sphere_radius_mm / 2));
+    while (!strides.are_done()) {
+        const Vec3d shift = strides.shift();
         if (!is_free(sphere, shift)) {
             keep_state();
             const bool was_folded = folds(), was_inside = contains(sphere.to);
@@ -289,16 +313,18 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
             if (!went.ok() && is_out_of_memory(went.error())) return went.error();
             const bool fold = !went.ok() || (!was_folded && folds());
             if (fold || (!was_inside && contains(sphere.to + shift))) {
-                report.limited_by = fold ? LimitedBy::Fold : LimitedBy::Wall;
                 put(m_positions, m_velocities);
+                if (strides.refine()) continue;
+                report.limited_by = fold ? LimitedBy::Fold : LimitedBy::Wall;
                 break;
             }
             report.contacts += m_contact.touches() > 0;
             m_settled = false;
         }
-        sphere.from = sphere.to = way.point_mm + double(done + 1) * shift;
+        strides.go_on();
+        sphere.from = sphere.to = way.point_mm + strides.offset();
     }
-    report.way_fraction = double(done) / strides;
+    report.way_fraction = strides.share();
     report.end_mm = sphere.to;
     report.ends_in_tissue = contains(sphere.to);
     report.slide_ms =
@@ -335,13 +361,11 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
     take(tool, nodes_at(push, push.point_mm, true));
     double longest = kStrideShare * m_edge_mm;
     if (push.sphere_radius_mm > 0) longest = std::min(longest, push.sphere_radius_mm / 2);
-    const int strides = std::max(1, int(std::ceil(norm(push.push_mm) / longest)));
-    const Vec3d shift = (1.0 / strides) * push.push_mm;
-    int done = 0;
-    for (; done < strides; ++done) {
-        if (push.sphere_radius_mm > 0 && done > 0) {
+    Strides strides(push.push_mm, longest);
+    while (!strides.are_done()) {
+        if (push.sphere_radius_mm > 0 && strides.have_begun()) {
             // Nodes on the sphere's way join those that it holds.
-            auto nodes = nodes_at(push, push.point_mm + double(done) * shift, false);
+            auto nodes = nodes_at(push, push.point_mm + strides.offset(), false);
             if (const auto held = m_tools.find(tool); held != m_tools.end())
                 nodes.insert(nodes.end(), held->second.begin(), held->second.end());
             std::sort(nodes.begin(), nodes.end());
@@ -352,25 +376,28 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
         }
         keep_state();
         const bool was_folded = folds();
-        const Status went = stride(tool, shift);
+        const Status went = stride(tool, strides.shift());
         if (!went.ok() && is_out_of_memory(went.error())) return went.error();
-        if (went.ok() && (was_folded || !folds())) continue;
+        if (went.ok() && (was_folded || !folds())) {
+            strides.go_on();
+            continue;
+        }
         put(m_positions, m_velocities);
-        break;
+        if (!strides.refine()) break;
     }
     m_settled = false;
     const auto held = m_tools.find(tool);
     report.grabbed_elements = held == m_tools.end() ? 0 : std::int64_t(held->second.size());
     for (std::size_t n = 0; n < first.size(); ++n)
         report.moved_elements += m_body.position(std::int32_t(n)) != first[n];
-    report.step_fraction = double(done) / strides;
-    report.status = done == strides ? PushStatus::Applied
-                    : done > 0      ? PushStatus::Limited
-                                    : PushStatus::Rejected;
-    if (done < strides)
-        report.limited_by = LimitedBy::Fold;
-    else
+    report.step_fraction = strides.share();
+    report.status = strides.are_done()     ? PushStatus::Applied
+                    : strides.have_begun() ? PushStatus::Limited
+                                           : PushStatus::Rejected;
+    if (strides.are_done())
         report.message.clear();
+    else
+        report.limited_by = LimitedBy::Fold;
     report.solve_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return report;

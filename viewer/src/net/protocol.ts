@@ -101,7 +101,8 @@ export interface VolumeInfo {
     range_hu: [number, number];
     values?: ScanValues;
     length_scale?: number; ///< usual lengths of tools and ways over those in a body
-    start: { eye_mm: Vec3; look: Vec3; up: Vec3 } | null;
+    /// First view; with outside, the whole is shown first.
+    start: { eye_mm: Vec3; look: Vec3; up: Vec3; outside?: boolean } | null;
     landmarks: Landmark[];
 }
 

@@ -64,6 +64,8 @@ function toolsFor(info: VolumeInfo): Patch {
         flight: { tip: lengthFor(info, flight.tip, 0.5) },
     };
 }
+const kAround = 1.5; // distance of the outside view, in diagonals of the scan
+const kWhole = 0.8; // the same where the scan opens from outside
 const kLongestFrame = 0.1; // time step limit after a pause [s]
 
 /// Scan of every kCoarseStep-th voxel, without values.
@@ -323,7 +325,12 @@ export class Session extends Scene implements Listener {
         this.store.set({ scan: { volume: info, loaded: 0 }, way: { from: null } });
         if (keepsView || takeUpView(this.store, this.memory)) return;
         const middle = worldFromVoxel(grid, mul(0.5, sub(grid.size, [1, 1, 1])));
-        const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
+        const start: NonNullable<VolumeInfo['start']> = info.start ?? {
+            eye_mm: middle,
+            look: [0, 1, 0],
+            up: [0, 0, 1],
+        };
+        const outside = start.outside === true;
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
         const hasVessel = this.store.state.shared?.tissue?.has_vessel === true;
         this.subscriptions.expectVessel(hasVessel);
@@ -341,10 +348,11 @@ export class Session extends Scene implements Listener {
                     centre: middle,
                     direction: [0, 1, 0],
                     up: [0, 0, 1],
-                    distance: 1.5 * size,
+                    distance: (outside ? kWhole : kAround) * size,
                 },
+                ...(outside ? { outside } : {}),
             },
-            sections: { cursor: start.eye_mm },
+            sections: { cursor: outside ? middle : start.eye_mm },
         });
     }
 
