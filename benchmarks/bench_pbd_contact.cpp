@@ -5,7 +5,11 @@
 // time is that of the whole step: rod, search in the grid, and projections. The reference makes the
 // rod's step, and tests the box of each segment with that of every triangle, the minimum of a
 // search without a grid; it projects nothing.
+//
+// Contact of five solids on each other, into which a sphere is pushed; the reference is the body's
+// step without contact.
 
+#include <pliant/body_contact.h>
 #include <pliant/pbd.h>
 #include <pliant/vessel.h>
 
@@ -148,6 +152,88 @@ BENCHMARK(pbd_contact)
     ->Iterations(51)
     ->UseManualTime()
     ->Unit(benchmark::kMicrosecond);
+
+/// Five blocks on each other, 60,000 tetrahedra, whose surfaces coincide.
+class FiveBlocks {
+  public:
+    FiveBlocks() : m_body(make_body(m_mesh)), m_contact(make_contact(m_mesh)) {}
+
+    bool with_contact(const TaskArena& arena) {
+        const auto at = [&](int n) {
+            const Vec3d p{16, 15, 104.1 - 0.02 * n};
+            return BodyTool{p, p, 4};
+        };
+        const BodyTool from = at(m_step), to = at(m_step + 1);
+        ++m_step;
+        return m_contact.step(1, m_body, {&from, 1}, {&to, 1}, arena).ok();
+    }
+    bool alone(const TaskArena& arena) { return m_body.step(1, arena).ok(); }
+    std::int64_t touches() const { return m_contact.touches(); }
+    std::size_t tetrahedra() const { return m_mesh.cells.size(); }
+
+  private:
+    static TetMesh make_mesh() {
+        TetMesh all;
+        for (int k = 0; k < 5; ++k) {
+            const TetMesh block = five_tet_block({16, 15, 10}, 2);
+            const auto first = std::int32_t(all.nodes_mm.size());
+            for (const Vec3d p : block.nodes_mm) all.nodes_mm.push_back(p + Vec3d{0, 0, 20.0 * k});
+            for (auto cell : block.cells) {
+                for (std::int32_t& node : cell) node += first;
+                all.cells.push_back(cell);
+            }
+        }
+        return all;
+    }
+    static PbdBody make_body(const TetMesh& mesh) {
+        auto parts = pbd_of_mesh(mesh, {.density = 1e-3,
+                                        .edges = false,
+                                        .volumes = false,
+                                        .solids = true,
+                                        .young_modulus = 15000});
+        if (!parts) std::abort();
+        for (std::size_t n = 0; n < parts->positions.size(); ++n)
+            if (parts->positions[n].z < 1e-9) parts->inverse_masses[n] = 0;
+        auto body =
+            PbdBody::create(std::move(*parts), {.time_step = 1e-3, .sub_steps = 1, .damping = 5});
+        if (!body) std::abort();
+        return std::move(*body);
+    }
+    static BodyContact make_contact(const TetMesh& mesh) {
+        auto contact = BodyContact::create(mesh, {}, {});
+        if (!contact) std::abort();
+        return std::move(*contact);
+    }
+
+    TetMesh m_mesh = make_mesh();
+    PbdBody m_body;
+    BodyContact m_contact;
+    int m_step = 0;
+};
+
+/// One item is a tetrahedron. Argument: threads.
+void pbd_pieces(benchmark::State& state) {
+    const TaskArena arena(int(state.range(0)));
+    FiveBlocks subject, reference;
+    const auto turns = run_interleaved(
+        state, "the step without contact", [] {},
+        [&] {
+            if (!subject.with_contact(arena)) state.SkipWithError("unstable");
+        },
+        [&] {
+            if (!reference.alone(arena)) state.SkipWithError("unstable");
+        },
+        int(state.range(0)));
+    turns.count(double(subject.tetrahedra()));
+    state.counters["touches"] = double(subject.touches());
+}
+BENCHMARK(pbd_pieces)
+    ->ArgName("threads")
+    ->Arg(1)
+    ->Arg(2)
+    ->Iterations(201)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace pliant::bench

@@ -9,6 +9,7 @@
 #include <pliant/body_contact.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -57,11 +58,22 @@ std::vector<Vec3d> positions_of(const pbd::BodySurface& surface, const TetMesh& 
     return x;
 }
 
-/// A node and the nearest triangle of another piece.
+/// A node and the nearest triangle of another piece. C = Σ shares·x·normal − limit
 struct PieceRow {
-    pbd::PieceTouch touch;
-    double weight, push;
+    std::array<std::int32_t, 4> nodes;  ///< the node, and those of the triangle
+    std::array<double, 4> shares;       ///< 1, and minus the triangle's weights
+    std::array<double, 4> moves;        ///< of the nodes by a unit impulse: shares / mass
+    Vec3d normal, apart;                ///< apart: Σ shares·x at the start of the sub-step
+    double limit, weight;               ///< weight: Σ shares² / mass
+    double push;
     Vec3d drag;
+    std::int32_t piece_of_node, piece_of_triangle;  ///< indices
+
+    Vec3d apart_at(std::span<const Vec3d> x) const {
+        Vec3d d = x[std::size_t(nodes[0])];
+        for (std::size_t k = 1; k < 4; ++k) d = d + shares[k] * x[std::size_t(nodes[k])];
+        return d;
+    }
 };
 
 Status check_tool(const BodyTool& start, const BodyTool& end, std::int32_t count,
@@ -95,22 +107,30 @@ struct BodyContact::Impl {
           surface(mesh, numbers),
           start(positions_of(surface, mesh)),
           free(start),
-          boxes(surface, start, pbd::PieceContact::margin(surface)),
+          boxes(surface),
           pieces(surface, start, s.gap),
+          masses(start.size(), 0),
+          shifts(start.size()),
           share_of(start.size(), 0),
           kept_x(particle_count),
           kept_v(particle_count) {
         motion.friction = s.friction;
-        motion.x = motion.before = motion.by = start;
-        motion.w.assign(start.size(), 0);
+        motion.x = motion.before = start;
         motion.tool_w.assign(start.size(), 0);
         touched.reserve(start.size());
+        found.reserve(start.size());
+        rows.reserve(start.size());
         piece_numbers.assign(numbers.begin(), numbers.end());
         std::sort(piece_numbers.begin(), piece_numbers.end());
         piece_numbers.erase(std::unique(piece_numbers.begin(), piece_numbers.end()),
                             piece_numbers.end());
         piece_sums.assign(piece_numbers.size(), {0, 0, 0});
         piece_forces = piece_sums;
+        for (const pbd::Patch& patch : surface.patches())
+            for (std::int32_t t = patch.begin; t < patch.end; ++t)
+                index_of_triangle.push_back(std::int32_t(index_of(patch.piece)));
+        for (const std::int32_t piece : surface.pieces())
+            index_of_node.push_back(std::int32_t(index_of(piece)));
     }
 
     struct Touched {
@@ -130,11 +150,14 @@ struct BodyContact::Impl {
     std::vector<PieceRow> rows;
     std::vector<pbd::ToolMotion> moving;
     std::vector<Touched> touched;                 ///< nodes whose masses are changed
+    std::vector<double> masses;                   ///< [node]: inverse, in this call
+    std::vector<Vec3d> shifts;                    ///< [node]: displacement by contact
     std::vector<double> share_of;                 ///< [node]: largest weight in a touch of a tool
     std::vector<Vec3d> kept_x, kept_v;            ///< [particle]: before the call
     std::vector<Vec3d> sums, forces;              ///< [tool]: during the call, and after it
     std::vector<std::int32_t> piece_numbers;      ///< sorted
     std::vector<Vec3d> piece_sums, piece_forces;  ///< [index in piece_numbers]
+    std::vector<std::int32_t> index_of_triangle, index_of_node;
     double depth = 0, depth_left = 0;
     std::int64_t touch_count = 0, touches = 0;
 
@@ -156,9 +179,9 @@ struct BodyContact::Impl {
     void let_up(PbdBody& body) noexcept;
     int stride_count() const;
     void see_masses(const PbdBody& body);
-    void find_pieces(double recovered);
+    void find_pieces(double recovered, const TaskArena& arena);
     double project_pieces();
-    void solve(const PbdBody& body, int strides, double recovered);
+    void solve(const PbdBody& body, int strides, double recovered, const TaskArena& arena);
     Status write(PbdBody& body, double h);
     void measure(std::span<const BodyTool> at_start, std::span<const BodyTool> at_end, double to);
 };
@@ -236,11 +259,8 @@ int BodyContact::Impl::stride_count() const {
         double nearest = 0;
         for (std::size_t p = 0; p < surface.patches().size(); ++p) {
             if (!pbd::overlap(way, boxes.box(p))) continue;
-            const pbd::Patch& patch = surface.patches()[p];
-            for (std::int32_t k = patch.nodes_begin; k < patch.nodes_end; ++k) {
-                const auto n = std::size_t(surface.patch_nodes()[std::size_t(k)]);
-                nearest = std::max(nearest, norm(free[n] - start[n]));
-            }
+            for (const std::int32_t n : surface.nodes_of(p))
+                nearest = std::max(nearest, norm(free[std::size_t(n)] - start[std::size_t(n)]));
         }
         const double moved =
             std::max(norm(tool.end.from - tool.start.from), norm(tool.end.to - tool.start.to));
@@ -255,46 +275,45 @@ void BodyContact::Impl::see_masses(const PbdBody& body) {
     });
 }
 
-/// Finds the touches of pieces, and their masses. @pre let_up() was called
-void BodyContact::Impl::find_pieces(double recovered) {
-    pieces.find(surface, boxes, start, motion.x, found);
-    rows.clear();
+/// Finds the touches of pieces.
+void BodyContact::Impl::find_pieces(double recovered, const TaskArena& arena) {
+    pieces.find(surface, start, motion.x, arena, found);
     for (const pbd::PieceTouch& touch : found) {
-        PieceRow row{touch, 0, 0, {0, 0, 0}};
-        // An overlap that existed before is resolved over several sub-steps.
         const auto& t = surface.triangles()[std::size_t(touch.triangle)];
-        Vec3d d = start[std::size_t(touch.node)];
-        for (std::size_t k = 0; k < 3; ++k) d = d - touch.weights[k] * start[std::size_t(t[k])];
-        row.touch.limit = std::min(touch.limit, dot(d, touch.normal) + recovered);
-        rows.push_back(row);
+        PieceRow row{{touch.node, t[0], t[1], t[2]},
+                     {1, -touch.weights[0], -touch.weights[1], -touch.weights[2]},
+                     {},
+                     touch.normal,
+                     touch.apart,
+                     // An overlap that existed before is resolved over several sub-steps.
+                     std::min(touch.limit, dot(touch.apart, touch.normal) + recovered),
+                     0,
+                     0,
+                     {0, 0, 0},
+                     index_of_node[std::size_t(touch.node)],
+                     index_of_triangle[std::size_t(touch.triangle)]};
+        for (std::size_t k = 0; k < 4; ++k) {
+            row.moves[k] = row.shares[k] * masses[std::size_t(row.nodes[k])];
+            row.weight += row.shares[k] * row.moves[k];
+        }
+        if (row.weight > 0) rows.push_back(row);
     }
 }
 
 double BodyContact::Impl::project_pieces() {
     double deepest = 0;
     for (PieceRow& row : rows) {
-        if (!(row.weight > 0)) continue;
-        const auto& t = surface.triangles()[std::size_t(row.touch.triangle)];
-        const auto node = std::size_t(row.touch.node);
-        const auto apart = [&](const std::vector<Vec3d>& x) {
-            Vec3d d = x[node];
-            for (std::size_t k = 0; k < 3; ++k) d = d - row.touch.weights[k] * x[std::size_t(t[k])];
-            return d;
-        };
         const auto apply = [&](Vec3d impulse) {
-            if (motion.w[node] > 0) motion.move(row.touch.node, motion.w[node] * impulse);
-            for (std::size_t k = 0; k < 3; ++k)
-                if (const double w = motion.w[std::size_t(t[k])]; w > 0)
-                    motion.move(t[k], (-row.touch.weights[k] * w) * impulse);
+            for (std::size_t k = 0; k < 4; ++k) motion.move(row.nodes[k], row.moves[k] * impulse);
         };
-        const double lacking = row.touch.limit - dot(apart(motion.x), row.touch.normal);
+        const double lacking = row.limit - dot(row.apart_at(motion.x), row.normal);
         deepest = std::max(deepest, lacking);
         const double push = std::max(0.0, row.push + lacking / row.weight);
-        if (push != row.push) apply((push - row.push) * row.touch.normal);
+        if (push != row.push) apply((push - row.push) * row.normal);
         row.push = push;
         if (settings.friction == 0) continue;
-        Vec3d slid = apart(motion.x) - apart(start);
-        slid = slid - dot(slid, row.touch.normal) * row.touch.normal;
+        Vec3d slid = row.apart_at(motion.x) - row.apart;
+        slid = slid - dot(slid, row.normal) * row.normal;
         Vec3d drag = row.drag - (1 / row.weight) * slid;
         const double size = norm(drag), most = settings.friction * push;
         if (size > most) drag = (most / size) * drag;
@@ -305,48 +324,36 @@ double BodyContact::Impl::project_pieces() {
 }
 
 /// All strides of a sub-step. @pre free, start and boxes are known
-void BodyContact::Impl::solve(const PbdBody& body, int strides, double recovered) {
-    std::fill(motion.by.begin(), motion.by.end(), Vec3d{0, 0, 0});
-    motion.x = free;
+void BodyContact::Impl::solve(const PbdBody& body, int strides, double recovered,
+                              const TaskArena& arena) {
+    std::fill(shifts.begin(), shifts.end(), Vec3d{0, 0, 0});
     motion.before = start;
     for (int s = 1; s <= strides; ++s) {
         const double share = double(s) / strides;
-        if (strides > 1) {
-            if (s > 1) motion.before = motion.x;
-            for (std::size_t n = 0; n < free.size(); ++n)
-                motion.x[n] = motion.by[n] +
-                              (s == strides ? free[n] : (1 - share) * start[n] + share * free[n]);
-            boxes.update(surface, motion.x);
-        }
+        const auto without = [&](std::size_t n) {
+            return s == strides ? free[n] : (1 - share) * start[n] + share * free[n];
+        };
+        if (s > 1) motion.before = motion.x;
+        for (std::size_t n = 0; n < free.size(); ++n) motion.x[n] = shifts[n] + without(n);
+        if (!moving.empty()) boxes.update(surface, motion.x);
         tools.look(surface, boxes, motion.x, moving, share);
         see_masses(body);
         rows.clear();
-        if (s == strides) find_pieces(recovered);
-        for (PieceRow& row : rows) {
-            const auto& t = surface.triangles()[std::size_t(row.touch.triangle)];
-            const auto mass = [&](std::int32_t n) {
-                return motion.w[std::size_t(n)] =
-                           body.inverse_mass(surface.particles()[std::size_t(n)]);
-            };
-            row.weight = mass(row.touch.node);
-            for (std::size_t k = 0; k < 3; ++k)
-                row.weight += row.touch.weights[k] * row.touch.weights[k] * mass(t[k]);
-        }
-        for (const Touched& each : touched) motion.w[std::size_t(each.node)] = each.inverse_mass;
+        if (s == strides) find_pieces(recovered, arena);
         for (int i = 0; i < settings.iterations; ++i) {
             const double pieces_depth = project_pieces();
             const double tools_depth = tools.project(surface, motion, moving, strides);
             if (pieces_depth <= pieces.slop() && tools_depth <= kToolTolerance) break;
         }
+        for (std::size_t n = 0; n < free.size(); ++n) shifts[n] = motion.x[n] - without(n);
     }
 }
 
 Status BodyContact::Impl::write(PbdBody& body, double h) {
-    for (std::size_t n = 0; n < motion.by.size(); ++n) {
-        if (motion.by[n] == Vec3d{0, 0, 0}) continue;
+    for (std::size_t n = 0; n < shifts.size(); ++n) {
+        if (shifts[n] == Vec3d{0, 0, 0}) continue;
         const std::int32_t p = surface.particles()[n];
-        if (const Status s =
-                body.set_state(p, motion.x[n], body.velocity(p) + (1 / h) * motion.by[n]);
+        if (const Status s = body.set_state(p, motion.x[n], body.velocity(p) + (1 / h) * shifts[n]);
             !s.ok())
             return s;
     }
@@ -358,13 +365,9 @@ void BodyContact::Impl::measure(std::span<const BodyTool> at_start,
     depth = 0;
     touch_count = tools.touches();
     for (const PieceRow& row : rows) {
-        const auto& t = surface.triangles()[std::size_t(row.touch.triangle)];
-        Vec3d d = motion.x[std::size_t(row.touch.node)];
-        for (std::size_t k = 0; k < 3; ++k)
-            d = d - row.touch.weights[k] * motion.x[std::size_t(t[k])];
-        const std::int32_t piece = surface.piece_of(row.touch.triangle);
-        depth = std::max(depth, pieces.limit_of(row.touch.node, piece) + pieces.slop() -
-                                    dot(d, row.touch.normal));
+        const std::int32_t piece = piece_numbers[std::size_t(row.piece_of_triangle)];
+        depth = std::max(depth, pieces.limit_of(row.nodes[0], piece) + pieces.slop() -
+                                    dot(row.apart_at(motion.x), row.normal));
         touch_count += row.push > 0;
     }
     for (std::size_t n = 0; n < at_start.size(); ++n)
@@ -378,29 +381,23 @@ Status BodyContact::Impl::sub_step(PbdBody& body, std::span<const BodyTool> at_s
                                    const TaskArena& arena) {
     const double h = body.settings().time_step, recovered = settings.recovery_speed * h;
     read(body, start);
-    boxes.update(surface, start);
-    try {
-        pieces.list(surface, boxes);
-    } catch (...) {
-        boxes.forget();
-        throw;
-    }
+    if (!at_start.empty()) boxes.update(surface, start);
     place_tools(at_start, at_end, from, to, recovered);
     if (const Status s = weigh_down(body); !s.ok()) return s;
     if (const Status s = body.step(1, arena); !s.ok()) return s;
     read(body, free);
-    boxes.update(surface, free);
-    solve(body, stride_count(), recovered);
+    if (!at_start.empty()) boxes.update(surface, free);
+    solve(body, stride_count(), recovered, arena);
     let_up(body);
     if (const Status s = write(body, h); !s.ok()) return s;
     for (std::size_t n = 0; n < moving.size(); ++n)
         sums[n] = sums[n] + (1 / (h * h)) * moving[n].impulse;
     for (const PieceRow& row : rows) {
-        const Vec3d force = (1 / (h * h)) * (row.push * row.touch.normal + row.drag);
-        Vec3d& on = piece_sums[index_of(surface.pieces()[std::size_t(row.touch.node)])];
-        Vec3d& by = piece_sums[index_of(surface.piece_of(row.touch.triangle))];
+        const Vec3d force = (1 / (h * h)) * (row.push * row.normal + row.drag);
+        Vec3d& on = piece_sums[std::size_t(row.piece_of_node)];
+        Vec3d& back = piece_sums[std::size_t(row.piece_of_triangle)];
         on = on + force;
-        by = by - force;
+        back = back - force;
     }
     return Ok{};
 }
@@ -415,13 +412,15 @@ Status BodyContact::Impl::steps(std::int32_t count, PbdBody& body,
         kept_x[n] = body.position(std::int32_t(n));
         kept_v[n] = body.velocity(std::int32_t(n));
     }
+    for (std::size_t n = 0; n < masses.size(); ++n)
+        masses[n] = body.inverse_mass(surface.particles()[n]);
     const Status status = attempt([&]() -> Status {
         for (std::int32_t n = 0; n < count; ++n)
             if (const Status s = sub_step(body, at_start, at_end, double(n) / count,
                                           double(n + 1) / count, arena);
                 !s.ok())
                 return s;
-        boxes.update(surface, motion.x);
+        if (!at_start.empty()) boxes.update(surface, motion.x);
         measure(at_start, at_end, 1);
         return Ok{};
     });

@@ -149,10 +149,15 @@ void BodySurface::find_neighbours() {
             m_rings[std::size_t(--m_ring_starts[std::size_t(n)])] = std::int32_t(t);
 }
 
-Vec3d BodySurface::face_normal(std::int32_t triangle, std::span<const Vec3d> x) const {
+/// Normal, with twice the area as its length.
+Vec3d BodySurface::face_area(std::int32_t triangle, std::span<const Vec3d> x) const {
     const auto& t = m_triangles[std::size_t(triangle)];
     const Vec3d a = x[std::size_t(t[0])];
-    return direction_of(cross(x[std::size_t(t[1])] - a, x[std::size_t(t[2])] - a));
+    return cross(x[std::size_t(t[1])] - a, x[std::size_t(t[2])] - a);
+}
+
+Vec3d BodySurface::face_normal(std::int32_t triangle, std::span<const Vec3d> x) const {
+    return direction_of(face_area(triangle, x));
 }
 
 Vec3d BodySurface::normal(std::int32_t triangle, int feature, std::span<const Vec3d> x) const {
@@ -187,66 +192,30 @@ void BodySurface::nearest_in_patch(std::size_t patch, Vec3d p, std::span<const V
     }
 }
 
+/// The normal is needed only if the adjacent faces disagree.
+double BodySurface::side(Vec3d p, const SurfacePoint& nearest, std::span<const Vec3d> x) const {
+    const Vec3d d = p - nearest.place;
+    const auto is_inside = [&](std::int32_t t) { return dot(d, face_area(t, x)) < 0; };
+    const bool inside = is_inside(nearest.triangle);
+    bool agree = true;
+    if (nearest.feature < 3) {
+        const auto node =
+            std::size_t(m_triangles[std::size_t(nearest.triangle)][std::size_t(nearest.feature)]);
+        for (auto r = std::size_t(m_ring_starts[node]);
+             agree && r < std::size_t(m_ring_starts[node + 1]); ++r)
+            agree = is_inside(m_rings[r]) == inside;
+    } else if (nearest.feature < 6) {
+        const std::int32_t other =
+            m_neighbours[std::size_t(nearest.triangle)][std::size_t(nearest.feature - 3)];
+        agree = other < 0 || is_inside(other) == inside;
+    }
+    if (agree) return inside ? -1 : 1;
+    return dot(d, normal(nearest.triangle, nearest.feature, x)) < 0 ? -1 : 1;
+}
+
 double BodySurface::signed_distance(Vec3d p, const SurfacePoint& nearest,
                                     std::span<const Vec3d> x) const {
-    const double distance = std::sqrt(nearest.distance2);
-    const Vec3d out = normal(nearest.triangle, nearest.feature, x);
-    return dot(p - nearest.place, out) < 0 ? -distance : distance;
-}
-
-PatchBoxes::PatchBoxes(const BodySurface& surface, std::span<const Vec3d> x, double margin)
-    : m_margin(margin),
-      m_anchors(x.begin(), x.end()),
-      m_last(x.begin(), x.end()),
-      m_moved2(x.size()),
-      m_is_far(x.size()),
-      m_boxes(surface.patches().size()),
-      m_changed(surface.patches().size()),
-      m_drifts(surface.patches().size(), 0) {
-    update(surface, x);
-}
-
-void PatchBoxes::update(const BodySurface& surface, std::span<const Vec3d> x) {
-    const bool all = !m_is_known;
-    m_is_known = false;
-    bool any_far = all;
-    for (std::size_t n = 0; n < x.size(); ++n) {
-        const Vec3d step = x[n] - m_last[n], away = x[n] - m_anchors[n];
-        m_moved2[n] = dot(step, step);
-        m_is_far[n] = all || dot(away, away) > m_margin * m_margin;
-        any_far |= m_is_far[n] != 0;
-        m_last[n] = x[n];
-    }
-    const auto patches = surface.patches();
-    const auto nodes_of = [&](const Patch& p) {
-        return surface.patch_nodes().subspan(std::size_t(p.nodes_begin),
-                                             std::size_t(p.nodes_end - p.nodes_begin));
-    };
-    for (std::size_t p = 0; p < patches.size(); ++p) {
-        double most = 0;
-        bool is_far = false;
-        for (const std::int32_t n : nodes_of(patches[p])) {
-            most = std::max(most, m_moved2[std::size_t(n)]);
-            is_far |= m_is_far[std::size_t(n)] == 1;
-        }
-        m_drifts[p] += std::sqrt(most);
-        if (!is_far) continue;
-        // All of its nodes are anchored anew; 2 doesn't spread to further patches.
-        for (const std::int32_t n : nodes_of(patches[p])) {
-            m_anchors[std::size_t(n)] = x[std::size_t(n)];
-            if (m_is_far[std::size_t(n)] == 0) m_is_far[std::size_t(n)] = 2;
-        }
-    }
-    for (std::size_t p = 0; any_far && p < patches.size(); ++p) {
-        bool is_far = false;
-        for (const std::int32_t n : nodes_of(patches[p])) is_far |= m_is_far[std::size_t(n)] != 0;
-        if (!is_far) continue;
-        m_changed[p] = 1;
-        mesh::Bounds box;
-        for (const std::int32_t n : nodes_of(patches[p])) box.add(m_anchors[std::size_t(n)]);
-        m_boxes[p] = grown(box, m_margin);
-    }
-    m_is_known = true;
+    return side(p, nearest, x) * std::sqrt(nearest.distance2);
 }
 
 }  // namespace pliant::pbd

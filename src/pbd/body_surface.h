@@ -26,9 +26,8 @@
 namespace pliant::pbd {
 
 struct Patch {
-    std::int32_t begin, end;              ///< triangles
-    std::int32_t nodes_begin, nodes_end;  ///< in patch_nodes(): nodes of its triangles
-    std::int32_t owned_end;  ///< … up to here, those that belong to no earlier patch of the piece
+    std::int32_t begin, end;                         ///< triangles
+    std::int32_t nodes_begin, owned_end, nodes_end;  ///< its nodes (nodes_of, owned_nodes_of)
     std::int32_t piece;
 };
 
@@ -51,7 +50,17 @@ class BodySurface {
     std::span<const std::int32_t> particles() const { return m_particles; }
     std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }
     std::span<const Patch> patches() const { return m_patches; }
-    std::span<const std::int32_t> patch_nodes() const { return m_patch_nodes; }
+    /// Nodes of a patch's triangles, first those that belong to no earlier patch of the piece.
+    std::span<const std::int32_t> nodes_of(std::size_t patch) const {
+        const Patch& p = m_patches[patch];
+        return std::span(m_patch_nodes)
+            .subspan(std::size_t(p.nodes_begin), std::size_t(p.nodes_end - p.nodes_begin));
+    }
+    /// Only the latter: each node of the surface is in one patch, or in one of each piece.
+    std::span<const std::int32_t> owned_nodes_of(std::size_t patch) const {
+        const Patch& p = m_patches[patch];
+        return nodes_of(patch).first(std::size_t(p.owned_end - p.nodes_begin));
+    }
     /// [node]: its piece; −1 if pieces share it.
     std::span<const std::int32_t> pieces() const { return m_pieces; }
     /// [triangle]
@@ -65,6 +74,8 @@ class BodySurface {
     /// Nearest point among the triangles of a patch, if it is nearer than `best`.
     void nearest_in_patch(std::size_t patch, Vec3d p, std::span<const Vec3d> x,
                           SurfacePoint& best) const;
+    /// Side of p − nearest.place: 1 outside, −1 inside. @pre found on these positions
+    double side(Vec3d p, const SurfacePoint& nearest, std::span<const Vec3d> x) const;
     /// Distance from the surface, negative inside. @pre found on these positions
     double signed_distance(Vec3d p, const SurfacePoint& nearest, std::span<const Vec3d> x) const;
 
@@ -74,6 +85,7 @@ class BodySurface {
                std::vector<std::int32_t>& ends) const;
     void number_nodes(const TetMesh& mesh);
     void find_neighbours();
+    Vec3d face_area(std::int32_t triangle, std::span<const Vec3d> x) const;
     Vec3d face_normal(std::int32_t triangle, std::span<const Vec3d> x) const;
 
     std::vector<std::array<std::int32_t, 3>> m_triangles;
@@ -85,36 +97,21 @@ class BodySurface {
     double m_mean_edge = 1;
 };
 
-/// Boxes of the patches, which are renewed patch by patch. Each node has an anchor, its position
-/// when it was last seen, and has moved by less than the margin since then.
+/// Boxes of the patches.
 class PatchBoxes {
   public:
-    PatchBoxes(const BodySurface& surface, std::span<const Vec3d> x, double margin);
+    explicit PatchBoxes(const BodySurface& surface) : m_boxes(surface.patches().size()) {}
 
-    /// Call it after any motion.
-    void update(const BodySurface& surface, std::span<const Vec3d> x);
-    /// Marks all patches as changed in the next update.
-    void forget() { m_is_known = false; }
-    void clear_changed() { std::fill(m_changed.begin(), m_changed.end(), std::uint8_t(0)); }
-
-    double margin() const { return m_margin; }
-    std::span<const Vec3d> anchors() const { return m_anchors; }
-    /// Box of the anchors and the margin: it contains the patch.
+    void update(const BodySurface& surface, std::span<const Vec3d> x) {
+        for (std::size_t p = 0; p < m_boxes.size(); ++p) {
+            m_boxes[p] = {};
+            for (const std::int32_t n : surface.nodes_of(p)) m_boxes[p].add(x[std::size_t(n)]);
+        }
+    }
     const mesh::Bounds& box(std::size_t patch) const { return m_boxes[patch]; }
-    /// [patch]: whether an anchor has changed since clear_changed().
-    std::span<const std::uint8_t> changed() const { return m_changed; }
-    /// [patch]: the way of its nodes in all updates so far; only differences have a meaning.
-    std::span<const double> drifts() const { return m_drifts; }
 
   private:
-    double m_margin;
-    bool m_is_known = false;
-    std::vector<Vec3d> m_anchors, m_last;
-    std::vector<double> m_moved2;        ///< [node]: in this update, squared
-    std::vector<std::uint8_t> m_is_far;  ///< [node]: beyond the margin
     std::vector<mesh::Bounds> m_boxes;
-    std::vector<std::uint8_t> m_changed;
-    std::vector<double> m_drifts;
 };
 
 inline mesh::Bounds grown(mesh::Bounds box, double by) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "mesh/triangle_distance.h"
@@ -15,8 +16,16 @@ namespace {
 // In mean edges of the surface.
 constexpr double kPieceReach = 1;       ///< penetrations up to this are found
 constexpr double kPieceSlop = 1e-4;     ///< penetration without a force; above the error of floats
-constexpr double kSameNormal = 0.7;     ///< least cosine
 constexpr double kTinyDistance = 1e-6;  ///< nearer points have no direction of their own
+/// Penetration at the start with which a node still counts as level with a surface, and a motion by
+/// which nothing gets from one side of a piece to the other.
+constexpr double kLevel = 0.05;
+
+constexpr double kSpan = 0.5;         ///< motion after which pairs are listed anew, in reaches
+constexpr double kSpread = 0.05;      ///< … and anchors renewed
+constexpr double kSameNormal = 0.7;   ///< least cosine
+constexpr double kOtherSide = -0.5;   ///< largest cosine
+constexpr std::int64_t kPatches = 8;  ///< per task
 
 }  // namespace
 
@@ -25,12 +34,18 @@ PieceContact::PieceContact(const BodySurface& surface, std::span<const Vec3d> re
       m_reach(std::max(gap, kPieceReach * surface.mean_edge())),
       m_slop(kPieceSlop * surface.mean_edge()),
       m_tiny(kTinyDistance * surface.mean_edge()),
-      m_near(surface.patches().size()) {
+      m_level(kLevel * surface.mean_edge()),
+      m_bases(surface.patches().size()),
+      m_paired(surface.patches().size()),
+      m_boxes(surface),
+      m_partners(surface.patches().size()),
+      m_found(surface.patches().size()) {
+    for (auto& motions : m_motions) motions.resize(surface.patches().size());
+    for (std::size_t p = 0; p < m_found.size(); ++p)
+        m_found[p].reserve(surface.owned_nodes_of(p).size());
     const auto patches = surface.patches();
-    std::vector<mesh::Bounds> boxes(patches.size());
-    for (std::size_t p = 0; p < patches.size(); ++p)
-        for (std::int32_t n = patches[p].nodes_begin; n < patches[p].nodes_end; ++n)
-            boxes[p].add(rest[std::size_t(surface.patch_nodes()[std::size_t(n)])]);
+    m_anchors.resize(std::size_t(patches.back().nodes_end));
+    m_boxes.update(surface, rest);
     m_rest_starts.push_back(0);
     for (std::size_t n = 0; n < rest.size(); ++n) {
         const std::int32_t own = surface.pieces()[n];
@@ -38,12 +53,13 @@ PieceContact::PieceContact(const BodySurface& surface, std::span<const Vec3d> re
             const std::int32_t piece = patches[begin].piece;
             mesh::Bounds all;
             std::size_t end = begin;
-            for (; end < patches.size() && patches[end].piece == piece; ++end) all.add(boxes[end]);
+            for (; end < patches.size() && patches[end].piece == piece; ++end)
+                all.add(m_boxes.box(end));
             if (own >= 0 && piece != own && !(all.distance_squared(rest[n]) > gap * gap)) {
                 SurfacePoint best;
                 best.distance2 = std::numeric_limits<double>::infinity();
                 for (std::size_t p = begin; p < end; ++p)
-                    if (boxes[p].distance_squared(rest[n]) < best.distance2)
+                    if (m_boxes.box(p).distance_squared(rest[n]) < best.distance2)
                         surface.nearest_in_patch(p, rest[n], rest, best);
                 const double found = surface.signed_distance(rest[n], best, rest);
                 if (found < gap) m_rests.push_back({piece, found});
@@ -52,8 +68,6 @@ PieceContact::PieceContact(const BodySurface& surface, std::span<const Vec3d> re
         }
         m_rest_starts.push_back(std::int32_t(m_rests.size()));
     }
-    m_changed.reserve(patches.size());
-    m_drifts.reserve(patches.size());
 }
 
 double PieceContact::limit_of(std::int32_t node, std::int32_t piece) const {
@@ -63,166 +77,294 @@ double PieceContact::limit_of(std::int32_t node, std::int32_t piece) const {
     return m_gap - m_slop;
 }
 
-void PieceContact::list(const BodySurface& surface, PatchBoxes& boxes) {
-    m_drifts.assign(boxes.drifts().begin(), boxes.drifts().end());
-    m_changed.clear();
-    for (std::size_t p = 0; p < m_near.size(); ++p)
-        if (boxes.changed()[p] != 0) m_changed.push_back(std::int32_t(p));
-    if (m_changed.empty()) return;
-    const auto patches = surface.patches();
-    for (std::size_t a = 0; a < m_near.size(); ++a) {
-        if (patches[a].owned_end == patches[a].nodes_begin) continue;
-        Near& near = m_near[a];
-        const mesh::Bounds reach = grown(boxes.box(a), m_reach);
-        const auto is_near = [&](std::size_t b) {
-            return patches[b].piece != patches[a].piece && overlap(reach, boxes.box(b));
-        };
-        bool has_changed = false;
-        if (boxes.changed()[a] != 0) {
-            has_changed = true;
-            near.partners.clear();
-            for (std::size_t b = 0; b < m_near.size(); ++b)
-                if (is_near(b)) near.partners.push_back({std::int32_t(b), 0});
-        } else {
-            const std::size_t before = near.partners.size();
-            has_changed = std::erase_if(near.partners, [&](const Partner& partner) {
-                              return boxes.changed()[std::size_t(partner.patch)] != 0;
-                          }) > 0;
-            for (const std::int32_t b : m_changed)
-                if (is_near(std::size_t(b))) near.partners.push_back({b, 0});
-            has_changed |= near.partners.size() != before;
-            if (has_changed)
-                std::sort(near.partners.begin(), near.partners.end(),
-                          [](const Partner& u, const Partner& v) { return u.patch < v.patch; });
-        }
-        if (has_changed) list_patch(surface, boxes, a);
-    }
-    boxes.clear_changed();
-}
-
-void PieceContact::list_patch(const BodySurface& surface, const PatchBoxes& boxes,
-                              std::size_t patch) {
-    Near& near = m_near[patch];
-    near.pairs.clear();
-    near.slack = -1;
-    const Patch& own = surface.patches()[patch];
-    const auto anchors = boxes.anchors();
-    const double reach = m_reach + 2 * boxes.margin();
-    for (std::int32_t k = own.nodes_begin; k < own.owned_end; ++k) {
-        const std::int32_t n = surface.patch_nodes()[std::size_t(k)];
-        if (surface.pieces()[std::size_t(n)] < 0) continue;
-        const Vec3d p = anchors[std::size_t(n)];
-        for (const Partner& partner : near.partners) {
-            const auto b = std::size_t(partner.patch);
-            if (boxes.box(b).distance_squared(p) > reach * reach) continue;
-            for (std::int32_t t = surface.patches()[b].begin; t < surface.patches()[b].end; ++t) {
-                mesh::Bounds box;
-                for (const std::int32_t m : surface.triangles()[std::size_t(t)])
-                    box.add(anchors[std::size_t(m)]);
-                if (!(box.distance_squared(p) > reach * reach)) near.pairs.push_back({n, t});
-            }
-        }
-    }
-}
-
-/// Whether nothing has moved enough for a touch.
-bool PieceContact::is_quiet(const Near& near, const PatchBoxes& boxes, std::size_t patch) const {
-    if (!(near.slack > 0)) return false;
-    double most = 0;
-    for (const Partner& partner : near.partners)
-        most = std::max(most, boxes.drifts()[std::size_t(partner.patch)] - partner.drift);
-    return boxes.drifts()[patch] - near.drift + most < near.slack;
-}
-
-void PieceContact::find(const BodySurface& surface, const PatchBoxes& boxes,
-                        std::span<const Vec3d> start, std::span<const Vec3d> x,
+void PieceContact::find(const BodySurface& surface, std::span<const Vec3d> start,
+                        std::span<const Vec3d> x, const TaskArena& arena,
                         std::vector<PieceTouch>& touches) {
     touches.clear();
-    double most = 0;
+    const auto patches = surface.patches();
+    if (patches.front().piece == patches.back().piece) return;
+    const bool is_new = !m_is_known;
+    m_is_known = false;
+    if (is_new) {
+        for (auto& partners : m_partners) partners.clear();
+        std::fill(m_anchors.begin(), m_anchors.end(), Vec3d{0, 0, 0});
+    }
+    double farthest = 0;
     for (std::size_t n = 0; n < x.size(); ++n) {
         const Vec3d by = x[n] - start[n];
-        most = std::max(most, dot(by, by));
+        farthest = std::max(farthest, dot(by, by));
     }
-    const Moved moved{start, x, 2 * std::sqrt(most)};
-    for (std::size_t patch = 0; patch < m_near.size(); ++patch) {
-        Near& near = m_near[patch];
-        if (near.pairs.empty() || is_quiet(near, boxes, patch)) continue;
-        near.slack = std::numeric_limits<double>::infinity();
-        near.drift = m_drifts[patch];
-        for (Partner& partner : near.partners) partner.drift = m_drifts[std::size_t(partner.patch)];
-        for (std::size_t begin = 0; begin < near.pairs.size();) {
-            const std::int32_t node = near.pairs[begin].node,
-                               piece = surface.piece_of(near.pairs[begin].triangle);
-            std::size_t end = begin;
-            while (end < near.pairs.size() && near.pairs[end].node == node &&
-                   surface.piece_of(near.pairs[end].triangle) == piece)
-                ++end;
-            const double slack = search(surface, moved, node,
-                                        std::span(near.pairs).subspan(begin, end - begin), touches);
-            near.slack = std::min(near.slack, slack);
-            begin = end;
+    // The lists of the start may lack the nearest triangle at the end then.
+    const bool is_fast = 2 * std::sqrt(farthest) >= kSpan * m_reach;
+    const Positions positions{start, x};
+    const auto see = [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t p = begin; p < end; ++p) move(surface, std::size_t(p), positions);
+    };
+    arena.for_each(std::int64_t(patches.size()), 4 * kPatches, std::cref(see));
+    bool pairs_hold = !is_new;
+    for (std::size_t p = 0; p < patches.size() && pairs_hold; ++p)
+        for (const auto& motions : m_motions)
+            pairs_hold &= norm(way_between(m_paired[p], motions[p])) +
+                              spread_between(m_paired[p], motions[p]) <
+                          kSpan * m_reach;
+    if (!pairs_hold) pair_patches(surface, start);
+    const auto some = [&](std::int64_t begin, std::int64_t end) {
+        for (auto p = std::size_t(begin); p < std::size_t(end); ++p) {
+            m_found[p].clear();
+            see_partners(surface, p, start);
+            search_patch(surface, p, positions, is_fast, m_found[p]);
+        }
+    };
+    arena.for_each(std::int64_t(patches.size()), kPatches, std::cref(some));
+    for (const auto& found : m_found) touches.insert(touches.end(), found.begin(), found.end());
+    m_is_known = true;
+}
+
+/// Finds the motions of a patch, and renews its anchors if they no longer follow it.
+void PieceContact::move(const BodySurface& surface, std::size_t patch, const Positions& x) {
+    const auto nodes = surface.nodes_of(patch);
+    const auto anchors = std::span(m_anchors).subspan(
+        std::size_t(surface.patches()[patch].nodes_begin), nodes.size());
+    Motion& base = m_bases[patch];
+    const auto see = [&](Time time) {
+        mesh::Bounds by;
+        for (std::size_t k = 0; k < nodes.size(); ++k)
+            by.add(x[time][std::size_t(nodes[k])] - anchors[k]);
+        m_motions[time][patch] = {base.way + 0.5 * (by.low + by.high), 0.5 * norm(by.high - by.low),
+                                  base.lost};
+    };
+    see(kStart);
+    if (Motion& now = m_motions[kStart][patch]; now.spread > kSpread * m_reach) {
+        base = {now.way, 0, now.lost + now.spread};
+        for (std::size_t k = 0; k < nodes.size(); ++k)
+            anchors[k] = x[kStart][std::size_t(nodes[k])];
+        now = base;
+    }
+    see(kEnd);
+}
+
+/// Finds the pairs of patches within reach, and keeps the lists of those that were known.
+void PieceContact::pair_patches(const BodySurface& surface, std::span<const Vec3d> start) {
+    m_boxes.update(surface, start);
+    m_paired = m_motions[kStart];
+    const auto patches = surface.patches();
+    for (std::size_t a = 0; a < patches.size(); ++a) {
+        if (surface.owned_nodes_of(a).empty()) continue;
+        const mesh::Bounds around = grown(m_boxes.box(a), (1 + 2 * kSpan) * m_reach);
+        m_before.clear();
+        for (Partner& partner : m_partners[a]) m_before.push_back(std::move(partner));
+        m_partners[a].clear();
+        auto old = m_before.begin();
+        for (std::size_t b = 0; b < patches.size(); ++b) {
+            if (patches[b].piece == patches[a].piece || !overlap(around, m_boxes.box(b))) continue;
+            while (old != m_before.end() && std::size_t(old->patch) < b) ++old;
+            if (old != m_before.end() && std::size_t(old->patch) == b)
+                m_partners[a].push_back(std::move(*old));
+            else
+                m_partners[a].push_back(Partner{std::int32_t(b)});
         }
     }
 }
 
+/// Lists the triangles of a patch near each node of another one, nearest first.
+void PieceContact::list(const BodySurface& surface, std::size_t patch, Partner& partner,
+                        std::span<const Vec3d> x) {
+    partner.candidates.clear();
+    partner.starts.clear();
+    const auto other = std::size_t(partner.patch);
+    const Patch& triangles = surface.patches()[other];
+    const auto nodes = surface.owned_nodes_of(patch);
+    const double span = kSpan * m_reach, reach = m_reach + span;
+    mesh::Bounds box;
+    for (const std::int32_t n : surface.nodes_of(other)) box.add(x[std::size_t(n)]);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const Vec3d p = x[std::size_t(nodes[k])];
+        if (surface.pieces()[std::size_t(nodes[k])] < 0 || box.distance_squared(p) > reach * reach)
+            continue;
+        // Room for all, so that later lists need no memory.
+        partner.starts.reserve(nodes.size() + 1);
+        partner.candidates.reserve(nodes.size() * std::size_t(triangles.end - triangles.begin));
+        const std::size_t first = partner.candidates.size();
+        partner.starts.resize(k + 1, std::int32_t(first));
+        double least = m_reach;
+        for (std::int32_t t = triangles.begin; t < triangles.end; ++t) {
+            const auto& corners = surface.triangles()[std::size_t(t)];
+            const Vec3d d = p - mesh::nearest_on_triangle(p, x[std::size_t(corners[0])],
+                                                          x[std::size_t(corners[1])],
+                                                          x[std::size_t(corners[2])])
+                                    .place;
+            const double distance = norm(d);
+            least = std::min(least, distance);
+            if (distance <= least + 2 * span)
+                partner.candidates.push_back({t, float(distance * (1 - 1e-6))});
+        }
+        const auto begin = partner.candidates.begin() + std::ptrdiff_t(first);
+        const auto end = std::remove_if(begin, partner.candidates.end(), [&](const Candidate& c) {
+            return double(c.distance) > std::min(reach, least + 2 * span);
+        });
+        partner.candidates.erase(end, partner.candidates.end());
+        std::sort(begin, partner.candidates.end(),
+                  [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
+    }
+    if (partner.candidates.empty())
+        partner.starts.clear();
+    else
+        partner.starts.resize(nodes.size() + 1, std::int32_t(partner.candidates.size()));
+}
+
+/// Renews the lists of a patch that no longer hold.
+void PieceContact::see_partners(const BodySurface& surface, std::size_t patch,
+                                std::span<const Vec3d> start) {
+    for (Partner& partner : m_partners[patch]) {
+        const auto other = std::size_t(partner.patch);
+        const auto moved = [&](Time time) {
+            const Motion &a = m_motions[time][patch], &b = m_motions[time][other];
+            return m_tiny + norm(way_between(partner.own, a) - way_between(partner.other, b)) +
+                   spread_between(partner.own, a) + spread_between(partner.other, b);
+        };
+        partner.moved[kStart] = moved(kStart);
+        partner.moved[kEnd] = moved(kEnd);
+        const double span = kSpan * m_reach;
+        if (partner.is_listed && partner.moved[kStart] < span && partner.moved[kEnd] < span)
+            continue;
+        partner.is_listed = false;
+        list(surface, patch, partner, start);
+        partner.own = m_motions[kStart][patch];
+        partner.other = m_motions[kStart][other];
+        partner.moved[kStart] = moved(kStart);
+        partner.moved[kEnd] = moved(kEnd);
+        partner.is_listed = true;
+    }
+}
+
+void PieceContact::search_patch(const BodySurface& surface, std::size_t patch, const Positions& x,
+                                bool is_fast, std::vector<PieceTouch>& touches) const {
+    const std::vector<Partner>& partners = m_partners[patch];
+    const auto nodes = surface.owned_nodes_of(patch);
+    const auto piece_of = [&](const Partner& p) {
+        return surface.patches()[std::size_t(p.patch)].piece;
+    };
+    for (std::size_t begin = 0, end = 0; begin < partners.size(); begin = end) {
+        while (end < partners.size() && piece_of(partners[end]) == piece_of(partners[begin])) ++end;
+        const auto group = std::span(partners).subspan(begin, end - begin);
+        for (std::size_t k = 0; k < nodes.size(); ++k)
+            search(surface, x, {nodes[k], k, group}, is_fast, touches);
+    }
+}
+
+/// The nearest point of a piece, within reach. Equal distances: the first triangle.
 SurfacePoint PieceContact::nearest(const BodySurface& surface, std::span<const Vec3d> x,
-                                   std::int32_t node, std::span<const Pair> pairs) {
-    const Vec3d p = x[std::size_t(node)];
+                                   const Near& near, Time time) const {
+    const Vec3d p = x[std::size_t(near.node)];
     SurfacePoint best;
-    best.distance2 = std::numeric_limits<double>::infinity();
-    for (const Pair& pair : pairs) {
-        const auto& t = surface.triangles()[std::size_t(pair.triangle)];
-        const auto found = mesh::nearest_on_triangle(p, x[std::size_t(t[0])], x[std::size_t(t[1])],
-                                                     x[std::size_t(t[2])]);
-        const Vec3d d = p - found.place;
-        if (dot(d, d) < best.distance2)
-            best = {pair.triangle, found.feature, found.place, dot(d, d)};
+    double distance = m_reach;
+    best.distance2 = m_reach * m_reach;
+    for (const Partner& partner : near.partners) {
+        if (partner.starts.empty()) continue;
+        const double limit = partner.moved[time];
+        for (auto c = std::size_t(partner.starts[near.index]);
+             c < std::size_t(partner.starts[near.index + 1]); ++c) {
+            const Candidate& candidate = partner.candidates[c];
+            if (double(candidate.distance) - limit > distance) break;
+            const auto& t = surface.triangles()[std::size_t(candidate.triangle)];
+            const auto found = mesh::nearest_on_triangle(
+                p, x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])]);
+            const Vec3d d = p - found.place;
+            const double distance2 = dot(d, d);
+            if (distance2 > best.distance2 || (distance2 == best.distance2 && best.triangle >= 0 &&
+                                               candidate.triangle > best.triangle))
+                continue;
+            best = {candidate.triangle, found.feature, found.place, distance2};
+            distance = std::sqrt(distance2);
+        }
     }
     return best;
 }
 
-/// Gradient of the signed distance. @param[out] side  1 outside, −1 inside
+/// Gradient of the signed distance.
 Vec3d PieceContact::normal_at(const BodySurface& surface, std::span<const Vec3d> x,
-                              std::int32_t node, const SurfacePoint& point, double& side) const {
-    const Vec3d out = surface.normal(point.triangle, point.feature, x),
-                d = x[std::size_t(node)] - point.place;
+                              std::int32_t node, const SurfacePoint& point, double side) const {
     const double distance = std::sqrt(point.distance2);
-    side = dot(d, out) < 0 ? -1 : 1;
-    return distance > m_tiny ? (side / distance) * d : out;
+    if (distance > m_tiny) return (side / distance) * (x[std::size_t(node)] - point.place);
+    return surface.normal(point.triangle, point.feature, x);
 }
 
-/// Finds the touch of a node with a piece, if there is one. @returns C at the start
-double PieceContact::search(const BodySurface& surface, const Moved& moved, std::int32_t node,
-                            std::span<const Pair> pairs, std::vector<PieceTouch>& touches) const {
-    const SurfacePoint first = nearest(surface, moved.start, node, pairs);
-    const double distance = std::sqrt(first.distance2);
-    if (distance > m_reach) return distance - m_reach;
-    const double limit = limit_of(node, surface.piece_of(first.triangle));
-    if (-distance - limit > moved.most) return -distance - limit;  // on either side
-    double side = 0;
-    const Vec3d normal = normal_at(surface, moved.start, node, first, side);
-    const double c = side * distance - limit;
-    if (c >= moved.most) return c;
-    const auto add = [&](const SurfacePoint& point, std::span<const Vec3d> x, Vec3d along) {
-        const auto& t = surface.triangles()[std::size_t(point.triangle)];
-        PieceTouch touch{node, point.triangle, along, {}, limit};
-        touch.weights = mesh::weights_on_triangle(point.place, x[std::size_t(t[0])],
-                                                  x[std::size_t(t[1])], x[std::size_t(t[2])]);
-        Vec3d apart = moved.x[std::size_t(node)];
+/// Touch of a node at its nearest point at a time.
+PieceTouch PieceContact::touch_of(const BodySurface& surface, const Positions& x, const Near& near,
+                                  const SurfacePoint& point, Time time, double side) const {
+    const auto& t = surface.triangles()[std::size_t(point.triangle)];
+    PieceTouch touch{near.node,
+                     point.triangle,
+                     normal_at(surface, x[time], near.node, point, side),
+                     {},
+                     limit_of(near.node, surface.piece_of(point.triangle)),
+                     {}};
+    touch.weights =
+        mesh::weights_on_triangle(point.place, x[time][std::size_t(t[0])],
+                                  x[time][std::size_t(t[1])], x[time][std::size_t(t[2])]);
+    touch.apart = x[kStart][std::size_t(near.node)];
+    for (std::size_t k = 0; k < 3; ++k)
+        touch.apart = touch.apart - touch.weights[k] * x[kStart][std::size_t(t[k])];
+    return touch;
+}
+
+/// Finds the touch of a node with a piece, if there is one.
+void PieceContact::search(const BodySurface& surface, const Positions& x, const Near& near,
+                          bool is_fast, std::vector<PieceTouch>& touches) const {
+    const Vec3d p = x[kEnd][std::size_t(near.node)], by = p - x[kStart][std::size_t(near.node)];
+    // C at the end, linear from the start on.
+    const auto lacks = [&](const PieceTouch& touch) {
+        const auto& t = surface.triangles()[std::size_t(touch.triangle)];
+        Vec3d apart = p;
         for (std::size_t k = 0; k < 3; ++k)
-            apart = apart - touch.weights[k] * moved.x[std::size_t(t[k])];
-        if (dot(apart, along) < limit) touches.push_back(touch);
+            apart = apart - touch.weights[k] * x[kEnd][std::size_t(t[k])];
+        return dot(apart, touch.normal) < touch.limit;
     };
-    if (moved.most < 0.5 * m_reach) {  // otherwise the pairs may lack the nearest triangle
-        const SurfacePoint now = nearest(surface, moved.x, node, pairs);
-        const Vec3d along = normal_at(surface, moved.x, node, now, side);
-        if (dot(along, normal) > kSameNormal) {
-            add(now, moved.x, along);
-            return c;
+    SurfacePoint now;
+    double motion2 = 0;  // relative to the nearest triangle
+    if (!is_fast) {
+        now = nearest(surface, x[kEnd], near, kEnd);
+        if (now.triangle < 0) return;
+        for (const std::int32_t n : surface.triangles()[std::size_t(now.triangle)]) {
+            const Vec3d d = by - (x[kEnd][std::size_t(n)] - x[kStart][std::size_t(n)]);
+            motion2 = std::max(motion2, dot(d, d));
         }
+        const double limit = limit_of(near.node, surface.piece_of(now.triangle)),
+                     distance = std::sqrt(now.distance2);
+        const bool is_slow = motion2 <= std::max(m_level * m_level, now.distance2);
+        if (is_slow && distance + limit <= 0) return;  // C ≥ 0 on either side
+        const double side = surface.side(p, now, x[kEnd]);
+        const bool is_clear = side * distance >= limit;
+        if (is_slow && is_clear) return;
+        const PieceTouch touch = touch_of(surface, x, near, now, kEnd, side);
+        const bool is_level = dot(touch.apart, touch.normal) >= touch.limit - m_level;
+        if (is_slow && is_level) {
+            if (lacks(touch)) touches.push_back(touch);
+            return;
+        }
+        const SurfacePoint first = nearest(surface, x[kStart], near, kStart);
+        if (first.triangle < 0) {
+            if (!is_clear && lacks(touch)) touches.push_back(touch);
+            return;
+        }
+        const PieceTouch before =
+            touch_of(surface, x, near, first, kStart,
+                     surface.side(x[kStart][std::size_t(near.node)], first, x[kStart]));
+        const double cosine = dot(touch.normal, before.normal);
+        if (cosine > kSameNormal || (cosine > kOtherSide && (is_clear || is_level)) ||
+            !lacks(before)) {
+            if (!is_clear && lacks(touch)) touches.push_back(touch);
+        } else {
+            touches.push_back(before);
+        }
+        return;
     }
-    add(first, moved.start, normal);
-    return c;
+    const SurfacePoint first = nearest(surface, x[kStart], near, kStart);
+    if (first.triangle < 0) return;
+    const PieceTouch before =
+        touch_of(surface, x, near, first, kStart,
+                 surface.side(x[kStart][std::size_t(near.node)], first, x[kStart]));
+    if (lacks(before)) touches.push_back(before);
 }
 
 }  // namespace pliant::pbd

@@ -6,19 +6,27 @@
 //
 //   C = signed distance − min(gap, signed distance at rest) + slop ≥ 0
 //
-// so that surfaces that coincide or overlap at rest are free of forces there. At the rim of a
-// surface, the nearest way out of a penetration may be the wrong one. So where the normal differs
-// from that at the start of the sub-step, the latter's triangle is taken, and C linear from there
-// on.
+// so that surfaces that coincide or overlap at rest are free of forces there. The nearest way out
+// of a penetration isn't always the way in:
 //
-// The broad phase lists the triangles near each node, patch by patch, and again when a node of the
-// patch or of a patch near it has left its anchor. The narrow phase skips a patch as long as it and
-// its partners have moved by less than the smallest C of its nodes: signed distances change by no
-// more. Both only leave out pairs that can't touch, so touches depend on positions alone.
+//          │ ○ → ○ over the rim: up              ● at the start of the sub-step
+//     ●────┼→ ○    deeper than level: back to    ○ at its end
+//   ───────┴────   the side that it came from
+//
+// A node that was outside of the nearest triangle's plane at the start, or level with it, leaves
+// that way. Otherwise, the nearest triangle at the start is taken, and C linear from there on.
+//
+// Search: a pair of patches has a list of triangles for each node, sorted by distance. It holds
+// until the patches have moved relative to each other by half of the reach. In between, the
+// distances in the list bound those of the present, so few triangles are tested. Lists leave out
+// only triangles that can't be the nearest, so touches depend on positions alone.
 
 #pragma once
 
+#include <pliant/tasks.h>
+
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -32,6 +40,7 @@ struct PieceTouch {
     Vec3d normal{0, 0, 0};            ///< from the triangle to the side of the node
     std::array<double, 3> weights{};  ///< of the triangle's nodes
     double limit = 0;                 ///< of the signed distance
+    Vec3d apart{0, 0, 0};             ///< node − point of the triangle, at the start
 };
 
 class PieceContact {
@@ -40,58 +49,84 @@ class PieceContact {
     /// @param gap    distance that pieces keep
     PieceContact(const BodySurface& surface, std::span<const Vec3d> rest, double gap);
 
-    /// Motion of a node after which it is listed anew.
-    static double margin(const BodySurface& surface) { return 0.25 * surface.mean_edge(); }
     double slop() const { return m_slop; }
     /// Signed distance below which a node and a piece are pushed apart.
     double limit_of(std::int32_t node, std::int32_t piece) const;
 
-    /// Broad phase, at the start of a sub-step: renews the lists of the patches that have changed.
-    /// If it throws, call forget() of the boxes.
-    void list(const BodySurface& surface, PatchBoxes& boxes);
-    /// Narrow phase, at its end. @param start  positions in list()
+    /// Finds the touches of a sub-step.
+    /// @param start, x  positions at its start and at its end
     /// @param[out] touches  sorted by patch, node and piece
-    void find(const BodySurface& surface, const PatchBoxes& boxes, std::span<const Vec3d> start,
-              std::span<const Vec3d> x, std::vector<PieceTouch>& touches);
+    void find(const BodySurface& surface, std::span<const Vec3d> start, std::span<const Vec3d> x,
+              const TaskArena& arena, std::vector<PieceTouch>& touches);
 
   private:
+    /// Displacements of a patch's nodes from their anchors. When these are renewed, they lie within
+    /// `spread` of a common displacement.
+    struct Motion {
+        Vec3d way{0, 0, 0};  ///< middle of the displacements, from the first anchors on
+        double spread = 0;   ///< largest deviation from it
+        double lost = 0;     ///< sum of the spreads when anchors were renewed
+    };
+    struct Candidate {
+        std::int32_t triangle;
+        float distance;  ///< a lower bound, when it was listed
+    };
+    /// Triangles of a patch that are near the nodes of another one.
     struct Partner {
+        explicit Partner(std::int32_t number) : patch(number) {}
+
         std::int32_t patch;
-        double drift;  ///< when this patch was last searched
-    };
-    struct Pair {
-        std::int32_t node, triangle;
-    };
-    struct Near {
-        std::vector<Partner> partners;
-        std::vector<Pair> pairs;
-        double drift = 0;   ///< of the patch, when it was last searched
-        double slack = -1;  ///< smallest C of its nodes then
-    };
-    /// Positions of a search.
-    struct Moved {
-        std::span<const Vec3d> start, x;
-        double most;  ///< largest approach
+        bool is_listed = false;
+        Motion own, other;                 ///< of the patches, when it was listed
+        double moved[2] = {0, 0};          ///< since then, until the start and the end
+        std::vector<std::int32_t> starts;  ///< [owned node]; empty: no candidates
+        std::vector<Candidate> candidates;
     };
     struct RestGap {
         std::int32_t piece;
         double gap;
     };
-    void list_patch(const BodySurface& surface, const PatchBoxes& boxes, std::size_t patch);
-    bool is_quiet(const Near& near, const PatchBoxes& boxes, std::size_t patch) const;
-    static SurfacePoint nearest(const BodySurface& surface, std::span<const Vec3d> x,
-                                std::int32_t node, std::span<const Pair> pairs);
-    Vec3d normal_at(const BodySurface& surface, std::span<const Vec3d> x, std::int32_t node,
-                    const SurfacePoint& point, double& side) const;
-    double search(const BodySurface& surface, const Moved& moved, std::int32_t node,
-                  std::span<const Pair> pairs, std::vector<PieceTouch>& touches) const;
+    enum Time { kStart, kEnd };
+    /// A node, and triangles of one piece.
+    struct Near {
+        std::int32_t node;
+        std::size_t index;  ///< of the node in its patch
+        std::span<const Partner> partners;
+    };
+    using Positions = std::array<std::span<const Vec3d>, 2>;
 
-    double m_gap, m_reach, m_slop, m_tiny;
-    std::vector<std::int32_t> m_rest_starts;  ///< [node]
-    std::vector<RestGap> m_rests;             ///< where it is below the gap
-    std::vector<Near> m_near;                 ///< [patch]
-    std::vector<std::int32_t> m_changed;      ///< patches
-    std::vector<double> m_drifts;             ///< [patch]: at the start of the sub-step
+    static Vec3d way_between(const Motion& a, const Motion& b) { return b.way - a.way; }
+    static double spread_between(const Motion& a, const Motion& b) {
+        return a.spread + b.spread + std::abs(b.lost - a.lost);
+    }
+    void move(const BodySurface& surface, std::size_t patch, const Positions& x);
+    void pair_patches(const BodySurface& surface, std::span<const Vec3d> start);
+    void list(const BodySurface& surface, std::size_t patch, Partner& partner,
+              std::span<const Vec3d> x);
+    void see_partners(const BodySurface& surface, std::size_t patch, std::span<const Vec3d> start);
+    void search_patch(const BodySurface& surface, std::size_t patch, const Positions& x,
+                      bool is_fast, std::vector<PieceTouch>& touches) const;
+    SurfacePoint nearest(const BodySurface& surface, std::span<const Vec3d> x, const Near& near,
+                         Time time) const;
+    Vec3d normal_at(const BodySurface& surface, std::span<const Vec3d> x, std::int32_t node,
+                    const SurfacePoint& point, double side) const;
+    PieceTouch touch_of(const BodySurface& surface, const Positions& x, const Near& near,
+                        const SurfacePoint& point, Time time, double side) const;
+    void search(const BodySurface& surface, const Positions& x, const Near& near, bool is_fast,
+                std::vector<PieceTouch>& touches) const;
+
+    double m_gap, m_reach, m_slop, m_tiny, m_level;
+    std::vector<std::int32_t> m_rest_starts;       ///< [node]
+    std::vector<RestGap> m_rests;                  ///< where it is below the gap
+    bool m_is_known = false;                       ///< whether the following are right
+    std::vector<Vec3d> m_anchors;                  ///< [node of a patch]
+    std::vector<Motion> m_bases;                   ///< [patch]: way and lost of its anchors
+    std::vector<Motion> m_motions[2];              ///< [patch]: until the start and the end
+    std::vector<Motion> m_paired;                  ///< [patch]: when pairs were found
+    PatchBoxes m_boxes;                            ///< then
+    std::vector<std::vector<Partner>> m_partners;  ///< [patch]: sorted
+    std::vector<Partner> m_before;                 ///< of a patch, while it is paired anew
+    std::vector<std::vector<PieceTouch>> m_found;  ///< [patch]
 };
 
 }  // namespace pliant::pbd

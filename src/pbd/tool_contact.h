@@ -28,14 +28,11 @@ namespace pliant::pbd {
 struct SurfaceMotion {
     std::vector<Vec3d> x;        ///< present positions
     std::vector<Vec3d> before;   ///< at the start of the stride
-    std::vector<Vec3d> by;       ///< displacement by contact
-    std::vector<double> w;       ///< inverse masses
-    std::vector<double> tool_w;  ///< the same, as tools feel them
+    std::vector<double> tool_w;  ///< inverse masses, as tools feel them
     double friction = 0;
 
     void move(std::int32_t node, Vec3d shift) {
         x[std::size_t(node)] = x[std::size_t(node)] + shift;
-        by[std::size_t(node)] = by[std::size_t(node)] + shift;
     }
 };
 
