@@ -43,8 +43,8 @@ pliant_test(fem
             test_multigrid.cpp test_published.cpp test_solvers.cpp)
 pliant_test(tissue
     SOURCES ../support/count_allocations.cpp test_eye_deformation.cpp test_out_of_memory.cpp
-            test_network_tissue.cpp test_spring_deformation.cpp test_tissues.cpp
-            test_state_kinds.cpp)
+            test_network_tissue.cpp test_spring_cuts.cpp test_spring_deformation.cpp
+            test_state_kinds.cpp test_tissues.cpp)
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
@@ -91,8 +91,8 @@ pliant_test(session
     LIBRARIES nlohmann_json::nlohmann_json)
 pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
-            test_fairness.cpp test_files.cpp test_haptic_catheter.cpp test_haptics.cpp
-            test_hostile.cpp test_labels.cpp test_marks.cpp test_network.cpp
+            test_depth_for_time.cpp test_fairness.cpp test_files.cpp test_haptic_catheter.cpp
+            test_haptics.cpp test_hostile.cpp test_labels.cpp test_marks.cpp test_network.cpp
             test_out_of_memory.cpp test_overlay.cpp test_organ.cpp test_own_tissue.cpp test_path.cpp
             test_playback.cpp test_recording.cpp test_rest_field.cpp test_server.cpp
             test_vessel.cpp

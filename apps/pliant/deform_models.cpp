@@ -45,13 +45,16 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
         options.push_back({option_of(setting.name), true, std::move(models)});
     }
     const Models chainmail = {"chainmail"};
+    Models labelled = {"chainmail"};  // --network has its own stiffness
+    if (o.network.empty()) labelled.push_back("springs");
     for (GivenOption& option : std::vector<GivenOption>{
              {"--region", o.region_mm.has_value(), {"springs"}},
              {"--steps", o.steps.has_value(), {"springs", "body"}},
+             {"--depth", o.depth_within_mm.has_value(), {"springs"}},
              {"--network", !o.network.empty(), {"springs"}},
              {"--mesh", !o.mesh.empty(), {"body"}},
-             {"--config", !o.config.empty(), chainmail},
-             {"--labels", !o.labels.empty(), chainmail},
+             {"--config", !o.config.empty(), labelled},
+             {"--labels", !o.labels.empty(), labelled},
              {"--directions", !o.directions.empty(), chainmail},
              {"--elastic", o.elastic.has_value(), chainmail},
              {"--relax", o.relax_ms.has_value(), chainmail},
@@ -75,7 +78,14 @@ Models models_with(bool TissueTraits::*contact) {
 /// Refuses options of a lattice beside a network, and those of a network without one.
 Status check_network(const DeformOptions& o) {
     if (o.model != "springs") return Ok{};
-    std::string option = o.network.empty() || !o.region_mm ? "" : "--region";
+    const bool cuts = std::any_of(o.actions.begin(), o.actions.end(), [](const auto& action) {
+        return std::holds_alternative<CutSurface>(action);
+    });
+    std::string option = o.network.empty()   ? ""
+                         : cuts              ? "--cut"
+                         : o.region_mm       ? "--region"
+                         : o.depth_within_mm ? "--depth"
+                                             : "";
     for (const NamedValue& setting : o.settings)
         if (o.network.empty() ? !find_setting(setting.name, spring_rows())
                               : !find_setting(setting.name, network_rows()))
@@ -179,13 +189,17 @@ Result<MakeScanTissue> prepare_network(const DeformOptions& o) {
     });
 }
 
-Result<MakeScanTissue> prepare_springs(const DeformOptions& o, std::vector<std::string>&) {
+Result<MakeScanTissue> prepare_springs(const DeformOptions& o, std::vector<std::string>& notes) {
     if (!o.network.empty()) return prepare_network(o);
-    return MakeScanTissue([&o](const Volume& scan, const ValueDefaults& values,
-                               const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+    auto materials = chainmail_settings(o, notes);
+    if (!materials.ok()) return materials.error();
+    return MakeScanTissue([&o, materials = std::move(*materials)](
+                              const Volume& scan, const ValueDefaults& values,
+                              const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
         SpringDeformationSettings settings;
         settings.air_threshold_hu = values.air_threshold;
         settings.fixed_hu = values.bone_threshold;
+        if (const Status s = take_materials(materials, settings); !s) return s.error();
         if (const Status s = apply(o.settings, spring_rows(), settings); !s) return s.error();
         if (o.region_mm) {
             const auto region = region_of(*o.region_mm, scan.grid);

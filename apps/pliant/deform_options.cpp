@@ -5,7 +5,11 @@
 
 #include <pliant/tissues.h>
 
+#include <charconv>
+#include <cstdint>
 #include <map>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "commands.h"
@@ -14,6 +18,8 @@
 
 namespace pliant::app {
 namespace {
+
+constexpr double kDepthWithin_mm = 0.1;
 
 /// @returns parts before and after the only colon
 std::pair<std::string, std::string> halves_of(const std::string& text, const std::string& option,
@@ -149,6 +155,12 @@ void add_models(CLI::App* c, DeformOptions& o) {
     };
     const char* const both = "With --model springs or body";
     add(spring_rows(), "young_modulus_pa", "PA", both, ",--young-pa");
+    add_setting(c, spring_rows(), "poisson_ratio", o.settings)
+        ->description("Poisson's ratio (default " +
+                      toml_text(SpringDeformationSettings{}.poisson_ratio) + ", of a body " +
+                      toml_text(BodySettings{}.poisson_ratio) + ")")
+        ->type_name("RATIO")
+        ->group(both);
     add(spring_rows(), "fixed_hu", "HU", both);
     c->add_option("--steps", o.steps, "time steps after the pushes (default: until it is at rest)")
         ->check(CLI::NonNegativeNumber)
@@ -161,7 +173,29 @@ void add_models(CLI::App* c, DeformOptions& o) {
         ->type_name("X,Y,Z:X,Y,Z")
         ->group(springs);
     add(spring_rows(), "cell_mm", "MM", springs);
-    add(spring_rows(), "depth", "N", springs);
+    c->add_option_function<std::string>(
+         "--depth",
+         [&o](const std::string& text) {
+             if (text == "auto" || text.starts_with("auto:")) {
+                 o.depth_within_mm = text == "auto"
+                                         ? kDepthWithin_mm
+                                         : parse_numbers(text.substr(5), ',', 1, "--depth auto")[0];
+                 if (*o.depth_within_mm > 0) return;
+                 throw CLI::ValidationError("--depth",
+                                            "expected a length above 0 mm, found '" + text + "'");
+             }
+             int layers = 0;
+             const auto [end, error] =
+                 std::from_chars(text.data(), text.data() + text.size(), layers);
+             if (error != std::errc{} || end != text.data() + text.size())
+                 throw CLI::ValidationError(
+                     "--depth", "expected layers, or auto, or auto:MM, found '" + text + "'");
+             o.settings.emplace_back("depth", SettingValue(std::int64_t(layers)));
+         },
+         "layers of nodes that forces reach beyond a tool (default 10); auto: so many, after the "
+         "pushes, that one more moves nothing by more than MM (default 0.1)")
+        ->type_name("N|auto[:MM]")
+        ->group(springs);
     c->add_option(
          "--network", o.network,
          "springs of pliant fit --network-out, instead of a lattice: their nodes are in the "
@@ -171,7 +205,6 @@ void add_models(CLI::App* c, DeformOptions& o) {
     const char* const body = "With --model body";
     c->add_option("--mesh", o.mesh, "tetrahedra in the scan's LPS mm (.vtu, .vtk, .msh)")
         ->group(body);
-    add(body_rows(), "poisson_ratio", "RATIO", body);
     add(body_rows(), "density_kg_m3", "KG_M3", body);
     add(body_rows(), "damping_per_s", "PER_S", body);
     add(body_rows(), "sub_steps", "N", body);

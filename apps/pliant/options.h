@@ -103,8 +103,9 @@ struct DeformOptions {
     Record settings;  ///< by the names of spring_rows(), body_rows() and network_rows()
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
     std::optional<int> steps;                          ///< nullopt: until it is at rest
-    std::string mesh;                                  ///< the body's tetrahedra
-    std::string network;                               ///< springs in place of a lattice's
+    std::optional<double> depth_within_mm;  ///< depth found after the pushes (Tissue::take_depth)
+    std::string mesh;                       ///< the body's tetrahedra
+    std::string network;                    ///< springs in place of a lattice's
     std::string file;
     ScanChoice scan;
     std::vector<DeformAction> actions;  ///< in the order of the command line

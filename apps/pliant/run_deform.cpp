@@ -82,6 +82,19 @@ Status apply_actions(const DeformOptions& o, Tissue& tissue, DeformResult& resul
     return Ok{};
 }
 
+/// Layers at most of --depth auto.
+constexpr std::int32_t kMostLayers = 64;
+
+Status take_depth(const DeformOptions& o, Tissue& tissue, DeformResult& result) {
+    if (!o.depth_within_mm) return Ok{};
+    const auto found = tissue.take_depth(*o.depth_within_mm, kMostLayers);
+    if (!found.ok()) return named_by_option(found.error());
+    result.notes.push_back("depth " + std::to_string(*found) +
+                           ": one more layer moves nothing by more than " +
+                           toml_text(*o.depth_within_mm) + " mm");
+    return Ok{};
+}
+
 /// Tissue that moves by itself comes to rest, other tissue is relaxed on request.
 Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& result) {
     const bool moves = tissue.traits().moves_by_itself;
@@ -202,6 +215,7 @@ int deform(const DeformOptions& options, const Prepare& prepare) {
         if (const Status s = tissue.load_state(options.load_state); !s.ok()) return fail(s.error());
     if (const Status s = apply_actions(options, tissue, result, *bar); !s.ok())
         return fail(s.error());
+    if (const Status s = take_depth(options, tissue, result); !s.ok()) return fail(s.error());
     if (const Status s = let_time_pass(options, tissue, result); !s.ok()) return fail(s.error());
     auto figures = figures_of(tissue);
     if (!figures.ok()) return fail(figures.error());

@@ -86,6 +86,8 @@ struct LabelMaterial {
     /// The three numbers of factor and limits refer to the lattice axis nearest to the direction
     /// field at the element and to the two axes after it, instead of to i, j, k.
     bool along_direction = false;
+
+    friend bool operator==(const LabelMaterial&, const LabelMaterial&) = default;
 };
 
 /// Rows of a [[label]] table.

@@ -171,6 +171,9 @@ struct ControlPlace {
     Vec3d at{0, 0, 0};                    ///< local coordinates, 0…1 along i, j, k
 };
 
+/// A triangle of a cut: its corners at rest [mm, LPS].
+using CutTriangle = std::array<Vec3d, 3>;
+
 /// Thread safety: one thread.
 class ControlLattice : public MovingScan {
   public:
@@ -187,6 +190,16 @@ class ControlLattice : public MovingScan {
     /// @returns InvalidArgument if a displacement isn't finite or exceeds 500 mm along an axis,
     ///          LimitExceeded if memory runs out; then nothing has changed
     Status place(std::span<const Vec3d> displacements_mm) noexcept;
+
+    /// Replaces all cuts. Links of elements that a triangle crosses are cut. In the crossed cells
+    /// an element follows the nodes that it sees, and takes the displacement of a hidden one from
+    /// the nodes beside it on the element's side. Nodes keep their displacements.
+    /// @returns InvalidArgument for a corner that isn't finite or far away, LimitExceeded if memory
+    ///          runs out; then nothing has changed
+    Status set_cuts(std::span<const CutTriangle> triangles_mm) noexcept;
+    std::span<const CutTriangle> cuts_mm() const;
+    /// Whether a cut passes between two points at rest [mm, LPS].
+    bool is_cut(Vec3d from_mm, Vec3d to_mm) const;
 
     /// Material point at a position in the deformed scan [mm, LPS]. The first cell wins if cells
     /// overlap.

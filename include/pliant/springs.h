@@ -32,6 +32,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -257,6 +258,14 @@ Result<SpringParts> springs_of_hexahedra(std::span<const Vec3d> nodes,
                                          std::span<const std::array<std::int32_t, 8>> hexahedra,
                                          const SpringMesh& mesh) noexcept;
 
+/// Tissue of some voxels of a scan. Empty: as for voxels without a tissue of their own.
+struct SpringOrgan {
+    std::optional<double> young_modulus_pa{};
+    std::optional<double> poisson_ratio{};
+    /// Voxels with a larger value are hard; −∞: all of them, ∞: none.
+    std::optional<double> fixed_hu{};
+};
+
 /// A control lattice over a part of a scan [Choi2004, 4.2.2]. Nodes have world positions [mm, LPS]
 /// and properties from the mean voxel value around them. Units: mm, g, s.
 struct SpringScan {
@@ -272,6 +281,16 @@ struct SpringScan {
     /// stiffness of a link is 0.4·E·a with the mean E of its ends; a is the edge of a cube with a
     /// cell's volume.
     std::function<double(double hu)> young_modulus_pa{};
+    /// Poisson's ratio at a value, from 0.25, below 0.5; empty: 1/4, that of links alone. Above 1/4
+    /// a link takes µ·a, and a cell the volume energy λ − µ, means of their nodes (closed_form).
+    std::function<double(double hu)> poisson_ratio{};
+    /// As in SpringLattice; it matters where the outermost nodes are free.
+    bool shared_by_cells = false;
+    /// Tissues whose properties don't follow from the values, such as labelled organs. A node takes
+    /// the mean of the voxels around it.
+    std::vector<SpringOrgan> organs{};
+    /// Index of a voxel's organ, −1: none. Required by organs.
+    std::function<int(Vec3i ijk)> organ_at{};
     double node_damping = 0;       ///< g/s
     double density_g_mm3 = 0.001;  ///< of all nodes, in air too: it determines the time step
 };

@@ -130,6 +130,10 @@ class Tissue : public MovingScan {
     virtual Record settings() const { return {}; }
     /// Changes some of them, all or none. @returns Unsupported by default
     virtual Status configure(const Record& changes) noexcept;
+    /// Sets the depth of forces to the smallest one at which one more layer moves nothing by
+    /// more than the threshold, for the present tools.
+    /// @returns the depth; Unsupported by default, NotFound up to max_depth or without a tool
+    virtual Result<std::int32_t> take_depth(double threshold_mm, std::int32_t max_depth) noexcept;
     /// Figures for display, by name, such as counts of nodes.
     virtual Record figures() const { return {}; }
     /// Figures for a report, which may take a while to compute. A name with a dot is a part of an
@@ -169,7 +173,7 @@ class Tissue : public MovingScan {
 /// Thread safety: one thread.
 class NodeTissue : public Tissue {
   public:
-    /// Writes the state: all data that determine future results. Always of the same length.
+    /// Writes the state: all data that determine future results.
     /// @param[out] numbers  resized if needed, else no memory is allocated
     virtual void state(std::vector<double>& numbers) const = 0;
     /// Restores a state, with all tools released.
@@ -219,17 +223,22 @@ struct SpringDeformationSettings {
     Box3i region{};                  ///< voxels that may move; empty: the whole scan
     double cell_mm = 8;              ///< edge of a control cell, rounded to whole voxels
     double young_modulus_pa = 15e3;  ///< of tissue; air has 1 % of it
+    double poisson_ratio = 0.25;  ///< of tissue; above 1/4 control cells resist changes of volume
     double air_threshold_hu = -500;  ///< smaller values are air
     double fixed_hu = 300;           ///< nodes with a larger mean value around them are fixed
     double fixed_share = 0.05;       ///< cells with a larger share of such voxels have fixed nodes
     std::int32_t depth = 10;         ///< layers of nodes that forces reach around a tool
     /// Time in which free motion decays to 1/e [s].
     double damping_s = 0.005;
+    /// Tissues by label: `elastic` and law Immobile have an effect, and bone_threshold_hu as
+    /// fixed_hu. Voxels of law Constant aren't fixed by their value.
+    std::vector<LabelMaterial> label_materials{};
+    std::shared_ptr<const Volume> labels{};  ///< on the scan's grid; required by label_materials
 
     friend bool operator==(const SpringDeformationSettings&,
                            const SpringDeformationSettings&) = default;
 };
-/// Rows of these settings, except the region.
+/// Rows of these settings, except the region and labels.
 SettingRows<SpringDeformationSettings> spring_rows() noexcept;
 
 struct SpringMotion {
@@ -269,6 +278,18 @@ class SpringDeformation : public MovingScan {
     double time_step_s() const;
     bool is_settled() const;
 
+    /// Cuts the tissue along a ribbon: links and volumes that it crosses no longer pull, and the
+    /// elements follow the nodes on their side. Tools keep their nodes.
+    /// @returns InvalidArgument for a surface without area, or far away
+    Result<CutReport> cut(const CutSurface& surface) noexcept;
+    /// All cuts, at rest.
+    std::span<const CutTriangle> cuts_mm() const;
+
+    /// Finds the smallest depth at which one more layer moves no node by more than the threshold,
+    /// at the equilibrium with the present tools [Choi2004, 3.1.3]. Nothing changes.
+    /// @returns depth 0 if it is above max_depth; NotFound if no tool holds a node
+    Result<DepthFound> find_depth(double threshold_mm, std::int32_t max_depth) const noexcept;
+
     const SpringDeformationSettings& settings() const;
     /// @returns InvalidArgument for a negative depth
     Status set_depth(std::int32_t depth) noexcept;
@@ -286,6 +307,9 @@ class SpringDeformation : public MovingScan {
     /// Sets the positions of all nodes, at zero speed. Tools let go; displaced nodes can move.
     /// @returns InvalidArgument, with nothing changed, like ControlLattice::place
     Status set_positions(std::span<const Vec3d> positions_mm) noexcept;
+    /// Likewise, with other cuts than the present ones.
+    Status set_shape(std::span<const Vec3d> positions_mm,
+                     std::span<const CutTriangle> cuts_mm) noexcept;
     const ControlLattice& control() const;
     std::int32_t fixed_nodes() const;
     /// Hash of all positions.

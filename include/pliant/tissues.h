@@ -50,6 +50,11 @@ class MeshTissue : public NodeTissue {
     virtual std::int32_t node_count() const = 0;
 };
 
+/// Takes the elastic tissues of ChainMail's settings: those of labels, and `elastic` instead of the
+/// default modulus and Poisson's ratio.
+Status take_materials(const ChainMailSettings& materials,
+                      SpringDeformationSettings& settings) noexcept;
+
 Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
                                              const SpringDeformationSettings& settings,
                                              const TaskArena& arena) noexcept;

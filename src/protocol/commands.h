@@ -87,7 +87,9 @@ struct TissueCommand {
                               ///< ignored
 };
 struct DepthCommand {
-    int layers = 0;  ///< layers that forces reach
+    std::optional<int> layers{};        ///< layers that forces reach
+    std::optional<double> within_mm{};  ///< instead: as Tissue::take_depth
+    std::optional<bool> by_time{};      ///< TissueChoice::depth_by_time from now on; empty: no
 };
 
 /// Motion of the hand on the catheter. Empty fields don't change.

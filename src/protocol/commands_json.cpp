@@ -248,7 +248,7 @@ Action read_tissue(Fields& f) {
 }
 Action read_depth(Fields& f) {
     DepthCommand depth;
-    f.require("layers");
+    if (!f.has("within_mm") && !f.has("by_time")) f.require("layers");
     f.settings(depth_rows(), depth);
     return depth;
 }

@@ -136,6 +136,7 @@ Json json_of(const SharedState& s) {
     if (s.vessel) json["vessel"] = json_of(*s.vessel, s.pace);
     if (t.model == TissueModel::Springs) {
         put(tissue, t.springs, spring_rows());
+        tissue["depth_by_time"] = t.depth_by_time;
         tissue["centre"] = json_of(t.centre_mm);
     }
     for (const NamedValue& figure : s.figures) tissue[figure.name] = json_of_figure(figure.value);

@@ -14,6 +14,9 @@ constexpr Setting<TissueChoice> kTissue[] = {
                                    .high = 64,
                                    .text = "control nodes along each axis, or as many as the scan "
                                            "has room for"}),
+    setting<&TissueChoice::depth_by_time>(
+        {.name = "depth_by_time",
+         .text = "the server lowers or raises the depth so that motion keeps its pace"}),
 };
 
 constexpr Setting<IsoCommand> kIso[] = {
@@ -34,6 +37,18 @@ constexpr Setting<DepthCommand> kDepth[] = {
                                     .low = 0,
                                     .high = kMaxDepthLayers,
                                     .text = "layers beyond the contact that move"}),
+    setting<&DepthCommand::within_mm>(
+        {.name = "within_mm",
+         .unit = "mm",
+         .low = 0,
+         .high = 1000,
+         .above_low = true,
+         .text =
+             "instead of layers: so many that one more moves no node of the present contacts by "
+             "more than this"}),
+    setting<&DepthCommand::by_time>({.name = "by_time",
+                                     .text = "as depth_by_time of the tissue; other commands end "
+                                             "it"}),
 };
 
 constexpr Setting<DriveCommand> kDrive[] = {

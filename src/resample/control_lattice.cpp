@@ -16,6 +16,7 @@
 #include "core/errors.h"
 #include "field/trilinear_cell.h"
 #include "field/writable_field.h"
+#include "resample/control_cuts.h"
 #include "resample/scatter_job.h"
 
 namespace pliant {
@@ -29,11 +30,11 @@ double mix(double a, double b, double t) {
 }
 
 /// Cell of an element along one axis, and its position in it.
-struct Place {
+struct InCell {
     int cell;
     double t;
 };
-Place place_of(int element, int first, int cell, int nodes) {
+InCell place_of(int element, int first, int cell, int nodes) {
     const int from = element - first;
     const int at = std::min(from / cell, nodes - 2);
     return {at, double(from - at * cell) / cell};
@@ -58,10 +59,21 @@ struct ControlLattice::Impl {
 
     Status place(std::span<const Vec3d> displacements_mm);
     Result<std::vector<Vec3d>> along_axes(std::span<const Vec3d> displacements_mm) const;
-    void list_bricks(std::span<const Vec3d> along);
+    Status set_cuts(std::span<const CutTriangle> triangles_mm);
+    void add_ghosts(const ControlCuts& made, std::vector<Vec3d>& along) const;
+    /// Lists bricks and allocates their memory, all or none. @param list  calls list_bricks_at
+    template <class List>
+    void list_bricks(const List& list);
     void list_bricks_at(Vec3i node);
+    void write_listed();
     void write(FieldBrick& brick) const;
     void write_row(FieldBrick& brick, int row, Vec3i from, int width) const;
+    void write_cut_cells(FieldBrick& brick, int row, Vec3i from, int width) const;
+    std::size_t node_count() const { return dense_count(grid.size); }
+    Vec3i node_place(std::int32_t node) const {
+        return {node % grid.size.x, node / grid.size.x % grid.size.y,
+                node / (grid.size.x * grid.size.y)};
+    }
     /// Corners of a cell, moved by shift(node) [mm along the lattice's axes]. In voxels.
     template <class Shift>
     std::array<Vec3d, 8> corners(Vec3i cell, const Shift& shift) const;
@@ -71,11 +83,13 @@ struct ControlLattice::Impl {
     ControlGrid grid;
     WritableField field;
     Deformation deformation{field};
-    Box3i region;                              ///< voxels that follow the nodes
-    Box3i bricks;                              ///< bricks that hold them
-    std::array<std::vector<double>, 3> units;  ///< displacements of nodes, along i, j, k [2⁻²⁰ mm]
-    std::vector<std::uint8_t> is_listed;       ///< [brick of bricks]; all 0 between calls
-    std::vector<int> listed;                   ///< indices of bricks to be written
+    Box3i region;  ///< voxels that follow the nodes
+    Box3i bricks;  ///< bricks that hold them
+    /// Displacements of nodes and ghosts, along i, j, k [2⁻²⁰ mm].
+    std::array<std::vector<double>, 3> units;
+    ControlCuts cuts;
+    std::vector<std::uint8_t> is_listed;  ///< [brick of bricks]; all 0 between calls
+    std::vector<int> listed;              ///< indices of bricks to be written
 };
 
 ControlLattice::ControlLattice(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
@@ -135,9 +149,9 @@ void ControlLattice::Impl::list_bricks_at(Vec3i node) {
 }
 
 void ControlLattice::Impl::write_row(FieldBrick& brick, int row, Vec3i from, int width) const {
-    const Place y = place_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
-    const Place z = place_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
-    std::array<Place, kBrickSize> along;
+    const InCell y = place_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
+    const InCell z = place_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
+    std::array<InCell, kBrickSize> along;
     for (int x = 0; x < width; ++x)
         along[std::size_t(x)] = place_of(from.x + x, grid.first.x, grid.cell.x, grid.size.x);
     const int first = along[0].cell, last = along[std::size_t(width - 1)].cell + 1;
@@ -153,9 +167,33 @@ void ControlLattice::Impl::write_row(FieldBrick& brick, int row, Vec3i from, int
         }
         Fixed* to = brick.u[a] + row;
         for (int x = 0; x < width; ++x) {
-            const Place p = along[std::size_t(x)];
+            const InCell p = along[std::size_t(x)];
             const auto n = std::size_t(p.cell - first);
             to[x] = Fixed(std::lrint(mix(line[n], line[n + 1], p.t)));
+        }
+    }
+    if (!cuts.ghosts().empty()) write_cut_cells(brick, row, from, width);
+}
+
+/// Elements of a row that follow ghosts.
+void ControlLattice::Impl::write_cut_cells(FieldBrick& brick, int row, Vec3i from,
+                                           int width) const {
+    const InCell y = place_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
+    const InCell z = place_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
+    for (int i = 0; i < width; ++i) {
+        const InCell x = place_of(from.x + i, grid.first.x, grid.cell.x, grid.size.x);
+        const Vec3i cell{x.cell, y.cell, z.cell};
+        Vec3i at = from + Vec3i{i, 0, 0} - grid.first;
+        for (int a = 0; a < 3; ++a) at[a] -= cell[a] * grid.cell[a];
+        const std::int32_t* corner = cuts.corners(cell, at);
+        if (!corner) continue;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto along_x = [&](int c) {
+                return mix(units[a][std::size_t(corner[c])], units[a][std::size_t(corner[c + 1])],
+                           x.t);
+            };
+            brick.u[a][row + i] = Fixed(std::lrint(
+                mix(mix(along_x(0), along_x(2), y.t), mix(along_x(4), along_x(6), y.t), z.t)));
         }
     }
 }
@@ -177,11 +215,10 @@ void ControlLattice::Impl::write(FieldBrick& brick) const {
 /// Displacements along the lattice's axes [mm], after a check.
 Result<std::vector<Vec3d>> ControlLattice::Impl::along_axes(
     std::span<const Vec3d> displacements_mm) const {
-    if (displacements_mm.size() != units[0].size())
-        return Error{ErrorCode::InvalidArgument, "control lattice: expected displacements of " +
-                                                     std::to_string(units[0].size()) +
-                                                     " nodes, found " +
-                                                     std::to_string(displacements_mm.size())};
+    if (displacements_mm.size() != node_count())
+        return Error{ErrorCode::InvalidArgument,
+                     "control lattice: expected displacements of " + std::to_string(node_count()) +
+                         " nodes, found " + std::to_string(displacements_mm.size())};
     const Mat3d axes = inverse(scan.grid.direction);
     std::vector<Vec3d> along(displacements_mm.size());
     for (std::size_t n = 0; n < along.size(); ++n) {
@@ -196,18 +233,21 @@ Result<std::vector<Vec3d>> ControlLattice::Impl::along_axes(
     return along;
 }
 
-/// Lists the bricks at moved nodes, and allocates their memory.
-void ControlLattice::Impl::list_bricks(std::span<const Vec3d> along) {
+/// Appends the displacements of ghosts.
+void ControlLattice::Impl::add_ghosts(const ControlCuts& made, std::vector<Vec3d>& along) const {
+    for (const ControlCuts::Ghost& ghost : made.ghosts()) {
+        Vec3d sum{0, 0, 0};
+        for (const std::int32_t node : ghost.like) sum = sum + along[std::size_t(node)];
+        along.push_back((1.0 / double(ghost.like.size())) * sum);
+    }
+}
+
+template <class List>
+void ControlLattice::Impl::list_bricks(const List& list) {
     const auto unlist = [&] { std::fill(is_listed.begin(), is_listed.end(), std::uint8_t(0)); };
     listed.clear();
     try {
-        for_each_in({{0, 0, 0}, grid.size}, [&](Vec3i ijk) {
-            const std::size_t n = node_at(ijk);
-            bool moved = false;
-            for (int a = 0; a < 3; ++a)
-                moved |= units[std::size_t(a)][n] != kUnitsPerMm * along[n][a];
-            if (moved) list_bricks_at(ijk);
-        });
+        list();
     } catch (...) {
         unlist();
         if (!listed.empty() && listed.back() < 0) listed.pop_back();
@@ -217,12 +257,7 @@ void ControlLattice::Impl::list_bricks(std::span<const Vec3d> along) {
     unlist();
 }
 
-Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
-    const Result<std::vector<Vec3d>> along = along_axes(displacements_mm);
-    if (!along) return along.error();
-    list_bricks(*along);
-    for (std::size_t n = 0; n < along->size(); ++n)
-        for (int a = 0; a < 3; ++a) units[std::size_t(a)][n] = kUnitsPerMm * (*along)[n][a];
+void ControlLattice::Impl::write_listed() {
     const std::uint64_t now = field.tick();
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t b = begin; b < end; ++b) {
@@ -233,11 +268,79 @@ Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
     };
     arena.for_each(std::int64_t(listed.size()), kBricksPerTask, std::ref(task));
     field.drop_still_bricks(listed);
+}
+
+Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
+    Result<std::vector<Vec3d>> along = along_axes(displacements_mm);
+    if (!along) return along.error();
+    add_ghosts(cuts, *along);
+    const auto has_moved = [&](std::size_t n) {
+        bool moved = false;
+        for (int a = 0; a < 3; ++a)
+            moved |= units[std::size_t(a)][n] != kUnitsPerMm * (*along)[n][a];
+        return moved;
+    };
+    list_bricks([&] {
+        for_each_in({{0, 0, 0}, grid.size}, [&](Vec3i ijk) {
+            if (has_moved(node_at(ijk))) list_bricks_at(ijk);
+        });
+        for (std::size_t n = 0; n < cuts.ghosts().size(); ++n)
+            if (has_moved(node_count() + n)) list_bricks_at(node_place(cuts.ghosts()[n].node));
+    });
+    for (std::size_t n = 0; n < along->size(); ++n)
+        for (int a = 0; a < 3; ++a) units[std::size_t(a)][n] = kUnitsPerMm * (*along)[n][a];
+    write_listed();
     return Ok{};
 }
 
 Status ControlLattice::place(std::span<const Vec3d> displacements_mm) noexcept {
     return attempt([&] { return m_impl->place(displacements_mm); });
+}
+
+Status ControlLattice::Impl::set_cuts(std::span<const CutTriangle> triangles_mm) {
+    Result<ControlCuts> made =
+        ControlCuts::create(scan.grid, grid, triangles_mm, kBrickSize, arena);
+    if (!made) return made.error();
+    std::vector<Vec3d> along(node_count());
+    for (std::size_t n = 0; n < along.size(); ++n) along[n] = shift_mm(n);
+    add_ghosts(*made, along);
+    for (auto& axis : units) axis.reserve(along.size());
+    EditMap edits = made->edits();
+    for (const auto& [brick, flags] : cuts.edits()) edits.try_emplace(brick);
+    field.prepare_edits(edits);
+    try {
+        list_bricks([&] {
+            for (const ControlCuts* own : {&cuts, &*made})
+                for (const ControlCuts::Ghost& ghost : own->ghosts())
+                    list_bricks_at(node_place(ghost.node));
+        });
+    } catch (...) {
+        field.finish_edits(edits);
+        throw;
+    }
+    cuts = std::move(*made);
+    for (std::size_t a = 0; a < 3; ++a) {
+        units[a].resize(along.size());
+        for (std::size_t n = node_count(); n < along.size(); ++n)
+            units[a][n] = kUnitsPerMm * along[n][int(a)];
+    }
+    field.exchange_edits(edits);
+    field.finish_edits(edits);
+    write_listed();
+    return Ok{};
+}
+
+Status ControlLattice::set_cuts(std::span<const CutTriangle> triangles_mm) noexcept {
+    return attempt([&] { return m_impl->set_cuts(triangles_mm); });
+}
+
+std::span<const CutTriangle> ControlLattice::cuts_mm() const {
+    return m_impl->cuts.triangles_mm();
+}
+
+bool ControlLattice::is_cut(Vec3d from_mm, Vec3d to_mm) const {
+    const Grid& grid = m_impl->scan.grid;
+    return m_impl->cuts.is_between(voxel_from_world(grid, from_mm), voxel_from_world(grid, to_mm));
 }
 
 template <class Shift>
@@ -278,7 +381,7 @@ std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
 
 bool ControlLattice::folds(std::span<const Vec3d> displacements_mm, double share) const {
     const Impl& m = *m_impl;
-    PLIANT_ASSERT(displacements_mm.size() == m.units[0].size());
+    PLIANT_ASSERT(displacements_mm.size() == m.node_count());
     const Mat3d axes = inverse(m.scan.grid.direction);
     const double least =
         share * double(m.grid.cell.x) * double(m.grid.cell.y) * double(m.grid.cell.z);
@@ -306,11 +409,11 @@ const ControlGrid& ControlLattice::grid() const {
     return m_impl->grid;
 }
 std::int32_t ControlLattice::node_count() const {
-    return std::int32_t(m_impl->units[0].size());
+    return std::int32_t(m_impl->node_count());
 }
 Vec3d ControlLattice::node_mm(std::int32_t node) const {
     const ControlGrid& g = m_impl->grid;
-    const Vec3i n{node % g.size.x, node / g.size.x % g.size.y, node / (g.size.x * g.size.y)};
+    const Vec3i n = m_impl->node_place(node);
     Vec3d ijk;
     for (int a = 0; a < 3; ++a) ijk[a] = g.first[a] + double(g.cell[a]) * n[a];
     return world_from_voxel(m_impl->scan.grid, ijk);

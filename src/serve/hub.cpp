@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "protocol/limits.h"
+#include "serve/depth_for_time.h"
 #include "session/checkpoint.h"
 #include "session/replay.h"
 
@@ -17,6 +18,7 @@ namespace pliant::serve {
 namespace {
 
 constexpr std::size_t kMaxUnlogged = 16;  ///< records of one step
+constexpr std::uint32_t kServer = 0;      ///< number of commands by no client
 constexpr std::size_t kMaxUntold = 1024;  ///< refused messages
 
 double ms_between(Clock::time_point from, Clock::time_point to) {
@@ -333,6 +335,7 @@ void Hub::relax() {
     const Clock::time_point begin = each_ms > 0 ? Clock::now() : m_now;
     const std::chrono::milliseconds most = each_ms > 0 ? kMotionTime : kRelaxTime;
     int sweeps = 0;
+    double sweeps_took_ms = 0;
     while (m_scene->wants_sweep() && log_is_ready() &&
            (sweeps == 0 || Clock::now() - begin < most)) {
         if (m_owed_ms < each_ms) break;
@@ -340,9 +343,10 @@ void Hub::relax() {
         const Result<double> took_ms = m_scene->sweep();
         if (!took_ms.ok()) break;
         m_solve_ms += *took_ms;
+        sweeps_took_ms += *took_ms;
         ++sweeps;
     }
-    measure_updates(sweeps, each_ms, passed_ms);
+    measure_updates(sweeps, each_ms, passed_ms, sweeps_took_ms);
     if (sweeps == 0) return;
     m_worked = m_moved = true;
     note(SessionSweeps{sweeps});
@@ -350,11 +354,12 @@ void Hub::relax() {
 }
 
 /// Measures the rate of node updates, over half a second of motion.
-void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
+void Hub::measure_updates(int sweeps, double each_ms, double passed_ms, double took_ms) {
     constexpr double kWindowMs = 500;
     if (m_was_moving) {
         m_window_ms += passed_ms;
         m_window_sweeps_ms += sweeps * each_ms;
+        m_window_took_ms += took_ms;
     }
     m_was_moving = each_ms > 0 && m_scene->wants_sweep();
     if (!m_was_moving) m_owed_ms = 0;
@@ -363,8 +368,20 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
     if (m_window_ms > kWindowMs / 5) {
         m_timing.pace = m_window_sweeps_ms / m_window_ms;
         m_timing.update_hz = std::round(m_scene->tissue().traits().update_hz * m_timing.pace);
+        adapt_depth();
     }
-    m_window_ms = m_window_sweeps_ms = 0;
+    m_window_ms = m_window_sweeps_ms = m_window_took_ms = 0;
+}
+
+/// Lowers or raises the depth of forces by the last half second of motion, if the clients want it.
+/// The commands are recorded, so that a session can be done again.
+void Hub::adapt_depth() {
+    const TissueChoice& choice = m_scene->choice();
+    if (!choice.depth_by_time || m_window_sweeps_ms <= 0) return;
+    const int layers =
+        depth_for_time(choice.springs.depth, m_timing.pace, m_window_took_ms / m_window_sweeps_ms);
+    if (layers != choice.springs.depth)
+        act(kServer, DepthCommand{.layers = layers, .by_time = true});
 }
 
 void Hub::resample() {

@@ -173,7 +173,8 @@ class Hub final : private FeedHost {
     void measure_force();
     void tell_eyes();
     void relax();
-    void measure_updates(int sweeps, double each_ms, double passed_ms);
+    void measure_updates(int sweeps, double each_ms, double passed_ms, double took_ms);
+    void adapt_depth();
     void resample();
     void note(SessionRecord record) noexcept;
     void note_time();
@@ -254,9 +255,9 @@ class Hub final : private FeedHost {
     bool m_was_moving = false;  ///< a model with simulated time was in motion
     double m_owed_ms = 0;       ///< lag of the model's time
     Clock::time_point m_relaxed_at{};
-    double m_window_ms = 0, m_window_sweeps_ms = 0;  ///< for update_hz
-    std::vector<Done> m_outcomes;                    ///< of this step
-    double m_solve_ms = 0;                           ///< of this step
+    double m_window_ms = 0, m_window_sweeps_ms = 0, m_window_took_ms = 0;  ///< for update_hz
+    std::vector<Done> m_outcomes;                                          ///< of this step
+    double m_solve_ms = 0;                                                 ///< of this step
     std::int64_t m_moved_elements = 0;
     SharedState m_timing;  ///< timing of the last step with motion
     std::string m_state_text;

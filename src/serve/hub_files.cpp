@@ -88,7 +88,8 @@ void Hub::take(ConnectionId, Opening& opening) {
     m_deformed = std::move(deformed);
     note(SessionOpen{std::move(opening.scene.recorded)});
     ++m_step;
-    m_timing = {};
+    const SharedState none;
+    m_timing = none;
     m_unsaved_ms = 0;
     m_is_unsaved = false;
     m_checksums.reset();

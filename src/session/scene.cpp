@@ -70,6 +70,7 @@ Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const L
     if (settings.air_threshold_hu == missing.air_threshold_hu)
         settings.air_threshold_hu = values.air_threshold;
     settings.region = region_of(choice, loaded.volume.grid);
+    if (const Status s = take_materials(loaded.settings, settings); !s.ok()) return s.error();
     auto model = make_springs(loaded.volume, settings, arena);
     if (!model.ok()) return model.error();
     return MadeTissue{std::move(*model)};

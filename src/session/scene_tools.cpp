@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/errors.h"
+#include "protocol/limits.h"
 #include "protocol/wire_rows.h"
 #include "session/outcomes.h"
 #include "session/scene.h"
@@ -24,9 +25,16 @@ constexpr std::uint32_t kDrives = 1;
 
 Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
     if (!has_setting("depth")) return not_with(m_choice, "depth", "springs");
-    if (const Status s = tissue().configure({{"depth", command.layers}}); !s.ok())
+    int layers = command.layers.value_or(m_choice.springs.depth);
+    if (command.within_mm) {
+        const auto found = tissue().take_depth(*command.within_mm, kMaxDepthLayers);
+        if (!found.ok()) return refused(found.error());
+        layers = *found;
+    } else if (const Status s = tissue().configure({{"depth", layers}}); !s.ok()) {
         return refused(s.error());
-    m_choice.springs.depth = command.layers;
+    }
+    m_choice.springs.depth = layers;
+    m_choice.depth_by_time = command.by_time.value_or(false);
     m_settled = false;
     return {};
 }

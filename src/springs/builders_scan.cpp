@@ -16,13 +16,26 @@ namespace pliant {
 namespace {
 
 constexpr double kTissueYoung_pa = 15e3, kAirYoung_pa = 150, kAirBelow_hu = -500;
+constexpr double kLinksAlone = 0.25;  ///< their Poisson's ratio
 
 Error bad_lattice(const std::string& text) {
     return {ErrorCode::InvalidArgument, "control lattice " + text};
 }
 
-/// Mean of the voxels that are nearer to a node than to its neighbours.
-double mean_value(const Volume& volume, Vec3d centre, Vec3d spacing, const Box3i& region) {
+/// Voxels of one organ, or of none, around a node.
+struct Around {
+    double share = 0, mean = 0;
+};
+
+/// Index into the voxels around a node, and into the organs with none first.
+std::size_t organ_of(const SpringScan& scan, Vec3i ijk) {
+    const int organ = scan.organ_at && !scan.organs.empty() ? scan.organ_at(ijk) : -1;
+    return organ >= 0 && std::size_t(organ) < scan.organs.size() ? std::size_t(organ) + 1 : 0;
+}
+
+/// The voxels that are nearer to a node than to its neighbours, by organ. @param[out] around
+void look_around(const Volume& volume, const SpringScan& scan, Vec3d centre, Vec3d spacing,
+                 const Box3i& region, std::vector<Around>& around) {
     Vec3i low, high;
     for (int a = 0; a < 3; ++a) {
         low[a] = std::clamp(int(std::ceil(centre[a] - spacing[a] / 2)), region.begin[a],
@@ -30,12 +43,64 @@ double mean_value(const Volume& volume, Vec3d centre, Vec3d spacing, const Box3i
         high[a] =
             std::clamp(int(std::floor(centre[a] + spacing[a] / 2)), low[a], region.end[a] - 1);
     }
-    double sum = 0;
+    around.assign(scan.organs.size() + 1, {});
     for (int k = low.z; k <= high.z; ++k)
         for (int j = low.y; j <= high.y; ++j)
-            for (int i = low.x; i <= high.x; ++i) sum += double(volume.at({i, j, k}));
+            for (int i = low.x; i <= high.x; ++i) {
+                Around& own = around[organ_of(scan, {i, j, k})];
+                own.share += 1;
+                own.mean += double(volume.at({i, j, k}));
+            }
     const Vec3i n = high - low + Vec3i{1, 1, 1};
-    return sum / (double(n.x) * n.y * n.z);
+    for (Around& own : around) {
+        own.mean /= std::max(1.0, own.share);
+        own.share /= double(n.x) * n.y * n.z;
+    }
+}
+
+/// Elastic properties of a node, and whether it is fixed.
+struct NodeElasticity {
+    double stiffness = 0, bulk = 0;
+    bool hard = false;
+};
+
+double fixed_hu_of(const SpringScan& scan, std::size_t organ) {
+    return organ == 0 ? scan.fixed_hu : scan.organs[organ - 1].fixed_hu.value_or(scan.fixed_hu);
+}
+
+/// @param edge  of a cube with a cell's volume [mm]
+Result<NodeElasticity> elasticity_of(const Volume& volume, const SpringScan& scan,
+                                     const std::vector<Around>& around, double edge) {
+    NodeElasticity node;
+    double hard = 0;
+    for (std::size_t n = 0; n < around.size(); ++n) {
+        const auto [share, hu] = around[n];
+        if (share == 0) continue;
+        double young = scan.young_modulus_pa ? scan.young_modulus_pa(hu)
+                       : hu < kAirBelow_hu   ? kAirYoung_pa
+                                             : kTissueYoung_pa;
+        double poisson = scan.poisson_ratio ? scan.poisson_ratio(hu) : kLinksAlone;
+        if (n > 0) {
+            young = scan.organs[n - 1].young_modulus_pa.value_or(young);
+            poisson = scan.organs[n - 1].poisson_ratio.value_or(poisson);
+        }
+        const auto bad = [&](const char* name, const char* expected, double found) {
+            return bad_lattice(std::string(name) + ": expected numbers " + expected + ", found " +
+                               std::to_string(found) + " at " + std::to_string(hu) +
+                               value_unit(volume));
+        };
+        if (!(std::isfinite(young) && young > 0)) return bad("young_modulus_pa", "above 0", young);
+        if (!(poisson >= kLinksAlone && poisson < 0.5))
+            return bad("poisson_ratio", "from 0.25, below 0.5", poisson);
+        // With 1/4 the bulk is 0, without rounding.
+        const SpringMaterial own = poisson == kLinksAlone ? SpringMaterial{0.4 * young * edge, 0}
+                                                          : closed_form(young, poisson, edge);
+        node.stiffness += share * own.stiffness;
+        node.bulk += share * std::max(0.0, own.bulk);
+        if (hu > fixed_hu_of(scan, n)) hard += share;
+    }
+    node.hard = hard > 0.5;
+    return node;
 }
 
 /// [cell]: share of hard voxels. A voxel between two cells counts in the later one, or in the last.
@@ -56,7 +121,8 @@ std::vector<double> hard_shares(const Volume& volume, const SpringScan& scan, co
                 std::size_t(cells.x) * (std::size_t(cells.y) * std::size_t(z) + std::size_t(y));
             for (int i = region.begin.x; i < region.end.x; ++i) {
                 const auto c = row + std::size_t(along[0][std::size_t(i - region.begin.x)]);
-                hard[c] += double(volume.at({i, j, k})) > scan.fixed_hu;
+                hard[c] +=
+                    double(volume.at({i, j, k})) > fixed_hu_of(scan, organ_of(scan, {i, j, k}));
                 ++voxels[c];
             }
         }
@@ -92,31 +158,28 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
                                          .spacing = spacing,
                                          .links = scan.links,
                                          .node_damping = scan.node_damping,
-                                         .density = scan.density_g_mm3});
+                                         .density = scan.density_g_mm3,
+                                         .shared_by_cells = scan.shared_by_cells});
         if (!parts.ok()) return parts.error();
         const double edge = std::cbrt(spacing.x * spacing.y * spacing.z);
         const Grid nodes{.size = scan.size};
-        std::vector<double> stiffness(parts->nodes.size());
+        std::vector<NodeElasticity> tissues(parts->nodes.size());
+        std::vector<Around> around;
         for (int k = 0; k < scan.size.z; ++k)
             for (int j = 0; j < scan.size.y; ++j)
                 for (int i = 0; i < scan.size.x; ++i) {
                     const Vec3d ijk{region.begin.x + step.x * i, region.begin.y + step.y * j,
                                     region.begin.z + step.z * k};
                     const std::size_t n = voxel_index(nodes, {i, j, k});
-                    const double hu = mean_value(volume, ijk, step, region);
+                    look_around(volume, scan, ijk, step, region, around);
+                    const Result<NodeElasticity> tissue = elasticity_of(volume, scan, around, edge);
+                    if (!tissue.ok()) return tissue.error();
+                    tissues[n] = *tissue;
                     const bool at_border = i == 0 || j == 0 || k == 0 || i == scan.size.x - 1 ||
                                            j == scan.size.y - 1 || k == scan.size.z - 1;
                     SpringNode& node = parts->nodes[n];
                     node.rest = world_from_voxel(volume.grid, ijk);
-                    node.fixed = hu > scan.fixed_hu || (scan.fixed_border && at_border);
-                    const double young = scan.young_modulus_pa ? scan.young_modulus_pa(hu)
-                                         : hu < kAirBelow_hu   ? kAirYoung_pa
-                                                               : kTissueYoung_pa;
-                    if (!(std::isfinite(young) && young > 0))
-                        return bad_lattice("young_modulus_pa: expected numbers above 0, found " +
-                                           std::to_string(young) + " at " + std::to_string(hu) +
-                                           value_unit(volume));
-                    stiffness[n] = 0.4 * young * edge;
+                    node.fixed = tissue->hard || (scan.fixed_border && at_border);
                 }
         if (scan.fixed_share < 1) {
             const std::vector<double> hard = hard_shares(volume, scan, region, step);
@@ -125,8 +188,15 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
                     for (const std::int32_t n : parts->cells[c].nodes)
                         parts->nodes[std::size_t(n)].fixed = true;
         }
-        for (SpringLink& link : parts->links)
-            link.stiffness = (stiffness[std::size_t(link.a)] + stiffness[std::size_t(link.b)]) / 2;
+        for (SpringLink& link : parts->links) {
+            const double share = scan.shared_by_cells ? link.stiffness : 1;
+            link.stiffness =
+                share *
+                (tissues[std::size_t(link.a)].stiffness + tissues[std::size_t(link.b)].stiffness) /
+                2;
+        }
+        for (SpringCell& cell : parts->cells)
+            for (const std::int32_t n : cell.nodes) cell.bulk += tissues[std::size_t(n)].bulk / 8;
         // A left-handed grid inverts cells: their bottoms and tops are exchanged.
         if (determinant(volume.grid.direction) < 0)
             for (SpringCell& cell : parts->cells)

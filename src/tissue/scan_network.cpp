@@ -4,23 +4,79 @@
 #include "tissue/scan_network.h"
 
 #include <pliant/springs.h>
+#include <pliant/tissues.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <string>
 
 #include "core/errors.h"
 #include "core/text.h"
+#include "material/labels.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kAirShare = 0.01;
+constexpr double kAirPoisson = 0.25;  ///< air can leave: it resists no change of volume
+constexpr double kPaPerKpa = 1000;
 /// Fraction of the longest time step that is stable near rest; a bent network needs shorter ones.
 constexpr double kStepShare = 0.6;
 constexpr std::int64_t kMaxNodes = 1'000'000;
 
+SpringOrgan organ_of(const LabelMaterial& material) {
+    SpringOrgan organ;
+    if (material.elastic) {
+        organ.young_modulus_pa = kPaPerKpa * material.elastic->young_modulus_kpa;
+        organ.poisson_ratio = material.elastic->poisson_ratio;
+    }
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    organ.fixed_hu = material.law == LabelLaw::Immobile   ? -kInfinity
+                     : material.law == LabelLaw::Constant ? kInfinity
+                                                          : material.bone_threshold_hu;
+    return organ;
+}
+
+/// Adds the tissues of [[label]] tables.
+Status add_labels(const Grid& grid, const SpringDeformationSettings& s, SpringScan& scan) {
+    const auto materials = std::make_shared<ChainMailSettings>();
+    materials->label_materials = s.label_materials;
+    for (LabelMaterial& material : materials->label_materials) material.along_direction = false;
+    materials->labels = s.labels;
+    if (const Status valid = check_labels(*materials, grid); !valid.ok()) return valid;
+    for (std::size_t n = 0; n < s.label_materials.size(); ++n) {
+        const SpringOrgan organ = scan.organs.emplace_back(organ_of(s.label_materials[n]));
+        const double poisson = organ.poisson_ratio.value_or(s.poisson_ratio);
+        if (!(poisson >= 0.25 && poisson < 0.5))
+            return expected_error("[[label]] " + std::to_string(n + 1) + " elastic",
+                                  "a Poisson's ratio from 0.25, below 0.5, for springs",
+                                  short_text(poisson));
+    }
+    if (scan.organs.empty()) return Ok{};
+    scan.organ_at = [map = std::make_shared<const LabelMap>(*materials)](Vec3i ijk) {
+        return map->law_at(ijk);
+    };
+    return Ok{};
+}
+
 }  // namespace
+
+Status take_materials(const ChainMailSettings& materials,
+                      SpringDeformationSettings& settings) noexcept {
+    return attempt([&]() -> Status {
+        settings.label_materials = materials.label_materials;
+        settings.labels = materials.labels;
+        if (!materials.elastic) return Ok{};
+        const SpringDeformationSettings usual;
+        if (settings.young_modulus_pa == usual.young_modulus_pa)
+            settings.young_modulus_pa = kPaPerKpa * materials.elastic->young_modulus_kpa;
+        if (settings.poisson_ratio == usual.poisson_ratio)
+            settings.poisson_ratio = materials.elastic->poisson_ratio;
+        return Ok{};
+    });
+}
 
 Result<ControlGrid> control_grid(const Volume& volume, const SpringDeformationSettings& s) {
     const Box3i whole = voxel_box(volume.grid);
@@ -62,12 +118,19 @@ Result<SpringTissue> tissue_of(const Volume& volume, const ControlGrid& grid,
     scan.young_modulus_pa = [young = s.young_modulus_pa, air = s.air_threshold_hu](double value) {
         return value < air ? kAirShare * young : young;
     };
+    scan.poisson_ratio = [poisson = s.poisson_ratio, air = s.air_threshold_hu](double value) {
+        return value < air ? kAirPoisson : poisson;
+    };
+    if (const Status labelled = add_labels(volume.grid, s, scan); !labelled.ok())
+        return labelled.error();
     auto parts = springs_of_scan(volume, scan);
     if (!parts.ok()) return parts.error();
     for (SpringNode& node : parts->nodes) node.damping = node.mass / s.damping_s;
     auto network = SpringNetwork::create(std::move(*parts));
     if (!network.ok()) return network.error();
-    const double step = kStepShare * network->stable_time_step();
+    const double stable = network->stable_time_step();
+    // Without a free node any step will do.
+    const double step = std::isfinite(stable) ? kStepShare * stable : s.damping_s;
     return SpringTissue::create(std::move(*network), {.depth = s.depth, .time_step = step});
 }
 

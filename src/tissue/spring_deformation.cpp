@@ -206,7 +206,7 @@ std::int32_t SpringDeformation::fixed_nodes() const {
     return m_impl->fixed;
 }
 std::uint64_t SpringDeformation::hash() const {
-    return m_impl->tissue.hash();
+    return m_impl->tissue.hash() ^ m_impl->hash_of_cuts();
 }
 
 const Volume& SpringDeformation::volume() const {

@@ -35,6 +35,14 @@ struct SpringDeformation::Impl {
     Result<PushReport> push(std::uint32_t tool, const Push& push);
     Result<SpringMotion> step(int count);
     Status set_positions(std::span<const Vec3d> positions_mm);
+    Result<CutReport> cut(const CutSurface& surface);
+    Status set_shape(std::span<const Vec3d> positions_mm, std::span<const CutTriangle> cuts_mm);
+    Result<std::vector<CutTriangle>> at_rest(const CutSurface& surface) const;
+    Vec3d rest_of(const ControlPlace& place) const;
+    Vec3d rest_of(Vec3d point_mm, Vec3d& shift) const;
+    std::vector<std::int32_t> crossed_links() const;
+    std::uint64_t hash_of_cuts() const;
+    Result<DepthFound> find_depth(double threshold_mm, std::int32_t max_depth) const;
     Tools with(std::uint32_t tool, std::vector<std::int32_t> nodes) const;
     void let_go_of(std::uint32_t tool) noexcept;
     void renew_sources() noexcept;

@@ -48,6 +48,13 @@ std::vector<std::int32_t> SpringDeformation::Impl::nodes_at(const Push& push,
                 nodes.push_back(n);
     // A small sphere lies between the nodes.
     if (nodes.empty() && !push.shape) nodes.assign(place.nodes.begin(), place.nodes.end());
+    if (radius == 0 && !control->cuts_mm().empty()) {
+        const Vec3d point = rest_of(place);
+        const auto is_hidden = [&](std::int32_t n) {
+            return control->is_cut(point, tissue.network().nodes()[std::size_t(n)].rest);
+        };
+        if (!std::all_of(nodes.begin(), nodes.end(), is_hidden)) std::erase_if(nodes, is_hidden);
+    }
     std::erase_if(nodes, [&](std::int32_t n) { return is_fixed(n); });
     return nodes;
 }
@@ -126,7 +133,10 @@ bool SpringDeformation::Impl::folds() noexcept {
             if (dot(change, change) <= much2) continue;
             stretched[std::size_t(n)] = stretched[std::size_t(other)] = 1;
         }
-    for (const SpringCell& cell : tissue.network().cells()) {
+    for (std::size_t c = 0; c < tissue.network().cells().size(); ++c) {
+        // The parts of a cut cell follow the nodes on their side.
+        if (tissue.network().is_cell_cut(c)) continue;
+        const SpringCell& cell = tissue.network().cells()[c];
         if (std::none_of(cell.nodes.begin(), cell.nodes.end(),
                          [&](std::int32_t n) { return stretched[std::size_t(n)] != 0; }))
             continue;

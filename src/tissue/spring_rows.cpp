@@ -20,6 +20,10 @@ constexpr Setting<S> kRows[] = {
                                    .low = 1,
                                    .high = 1e9,
                                    .text = "Young's modulus of tissue; air has a hundredth of it"}),
+    setting<&S::poisson_ratio>({.name = "poisson_ratio",
+                                .low = 0.25,
+                                .high = 0.499,
+                                .text = "Poisson's ratio of tissue; air has 0.25, that of links"}),
     setting<&S::air_threshold_hu>(
         {.name = "air_threshold_hu", .unit = "HU", .text = "smaller values are air"}),
     setting<&S::fixed_hu>({.name = "fixed_hu",

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
@@ -28,6 +29,7 @@ SettingRows<SpringDeformationSettings> live_rows() {
 
 TissueTraits SpringScanTissue::traits() const noexcept {
     return {.model = "springs",
+            .cuts = true,
             .moves_by_itself = true,
             .sweep_ms = 1000 * kStepsPerSweep / kRate_hz,
             .update_hz = kRate_hz};
@@ -106,24 +108,58 @@ Record SpringScanTissue::report() const {
         {"springs.active_nodes", int(m_active_nodes)},
         {"springs.depth", int(settings.depth)},
         {"springs.young_modulus_pa", settings.young_modulus_pa},
+        {"springs.poisson_ratio", settings.poisson_ratio},
         {"springs.time_step_ms", 1000 * m_model->time_step_s()}};
 }
 
+Result<CutReport> SpringScanTissue::cut(const CutSurface& surface) noexcept {
+    return m_model->cut(surface);
+}
+
+Result<std::int32_t> SpringScanTissue::take_depth(double threshold_mm,
+                                                  std::int32_t max_depth) noexcept {
+    return attempt([&]() -> Result<std::int32_t> {
+        const auto found = m_model->find_depth(threshold_mm, max_depth);
+        if (!found.ok()) return found.error();
+        if (found->depth == 0)
+            return about("depth", ErrorCode::NotFound,
+                         "expected changes below " + short_text(threshold_mm) + " mm within " +
+                             std::to_string(max_depth) + " layers, found " +
+                             short_text(found->changes.back()) + " mm");
+        if (const Status s = m_model->set_depth(found->depth); !s.ok()) return s.error();
+        return found->depth;
+    });
+}
+
+// The state: the positions of all nodes, and the corners of all cuts.
+
 void SpringScanTissue::state(std::vector<double>& numbers) const {
-    numbers.resize(3 * m_positions.size());
+    const std::span<const CutTriangle> cuts = m_model->cuts_mm();
+    numbers.resize(3 * m_positions.size() + 9 * cuts.size());
     m_model->positions_mm(m_positions);
-    for (std::size_t n = 0; n < m_positions.size(); ++n)
-        for (int a = 0; a < 3; ++a) numbers[3 * n + std::size_t(a)] = m_positions[n][a];
+    double* to = numbers.data();
+    const auto add = [&](Vec3d v) {
+        for (int a = 0; a < 3; ++a) *to++ = v[a];
+    };
+    for (const Vec3d& position : m_positions) add(position);
+    for (const CutTriangle& triangle : cuts)
+        for (const Vec3d& corner : triangle) add(corner);
 }
 
 Status SpringScanTissue::set_state(std::span<const double> numbers) noexcept {
     return attempt([&]() -> Status {
-        if (numbers.size() != 3 * m_positions.size())
+        const std::size_t count = 3 * m_positions.size();
+        if (numbers.size() < count || (numbers.size() - count) % 9 != 0)
             return invalid("expected the positions of as many control nodes");
+        const auto at = [&](std::size_t n) {
+            return Vec3d{numbers[n], numbers[n + 1], numbers[n + 2]};
+        };
         std::vector<Vec3d> positions;
-        for (std::size_t n = 0; n < numbers.size(); n += 3)
-            positions.push_back({numbers[n], numbers[n + 1], numbers[n + 2]});
-        return m_model->set_positions(positions);
+        for (std::size_t n = 0; n < count; n += 3) positions.push_back(at(n));
+        std::vector<CutTriangle> cuts;
+        for (std::size_t n = count; n < numbers.size(); n += 9)
+            cuts.push_back({at(n), at(n + 3), at(n + 6)});
+        return m_model->set_shape(positions, cuts);
     });
 }
 

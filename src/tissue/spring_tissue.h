@@ -25,6 +25,7 @@ class SpringScanTissue final : public NodeTissue {
     void release(std::uint32_t tool) noexcept override { m_model->let_go(tool); }
     bool is_touched_by(std::uint32_t tool) const noexcept override { return m_model->holds(tool); }
     bool is_touched() const noexcept override { return m_model->is_held(); }
+    Result<CutReport> cut(const CutSurface& surface) noexcept override;
     std::optional<Vec3d> force_n(std::uint32_t tool) noexcept override;
     Result<Sweep> sweep() noexcept override;
     /// Its steps are node updates.
@@ -33,6 +34,7 @@ class SpringScanTissue final : public NodeTissue {
     /// The depth of the forces.
     Record settings() const override;
     Status configure(const Record& changes) noexcept override;
+    Result<std::int32_t> take_depth(double threshold_mm, std::int32_t max_depth) noexcept override;
     /// "nodes" along i, j, k and "active_nodes", the nodes that forces reached in the last sweep,
     /// or at most in the last call of advance().
     Record figures() const override;

@@ -88,4 +88,9 @@ Status Tissue::configure(const Record&) noexcept {
     return attempt([&]() -> Status { return not_supported("settings", *this); });
 }
 
+Result<std::int32_t> Tissue::take_depth(double, std::int32_t) noexcept {
+    return attempt(
+        [&]() -> Result<std::int32_t> { return not_supported("a depth of forces", *this); });
+}
+
 }  // namespace pliant

@@ -84,6 +84,8 @@ TEST_F(ProgramTest, LabelsDecideWhatGivesWay) {
     EXPECT_EQ(freely["no_fold_certified"], true);
     EXPECT_NEAR(freely["certificate"]["tissue"], 0.6, 1e-5);
     const Json held = deform_report(push + "held.toml --labels ones.nrrd");
+    const Json springs = deform_report(push + "held.toml --labels ones.nrrd --model springs");
+    EXPECT_EQ(springs["limited_by"], "bone");
     EXPECT_EQ(held["status"], "rejected");
     EXPECT_EQ(held["limited_by"], "bone");
     EXPECT_EQ(held["no_fold_certified"], false);
@@ -226,6 +228,16 @@ TEST_F(ProgramTest, SpringsDeformWithTheSameOutputs) {
     EXPECT_NE(hash("--depth 1"), report["hash"]);
     EXPECT_NE(hash("--steps 3"), report["hash"]);
     EXPECT_EQ(deform_report(push + "--release")["moved_elements"], 0);
+    const Json stiff = deform_report(push + "--poisson-ratio 0.45");
+    EXPECT_EQ(stiff["springs"]["poisson_ratio"], 0.45);
+    EXPECT_NE(stiff["hash"], report["hash"]);
+    const Json found = deform_report(push + "--depth auto:0.05");
+    EXPECT_GT(found["springs"]["depth"], 1);
+    EXPECT_LT(found["springs"]["depth"], 10);
+    EXPECT_EQ(hash("--depth auto:0.05 --threads 3"), found["hash"]);
+    const Json cut = deform_report(push + "--cut \"-9,-3,-9;9,-3,-9:0,0,18\"");
+    EXPECT_GT(cut["cut_links"], 50);
+    EXPECT_NE(cut["hash"], report["hash"]);
     const Json small = deform_report(push + "--region -18,-18,-18:18,18,18 --young-pa 500");
     EXPECT_LT(small["moved_elements"], report["moved_elements"]);
     EXPECT_EQ(small["springs"]["young_modulus_pa"], 500);
@@ -313,7 +325,7 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"deform cube.nrrd --model rigid --steps 3 --push 0,0,0:1,0,0 --out x.nrrd",
          "--steps: expected --model springs or body, found rigid"},
         {"deform cube.nrrd --model rigid --cut \"0,0,0;1,0,0:0,0,1\" --out x.nrrd",
-         "--cut: expected --model chainmail, found rigid"},
+         "--cut: expected --model chainmail or springs, found rigid"},
         {"deform cube.nrrd --model springs --relax 3 --push 0,0,0:1,0,0 --out x.nrrd", "--relax"},
         {"deform cube.nrrd --model springs --solver heap --push 0,0,0:1,0,0 --out x.nrrd",
          "--solver"},
@@ -327,6 +339,12 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
          "--depth: expected"},
         {"deform cube.nrrd --model springs --young-pa 0 --push 0,0,0:1,0,0 --out x.nrrd",
          "--young-modulus-pa: expected 1 to 1e9 Pa, found 0"},
+        {"deform cube.nrrd --model springs --poisson-ratio 0.2 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--poisson-ratio: expected 0.25 to 0.499, found 0.2"},
+        {"deform cube.nrrd --model springs --depth auto:0 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--depth: expected a length above 0 mm"},
+        {"deform cube.nrrd --depth auto --push 0,0,0:1,0,0 --out x.nrrd",
+         "--depth: expected --model springs too"},
         {"deform cube.nrrd --model springs --region 0,0:1,1 --push 0,0,0:1,0,0 --out x.nrrd",
          "--region"},
         {"deform cube.nrrd --model springs --region 900,0,0:990,9,9 --push 0,0,0:1,0,0 --out "

@@ -55,6 +55,44 @@ class Recording : public ::testing::Test {
     const ServerSettings m_settings{.phantom_size = {32, 32, 32}, .session = m_session};
 };
 
+TEST_F(Recording, SpringsThatWereCutAreCutAgain) {
+    Json last;
+    {
+        auto server = Server::start(m_settings, m_arena);
+        ASSERT_TRUE(server.ok()) << server.error().message;
+        TestClient a(server->port(), server->link());
+        a.enter();
+        const auto done = [&](const Json& command) {
+            const Json answer = a.command(command);
+            EXPECT_EQ(answer["t"], "done") << answer;
+            return answer;
+        };
+        done({{"do", "tissue"},
+              {"model", "springs"},
+              {"nodes", 6},
+              {"cell_mm", 4},
+              {"fixed_hu", 3000},
+              {"poisson_ratio", 0.4}});
+        done({{"do", "relax"}, {"on", false}});
+        EXPECT_EQ(a.command({{"do", "depth"}, {"within_mm", 0.1}})["code"], "nothing");
+        done({{"do", "push"}, {"point", {0, 2, 0}}, {"push", {0, 2, 0}}, {"radius", 3}});
+        const Json blade = {
+            {"do", "cut"}, {"line", {{-5, 0.3, -5}, {5, 0.3, -5}}}, {"depth", {0, 0, 10}}};
+        EXPECT_GT(done(blade)["cut_links"], 0);
+        done({{"do", "depth"}, {"within_mm", 0.1}});
+        done({{"do", "undo"}});
+        EXPECT_GT(done(blade)["cut_links"], 0);
+        done({{"do", "depth"}, {"by_time", true}});
+        last = a.checked_checksum();
+    }
+    const auto report = replay_session(m_session, m_arena);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_GE(report->marks, 1);
+    char hash[17];
+    std::snprintf(hash, sizeof hash, "%016lx", static_cast<unsigned long>(report->volume_hash));
+    EXPECT_EQ(last["volume"], hash);
+}
+
 TEST_F(Recording, GoesOnOnceThereIsRoomOnTheDisk) {
     Json last;
     {

@@ -7,8 +7,10 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "springs/cell_volume.h"
 #include "springs/random_networks.h"
@@ -321,6 +323,57 @@ TEST(Networks, AScanGivesPlacesStiffnessAndFixedNodes) {
     EXPECT_FALSE(
         springs_of_scan(volume, {.size = {5, 5, 5}, .young_modulus_pa = [](double) { return 0.0; }})
             .ok());
+}
+
+TEST(Networks, AnOrganHasItsOwnStiffnessAndNodesBetweenTwoTakeTheMean) {
+    Volume volume;
+    volume.grid = {.size = {21, 21, 21}};
+    std::vector<std::int16_t> values(voxel_count(volume.grid), 40);
+    for (std::size_t n = 0; n < values.size(); ++n)
+        if (n % 21 == 3 && n / 21 % 5 == 0) values[n] = 2000;  // stones: 4 % of a cell
+    volume.voxels = values;
+    // Nodes at 0, 5 … 20: that at 5 has 3 … 7, of which the organ has two.
+    const auto parts_with = [&](const SpringOrgan& organ) {
+        return springs_of_scan(volume, {.size = {5, 5, 5},
+                                        .fixed_hu = 1000,
+                                        .fixed_share = 0.02,
+                                        .fixed_border = false,
+                                        .organs = {organ},
+                                        .organ_at = [](Vec3i v) { return v.x < 5 ? 0 : -1; }});
+    };
+    const auto parts = parts_with({.young_modulus_pa = 3000, .poisson_ratio = 0.45});
+    ASSERT_TRUE(parts.ok()) << parts.error().message;
+    const SpringMaterial organ = closed_form(3000, 0.45, 5);
+    const double other = 0.4 * 15e3 * 5, between = 0.4 * organ.stiffness + 0.6 * other;
+    const double nodes[] = {organ.stiffness, between, other, other, other};
+    const double bulks[] = {organ.bulk, 0.4 * organ.bulk, 0, 0, 0};
+    const auto is_at = [&](std::int32_t n, double x) {
+        return parts->nodes[std::size_t(n)].rest.x == x;
+    };
+    int found = 0;
+    for (const SpringLink& link : parts->links)
+        for (int i = 0; i < 4; ++i)
+            if (is_at(link.a, 5.0 * i) && is_at(link.b, 5.0 * (i + 1))) {
+                EXPECT_NEAR(link.stiffness, (nodes[i] + nodes[i + 1]) / 2, 1e-6) << i;
+                ++found;
+            }
+    EXPECT_GT(found, 100);
+    for (const SpringCell& cell : parts->cells) {
+        const int i = int(parts->nodes[std::size_t(cell.nodes[0])].rest.x / 5);
+        EXPECT_NEAR(cell.bulk, (bulks[i] + bulks[i + 1]) / 2, 1e-6);
+    }
+    const auto fixed = [&](const SpringOrgan& own) {
+        std::vector<int> at(5, 0);
+        const auto made = parts_with(own);
+        for (std::size_t n = 0; n < made->nodes.size(); ++n) at[n % 5] += made->nodes[n].fixed;
+        return at;
+    };
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    // Cells up to 5 have stones; nodes up to 5 are theirs.
+    EXPECT_EQ(fixed({}), (std::vector{25, 25, 0, 0, 0}));
+    EXPECT_EQ(fixed({.fixed_hu = kInfinity}), (std::vector{0, 0, 0, 0, 0}));
+    EXPECT_EQ(fixed({.fixed_hu = -kInfinity}), (std::vector{25, 25, 0, 0, 0}));
+    EXPECT_EQ(fixed({.fixed_hu = 3000}), (std::vector{0, 0, 0, 0, 0}));
 }
 
 TEST(Networks, ACutLeavesBothEndsOfEachLinkAlike) {

@@ -9,6 +9,8 @@
 
 #include <Eigen/SparseCholesky>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "springs/random_networks.h"
 #include "support/one_thread.h"
@@ -146,18 +148,18 @@ TEST(Statics, WhereALatticeSnapsThroughThereIsAnEquilibriumBehindItAndFoldedCell
 }
 
 /// Lateral over axial strain of a block that is drawn out by its ends, in the linear range.
-double poisson_ratio(double bulk, double shared) {
-    auto parts = springs_of_lattice(
-        {.size = {5, 5, 5}, .stiffness = {1, 1, 1}, .bulk = bulk, .shared_by_cells = shared > 0});
-    const auto network = SpringNetwork::create(*parts);
+/// @param parts  of 5 x 5 x 5 nodes. @param edge  of the block
+double poisson_ratio(const SpringParts& parts, double edge) {
+    const auto network = SpringNetwork::create(parts);
     auto tissue = SpringTissue::create(*network, {.solver = SpringSolver::Explicit});
     // A third of the nodes' freedom: equal forces at both ends, which keep the middle in place.
     std::vector<std::int32_t> nodes;
     std::vector<Vec3d> forces;
     for (std::int32_t n = 0; n < network->node_count(); ++n) {
         const Vec3d x = network->nodes()[std::size_t(n)].rest;
-        if (x.z != 0 && x.z != 4) continue;
-        const double share = (x.x == 0 || x.x == 4 ? 0.5 : 1) * (x.y == 0 || x.y == 4 ? 0.5 : 1);
+        if (x.z != 0 && x.z != edge) continue;
+        const double share =
+            (x.x == 0 || x.x == edge ? 0.5 : 1) * (x.y == 0 || x.y == edge ? 0.5 : 1);
         nodes.push_back(n);
         forces.push_back({0, 0, (x.z == 0 ? -1e-6 : 1e-6) * share});
     }
@@ -171,6 +173,14 @@ double poisson_ratio(double bulk, double shared) {
     return -stretch(middle - 1, middle + 1, 0) / stretch(middle - 25, middle + 25, 2);
 }
 
+double poisson_ratio(double bulk, double shared) {
+    return poisson_ratio(*springs_of_lattice({.size = {5, 5, 5},
+                                              .stiffness = {1, 1, 1},
+                                              .bulk = bulk,
+                                              .shared_by_cells = shared > 0}),
+                         4);
+}
+
 // Test case 22 of the references.
 TEST(Statics, LinksAloneHaveAPoissonRatioOfAQuarterAndVolumeEnergyAny) {
     EXPECT_NEAR(poisson_ratio(0, 1), 0.25, 0.0025);
@@ -179,6 +189,30 @@ TEST(Statics, LinksAloneHaveAPoissonRatioOfAQuarterAndVolumeEnergyAny) {
     EXPECT_NEAR(material.stiffness, 1, 1e-12);
     EXPECT_NEAR(material.bulk, 8, 1e-12);
     EXPECT_NEAR(poisson_ratio(material.bulk, 1), 0.45, 0.0045);
+}
+
+TEST(Statics, AStretchedPartOfAScanHasTheAskedPoissonRatio) {
+    Volume volume;
+    volume.grid = {.size = {21, 21, 21}};
+    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), 40);
+    for (const double nu : {0.25, 0.3, 0.4, 0.45, 0.49}) {
+        const auto parts = springs_of_scan(volume, {.size = {5, 5, 5},
+                                                    .fixed_border = false,
+                                                    .young_modulus_pa = [](double) { return 3e-3; },
+                                                    .poisson_ratio = [nu](double) { return nu; },
+                                                    .shared_by_cells = true});
+        ASSERT_TRUE(parts.ok()) << parts.error().message;
+        EXPECT_EQ(SpringNetwork::create(*parts)->has_volume_energy(), nu > 0.25);
+        EXPECT_NEAR(poisson_ratio(*parts, 20), nu, 0.01 * nu);
+    }
+    for (const double nu : {0.24, 0.5}) {
+        const auto refused = springs_of_scan(
+            volume, {.size = {5, 5, 5}, .poisson_ratio = [nu](double) { return nu; }});
+        ASSERT_FALSE(refused.ok());
+        EXPECT_NE(refused.error().message.find("poisson_ratio: expected numbers from 0.25"),
+                  std::string::npos)
+            << refused.error().message;
+    }
 }
 
 // So an equilibrium identifies one number only: k by a single stored solution.

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "support/broken_volumes.h"
 
@@ -126,6 +127,45 @@ TEST(SpringDeformation, ThinBoneStaysWhereItIsThoughItsCellsAreMostlySoft) {
     }
     EXPECT_GT(moved[0], 0.1);
     EXPECT_LT(moved[1], 1e-9);
+}
+
+TEST(SpringDeformation, ALabelEverywhereIsTheSameAsTheSettings) {
+    const TaskArena arena(1);
+    const Volume volume = block(3);
+    auto labels = std::make_shared<Volume>(volume);
+    labels->voxels = std::vector<std::int16_t>(voxel_count(volume.grid), 5);
+    const auto hash = [&](const SpringDeformationSettings& settings) {
+        const auto tissue = make(volume, arena, settings);
+        EXPECT_TRUE(tissue->push(1, {.point_mm = middle_mm(volume), .push_mm = {1.5, 0, 1}}).ok());
+        settle(*tissue);
+        return tissue->hash();
+    };
+    const LabelMaterial soft{.values = {5}, .elastic = ElasticPair{3, 0.45}};
+    const std::uint64_t expected =
+        hash({.cell_mm = 4, .young_modulus_pa = 3000, .poisson_ratio = 0.45});
+    EXPECT_EQ(hash({.cell_mm = 4, .label_materials = {soft}, .labels = labels}), expected);
+    EXPECT_NE(hash({.cell_mm = 4, .young_modulus_pa = 3000}), expected);
+    EXPECT_NE(hash({.cell_mm = 4, .poisson_ratio = 0.45}), expected);
+    // Labels without a table follow the settings.
+    LabelMaterial other = soft;
+    other.values = {6};
+    EXPECT_EQ(hash({.cell_mm = 4, .label_materials = {other}, .labels = labels}),
+              hash({.cell_mm = 4}));
+    const auto fixed = make(volume, arena,
+                            {.cell_mm = 4,
+                             .label_materials = {{.values = {5}, .law = LabelLaw::Immobile}},
+                             .labels = labels});
+    EXPECT_EQ(fixed->fixed_nodes(), fixed->control().node_count());
+    const auto message = [&](const SpringDeformationSettings& settings) {
+        return SpringDeformation::create(volume, settings, arena).error().message;
+    };
+    EXPECT_EQ(message({.cell_mm = 4, .label_materials = {soft}}),
+              "labels: expected a label volume for [[label]], found none");
+    LabelMaterial auxetic = soft;
+    auxetic.elastic = ElasticPair{3, 0.2};
+    EXPECT_EQ(message({.cell_mm = 4, .label_materials = {auxetic}, .labels = labels}),
+              "[[label]] 1 elastic: expected a Poisson's ratio from 0.25, below 0.5, for springs, "
+              "found 0.2");
 }
 
 TEST(SpringDeformation, ComesToRestWhereNewtonsMethodDoes) {
@@ -275,6 +315,8 @@ TEST(SpringDeformation, BadInputIsRefusedWithOneLine) {
               "region: expected a box of voxels inside of the scan");
     EXPECT_EQ(message({.cell_mm = 4, .young_modulus_pa = -1}),
               "young_modulus_pa: expected 1 to 1e9 Pa, found -1");
+    EXPECT_EQ(message({.cell_mm = 4, .poisson_ratio = 0.5}),
+              "poisson_ratio: expected 0.25 to 0.499, found 0.5");
     EXPECT_EQ(message({.cell_mm = 4, .depth = -1}),
               "depth: expected 0 to 1000000 layers, found -1");
     EXPECT_EQ(message({.cell_mm = 4, .damping_s = 0}),

@@ -61,6 +61,41 @@ test('springs are chosen, pushed at the displayed rate, and left', async (t) => 
         code: string;
     };
     assert.equal(refused.code, 'other_tissue');
+    await panel.getByText('Find depth').click();
+    await page.waitForFunction(
+        () =>
+            (window as never as { pliant: Session }).pliant.store.state.shared!.tissue!.depth! > 3,
+    );
+    const by = panel.getByLabel('depth by the time at hand');
+    await by.check();
+    await page.waitForFunction(
+        () =>
+            (window as never as { pliant: Session }).pliant.store.state.shared!.tissue!
+                .depth_by_time,
+    );
+    await ask({ do: 'depth', layers: 8 });
+    await page.waitForFunction(
+        () =>
+            !(window as never as { pliant: Session }).pliant.store.state.shared!.tissue!
+                .depth_by_time,
+    );
+    // A cut through the held tissue, and back.
+    const [x, y, z] = cursor;
+    const cut = (await ask({
+        do: 'cut',
+        line: [
+            [x - 30, y - 9, z - 20],
+            [x + 30, y - 9, z - 20],
+        ],
+        depth: [0, 0, 40],
+    })) as { t: string; cut_links: number };
+    assert.equal(cut.t, 'done');
+    assert.ok(cut.cut_links > 10);
+    await picture(page, 'springs_cut');
+    const opened = (await compare(page))!;
+    assert.ok(opened.same);
+    await ask({ do: 'undo' });
+    assert.ok((await compare(page))!.same);
     await panel.getByText('ChainMail', { exact: true }).click();
     await page.waitForFunction(
         () =>

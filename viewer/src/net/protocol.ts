@@ -35,6 +35,7 @@ export interface TissueState extends Partial<SpringSettings> {
     centre?: Vec3;
     nodes?: Vec3;
     active_nodes?: number;
+    depth_by_time?: boolean; ///< the server adapts the depth
     update_hz?: number;
 }
 
@@ -263,6 +264,8 @@ export type Command =
           nodes?: number;
       } & Partial<SpringSettings>)
     | { do: 'depth'; layers: number }
+    | { do: 'depth'; within_mm: number }
+    | { do: 'depth'; by_time: boolean }
     | ({ do: 'catheter' } & Partial<Drive>)
     | { do: 'vessel'; on: boolean }
     | { do: 'iso'; iso_hu?: number; polarity?: Polarity }

@@ -112,6 +112,7 @@ export const materialRows: Record<keyof Materials, SettingRow> = {
 export interface SpringSettings {
     cell_mm: number; ///< [mm]
     young_modulus_pa: number; ///< [Pa]
+    poisson_ratio: number;
     air_threshold_hu: number; ///< [HU]
     fixed_hu: number; ///< [HU]
     fixed_share: number;
@@ -131,6 +132,12 @@ export const springRows: Record<keyof SpringSettings, SettingRow> = {
         low: 1,
         high: 1e+09,
         text: 'Young\'s modulus of tissue; air has a hundredth of it',
+    },
+    poisson_ratio: {
+        unit: '',
+        low: 0.25,
+        high: 0.499,
+        text: 'Poisson\'s ratio of tissue; air has 0.25, that of links',
     },
     air_threshold_hu: {
         unit: 'HU',

@@ -4,12 +4,14 @@
 // Panel of the tissue model: ChainMail, or springs with the depth that forces reach.
 
 import type { TissueState } from '../net/protocol.ts';
+import { springRows } from '../net/settings.ts';
 import { lengthFor } from '../state/units.ts';
-import { choice, h } from './dom.ts';
+import { button, checkbox, choice, h } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 
 const kCell = 8; // in a body [mm]
 const kNodes = 20; ///< of the control lattice, along each axis
+const kWithin = 0.1; ///< change by one more layer beside which a depth is enough [mm]
 
 /// Summary of springs: number of nodes and update rate.
 export function springsText(state: TissueState | undefined): string {
@@ -23,6 +25,7 @@ export function springsText(state: TissueState | undefined): string {
 export function tissuePanel(parts: Parts): HTMLElement {
     const { session } = parts;
     let cell = kCell; // edge of the next lattice's cells [mm]
+    let poisson = springRows.poisson_ratio.low!; // of the next lattice
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
     const choose = (model: TissueState['model']): void => {
@@ -31,7 +34,14 @@ export function tissuePanel(parts: Parts): HTMLElement {
         void session
             .ask(
                 model === 'springs'
-                    ? { do: 'tissue', model, centre: cursor, nodes: kNodes, cell_mm: cell }
+                    ? {
+                          do: 'tissue',
+                          model,
+                          centre: cursor,
+                          nodes: kNodes,
+                          cell_mm: cell,
+                          poisson_ratio: poisson,
+                      }
                     : { do: 'tissue', model },
             )
             .then((done) => {
@@ -54,6 +64,23 @@ export function tissuePanel(parts: Parts): HTMLElement {
             wish = undefined;
         },
     });
+    const byTime = parts.add(
+        checkbox(
+            'depth by the time at hand',
+            () => now()?.depth_by_time ?? false,
+            (on) => void session.ask({ do: 'depth', by_time: on }),
+            'the server lowers or raises the depth so that motion keeps its pace',
+        ),
+    );
+    const find = button(
+        'Find depth',
+        () => {
+            void session.ask({ do: 'depth', within_mm: kWithin }).then((done) => {
+                if (done) session.say(`one more layer moves nothing by more than ${kWithin} mm`);
+            });
+        },
+        'for the tissue that is held now: the least depth that changes little',
+    );
     const text = h('small', { class: 'quiet springs' });
     const element = section(
         'Tissue',
@@ -90,7 +117,21 @@ export function tissuePanel(parts: Parts): HTMLElement {
                     cell = value;
                 },
             }),
+            parts.slider({
+                label: "Poisson's ratio",
+                unit: '',
+                low: springRows.poisson_ratio.low!,
+                high: 0.49,
+                step: 0.01,
+                hint: 'for the next choice of springs; above 0.25 cells resist changes of volume',
+                value: () => poisson,
+                input: (value) => {
+                    poisson = value;
+                },
+            }),
             depth,
+            byTime,
+            find,
         ),
         text,
     );
@@ -104,7 +145,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
         ({ shared, link }) => [shared, link],
         (shared, link) => {
             element.hidden = link.status === 'open' && !link.features.includes('tissue');
-            depth.hidden = shared?.tissue?.model !== 'springs';
+            depth.hidden = byTime.hidden = find.hidden = shared?.tissue?.model !== 'springs';
             text.textContent = springsText(shared?.tissue);
         },
     );
