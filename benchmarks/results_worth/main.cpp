@@ -90,7 +90,6 @@ void check_statements(const std::vector<Study>& studies) {
         const double forty = mean_of(s.elastic[kForty].errors);
         expect(forty < mean_of(s.best), s, "elastic tissue nearer than the best offset");
         expect(mean_of(s.best) <= mean_of(s.still), s, "ChainMail nearer than the tool alone");
-        expect(s.fem_ms > s.elastic[kForty].mean_ms(), s, "elastic tissue faster than elements");
     }
 }
 
