@@ -105,8 +105,8 @@ add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
-                             ../serve/test_client.cpp ../support/scan_files.cpp test_crashes.cpp
-                             test_ending.cpp
+                             ../serve/test_client.cpp ../support/scan_files.cpp test_body.cpp
+                             test_crashes.cpp test_ending.cpp
                              test_ending_movies.cpp test_fit_mesh.cpp test_keyframes.cpp
                              test_kinds_of_scans.cpp
                              test_mesh.cpp

@@ -59,9 +59,23 @@ void add_scan(CLI::App* command, ScanChoice& scan) {
 }
 
 void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies) {
+    // Without a value CLI11 calls with an empty text, which it would convert to 0.
+    const auto take = [&bodies](const std::vector<std::string>& texts) {
+        bodies.emplace();
+        for (const std::string& text : texts) {
+            if (text.empty()) continue;
+            int label = 0;
+            const auto [end, error] =
+                std::from_chars(text.data(), text.data() + text.size(), label);
+            if (error != std::errc() || end != text.data() + text.size() || label < 1)
+                throw CLI::ValidationError("--bodies",
+                                           "expected whole numbers above 0, found '" + text + "'");
+            bodies->push_back(label);
+        }
+    };
     command
-        ->add_option_function<std::vector<int>>(
-            "--bodies", [&bodies](const std::vector<int>& labels) { bodies = labels; },
+        ->add_option_function<std::vector<std::string>>(
+            "--bodies", take,
             "make a body of each of these labels (without a number: of each organ of --labels); "
             "they slide on each other and on a body of what is around them (docs/organs.md)")
         ->type_name("LABEL,…")

@@ -81,8 +81,10 @@ Status check_network(const DeformOptions& o) {
     const bool cuts = std::any_of(o.actions.begin(), o.actions.end(), [](const auto& action) {
         return std::holds_alternative<CutSurface>(action);
     });
+    if (cuts && !o.network.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--cut: expected springs of the scan, found --network, which can't be cut"};
     std::string option = o.network.empty()   ? ""
-                         : cuts              ? "--cut"
                          : o.region_mm       ? "--region"
                          : o.depth_within_mm ? "--depth"
                                              : "";

@@ -270,6 +270,10 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         "--out carved.nrrd\n"
         "  pliant deform scan.nrrd --model springs --cell-mm 9 --depth 8 "
         "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd\n"
+        "  pliant deform scan.nrrd --model springs --labels organs.nrrd --config organs.toml "
+        "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd\n"
+        "  pliant deform scan.nrrd --model body --mesh organ.vtu "
+        "--push \"-6.5,130,-437:3,-3,-2\" --tool sphere:8 --out body.nrrd\n"
         "  pliant deform scan.nrrd --model springs --network fit.json "
         "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd");
 }
@@ -285,6 +289,7 @@ void add_body(CLI::App& app, BodyOptions& options) {
         ->required();
     c->add_option("--labels", options.labels, "label map of the scan: a body of each organ");
     add_body_labels(c, options.bodies);
+    add_scan(c, o.scan);
     add_actions(c, o, false);
     add_tool(c, o, "point (the tetrahedron around it) or sphere:R_MM (default point)");
     c->add_option("--steps", o.steps, "time steps after the pushes (default: until it is at rest)")

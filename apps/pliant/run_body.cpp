@@ -67,8 +67,9 @@ int run_body(const BodyOptions& o) {
     return deform(
         o.deform,
         [&](std::vector<std::string>& notes, const TaskArena& arena) -> Result<DeformSource> {
-            const auto file = scene_of(o);
+            auto file = scene_of(o);
             if (!file.ok()) return file.error();
+            file->reading = o.deform.scan.options();
             auto made = make_organs(*file, arena);
             if (!made.ok()) return made.error();
             const auto moved = std::make_shared<Moved>(Moved{std::move(*made)});
@@ -76,7 +77,8 @@ int run_body(const BodyOptions& o) {
                 notes.push_back(organ.name + ": " + std::to_string(organ.mesh.cells.size()) +
                                 " tetrahedra");
             return DeformSource{
-                .read = [moved](ReadNotes&) -> Result<Volume> {
+                .read = [moved](ReadNotes& read_notes) -> Result<Volume> {
+                    read_notes = moved->organs.notes;
                     return std::exchange(moved->organs.scan, {});
                 },
                 .make = [moved](const Volume& scan, const ValueDefaults&,

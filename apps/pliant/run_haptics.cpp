@@ -217,8 +217,8 @@ int list_devices() {
                     kind.limits.max_force_n, kind.limits.max_stiffness_n_m,
                     kind.limits.max_damping_n_s_m);
     std::printf(
-        "\nvirtual[:free|spring|active] and replay:FILE are built in; others are plug-ins, made "
-        "with\nthe maker's kit (examples/haptic_device): --device ./libmaker.so\n");
+        "\nvirtual[:free|spring|tap|active], spacemouse and replay:FILE are built in; others are "
+        "plug-ins,\nmade with the maker's kit (examples/haptic_device): --device ./libmaker.so\n");
     return kExitOk;
 }
 

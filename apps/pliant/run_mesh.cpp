@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 #include "options.h"
 #include "progress.h"
@@ -40,6 +41,26 @@ nlohmann::ordered_json quality_json(const TetQuality& q) {
             {"boundary_non_manifold_edges", q.boundary.non_manifold_edges},
             {"boundary_pinched_nodes", q.boundary.pinched_nodes}};
 }
+
+/// Lowest and highest coordinates of a mesh [mm, LPS].
+struct Bounds {
+    Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+
+    explicit Bounds(std::span<const Vec3d> nodes_mm) {
+        for (const Vec3d& p : nodes_mm)
+            for (int a = 0; a < 3; ++a) {
+                low[a] = std::min(low[a], p[a]);
+                high[a] = std::max(high[a], p[a]);
+            }
+    }
+    nlohmann::ordered_json json() const {
+        return {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
+    }
+    void print() const {
+        std::printf("corners             %.1f,%.1f,%.1f and %.1f,%.1f,%.1f mm\n", low.x, low.y,
+                    low.z, high.x, high.y, high.z);
+    }
+};
 
 void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& quality) {
     if (o.json) {
@@ -73,11 +94,17 @@ void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& qualit
 /// Reports on a file's mesh without making a wall.
 int judge(const MeshOptions& o, const MeshData& mesh) {
     if (!mesh.tetrahedra.empty()) {
-        const TetQuality q = tet_quality(with_used_nodes({mesh.nodes_mm, mesh.tetrahedra}));
-        if (o.json)
-            std::printf("%s\n", quality_json(q).dump().c_str());
-        else
+        const TetMesh solid = with_used_nodes({mesh.nodes_mm, mesh.tetrahedra});
+        const TetQuality q = tet_quality(solid);
+        const Bounds bounds(solid.nodes_mm);
+        if (o.json) {
+            auto report = quality_json(q);
+            report["corners_mm"] = bounds.json();
+            std::printf("%s\n", report.dump().c_str());
+        } else {
             std::printf("%s\n", describe(q).c_str());
+            bounds.print();
+        }
         if (const Status s = check_quality(q); !s)
             return bad_input(o.file + ": " + s.error().message);
         return kExitOk;
@@ -86,6 +113,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
         const TriangleMesh surface = joined({mesh.nodes_mm, mesh.triangles});
         const SurfaceTopology t = surface_topology(surface);
         const double volume = t.open_edges ? 0 : enclosed_volume_mm3(surface);
+        const Bounds bounds(surface.nodes_mm);
         if (o.json) {
             const nlohmann::ordered_json report = {{"triangles", surface.cells.size()},
                                                    {"nodes", surface.nodes_mm.size()},
@@ -95,7 +123,8 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
                                                    {"non_manifold_edges", t.non_manifold_edges},
                                                    {"disagreeing_edges", t.disagreeing_edges},
                                                    {"pinched_nodes", t.pinched_nodes},
-                                                   {"volume_mm3", volume}};
+                                                   {"volume_mm3", volume},
+                                                   {"corners_mm", bounds.json()}};
             std::printf("%s\n", report.dump().c_str());
         } else {
             std::printf("triangles           %zu, %zu nodes, %lld piece%s\n", surface.cells.size(),
@@ -110,6 +139,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
             if (!t.open_edges)
                 std::printf("encloses            %.1f mm3%s\n", std::abs(volume),
                             volume < 0 ? ", its triangles face inwards" : "");
+            bounds.print();
         }
         return kExitOk;
     }
@@ -227,10 +257,12 @@ void tell(const MeshOptions& o, const FilledSurface& solid, const TetQuality& qu
         report["surface_mm3"] = solid.surface_mm3;
         report["removed_cells"] = solid.removed_cells;
         report["dropped_pieces"] = solid.dropped_pieces;
+        report["corners_mm"] = Bounds(solid.mesh.nodes_mm).json();
         std::printf("%s\n", report.dump().c_str());
         return;
     }
     std::printf("%s\n", describe(quality).c_str());
+    Bounds(solid.mesh.nodes_mm).print();
     std::printf("cells               %.3g mm\n", solid.cell_mm);
     std::printf("of the surface      %.1f %% of %.1f mm3\n",
                 100 * quality.volume_mm3 / solid.surface_mm3, solid.surface_mm3);
@@ -238,39 +270,16 @@ void tell(const MeshOptions& o, const FilledSurface& solid, const TetQuality& qu
         std::printf("dropped             %d small pieces\n", solid.dropped_pieces);
 }
 
-int make_solid(const MeshOptions& o, bool from_mesh, const MeshData& mesh, const TaskArena& arena) {
-    StagedFiles files;
-    const auto place = files.stage(o.out);
-    if (!place) return bad_input(place.error().message);
-    std::optional<ProgressBar> bar(std::in_place, "solid");
-    auto surface = surface_to_fill(o, from_mesh, mesh, arena);
-    bar->show(0.3);
-    const auto solid = surface
-                           ? fill_surface(std::move(*surface),
-                                          {.cell_mm = o.cell_mm, .tetrahedra = o.tetrahedra}, arena)
-                           : Result<FilledSurface>(surface.error());
-    bar.reset();
-    if (!solid)
-        return bad_input(from_mesh ? o.file + ": " + solid.error().message : solid.error().message);
-    const TetQuality quality = tet_quality(solid->mesh);
-    if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
-    if (const Status s = write_vtu(*place, solid->mesh); !s) return bad_input(s.error().message);
-    if (const Status s = files.commit(); !s) return bad_input(s.error().message);
-    tell(o, *solid, quality);
-    return kExitOk;
-}
-
 struct MeshOutputs {
     StagedFiles files;
     std::filesystem::path out, ghost, surface;
 };
 
-/// @param has_surface  whether there is a lumen's surface, from a scan
-Status stage_outputs(const MeshOptions& o, MeshOutputs& outputs, bool has_surface) {
+Status stage_outputs(const MeshOptions& o, MeshOutputs& outputs) {
     for (const auto& [name, place] : {std::pair(&o.out, &outputs.out),
                                       {&o.ghost, &outputs.ghost},
                                       {&o.surface, &outputs.surface}}) {
-        if (name->empty() || (name == &o.surface && !has_surface)) continue;
+        if (name->empty()) continue;
         const auto staged = outputs.files.stage(*name);
         if (!staged) return staged.error();
         *place = *staged;
@@ -278,13 +287,34 @@ Status stage_outputs(const MeshOptions& o, MeshOutputs& outputs, bool has_surfac
     return Ok{};
 }
 
-Status write_outputs(MeshOutputs& outputs, const VesselWall& wall, const TriangleMesh& surface) {
-    if (const Status s = write_vtu(outputs.out, wall.mesh); !s) return s;
+Status write_outputs(MeshOutputs& outputs, const TetMesh& mesh, const TriangleMesh& ghost,
+                     const TriangleMesh& surface) {
+    if (const Status s = write_vtu(outputs.out, mesh); !s) return s;
     if (!outputs.ghost.empty())
-        if (const Status s = write_surface(outputs.ghost, wall.ghost); !s) return s;
+        if (const Status s = write_surface(outputs.ghost, ghost); !s) return s;
     if (!outputs.surface.empty())
         if (const Status s = write_surface(outputs.surface, surface); !s) return s;
     return outputs.files.commit();
+}
+
+int make_solid(const MeshOptions& o, bool from_mesh, const MeshData& mesh, const TaskArena& arena) {
+    MeshOutputs outputs;
+    if (const Status s = stage_outputs(o, outputs); !s) return bad_input(s.error().message);
+    std::optional<ProgressBar> bar(std::in_place, "solid");
+    const auto surface = surface_to_fill(o, from_mesh, mesh, arena);
+    bar->show(0.3);
+    const auto solid =
+        surface ? fill_surface(*surface, {.cell_mm = o.cell_mm, .tetrahedra = o.tetrahedra}, arena)
+                : Result<FilledSurface>(surface.error());
+    bar.reset();
+    if (!solid)
+        return bad_input(from_mesh ? o.file + ": " + solid.error().message : solid.error().message);
+    const TetQuality quality = tet_quality(solid->mesh);
+    if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
+    if (const Status s = write_outputs(outputs, solid->mesh, {}, *surface); !s)
+        return bad_input(s.error().message);
+    tell(o, *solid, quality);
+    return kExitOk;
 }
 
 }  // namespace
@@ -307,10 +337,11 @@ int run_mesh(const MeshOptions& o) {
     }
     if (std::filesystem::path(o.out).extension() != ".vtu")
         return bad_input("--out: expected a file that ends in .vtu, found '" + o.out + "'");
+    if (from_mesh && !o.surface.empty())
+        return bad_input("--surface: expected a scan, from which it is made, found " + o.file);
     if (o.solid) return make_solid(o, from_mesh, mesh, arena);
     MeshOutputs outputs;
-    if (const Status s = stage_outputs(o, outputs, !from_mesh); !s)
-        return bad_input(s.error().message);
+    if (const Status s = stage_outputs(o, outputs); !s) return bad_input(s.error().message);
     std::optional<ProgressBar> bar(std::in_place, "wall");
     TriangleMesh surface;
     const auto wall = from_mesh ? wall_from_mesh(o, mesh, settings, arena)
@@ -322,7 +353,7 @@ int run_mesh(const MeshOptions& o) {
                              : wall.error().message);
     const TetQuality quality = tet_quality(wall->mesh);
     if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
-    if (const Status s = write_outputs(outputs, *wall, surface); !s)
+    if (const Status s = write_outputs(outputs, wall->mesh, wall->ghost, surface); !s)
         return bad_input(s.error().message);
     tell(o, *wall, quality);
     return kExitOk;

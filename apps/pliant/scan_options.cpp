@@ -197,7 +197,8 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
         ->check(CLI::Range(24, 10'000'000))
         ->needs(solid);
     c->add_option("--ghost", o.ghost, "its inner surface (.vtp, .stl, .obj, .ply)")->needs(out);
-    c->add_option("--surface", o.surface, "the lumen's surface, of a scan (.vtp, .stl, .obj, .ply)")
+    c->add_option("--surface", o.surface,
+                  "the lumen's or the solid's surface, of a scan (.vtp, .stl, .obj, .ply)")
         ->needs(out);
     c->add_option("--thickness", o.thickness_mm, "of the wall [mm] (default 1.5)")
         ->check(CLI::Range(0.01, 100.0));
@@ -241,6 +242,9 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
         ->check(CLI::Range(0.0, 20.0));
     c->add_flag("--json", o.json, "say the mesh's quality as one JSON object");
     add_threads(c, o.threads);
+    for (const char* of_walls : {"--ghost", "--thickness", "--layers", "--ghost-cell", "--ends",
+                                 "--trim", "--sweep", "--sectors", "--seed"})
+        solid->excludes(c->get_option(of_walls));
     c->footer(
         "Examples:\n"
         "  pliant mesh centreline.vtp --thickness 1.5 --out wall.vtu --ghost ghost.vtp\n"

@@ -70,8 +70,9 @@ void add_serve(CLI::App& app, ServeOptions& o) {
         "Other scans are opened, and the deformed one is saved, in the page.\n"
         "Examples:\n  pliant serve scan.nrrd --session scan.pls\n  pliant serve "
         "scan.nrrd --labels organs.seg.nrrd\n  pliant serve "
-        "scenes/vessel_phantom.toml\n  pliant serve abdomen.nii.gz --labels organs.nii.gz "
-        "--bodies\n  pliant serve scan.nrrd --host 0.0.0.0 --certificate "
+        "scenes/vessel_phantom.toml\n  pliant serve liver.stl\n  pliant serve abdomen.nii.gz "
+        "--labels organs.nii.gz --bodies\n  pliant serve organ.vtu --network fit.json\n  pliant "
+        "serve scan.nrrd --host 0.0.0.0 --certificate "
         "class.pem --key class.key");
 }
 
@@ -147,7 +148,7 @@ void add_haptics(CLI::App& app, HapticsOptions& o) {
         ->required()
         ->check(CLI::IsMember({"check", "devices"}));
     c->add_option("--device", o.device,
-                  "virtual[:free|spring|active], replay:FILE, or a plug-in's file "
+                  "virtual[:free|spring|tap|active], spacemouse, replay:FILE, or a plug-in's file "
                   "(default virtual:active)");
     c->add_option("--minutes", o.minutes, "how long (default 10)")->check(CLI::Range(0.001, 1e4));
     c->add_option("--rate", o.rate_hz, "of the servo [Hz] (default 1000)")

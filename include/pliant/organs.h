@@ -66,8 +66,9 @@ SettingRows<OrganContents> organ_contents_rows() noexcept;
 
 /// A scene file of organs, and the settings of the whole.
 struct OrganFile {
-    std::string file{};  ///< path of this file
-    std::string scan{};  ///< empty: one is made
+    std::string file{};     ///< path of this file
+    std::string scan{};     ///< empty: one is made
+    ReadOptions reading{};  ///< of the scan
     std::string label_volume{};
     std::int64_t tetrahedra = 20'000;  ///< of meshes that are made, all together
     double smoothing_voxels = 0.8;     ///< of labels, standard deviation
@@ -110,6 +111,7 @@ struct Organ {
 struct MadeOrgans {
     OrganFile file{};
     Volume scan{};
+    ReadNotes notes{};                       ///< of its reading
     std::shared_ptr<const Volume> labels{};  ///< null: organs carry the voxels in their meshes
     std::vector<Organ> organs{};             ///< with the surroundings last, if there are some
     std::uint64_t hash = 0;                  ///< of meshes and settings

@@ -11,9 +11,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/errors.h"
@@ -54,6 +57,49 @@ Result<Source> source_of_file(const std::string& file) {
     return source;
 }
 
+/// Whole numbers above 0 in a label map.
+std::set<int> labels_in(const Volume& map) {
+    std::set<int> found;
+    int last = 0;
+    std::visit(
+        [&](const auto& voxels) {
+            for (const auto voxel : voxels) {
+                const double value = double(voxel);
+                if (!(value >= 1 && value < INT32_MAX) || int(value) == last) continue;
+                last = int(value);
+                found.insert(last);
+            }
+        },
+        map.voxels);
+    return found;
+}
+
+/// The numbers in ascending order, with ranges: "1 to 5, 7".
+std::string text_of(const std::set<int>& numbers) {
+    std::string text;
+    for (auto at = numbers.begin(); at != numbers.end();) {
+        const int first = *at;
+        int last = first;
+        while (++at != numbers.end() && *at == last + 1) last = *at;
+        text += (text.empty() ? "" : ", ") + std::to_string(first);
+        if (last > first) text += " to " + std::to_string(last);
+    }
+    return text.empty() ? "none" : text;
+}
+
+/// Whether the map has the labels of all bodies.
+Status check_bodies(const OrganFile& file, const Volume& map) {
+    const std::set<int> there = labels_in(map);
+    for (const OrganSettings& body : file.bodies)
+        for (const int label : body.labels)
+            if (there.count(label) == 0)
+                return within(
+                    file.label_volume,
+                    expected_error("labels", "labels of this map (" + text_of(there) + ")",
+                                   std::to_string(label)));
+    return Ok{};
+}
+
 Result<Source> source_of_labels(const OrganFile& file, const OrganSettings& settings,
                                 const Volume& labels, const TaskArena& arena) {
     auto found = lumen_of_labels(labels, settings.labels, file.smoothing_voxels, arena);
@@ -87,7 +133,7 @@ std::uint64_t hash_of(const MadeOrgans& made) {
 Result<MadeOrgans> make(const OrganFile& file, const TaskArena& arena) {
     MadeOrgans made{.file = file};
     if (!file.scan.empty()) {
-        auto scan = read_volume(file.scan);
+        auto scan = read_volume(file.scan, file.reading, &made.notes);
         if (!scan) return scan.error();
         made.scan = std::move(*scan);
     }
@@ -95,6 +141,7 @@ Result<MadeOrgans> make(const OrganFile& file, const TaskArena& arena) {
         auto labels = read_volume(file.label_volume);
         if (!labels) return about("label_volume", labels.error().code, labels.error().message);
         made.labels = std::make_shared<const Volume>(std::move(*labels));
+        if (const Status s = check_bodies(file, *made.labels); !s.ok()) return s.error();
     }
     std::vector<Source> sources;
     double volume = 0;

@@ -75,7 +75,7 @@ Outcome Scene::slide(std::uint32_t client, const Push& push) {
 
 Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     const TissueTraits traits = tissue().traits();
-    if (command.slide && !traits.slides) return not_with(m_choice, "slide", "chainmail");
+    if (command.slide && !traits.slides) return not_with(m_choice, "slide", "chainmail or a body");
     if (!traits.takes_pushes) return not_with(m_choice, "push", "chainmail or springs");
     begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
@@ -142,7 +142,8 @@ Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
 }
 
 Outcome Scene::act(std::uint32_t, const CutCommand& command) {
-    if (!tissue().traits().cuts) return not_with(m_choice, "cut", "chainmail");
+    if (!tissue().traits().cuts)
+        return not_with(m_choice, "cut", "chainmail, springs of a scan or a body");
     end_step();
     begin_step("cut", 0, 0);
     const auto report = tissue().cut(command.surface);

@@ -136,6 +136,15 @@ void suit(LoadedScan& loaded, const ReadNotes& notes) {
     suit_materials(values, loaded.settings);
 }
 
+ReadOptions reading_of(const SceneSource& source, const std::function<bool()>& give_up) {
+    return {.series_uid = source.series,
+            .may_map = false,
+            .progress = {},
+            .give_up = give_up,
+            .frame = source.frame,
+            .straighten = source.straighten};
+}
+
 /// View of all organs, from the front.
 Endoscope in_front_of(const MadeOrgans& made) {
     Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
@@ -153,17 +162,20 @@ Endoscope in_front_of(const MadeOrgans& made) {
 }
 
 /// @returns one line that names the file
-Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena) {
+Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena,
+                               const std::function<bool()>& give_up) {
     auto file = source.bodies ? organ_file_of_labels(source.file, source.labels, *source.bodies)
                 : is_organ_file(source.file) ? read_organ_file(source.file)
                                              : Result(organ_file_of_mesh(source.file));
     if (!file.ok()) return file.error();
+    file->reading = reading_of(source, give_up);
     auto made = make_organs(*file, arena);
     if (!made.ok()) return made.error();
+    made->file.reading.give_up = {};  // it belongs to the caller
     LoadedScan loaded;
     loaded.volume = std::exchange(made->scan, {});
     loaded.hash = made->hash;
-    if (!file->scan.empty()) suit(loaded, {});
+    if (!file->scan.empty()) suit(loaded, made->notes);
     loaded.info.start = in_front_of(*made);
     loaded.info.starts_outside = file->scan.empty();
     loaded.info.name = std::filesystem::path(source.file).filename().string();
@@ -261,7 +273,7 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         if (!vessel.ok()) return vessel.error();
         loaded = std::move(*vessel);
     } else if (source.bodies || is_organ_file(source.file) || is_mesh_file(source.file)) {
-        auto organs = load_organs(source, arena);
+        auto organs = load_organs(source, arena, give_up);
         if (!organs.ok()) return organs.error();
         loaded = std::move(*organs);
     } else if (source.file.empty()) {
@@ -272,14 +284,7 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         loaded.info.name = source.phantom + " phantom";
     } else {
         ReadNotes notes;
-        auto volume = read_volume(source.file,
-                                  {.series_uid = source.series,
-                                   .may_map = false,
-                                   .progress = {},
-                                   .give_up = give_up,
-                                   .frame = source.frame,
-                                   .straighten = source.straighten},
-                                  &notes);
+        auto volume = read_volume(source.file, reading_of(source, give_up), &notes);
         if (!volume.ok()) return volume.error();
         const Vec3i read = volume->grid.size;
         if (std::min({read.x, read.y, read.z}) == 1) volume = with_doubled_slices(*volume);

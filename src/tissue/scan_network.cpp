@@ -15,6 +15,7 @@
 #include "core/errors.h"
 #include "core/text.h"
 #include "material/labels.h"
+#include "volume/value_unit.h"
 
 namespace pliant {
 namespace {
@@ -129,9 +130,12 @@ Result<SpringTissue> tissue_of(const Volume& volume, const ControlGrid& grid,
     auto network = SpringNetwork::create(std::move(*parts));
     if (!network.ok()) return network.error();
     const double stable = network->stable_time_step();
-    // Without a free node any step will do.
-    const double step = std::isfinite(stable) ? kStepShare * stable : s.damping_s;
-    return SpringTissue::create(std::move(*network), {.depth = s.depth, .time_step = step});
+    if (!std::isfinite(stable))
+        return about("fixed_hu", ErrorCode::InvalidArgument,
+                     "expected a value that leaves nodes free, found " + short_text(s.fixed_hu) +
+                         value_unit(volume) + ", with which bone holds all of them");
+    return SpringTissue::create(std::move(*network),
+                                {.depth = s.depth, .time_step = kStepShare * stable});
 }
 
 }  // namespace pliant

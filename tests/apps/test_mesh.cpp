@@ -59,7 +59,8 @@ TEST_F(MeshTest, ASurfaceAndLabelsGetASolid) {
             for (int i = 6; i < 18; ++i) numbers[voxel_index(labels.grid, {i, j, k})] = 5;
     labels.voxels = std::move(numbers);
     ASSERT_TRUE(write_volume(m_folder / "l.nrrd", labels).ok());
-    ASSERT_EQ(run("mesh l.nrrd --labels 5 --smooth 0 --solid --tetrahedra 4000 --out s.vtu --json"),
+    ASSERT_EQ(run("mesh l.nrrd --labels 5 --smooth 0 --solid --tetrahedra 4000 --out s.vtu "
+                  "--surface f.stl --json"),
               0)
         << said();
     const Json made = Json::parse(out());
@@ -67,7 +68,19 @@ TEST_F(MeshTest, ASurfaceAndLabelsGetASolid) {
     EXPECT_LT(made["tetrahedra"], 8000);
     EXPECT_GE(made["dihedral_min_deg"], 10.7);
     EXPECT_EQ(made["boundary_euler"], 2);
+    EXPECT_NEAR(double(made["corners_mm"][0][1]), 9, 0.5);
+    EXPECT_NEAR(double(made["corners_mm"][1][2]), 34.5, 0.5);
     EXPECT_NEAR(double(made["volume_mm3"]), 8 * 10 * 12 * 12, 0.05 * 8 * 10 * 12 * 12);
+
+    const auto filled = read_surface(m_folder / "f.stl");
+    ASSERT_TRUE(filled.ok()) << filled.error().message;
+    EXPECT_NEAR(enclosed_volume_mm3(*filled), double(made["surface_mm3"]), 1);
+    for (const char* of_walls : {"--ghost g.vtp", "--thickness 3", "--layers 3", "--sweep",
+                                 "--ends c.vtp", "--ghost-cell 2", "--seed 0,0,0"}) {
+        const std::string solid = "mesh l.nrrd --labels 5 --solid --out u.vtu ";
+        EXPECT_EQ(run(solid + of_walls), 2) << of_walls;
+        EXPECT_FALSE(std::filesystem::exists(m_folder / "u.vtu")) << of_walls;
+    }
 
     const auto read = read_tetrahedra(m_folder / "s.vtu");
     ASSERT_TRUE(read.ok()) << read.error().message;
@@ -76,6 +89,9 @@ TEST_F(MeshTest, ASurfaceAndLabelsGetASolid) {
     EXPECT_NE(out().find("inverted            0"), std::string::npos) << out();
     EXPECT_NE(out().find("cells               4 mm"), std::string::npos) << out();
     ASSERT_EQ(run("mesh t.vtu"), 0) << said();
+    EXPECT_NE(out().find("corners             1"), std::string::npos) << out();
+    EXPECT_EQ(run("mesh s.stl --solid --out u.vtu --surface f.stl"), 2);
+    EXPECT_NE(said().find("--surface: expected a scan"), std::string::npos) << said();
 
     EXPECT_EQ(run("mesh l.nrrd --solid --out t.vtu"), 2);
     EXPECT_NE(said().find("--labels: expected the solid's labels"), std::string::npos) << said();

@@ -627,7 +627,8 @@ TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
 }
 
 TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {
-    for (const char* command : {"info", "phantom", "deform", "render", "path"}) {
+    for (const char* command : {"info", "convert", "phantom", "deform", "body", "render", "mesh",
+                                "path", "fit", "vessel", "serve", "replay", "bench", "haptics"}) {
         const Finished done = run(std::string(command) + " --help");
         EXPECT_EQ(done.status, 0);
         EXPECT_NE(done.out.find("Example"), std::string::npos) << command;

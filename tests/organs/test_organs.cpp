@@ -267,6 +267,20 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     const auto carried = deform_volume(*tissue);
     ASSERT_TRUE(carried.ok());
     EXPECT_NE(hash_volume(carried->volume), hash_volume(made->scan));
+
+    OrganFile without = *file;
+    without.bodies[0].labels = {6};
+    const auto none = make_organs(without, m_arena);
+    ASSERT_FALSE(none.ok());
+    EXPECT_NE(none.error().message.find("expected labels of this map (5, 7), found 6"),
+              std::string::npos)
+        << none.error().message;
+
+    EXPECT_EQ(made->notes.format, "NRRD");
+    file->reading.frame = 3;
+    const auto other = make_organs(*file, m_arena);
+    ASSERT_FALSE(other.ok()) << "the scan has one image";
+    EXPECT_NE(other.error().message.find("scan.nrrd"), std::string::npos) << other.error().message;
 }
 
 }  // namespace

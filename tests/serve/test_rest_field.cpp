@@ -99,7 +99,10 @@ TEST_F(RestFieldTest, FollowsAnotherTissueAndSprings) {
     both(a, {{"do", "carve"}, {"from", {0, 0, 0}}, {"to", {0, 0, 3}}, {"radius", 4}});
     both(a, push_of({6, 0, 0}, {3, 0, 0}, 4));
     expect_same(a);
-    both(a, {{"do", "tissue"}, {"model", "springs"}, {"nodes", 6}});
+    both(
+        a,
+        {{"do", "tissue"}, {"model", "springs"}, {"nodes", 6}, {"cell_mm", 5}, {"fixed_hu", 3000}});
+    ASSERT_EQ(m_twin->tissue().traits().model, "springs");
     both(a, {{"do", "relax"}, {"on", false}});
     expect_same(a);
     both(a, push_of({0, 0, 0}, {3, 1, 0}, 8));

@@ -252,8 +252,8 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
     EXPECT_FALSE(scene->update().value().boxes.empty());
     EXPECT_EQ(volume(), at_rest);
     EXPECT_EQ(scene->carry_out(1, UndoCommand{}).error_code, "nothing");
-    for (const Action& action : {Action(CutCommand{}), Action(CarveCommand{}), Action(soft()),
-                                 Action(PushCommand{.slide = true})})
+    for (const Action& action :
+         {Action(CarveCommand{}), Action(soft()), Action(PushCommand{.slide = true})})
         EXPECT_EQ(scene->carry_out(1, action).error_code, "other_tissue");
     const Outcome outcome = scene->carry_out(1, PushCommand{.push = {{0, 0, 0}, {0, 3, 0}, 4}});
     ASSERT_TRUE(outcome.ok());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Fluoroscopy: each ray is attenuated by the tissue along it, as in include/pliant/fluoroscopy.h;
+// Fluoroscopy: each ray is attenuated by the tissue along it, as in include/pliant/render.h;
 // noise, characteristic curve and collimator as in src/render/detector.h. Dense tissue is dark; the
 // exposure is 45 % grey.
 

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `pliant body`: the labelled organs of a scan, and a mesh alone; its files and its errors.
+
+#include <gtest/gtest.h>
+#include <pliant/files.h>
+#include <pliant/mesh.h>
+#include <pliant/volume.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "support/json.h"
+#include "support/program_in_folder.h"
+
+namespace pliant::test {
+namespace {
+
+class BodyProgram : public ProgramInFolder {
+  protected:
+    /// Two organs, 5 and 7, in fat, with air in front and bone behind.
+    void write_scan() {
+        const Grid grid{.size = {36, 30, 24}, .spacing_mm = {2, 2, 2}};
+        VoxelArray<std::int16_t> values(voxel_count(grid)), numbers(voxel_count(grid));
+        for (int k = 0; k < grid.size.z; ++k)
+            for (int j = 0; j < grid.size.y; ++j)
+                for (int i = 0; i < grid.size.x; ++i) {
+                    const std::size_t at = voxel_index(grid, {i, j, k});
+                    const bool inside = j >= 8 && j < 20 && k >= 6 && k < 18;
+                    numbers[at] = std::int16_t(inside && i >= 6 && i < 18    ? 5
+                                               : inside && i >= 18 && i < 30 ? 7
+                                                                             : 0);
+                    values[at] = std::int16_t(j < 3         ? -1000
+                                              : j >= 27     ? 800
+                                              : numbers[at] ? 60
+                                                            : -90);
+                }
+        Volume scan{grid, std::move(values), {}}, labels{grid, std::move(numbers), {}};
+        ASSERT_TRUE(write_volume(m_folder / "scan.nrrd", scan).ok());
+        ASSERT_TRUE(write_volume(m_folder / "labels.nrrd", labels).ok());
+    }
+    const std::string m_push = " --push 24,28,24:0,1,0 --tool sphere:8 --steps 2 ";
+};
+
+TEST_F(BodyProgram, EachOrganOfTheLabelsIsABodyAndIsPushed) {
+    write_scan();
+    ASSERT_EQ(run("body scan.nrrd --labels labels.nrrd --bodies" + m_push +
+                  "--out moved.vtu --volume moved.nrrd --report r.json"),
+              0)
+        << said();
+    const Json report = Json::parse(bytes_of(m_folder / "r.json"));
+    EXPECT_EQ(report["status"], "applied");
+    ASSERT_EQ(report["notes"].size(), 3u) << report["notes"];
+    EXPECT_EQ(report["notes"][0].get<std::string>().find("label 5: "), 0u);
+    EXPECT_EQ(report["notes"][1].get<std::string>().find("label 7: "), 0u);
+    EXPECT_GT(report["moved_elements"], 0);
+    const auto moved = read_mesh(m_folder / "moved.vtu");
+    ASSERT_TRUE(moved.ok()) << moved.error().message;
+    EXPECT_EQ(moved->tetrahedra.size(), report["body"]["tetrahedra"]);
+    // The tool's nodes moved with it.
+    const MeshData::Field* displacement = moved->field("displacement_mm");
+    ASSERT_TRUE(displacement);
+    double farthest = 0;
+    for (std::size_t n = 1; n < displacement->values.size(); n += 3)
+        farthest = std::max(farthest, displacement->values[n]);
+    EXPECT_NEAR(farthest, 1, 0.2);
+}
+
+TEST_F(BodyProgram, FaultsNameTheOptionOrTheFile) {
+    write_scan();
+    const auto fault = [&](const std::string& arguments) {
+        EXPECT_EQ(run("body scan.nrrd " + arguments + m_push + "--out x.vtu"), 2) << arguments;
+        EXPECT_FALSE(std::filesystem::exists(m_folder / "x.vtu")) << arguments;
+        return said();
+    };
+    EXPECT_NE(fault("--bodies 5").find("--bodies: expected --labels"), std::string::npos);
+    EXPECT_NE(fault("--labels labels.nrrd --bodies liver")
+                  .find("--bodies: expected whole numbers above 0, found 'liver'"),
+              std::string::npos);
+    EXPECT_NE(fault("--labels labels.nrrd --bodies 500")
+                  .find("expected labels of this map (5, 7), found 500"),
+              std::string::npos)
+        << said();
+    EXPECT_NE(fault("").find("scan.nrrd: expected an organ's mesh"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pliant::test
