@@ -83,9 +83,9 @@ NetworkTissue::NetworkTissue(SpringTissue tissue, std::vector<std::array<std::in
     m_is_held.assign(nodes.size(), 0);
 }
 
-Result<std::unique_ptr<Tissue>> NetworkTissue::create(const Volume& scan, SpringParts parts,
-                                                      const NetworkSettings& settings,
-                                                      const TaskArena& arena) {
+Result<std::unique_ptr<MeshTissue>> NetworkTissue::create(const Volume& scan, SpringParts parts,
+                                                          const NetworkSettings& settings,
+                                                          const TaskArena& arena) {
     if (const Status s = check_volume(scan); !s.ok()) return s.error();
     if (const Status s = pliant::check(settings, network_rows()); !s.ok()) return s.error();
     auto network = SpringNetwork::create(std::move(parts));
@@ -107,7 +107,7 @@ Result<std::unique_ptr<Tissue>> NetworkTissue::create(const Volume& scan, Spring
                                                    .time_step = settings.time_step_s,
                                                    .solve_tolerance = settings.solve_tolerance});
     if (!tissue.ok()) return tissue.error();
-    return std::unique_ptr<Tissue>(
+    return std::unique_ptr<MeshTissue>(
         new NetworkTissue(std::move(*tissue), std::move(mesh.cells), std::move(*carried)));
 }
 

@@ -20,11 +20,11 @@
 
 namespace pliant {
 
-class NetworkTissue final : public NodeTissue {
+class NetworkTissue final : public MeshTissue {
   public:
-    static Result<std::unique_ptr<Tissue>> create(const Volume& scan, SpringParts parts,
-                                                  const NetworkSettings& settings,
-                                                  const TaskArena& arena);
+    static Result<std::unique_ptr<MeshTissue>> create(const Volume& scan, SpringParts parts,
+                                                      const NetworkSettings& settings,
+                                                      const TaskArena& arena);
 
     TissueTraits traits() const noexcept override;
     Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept override;
@@ -46,6 +46,12 @@ class NetworkTissue final : public NodeTissue {
     Status set_state(std::span<const double> numbers) noexcept override;
     std::uint64_t file_kind() const noexcept override { return 0x35'6e'73'6c'70'00'00'0a; }
     std::uint64_t hash() const override { return m_tissue.hash(); }
+
+    void positions_mm(std::span<Vec3d> positions_mm) const override {
+        for (std::size_t n = 0; n < positions_mm.size(); ++n)
+            positions_mm[n] = m_tissue.position(std::int32_t(n));
+    }
+    std::int32_t node_count() const override { return m_tissue.network().node_count(); }
 
     const Volume& volume() const override { return m_carried->volume(); }
     const Deformation& deformation() const override;
