@@ -5,9 +5,9 @@
 //
 //   results_springs FOLDER SCANS [PART…]
 //
-// FOLDER gets README.md and its pictures; SCANS may have abdomen_ct_3mm.nii.gz; parts are depth,
-// orders, responses, scan, identification, fibres and timings, by default all. Pictures and errors
-// are reproducible; times are not.
+// FOLDER gets README.md and its pictures; SCANS may have the scans of shared/data; parts are depth,
+// orders, responses, scan, touched, identification, fibres and timings, by default all. Pictures
+// and errors are reproducible; times are not.
 
 #include <pliant/tasks.h>
 
@@ -26,7 +26,8 @@ void add_introduction(pliant::results::Page& page) {
     using namespace pliant::results;
     page.heading(1, "Force transmittal beside its paper");
     page.paragraph(
-        "Figures 9 to 13 and tables 1 to 3 of [Choi2004], and what Pliant does on the same set-up "
+        "Figures 9 to 13 and 15 and tables 1 to 3 of [Choi2004], and what Pliant does on the same "
+        "set-up "
         "or, where the paper doesn't name it, on one that is named here. The models are described "
         "in [springs.md](../../springs.md) and [fem.md](../../fem.md), identification in "
         "[fit.md](../../fit.md). The paper's own pictures are not repeated: the text says what "
@@ -67,6 +68,7 @@ int main(int argc, char** argv) {
         {"orders", [&](Page& page) { add_orders(page, arena); }},
         {"responses", [&](Page& page) { add_responses(page, arena); }},
         {"scan", [&](Page& page) { add_scans(page, argv[2], arena); }},
+        {"touched", [&](Page& page) { add_touched(page, argv[2], arena); }},
         {"identification", [&](Page& page) { add_identification(page, arena); }},
         {"fibres", [&](Page& page) { add_fibres(page, arena); }},
         {"timings", [&](Page& page) { add_timings(page, arena); }}};

@@ -35,6 +35,7 @@ namespace pliant {
 enum class BodyLaw {
     Solid,      ///< stable neo-Hookean [Smith2018, Macklin2021]
     Distances,  ///< edges and volumes, compliances from the moduli [Mueller2007, VesselPbd2016]
+    Springs,    ///< a mass-spring network with volume energy (make_network); of a single body
 };
 
 struct OrganSettings {

@@ -103,8 +103,8 @@ struct NetworkSettings {
 SettingRows<NetworkSettings> network_rows() noexcept;
 
 /// Makes a network's tissue. All nodes move in each step, by implicit Euler, so that slivers don't
-/// limit the time step. Tools hold nodes as those of make_body() do. force_n() is the force of
-/// links and volumes on the held nodes.
+/// limit the time step. Tools hold nodes, or slide, as those of make_body() do; triangles with a
+/// fixed node stop a slide. force_n() is the force of links and volumes on the held nodes.
 /// @param parts  in mm (LPS), g and s; fixed nodes never move
 /// @returns InvalidArgument for a network without cells, or beside the scan
 Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts parts,

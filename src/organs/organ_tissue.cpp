@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The organs of a scene as one position-based body, of which each organ is a piece.
+// The organs of a scene as one position-based body, of which each organ is a piece, or a single
+// organ as a mass-spring network.
 
 #include <pliant/organs.h>
 
@@ -13,7 +14,9 @@
 #include <vector>
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "tissue/body_tissue.h"
+#include "tissue/network_tissue.h"
 
 namespace pliant {
 namespace {
@@ -98,6 +101,24 @@ bool lies_in_box(Vec3d p, std::span<const Vec3d> corners) {
     return false;
 }
 
+/// Whether nodes of an organ don't move.
+class HeldNodes {
+  public:
+    HeldNodes(const OrganSettings& settings, const FixedPlaces& fixed,
+              std::span<const Vec3d> positions)
+        : m_settings(settings),
+          m_fixed(fixed),
+          m_held_mm(held_from(positions, settings.held_back)) {}
+    bool hold(Vec3d p) const {
+        return p.y >= m_held_mm || m_fixed.hold(p) || lies_in_box(p, m_settings.held_mm);
+    }
+
+  private:
+    const OrganSettings& m_settings;
+    const FixedPlaces& m_fixed;
+    double m_held_mm;
+};
+
 /// Adds an organ's particles and constraints.
 Status add(const Organ& organ, const FixedPlaces& fixed, PbdParts& parts, TetMesh& mesh) {
     const OrganSettings& s = organ.settings;
@@ -110,12 +131,9 @@ Status add(const Organ& organ, const FixedPlaces& fixed, PbdParts& parts, TetMes
                                         .young_modulus = s.young_modulus_pa,
                                         .poisson_ratio = s.poisson_ratio});
     if (!own) return within(organ.name, own.error());
-    const double held_mm = held_from(own->positions, s.held_back);
-    for (std::size_t n = 0; n < own->positions.size(); ++n) {
-        const Vec3d p = own->positions[n];
-        if (p.y >= held_mm || fixed.hold(p) || lies_in_box(p, s.held_mm))
-            own->inverse_masses[n] = 0;
-    }
+    const HeldNodes held(s, fixed, own->positions);
+    for (std::size_t n = 0; n < own->positions.size(); ++n)
+        if (held.hold(own->positions[n])) own->inverse_masses[n] = 0;
     const auto first = std::int32_t(parts.positions.size());
     const std::size_t first_solid = parts.solids.size();
     parts.positions.insert(parts.positions.end(), own->positions.begin(), own->positions.end());
@@ -162,11 +180,47 @@ std::vector<std::int16_t> organs_of_voxels(const MadeOrgans& made, const Volume&
     return organs;
 }
 
+/// A single organ as a network: edges with a stiffness of (√2/5)·µ·length [Lloyd2007], and volumes
+/// with a bulk modulus of λ − µ, which is 0 at a Poisson's ratio of ¼.
+Result<std::unique_ptr<MeshTissue>> network_of(const MadeOrgans& made, const Volume& scan,
+                                               const TaskArena& arena) {
+    const OrganFile& file = made.file;
+    const Organ& organ = made.organs.front();
+    const OrganSettings& s = organ.settings;
+    if (made.organs.size() > 1)
+        return expected_error("law", "a single body with springs",
+                              std::to_string(made.organs.size()) + " bodies");
+    if (const Status checked = check(s, organ_rows()); !checked.ok())
+        return within(organ.name, checked.error());
+    if (!(s.poisson_ratio >= 0.25))
+        return within(organ.name, expected_error("poisson_ratio", "0.25 or more with springs",
+                                                 text_of(s.poisson_ratio)));
+    // Of a cube with an edge of 1.
+    const SpringMaterial material = closed_form(s.young_modulus_pa, s.poisson_ratio, 1);
+    auto parts = springs_of_elastic_tetrahedra(organ.mesh.nodes_mm, organ.mesh.cells,
+                                               {.stiffness = material.stiffness,
+                                                .density = kGramsPerMm3 * s.density_kg_m3,
+                                                .bulk = std::max(0.0, material.bulk)});
+    if (!parts) return within(organ.name, parts.error());
+    const FixedPlaces fixed(scan, file.fixed_hu, file.fixed_near_mm);
+    const HeldNodes held(s, fixed, organ.mesh.nodes_mm);
+    for (SpringNode& node : parts->nodes) {
+        node.fixed = held.hold(node.rest);
+        node.damping = file.damping_per_s * node.mass;
+    }
+    return NetworkTissue::create(scan, std::move(*parts),
+                                 {.time_step_s = file.time_step_s, .reach_mm = file.reach_mm},
+                                 arena);
+}
+
 Result<std::unique_ptr<MeshTissue>> tissue_of(const MadeOrgans& made, const Volume& scan,
                                               const TaskArena& arena) {
     if (const Status s = check_volume(scan); !s.ok()) return s.error();
     if (const Status s = check(made.file, organ_file_rows()); !s.ok()) return s.error();
     const OrganFile& file = made.file;
+    if (std::any_of(made.organs.begin(), made.organs.end(),
+                    [](const Organ& organ) { return organ.settings.law == BodyLaw::Springs; }))
+        return network_of(made, scan, arena);
     const FixedPlaces fixed(scan, file.fixed_hu, file.fixed_near_mm);
     PbdParts parts;
     TetMesh mesh;

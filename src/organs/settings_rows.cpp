@@ -25,8 +25,9 @@ constexpr Setting<O> kBody[] = {
                                  "if there is no file"}),
     setting<&O::law>({.table = "body",
                       .name = "law",
-                      .choices = "solid|distances",
-                      .text = "neo-Hookean tetrahedra, or edges and volumes"}),
+                      .choices = "solid|distances|springs",
+                      .text = "neo-Hookean tetrahedra, edges and volumes, or a mass-spring "
+                              "network (a single body)"}),
     setting<&O::young_modulus_pa>({.table = "body",
                                    .name = "young_modulus_pa",
                                    .unit = "Pa",

@@ -62,7 +62,10 @@ double ms_since(std::chrono::steady_clock::time_point start) {
 
 NetworkTissue::NetworkTissue(SpringTissue tissue, std::vector<std::array<std::int32_t, 4>> cells,
                              std::unique_ptr<EmbeddedScan> carried)
-    : m_tissue(std::move(tissue)), m_cells(std::move(cells)), m_carried(std::move(carried)) {
+    : m_tissue(std::move(tissue)),
+      m_cells(std::move(cells)),
+      m_carried(std::move(carried)),
+      m_touch(m_tissue.network(), boundary_faces({{}, m_cells})) {
     const auto nodes = m_tissue.network().nodes();
     const auto rest = [&](std::int32_t n) { return nodes[std::size_t(n)].rest; };
     for (const auto& cell : m_cells) {
@@ -76,11 +79,13 @@ NetworkTissue::NetworkTissue(SpringTissue tissue, std::vector<std::array<std::in
     m_held.reserve(nodes.size());
     m_held_positions.reserve(nodes.size());
     m_shown.resize(nodes.size());
+    m_sphere_nodes.reserve(3 * m_touch.triangles().size());
+    m_is_held.assign(nodes.size(), 0);
 }
 
-Result<std::unique_ptr<Tissue>> NetworkTissue::create(const Volume& scan, SpringParts parts,
-                                                      const NetworkSettings& settings,
-                                                      const TaskArena& arena) {
+Result<std::unique_ptr<MeshTissue>> NetworkTissue::create(const Volume& scan, SpringParts parts,
+                                                          const NetworkSettings& settings,
+                                                          const TaskArena& arena) {
     if (const Status s = check_volume(scan); !s.ok()) return s.error();
     if (const Status s = pliant::check(settings, network_rows()); !s.ok()) return s.error();
     auto network = SpringNetwork::create(std::move(parts));
@@ -102,12 +107,13 @@ Result<std::unique_ptr<Tissue>> NetworkTissue::create(const Volume& scan, Spring
                                                    .time_step = settings.time_step_s,
                                                    .solve_tolerance = settings.solve_tolerance});
     if (!tissue.ok()) return tissue.error();
-    return std::unique_ptr<Tissue>(
+    return std::unique_ptr<MeshTissue>(
         new NetworkTissue(std::move(*tissue), std::move(mesh.cells), std::move(*carried)));
 }
 
 TissueTraits NetworkTissue::traits() const noexcept {
     return {.model = "network",
+            .slides = true,
             .moves_by_itself = true,
             .sweep_ms = 1000 * m_tissue.time_step(),
             .update_hz = 1 / m_tissue.time_step()};
@@ -152,22 +158,63 @@ NetworkTissue::Tools NetworkTissue::with(std::uint32_t tool,
     return changed;
 }
 
-/// Holds the nodes of all tools. Doesn't allocate.
+/// Holds the nodes of all tools, first those of pushes. Doesn't allocate.
 void NetworkTissue::hold_all() noexcept {
     m_held.clear();
     for (const auto& [tool, nodes] : m_tools)
         m_held.insert(m_held.end(), nodes.begin(), nodes.end());
+    m_pushed = m_held.size();
+    if (!m_spheres.empty()) {
+        for (const std::int32_t n : m_held) m_is_held[std::size_t(n)] = 1;
+        for (const auto& [tool, sphere] : m_spheres) {
+            m_touch.nodes_of(sphere, m_sphere_nodes);
+            for (const std::int32_t n : m_sphere_nodes)
+                if (m_is_held[std::size_t(n)] == 0) {
+                    m_is_held[std::size_t(n)] = 1;
+                    m_held.push_back(n);
+                }
+        }
+        for (const std::int32_t n : m_held) m_is_held[std::size_t(n)] = 0;
+    }
     (void)m_tissue.hold(m_held);
 }
 
+/// Moves the nodes of spheres to where contact puts them.
+void NetworkTissue::put_touched() noexcept {
+    m_held_positions.clear();
+    for (std::size_t k = 0; k < m_held.size(); ++k)
+        m_held_positions.push_back(k < m_pushed ? m_tissue.position(m_held[k])
+                                                : m_touch.positions()[std::size_t(m_held[k])]);
+    (void)m_tissue.move_held(m_held_positions);
+}
+
+/// Stops triangles that would have passed over a sphere since m_touch last looked.
+void NetworkTissue::keep_spheres_clear() {
+    for (auto& [tool, sphere] : m_spheres) m_touch.keep_clear(sphere);
+    hold_all();
+    put_touched();
+}
+
 void NetworkTissue::release(std::uint32_t tool) noexcept {
-    if (m_tools.erase(tool) == 0) return;
+    if (m_tools.erase(tool) + m_spheres.erase(tool) == 0) return;
     hold_all();
     m_settled = false;
 }
 
+/// Makes a time step.
+Status NetworkTissue::step() {
+    if (!m_spheres.empty()) m_touch.look(m_tissue);
+    const auto stepped = m_tissue.step(1, arena());
+    if (!stepped.ok()) return stepped.error();
+    if (m_spheres.empty()) return Ok{};
+    m_touch.look_again(m_tissue);
+    keep_spheres_clear();
+    return Ok{};
+}
+
 Status NetworkTissue::stride(std::uint32_t tool, Vec3d shift) {
     const auto mine = m_tools.find(tool);
+    if (!m_spheres.empty()) m_touch.look(m_tissue);
     m_held_positions.clear();
     for (const std::int32_t n : m_held) {
         const bool moves = mine != m_tools.end() &&
@@ -175,9 +222,11 @@ Status NetworkTissue::stride(std::uint32_t tool, Vec3d shift) {
         m_held_positions.push_back(moves ? m_tissue.position(n) + shift : m_tissue.position(n));
     }
     if (const Status s = m_tissue.move_held(m_held_positions); !s.ok()) return s;
-    const auto stepped = m_tissue.step(1, arena());
-    if (!stepped.ok()) return stepped.error();
-    return Ok{};
+    if (!m_spheres.empty()) {
+        m_touch.look_again(m_tissue);
+        keep_spheres_clear();
+    }
+    return step();
 }
 
 bool NetworkTissue::folds() const {
@@ -197,23 +246,125 @@ bool NetworkTissue::is_far() const {
     return false;
 }
 
+/// Calls a function that moves tools and nodes, and takes back what it did if it fails.
+template <class Act>
+auto NetworkTissue::undone_on_error(const Act& act) {
+    std::vector<std::int32_t> all(m_positions.size());
+    for (std::size_t n = 0; n < all.size(); ++n) all[n] = std::int32_t(n);
+    Tools tools = m_tools;
+    Spheres spheres = m_spheres;
+    const bool was_settled = m_settled;
+    SpringRollback rollback(m_tissue, all);
+    auto report = attempt(act);
+    m_is_shown = false;
+    if (report.ok()) return report;
+    m_tools.swap(tools);
+    m_spheres.swap(spheres);
+    hold_all();
+    rollback.restore();
+    m_settled = was_settled;
+    return report;
+}
+
 Result<PushReport> NetworkTissue::push(std::uint32_t tool, const Push& push) noexcept {
     return attempt([&]() -> Result<PushReport> {
         if (const Status s = check_push(push); !s.ok()) return s.error();
-        std::vector<std::int32_t> all(m_positions.size());
-        for (std::size_t n = 0; n < all.size(); ++n) all[n] = std::int32_t(n);
-        Tools before = m_tools;
-        const bool was_settled = m_settled;
-        SpringRollback rollback(m_tissue, all);
-        auto report = attempt([&] { return push_nodes(tool, push); });
-        m_is_shown = false;
-        if (report.ok()) return report;
-        m_tools.swap(before);
-        hold_all();
-        rollback.restore();
-        m_settled = was_settled;
-        return report;
+        return undone_on_error([&] { return push_nodes(tool, push); });
     });
+}
+
+Result<SlideReport> NetworkTissue::slide(std::uint32_t tool, const Push& way,
+                                         const TissueValues&) noexcept {
+    return attempt([&]() -> Result<SlideReport> {
+        if (const Status s = check_push(way); !s.ok()) return s.error();
+        if (!(way.sphere_radius_mm > 0) || way.shape)
+            return expected_error("slide", "a sphere", way.shape ? "another shape" : "a point");
+        return undone_on_error([&] { return slide_sphere(tool, way); });
+    });
+}
+
+/// Whether a sphere that touches nothing stays clear of the network's box on its way.
+bool NetworkTissue::is_free(const TouchTool& sphere, Vec3d way_mm) const {
+    if (!sphere.triangles.empty()) return false;
+    mesh::Bounds box, swept;
+    for (std::int32_t n = 0; n < std::int32_t(m_positions.size()); ++n)
+        box.add(m_tissue.position(n));
+    swept.add(sphere.position);
+    swept.add(sphere.position + way_mm);
+    for (int a = 0; a < 3; ++a)
+        if (swept.low[a] - sphere.radius > box.high[a] ||
+            swept.high[a] + sphere.radius < box.low[a])
+            return true;
+    return false;
+}
+
+Result<SlideReport> NetworkTissue::slide_sphere(std::uint32_t tool, const Push& way) {
+    const auto start = std::chrono::steady_clock::now();
+    SlideReport report;
+    report.end_mm = way.point_mm;
+    m_tools.erase(tool);
+    TouchTool& sphere = m_spheres[tool];
+    if (sphere.position != way.point_mm || sphere.radius != way.sphere_radius_mm)
+        sphere = {way.point_mm, way.sphere_radius_mm};
+    sphere.triangles.reserve(m_touch.triangles().size());
+    hold_all();
+    m_touch.look(m_tissue);
+    if (winding_number(m_touch.triangles(), m_touch.positions(), way.point_mm) > 0.5) {
+        m_spheres.erase(tool);
+        hold_all();
+        report.limited_by = LimitedBy::Wall;
+        report.ends_in_tissue = true;
+        report.slide_ms = ms_since(start);
+        return report;
+    }
+    const double longest = std::min(kNetworkStrideShare * m_edge_mm, way.sphere_radius_mm / 2);
+    const int strides = std::max(1, int(std::ceil(norm(way.push_mm) / longest)));
+    int done = 0;
+    for (; done < strides; ++done) {
+        const Vec3d shift =
+            way.point_mm + (double(done + 1) / strides) * way.push_mm - sphere.position;
+        if (is_free(sphere, shift)) {
+            sphere.position = sphere.position + shift;
+            continue;
+        }
+        const auto went = slide_stride(sphere, shift, report);
+        if (!went.ok()) return went.error();
+        if (!*went) break;
+    }
+    report.way_fraction = double(done) / strides;
+    report.end_mm = sphere.position;
+    report.slide_ms = ms_since(start);
+    return report;
+}
+
+/// @returns false, with the stride undone, if it can't be made
+Result<bool> NetworkTissue::slide_stride(TouchTool& sphere, Vec3d shift, SlideReport& report) {
+    const TouchTool before = sphere;
+    for (std::size_t n = 0; n < m_positions.size(); ++n)
+        m_positions[n] = m_tissue.position(std::int32_t(n));
+    const bool was_folded = folds();
+    m_touch.look(m_tissue);
+    if (!m_touch.move(sphere, shift, m_tissue)) {
+        hold_all();
+        report.limited_by = LimitedBy::Bone;
+        return false;
+    }
+    for (auto& [tool, other] : m_spheres)
+        if (&other != &sphere) m_touch.keep_clear(other);
+    hold_all();
+    put_touched();
+    m_settled = false;
+    const Status went = step();
+    if (!went.ok() && is_out_of_memory(went.error())) return went.error();
+    if (went.ok() && !is_far() && (was_folded || !folds())) {
+        report.contacts += !sphere.triangles.empty();
+        return true;
+    }
+    sphere = before;
+    hold_all();
+    put(m_positions);
+    report.limited_by = LimitedBy::Fold;
+    return false;
 }
 
 Result<PushReport> NetworkTissue::push_nodes(std::uint32_t tool, const Push& push) {
@@ -222,6 +373,7 @@ Result<PushReport> NetworkTissue::push_nodes(std::uint32_t tool, const Push& pus
     report.message = "a tetrahedron would fold; larger ones go farther";
     std::vector<Vec3d> first(m_positions.size());
     for (std::size_t n = 0; n < first.size(); ++n) first[n] = m_tissue.position(std::int32_t(n));
+    m_spheres.erase(tool);
     m_tools = with(tool, nodes_at(push, push.point_mm, true));
     hold_all();
     double longest = kNetworkStrideShare * m_edge_mm;
@@ -270,9 +422,14 @@ Result<PushReport> NetworkTissue::push_nodes(std::uint32_t tool, const Push& pus
 }
 
 std::optional<Vec3d> NetworkTissue::force_n(std::uint32_t tool) noexcept {
-    const auto held = m_tools.find(tool);
-    if (held == m_tools.end()) return Vec3d{0, 0, 0};
-    const auto reaction = m_tissue.reaction(held->second, ReactionLaw::Held);
+    std::span<const std::int32_t> nodes;
+    if (const auto held = m_tools.find(tool); held != m_tools.end()) nodes = held->second;
+    if (const auto sphere = m_spheres.find(tool); sphere != m_spheres.end()) {
+        m_touch.nodes_of(sphere->second, m_sphere_nodes);
+        nodes = m_sphere_nodes;
+    }
+    if (nodes.empty()) return Vec3d{0, 0, 0};
+    const auto reaction = m_tissue.reaction(nodes, ReactionLaw::Held);
     if (!reaction.ok()) return {};
     return kNetworkNewton * reaction->force;
 }
@@ -294,7 +451,7 @@ void NetworkTissue::come_to_rest() noexcept {
         m_positions[n] = m_tissue.position(std::int32_t(n));
         farthest = std::max(farthest, norm(m_tissue.displacement(std::int32_t(n))));
     }
-    if (farthest < kNetworkBack_mm && m_tools.empty())
+    if (farthest < kNetworkBack_mm && !is_touched())
         m_tissue.reset();
     else
         put(m_positions);
@@ -306,8 +463,7 @@ Result<Sweep> NetworkTissue::sweep() noexcept {
         if (m_settled) return Sweep{true, ms_since(start)};
         for (std::size_t n = 0; n < m_positions.size(); ++n)
             m_positions[n] = m_tissue.position(std::int32_t(n));
-        const auto stepped = m_tissue.step(1, arena());
-        if (!stepped.ok()) return stepped.error();
+        if (const Status stepped = step(); !stepped.ok()) return stepped.error();
         m_is_shown = false;
         double fastest = 0;
         for (std::int32_t n = 0; n < std::int32_t(m_positions.size()); ++n)
@@ -325,6 +481,7 @@ Result<Sweep> NetworkTissue::sweep() noexcept {
 
 Status NetworkTissue::reset() noexcept {
     m_tools.clear();
+    m_spheres.clear();
     hold_all();
     m_tissue.reset();
     m_settled = true;
@@ -379,6 +536,7 @@ Status NetworkTissue::set_state(std::span<const double> numbers) noexcept {
             is_home &= positions.back() == rest;
         }
         m_tools.clear();
+        m_spheres.clear();
         hold_all();
         put(positions);
         m_settled = is_home;

@@ -224,7 +224,11 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
 Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts parts,
                                              const NetworkSettings& settings,
                                              const TaskArena& arena) noexcept {
-    return attempt([&] { return NetworkTissue::create(scan, std::move(parts), settings, arena); });
+    return attempt([&]() -> Result<std::unique_ptr<Tissue>> {
+        auto made = NetworkTissue::create(scan, std::move(parts), settings, arena);
+        if (!made) return made.error();
+        return std::unique_ptr<Tissue>(std::move(*made));
+    });
 }
 
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept {

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <string>
 
 #include "support/random.h"
@@ -213,6 +214,79 @@ TEST_F(Organs, ASlideKeepsTheBodyOutOfTheSphereAndIsFelt) {
         EXPECT_EQ(state_of(*tissue)->moved_elements, 0);
         EXPECT_FALSE(tissue->slide(kHand, {.push_mm = {1, 0, 0}}, {}).ok()) << "no sphere";
     }
+}
+
+TEST_F(Organs, ABodyOfSpringsIsTheNetworkOfItsModuli) {
+    write(R"([organs]
+damping_per_s = 20
+[[body]]
+mesh = "left.vtu"
+law = "springs"
+young_modulus_pa = 9000
+poisson_ratio = 0.4
+density_kg_m3 = 1100
+held_mm = [[-1, -1, -1], [21, 21, 1]]
+)");
+    const auto made = make_organs(*read(), m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    const auto tissue = make_tissue(*made, made->scan, m_arena);
+    ASSERT_TRUE(tissue.ok()) << tissue.error().message;
+    // Link by link: (√2/5)·µ·length for each tetrahedron around it; λ − µ.
+    const TetMesh& mesh = made->organs[0].mesh;
+    const double mu = 9000 / (2 * 1.4), lambda = 9000 * 0.4 / (1.4 * 0.2);
+    SpringParts parts;
+    for (const Vec3d& p : mesh.nodes_mm)
+        parts.nodes.push_back({.rest = p, .mass = 0, .fixed = p.z <= 1});
+    std::map<std::pair<std::int32_t, std::int32_t>, double> links;
+    for (const auto& cell : mesh.cells) {
+        const auto at = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
+        const double volume = dot(at(1) - at(0), cross(at(2) - at(0), at(3) - at(0))) / 6;
+        for (std::size_t a = 0; a < 4; ++a) {
+            parts.nodes[std::size_t(cell[a])].mass += 1.1e-3 * volume / 4;
+            for (std::size_t b = a + 1; b < 4; ++b)
+                links[std::minmax(cell[a], cell[b])] +=
+                    std::sqrt(2.0) / 5 * mu * norm(at(a) - at(b));
+        }
+        parts.cells.push_back(
+            {.nodes = {cell[0], cell[1], cell[2], cell[3]}, .node_count = 4, .bulk = lambda - mu});
+    }
+    for (SpringNode& node : parts.nodes) node.damping = 20 * node.mass;
+    for (const auto& [nodes, k] : links)
+        parts.links.push_back({.a = nodes.first, .b = nodes.second, .stiffness = k});
+    const auto plain = make_network(made->scan, parts, {}, m_arena);
+    ASSERT_TRUE(plain.ok()) << plain.error().message;
+    const Push push{.point_mm = {10, 10, 20}, .push_mm = {1.5, 0, -2}, .sphere_radius_mm = 6};
+    for (Tissue* t : {static_cast<Tissue*>(tissue->get()), plain->get()}) {
+        const auto report = t->push(kHand, push);
+        ASSERT_TRUE(report.ok() && report->status == PushStatus::Applied);
+        for (int n = 0; n < 10; ++n) ASSERT_TRUE(t->sweep().ok());
+    }
+    std::vector<double> ours, expected;
+    dynamic_cast<NodeTissue&>(**tissue).state(ours);
+    dynamic_cast<NodeTissue&>(**plain).state(expected);
+    ASSERT_EQ(ours.size(), expected.size());
+    for (std::size_t n = 0; n < ours.size(); ++n) ASSERT_NEAR(ours[n], expected[n], 1e-3) << n;
+    EXPECT_LT(norm(*(*tissue)->force_n(kHand) - *(*plain)->force_n(kHand)),
+              1e-3 * norm(*(*plain)->force_n(kHand)));
+    EXPECT_EQ((*tissue)->node_count(), std::int32_t(mesh.nodes_mm.size()));
+    const auto positions = positions_of(**tissue);
+    EXPECT_EQ(positions[5], (Vec3d{ours[15], ours[16], ours[17]}));
+}
+
+TEST_F(Organs, SpringsAreForASingleBodyAndAPoissonsRatioOfAQuarterOrMore) {
+    const auto fault_of = [&](const std::string& scene) {
+        write(scene);
+        const auto made = make_organs(*read(), m_arena);
+        EXPECT_TRUE(made.ok());
+        const auto tissue = make_tissue(*made, made->scan, m_arena);
+        return tissue.ok() ? std::string("accepted") : tissue.error().message;
+    };
+    std::string two = kTwo;
+    EXPECT_EQ(fault_of(two.replace(two.find("distances"), 9, "springs")),
+              "law: expected a single body with springs, found 2 bodies");
+    EXPECT_EQ(fault_of("[[body]]\nmesh = \"left.vtu\"\nlaw = \"springs\"\n"
+                       "poisson_ratio = 0.2\nheld_back = 0.1\n"),
+              "body 1: poisson_ratio: expected 0.25 or more with springs, found 0.2");
 }
 
 TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {

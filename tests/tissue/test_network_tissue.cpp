@@ -399,5 +399,181 @@ TEST_F(Networks, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
     EXPECT_EQ(later(*tissue), later(*make()));
 }
 
+/// Distance of a point from a triangle: from its plane inside of the edges, or from an edge.
+double distance_from(Vec3d p, const std::array<Vec3d, 3>& x) {
+    double least = 1e300;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d edge = x[(k + 1) % 3] - x[k], d = p - x[k];
+        least =
+            std::min(least, norm(d - std::clamp(dot(d, edge) / dot(edge, edge), 0.0, 1.0) * edge));
+    }
+    const Vec3d normal = cross(x[1] - x[0], x[2] - x[0]);
+    const Vec3d q = p - (dot(p - x[0], normal) / dot(normal, normal)) * normal;
+    bool is_over = true;
+    for (std::size_t k = 0; k < 3; ++k)
+        is_over &= dot(cross(x[(k + 1) % 3] - x[k], q - x[k]), normal) >= 0;
+    return is_over ? std::min(least, norm(p - q)) : least;
+}
+
+/// A sphere above the box, that goes into its upper face and aside.
+const Push kSlide{.point_mm = {13, 13.5, 23}, .push_mm = {0.6, 0.3, -3.5}, .sphere_radius_mm = 4};
+
+class SlidingOnNetworks : public Networks {
+  protected:
+    /// Of the sphere's surface from all boundary triangles.
+    double clearance(const Tissue& tissue, Vec3d centre, double radius) const {
+        TetMesh mesh;
+        for (const SpringCell& cell : m_parts.cells)
+            mesh.cells.push_back({cell.nodes[0], cell.nodes[1], cell.nodes[2], cell.nodes[3]});
+        const std::vector<double> x = numbers_of(tissue);
+        double least = 1e300;
+        for (const auto& face : boundary_faces(mesh))
+            least = std::min(least, distance_from(centre, {place(x, face[0]), place(x, face[1]),
+                                                           place(x, face[2])}));
+        return least - radius;
+    }
+    bool is_in_a_tetrahedron(const Tissue& tissue, Vec3d point) const {
+        const std::vector<double> x = numbers_of(tissue);
+        return std::any_of(m_parts.cells.begin(), m_parts.cells.end(), [&](const auto& cell) {
+            return is_inside_tetrahedron(point, {place(x, cell.nodes[0]), place(x, cell.nodes[1]),
+                                                 place(x, cell.nodes[2]), place(x, cell.nodes[3])});
+        });
+    }
+};
+
+TEST_F(SlidingOnNetworks, TheSurfaceStaysOutsideAndPushesBack) {
+    const auto tissue = make();
+    EXPECT_TRUE(tissue->traits().slides);
+    const auto report = tissue->slide(kLeft, kSlide, {});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(report->way_fraction, 1);
+    EXPECT_EQ(report->limited_by, LimitedBy::None);
+    EXPECT_GT(report->contacts, 1);
+    EXPECT_FALSE(report->ends_in_tissue);
+    const Vec3d end = kSlide.point_mm + kSlide.push_mm;
+    EXPECT_LT(norm(report->end_mm - end), 1e-12);
+    EXPECT_GT(clearance(*tissue, end, 4), -0.01);
+    EXPECT_LT(clearance(*tissue, end, 4), 0.01) << "it is touched";
+    EXPECT_GT(tissue->force_n(kLeft)->z, 0);
+    EXPECT_EQ(*tissue->force_n(kRight), (Vec3d{0, 0, 0}));
+    EXPECT_TRUE(tissue->is_touched_by(kLeft));
+    const auto advanced = tissue->advance({.max_steps = 5000});
+    ASSERT_TRUE(advanced.ok() && advanced->settled);
+    EXPECT_GT(clearance(*tissue, end, 4), -0.01);
+    // At rest, the force is that of the fixed nodes on the ground.
+    auto plain = SpringTissue::create(std::move(*SpringNetwork::create(m_parts)),
+                                      {.solver = SpringSolver::Explicit});
+    const std::vector<double> x = numbers_of(*tissue);
+    std::vector<std::int32_t> ground;
+    for (std::int32_t p = 0; p < std::int32_t(m_parts.nodes.size()); ++p) {
+        if (m_parts.nodes[std::size_t(p)].fixed)
+            ground.push_back(p);
+        else
+            ASSERT_TRUE(plain->set_state(p, place(x, p), {0, 0, 0}).ok());
+    }
+    const auto from_ground = plain->reaction(ground, ReactionLaw::Held);
+    ASSERT_TRUE(from_ground.ok());
+    const Vec3d felt = *tissue->force_n(kLeft);
+    EXPECT_GT(felt.z, 1e-3);
+    EXPECT_LT(norm(felt + 1e-6 * from_ground->force), 0.02 * norm(felt));
+}
+
+TEST_F(SlidingOnNetworks, AWayThroughTheBodyEndsOutsideOfIt) {
+    for (const Vec3d way : {Vec3d{0, 0, -40}, Vec3d{30, 5, -20}}) {
+        const auto tissue = make();
+        Push through = kSlide;
+        through.push_mm = way;
+        const auto report = tissue->slide(kLeft, through, {});
+        ASSERT_TRUE(report.ok());
+        EXPECT_FALSE(is_in_a_tetrahedron(*tissue, report->end_mm)) << way.x;
+        EXPECT_GT(clearance(*tissue, report->end_mm, 4), -0.1) << way.x;
+        if (report->way_fraction < 1) {
+            EXPECT_TRUE(report->limited_by == LimitedBy::Fold ||
+                        report->limited_by == LimitedBy::Bone);
+        }
+        const std::vector<double> x = numbers_of(*tissue);
+        for (const SpringCell& cell : m_parts.cells) {
+            const auto at = [&](std::size_t n) { return place(x, cell.nodes[n]); };
+            EXPECT_GT(dot(at(1) - at(0), cross(at(2) - at(0), at(3) - at(0))), 0);
+        }
+    }
+    // One that begins inside stays there.
+    const auto tissue = make();
+    const auto inside = tissue->slide(
+        kLeft, {.point_mm = {13, 12, 12}, .push_mm = {0, 0, 1}, .sphere_radius_mm = 2}, {});
+    ASSERT_TRUE(inside.ok());
+    EXPECT_EQ(inside->way_fraction, 0);
+    EXPECT_TRUE(inside->ends_in_tissue);
+    EXPECT_EQ(inside->limited_by, LimitedBy::Wall);
+    EXPECT_FALSE(tissue->is_touched());
+}
+
+TEST_F(SlidingOnNetworks, AreUndoneAndReturnWhenTheSphereIsReleased) {
+    const auto tissue = make();
+    const std::uint64_t at_rest = tissue->hash();
+    tissue->begin_group("slide");
+    ASSERT_TRUE(tissue->slide(kLeft, kSlide, {}).ok());
+    EXPECT_EQ(tissue->end_group(), 0);
+    const std::uint64_t moved = tissue->hash();
+    EXPECT_NE(moved, at_rest);
+    ASSERT_TRUE(tissue->undo().ok());
+    EXPECT_EQ(tissue->hash(), at_rest);
+    EXPECT_FALSE(tissue->is_touched());
+    ASSERT_TRUE(tissue->redo().ok());
+    EXPECT_EQ(tissue->hash(), moved);
+    const auto twin = make();
+    ASSERT_TRUE(twin->slide(kLeft, kSlide, {}).ok());
+    EXPECT_EQ(twin->hash(), moved);
+    twin->release(kLeft);
+    EXPECT_FALSE(twin->is_touched());
+    const auto advanced = twin->advance({.max_steps = 5000});
+    ASSERT_TRUE(advanced.ok() && advanced->settled);
+    EXPECT_EQ(twin->hash(), at_rest);
+}
+
+TEST_F(SlidingOnNetworks, RefuseOtherToolsAndSurviveAFailedAllocation) {
+    const auto tissue = make();
+    Push point = kSlide;
+    point.sphere_radius_mm = 0;
+    EXPECT_EQ(tissue->slide(kLeft, point, {}).error().message,
+              "slide: expected a sphere, found a point");
+    const auto make = [&] {
+        auto made = this->make();
+        EXPECT_TRUE(made->slide(kLeft, kSlide, {}).ok());
+        return made;
+    };
+    const auto state = [](const Tissue& made) {
+        return std::tuple(made.hash(), made.is_touched_by(kLeft), made.is_touched_by(kRight));
+    };
+    Push on = kSlide;
+    on.point_mm = kSlide.point_mm + kSlide.push_mm;
+    on.push_mm = {1, 0, -0.5};
+    const Failures failures = fail_each_allocation(
+        make, [&](Tissue& made) { return made.slide(kLeft, on, {}); }, state, {.fresh = true});
+    EXPECT_GE(failures.failed, 3);
+    Push other = kSlide;
+    other.point_mm = {20, 14, 23};
+    (void)fail_each_allocation(make, [&](Tissue& made) { return made.slide(kRight, other, {}); },
+                               state, {.fresh = true});
+}
+
+TEST_F(SlidingOnNetworks, APushAndASlideShareTheSurface) {
+    const auto tissue = make();
+    ASSERT_TRUE(tissue->slide(kLeft, kSlide, {}).ok());
+    const Vec3d centre = kSlide.point_mm + kSlide.push_mm;
+    const Push beside{
+        .point_mm = {22.5, 13.5, 18}, .push_mm = {-0.8, 0, 1}, .sphere_radius_mm = 2.5};
+    const auto pushed = tissue->push(kRight, beside);
+    ASSERT_TRUE(pushed.ok());
+    EXPECT_GT(pushed->grabbed_elements, 0);
+    EXPECT_GT(clearance(*tissue, centre, 4), -0.1);
+    for (int n = 0; n < 20; ++n) {
+        ASSERT_TRUE(tissue->sweep().ok());
+        EXPECT_GT(clearance(*tissue, centre, 4), -0.1) << n;
+    }
+    EXPECT_TRUE(tissue->is_touched_by(kLeft));
+    EXPECT_TRUE(tissue->is_touched_by(kRight));
+}
+
 }  // namespace
 }  // namespace pliant::test
