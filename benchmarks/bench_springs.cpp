@@ -218,6 +218,97 @@ BENCHMARK(springs_liver)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
+/// A network in a step of implicit Euler of 1/60 s.
+class MovedOrgan {
+  public:
+    MovedOrgan(const SpringNetwork& network, bool assembled)
+        : m_tissue(SpringTissue::create(network, {.solver = SpringSolver::ImplicitEuler,
+                                                  .time_step = 1.0 / 60,
+                                                  .solve_tolerance = 1e-3,
+                                                  .assembled = assembled})
+                       .value()) {
+        const auto nodes = network.nodes();
+        const Vec3d top = std::max_element(nodes.begin(), nodes.end(),
+                                           [](const SpringNode& a, const SpringNode& b) {
+                                               return a.rest.z < b.rest.z;
+                                           })
+                              ->rest;
+        for (std::int32_t n = 0; n < network.node_count(); ++n) {
+            const SpringNode& node = nodes[std::size_t(n)];
+            if (!node.fixed && norm(node.rest - top) < 20) m_held.push_back(n);
+        }
+    }
+    double time_step() const { return m_tissue.time_step(); }
+    /// Four strides of a tool at its top, six steps that it stays, and six after it has let go.
+    void push_and_release(const TaskArena& arena) {
+        bool ok = m_tissue.hold(m_held).ok();
+        for (int turn = 0; turn < kSteps; ++turn) {
+            if (turn < 4) ok = ok && m_tissue.shift_held({0.5, 0, -4}).ok();
+            if (turn == 10) ok = ok && m_tissue.hold({}).ok();
+            const auto report = m_tissue.step(1, arena);
+            if (!ok || !report.ok()) std::abort();
+            iterations += report->iterations;
+            ++steps;
+        }
+    }
+
+    static constexpr int kSteps = 16;
+    std::int64_t steps = 0, iterations = 0;
+
+  private:
+    SpringTissue m_tissue;
+    std::vector<std::int32_t> m_held;
+};
+
+/// A whole liver filled with about so many tetrahedra, or that of springs_liver (0), E = 15 kPa,
+/// held at one end, as `pliant serve ORGAN --network` moves it. Arguments: tetrahedra, ν in
+/// percent. The reference is the solver link by link. Counters: steps of simulated time, as a
+/// multiple of real time, and iterations of conjugate gradients in a step.
+void springs_organ(benchmark::State& state) {
+    const TaskArena arena(1);
+    const char* folder = std::getenv("PLIANT_SHARED_DATA");
+    const std::string livers = std::string(folder ? folder : "../shared/data") + "/liver_set/";
+    const auto mesh = [&]() -> Result<TetMesh> {
+        if (state.range(0) == 0) return read_tetrahedra(livers + "liver_tet.vtu");
+        auto surface = read_surface(livers + "liver.vtk");
+        if (!surface.ok()) return surface.error();
+        auto filled = fill_surface(std::move(*surface), {.tetrahedra = state.range(0)}, arena);
+        if (!filled.ok()) return filled.error();
+        return std::move(filled->mesh);
+    }();
+    if (!mesh.ok()) return state.SkipWithError(mesh.error().message.c_str());
+    const double young = 15000, ratio = 0.01 * double(state.range(1));
+    const double shear = young / (2 * (1 + ratio)),
+                 lambda = young * ratio / ((1 + ratio) * (1 - 2 * ratio));
+    auto parts = *springs_of_elastic_tetrahedra(
+        mesh->nodes_mm, mesh->cells,
+        {.stiffness = shear, .density = 1e-3, .bulk = ratio > 0.25 ? lambda - shear : 0});
+    double end = parts.nodes[0].rest.x;
+    for (const SpringNode& node : parts.nodes) end = std::min(end, node.rest.x);
+    for (SpringNode& node : parts.nodes) {
+        node.fixed = node.rest.x < end + 25;
+        node.damping = 20 * node.mass;
+    }
+    const auto network = SpringNetwork::create(std::move(parts));
+    MovedOrgan organ(*network, true), reference(*network, false);
+    organ.push_and_release(arena);  // the coarse space is made once
+    organ.steps = organ.iterations = 0;
+    const auto turns = run_interleaved(
+        state, "link by link", [] {}, [&] { organ.push_and_release(arena); },
+        [&] { reference.push_and_release(arena); });
+    turns.count(MovedOrgan::kSteps);
+    state.counters["tetrahedra"] = double(network->cells().size());
+    state.counters["real_time"] = 1e9 * organ.time_step() / state.counters["ns/item"].value;
+    state.counters["iterations"] = double(organ.iterations) / double(organ.steps);
+    state.counters["reference_iterations"] = double(reference.iterations) / double(reference.steps);
+}
+BENCHMARK(springs_organ)
+    ->ArgNames({"tetrahedra", "nu"})
+    ->ArgsProduct({{0, 6000, 20000}, {25, 45}})
+    ->Iterations(11)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
 /// The deepest region under the surface of a cube of 80³ nodes with a step of at most a
 /// millisecond: its layers and nodes are counters.
 void springs_1khz(benchmark::State& state) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only user of Eigen in this room.
+// The only user of sparse matrices of Eigen in this room.
 
 #include "springs/local_global.h"
 

@@ -100,6 +100,9 @@ SettingRows<SpringSettings> spring_solver_rows() noexcept {
                                       .text = "relative residual of implicit Euler"}),
         setting<&S::solve_iterations>(
             {.name = "solve_iterations", .low = 1, .text = "of implicit Euler, at most"}),
+        setting<&S::assembled>(
+            {.name = "assembled",
+             .text = "implicit Euler with an assembled matrix and a coarse space"}),
         setting<&S::local_global_iterations>(
             {.name = "local_global_iterations", .low = 1, .text = "of a local/global step"}),
     };

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "springs/assembled_euler.h"
 #include "springs/local_global.h"
 #include "springs/state.h"
 #include "springs/tangent.h"
@@ -16,7 +17,11 @@ namespace pliant {
 
 struct SpringTissue::Impl {
     Impl(SpringNetwork n, const SpringSettings& s, double step)
-        : network(std::move(n)), settings(s), time_step(step), transmittal(s, step) {
+        : network(std::move(n)),
+          settings(s),
+          time_step(step),
+          transmittal(s, step),
+          assembled(s.vectors) {
         for (const SpringLink& link : network.links())
             farthest = std::max(farthest, link.rest_length);
     }
@@ -61,6 +66,7 @@ struct SpringTissue::Impl {
     bool state_is_behind = false;
     Transmittal transmittal;
     Tangent tangent;
+    AssembledEuler assembled;
     LocalGlobal local_global;
     std::vector<std::uint8_t> movable;
     std::vector<std::uint8_t> marks;     ///< [node]; all 0 between calls

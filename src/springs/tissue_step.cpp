@@ -17,6 +17,7 @@ namespace pliant {
 void SpringTissue::Impl::forget_network() noexcept {
     transmittal.forget(state);
     state_is_behind = false;
+    assembled.forget();
     local_global.forget();
 }
 
@@ -96,7 +97,14 @@ Result<SpringStep> SpringTissue::Impl::step_implicit(std::int32_t count) {
     right.resize(movable.size());
     velocity.resize(movable.size());
     SpringStep report{.active_nodes = std::int32_t(std::count(movable.begin(), movable.end(), 1))};
-    for (; report.steps < count; ++report.steps) step_once_implicit(report);
+    if (settings.assembled) assembled.prepare(network, time_step);
+    for (; report.steps < count; ++report.steps)
+        if (settings.assembled)
+            report.iterations +=
+                assembled.step(network, state, movable, time_step,
+                               {settings.solve_tolerance, settings.solve_iterations});
+        else
+            step_once_implicit(report);
     return report;
 }
 

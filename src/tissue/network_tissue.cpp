@@ -105,7 +105,8 @@ Result<std::unique_ptr<MeshTissue>> NetworkTissue::create(const Volume& scan, Sp
     auto tissue =
         SpringTissue::create(std::move(*network), {.solver = SpringSolver::ImplicitEuler,
                                                    .time_step = settings.time_step_s,
-                                                   .solve_tolerance = settings.solve_tolerance});
+                                                   .solve_tolerance = settings.solve_tolerance,
+                                                   .assembled = true});
     if (!tissue.ok()) return tissue.error();
     return std::unique_ptr<MeshTissue>(
         new NetworkTissue(std::move(*tissue), std::move(mesh.cells), std::move(*carried)));

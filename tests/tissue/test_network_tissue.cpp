@@ -78,7 +78,8 @@ TEST_F(Networks, APushIsThatOfTheSameNodesOfAPlainNetwork) {
     auto plain =
         SpringTissue::create(std::move(*network), {.solver = SpringSolver::ImplicitEuler,
                                                    .time_step = m_settings.time_step_s,
-                                                   .solve_tolerance = m_settings.solve_tolerance});
+                                                   .solve_tolerance = m_settings.solve_tolerance,
+                                                   .assembled = true});
     ASSERT_TRUE(plain.ok());
     const auto report = tissue->push(kLeft, kDown);
     ASSERT_TRUE(report.ok()) << report.error().message;
@@ -166,6 +167,44 @@ TEST_F(Networks, AtRestTheForceOnTheToolIsThatOfTheEquilibrium) {
     const Vec3d expected = 1e-6 * reaction->force;
     EXPECT_GT(norm(expected), 1e-3);
     EXPECT_LT(norm(*tissue->force_n(kLeft) - expected), 0.01 * norm(expected));
+}
+
+TEST_F(Networks, AtRestTheNodesAreWhereTheSolverLinkByLinkPutsThem) {
+    const auto tissue = make();
+    const auto report = tissue->push(kLeft, kDown);
+    ASSERT_TRUE(report.ok());
+    const auto advanced = tissue->advance({.max_steps = 5000});
+    ASSERT_TRUE(advanced.ok());
+    ASSERT_TRUE(advanced->settled);
+    const std::vector<double> numbers = numbers_of(*tissue);
+    auto plain = SpringTissue::create(std::move(*SpringNetwork::create(m_parts)),
+                                      {.solver = SpringSolver::ImplicitEuler,
+                                       .time_step = m_settings.time_step_s,
+                                       .solve_tolerance = m_settings.solve_tolerance});
+    ASSERT_TRUE(plain.ok());
+    // The held nodes moved by the whole push or a part of it.
+    std::vector<std::int32_t> held;
+    std::vector<Vec3d> positions;
+    for (std::int32_t p = 0; p < std::int32_t(m_parts.nodes.size()); ++p) {
+        const Vec3d moved = place(numbers, p) - m_parts.nodes[std::size_t(p)].rest;
+        const double along = dot(moved, kDown.push_mm) / dot(kDown.push_mm, kDown.push_mm);
+        if (along > 0.1 && norm(moved - along * kDown.push_mm) < 1e-12) {
+            held.push_back(p);
+            positions.push_back(place(numbers, p));
+        }
+    }
+    ASSERT_EQ(std::int64_t(held.size()), report->grabbed_elements);
+    ASSERT_TRUE(plain->hold(held).ok());
+    ASSERT_TRUE(plain->move_held(positions).ok());
+    ASSERT_TRUE(plain->step(600, m_arena).ok());
+    double farthest = 0, error = 0;
+    for (std::int32_t p = 0; p < std::int32_t(m_parts.nodes.size()); ++p) {
+        farthest = std::max(farthest, norm(plain->displacement(p)));
+        error = std::max(error, norm(place(numbers, p) - plain->position(p)));
+    }
+    EXPECT_GT(farthest, 1);
+    // A network is stopped at 0.05 mm/s, 0.0008 mm a step.
+    EXPECT_LT(error, 0.005);
 }
 
 TEST_F(Networks, VoxelsMoveWithTheTetrahedraAroundThemAndRestFarAway) {
