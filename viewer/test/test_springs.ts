@@ -25,12 +25,16 @@ test('springs are chosen, pushed at the displayed rate, and left', async (t) => 
     const panel = page.locator('details', { has: title });
     await panel.locator('summary').click();
     const before = (await compare(page))!;
+    await panel.getByLabel("Young's modulus, number").fill('6');
     await panel.getByText('springs', { exact: true }).click();
     await page.waitForFunction(
         () =>
             (window as never as { pliant: Session }).pliant.store.state.shared!.tissue?.model ===
             'springs',
     );
+    const chosen = (await stateOf(page)).shared!.tissue!;
+    assert.equal(chosen.young_modulus_pa, 6000);
+    assert.equal(chosen.poisson_ratio, 0.25);
     const { cursor } = (await stateOf(page)).sections;
     const answer = (await ask({
         do: 'push',

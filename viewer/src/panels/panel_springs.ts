@@ -11,6 +11,7 @@ import { type Parts, section, tissue } from './panel_parts.ts';
 
 const kCell = 8; // in a body [mm]
 const kNodes = 20; ///< of the control lattice, along each axis
+const kYoung = 15; ///< [kPa]
 const kWithin = 0.1; ///< change by one more layer beside which a depth is enough [mm]
 
 /// Summary of springs: number of nodes and update rate.
@@ -25,7 +26,9 @@ export function springsText(state: TissueState | undefined): string {
 export function tissuePanel(parts: Parts): HTMLElement {
     const { session } = parts;
     let cell = kCell; // edge of the next lattice's cells [mm]
-    let poisson = springRows.poisson_ratio.low!; // of the next lattice
+    // Of the next lattice; unless chosen here, the scan's materials determine them.
+    let young: number | undefined; // [kPa]
+    let poisson: number | undefined;
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
     const choose = (model: TissueState['model']): void => {
@@ -40,7 +43,8 @@ export function tissuePanel(parts: Parts): HTMLElement {
                           centre: cursor,
                           nodes: kNodes,
                           cell_mm: cell,
-                          poisson_ratio: poisson,
+                          ...(young !== undefined && { young_modulus_pa: 1000 * young }),
+                          ...(poisson !== undefined && { poisson_ratio: poisson }),
                       }
                     : { do: 'tissue', model },
             )
@@ -118,13 +122,26 @@ export function tissuePanel(parts: Parts): HTMLElement {
                 },
             }),
             parts.slider({
+                label: "Young's modulus",
+                unit: 'kPa',
+                low: 0.5,
+                high: 100,
+                step: 0.5,
+                curved: true,
+                hint: 'of unlabelled tissue, for the next choice of springs',
+                value: () => young ?? (now()?.young_modulus_pa ?? 1000 * kYoung) / 1000,
+                input: (value) => {
+                    young = value;
+                },
+            }),
+            parts.slider({
                 label: "Poisson's ratio",
                 unit: '',
                 low: springRows.poisson_ratio.low!,
                 high: 0.49,
                 step: 0.01,
                 hint: 'for the next choice of springs; above 0.25 cells resist changes of volume',
-                value: () => poisson,
+                value: () => poisson ?? now()?.poisson_ratio ?? springRows.poisson_ratio.low!,
                 input: (value) => {
                     poisson = value;
                 },
@@ -139,6 +156,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
         ({ scan }) => [scan.volume],
         (volume) => {
             cell = lengthFor(volume, kCell, 0.5);
+            young = poisson = undefined;
         },
     );
     session.store.watch(
