@@ -1,6 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
 
+# The checks of the sources, and each check's own test, which no compiler of the build is part of.
+foreach(check IN ITEMS layers bibliography files)
+    add_test(NAME check_${check} COMMAND ${PROJECT_SOURCE_DIR}/tools/check_${check})
+endforeach()
+foreach(check IN ITEMS layers bibliography files documents symbols)
+    add_test(NAME check_${check}_self_test
+             COMMAND ${PROJECT_SOURCE_DIR}/tools/check_${check} --self-test)
+endforeach()
 pliant_test(material SOURCES test_settings.cpp)
 pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
 pliant_test(core

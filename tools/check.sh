@@ -51,12 +51,34 @@ lint() {
     echo "README.md: shows the example that is compiled"
 }
 
-compile_and_test() { # PRESET [a command that runs the given one]
+compile_tests() { # PRESET
     local all=ON shared=OFF
     [[ $1 == clang ]] && all=OFF shared=ON
     configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all -DBUILD_SHARED_LIBS=$shared
     compile "$1"
+}
+
+compile_and_test() { # PRESET [a command that runs the given one]
+    compile_tests "$1"
     run_ctest "$@"
+}
+
+# Compiles with Clang beside the next step, in the time that the processors would be idle.
+readonly clang_log=$root/build/clang-build.log
+clang_build=
+begin_clang() {
+    rm -f "$root/build/clang-compiled"
+    : >"$clang_log"
+    set -m  # a process group of its own, to end it as a whole
+    (
+        set -e
+        chrt --idle --pid 0 "$BASHPID"
+        compile_tests clang
+        touch "$root/build/clang-compiled"
+    ) >"$clang_log" 2>&1 &
+    set +m
+    clang_build=$!
+    trap 'kill -- -"$clang_build" 2>/dev/null || true' EXIT
 }
 
 # The longest tests of rooms with vector code, which pass with GCC before: half of the time.
@@ -66,8 +88,10 @@ RelaxSteps.DragThatRelaxesBetweenItsStepsEqualsPushesThatDo:\
 Relax.EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep:\
 History.UndoAndRedoGiveTheSameBitsAfterAnySteps
 
-compile_and_test_with_clang() {
-    GTEST_FILTER="-$clang_leaves_out" compile_and_test clang
+finish_clang() {
+    tail --lines=+1 --follow --sleep-interval=0.2 --pid="$clang_build" "$clang_log"
+    [[ -f $root/build/clang-compiled ]]
+    GTEST_FILTER="-$clang_leaves_out" run_ctest clang
 }
 
 run_ctest() { # PRESET [a command that runs the given one]
@@ -83,8 +107,8 @@ build_example() { # EXAMPLE PREFIX [CMake arguments…]
     shift 2
     cmake --no-warn-unused-cli -S "$root/examples/$example" -B "$prefix/build/$example" -G Ninja \
         -DCMAKE_CXX_COMPILER=g++ -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" \
-        -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$prefix/log" 2>&1 || {
-        cat "$prefix/log" >&2
+        -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$prefix/$example.log" 2>&1 || {
+        cat "$prefix/$example.log" >&2
         return 1
     }
     cmake --build "$prefix/build/$example"
@@ -112,6 +136,26 @@ use_models_alone() { # PREFIX
         fail "models: expected to link oneTBB, Highway and LZ4 alone"
 }
 
+use_example() { # PREFIX EXAMPLE [ARGUMENT…]
+    build_example "$2" "$1/static"
+    "$1/static/build/$2/$2" "${@:3}" --check
+}
+
+# Runs commands, as many at a time as there are processors; each is a line of words.
+at_once() { # COMMAND…
+    local command running=0
+    for command in "$@"; do
+        if ((running == $(nproc))); then
+            wait -n
+            running=$((running - 1))
+        fi
+        # shellcheck disable=SC2086  # words
+        $command &
+        running=$((running + 1))
+    done
+    while ((running-- > 0)); do wait -n; done
+}
+
 # Installs to a temporary prefix and uses the package: GCC's static libraries, Clang's shared ones.
 consumer() {
     local prefix hidden
@@ -119,15 +163,9 @@ consumer() {
     # shellcheck disable=SC2064
     trap "rm -rf '$prefix'" EXIT
     cmake --install "$root/build/gcc" --prefix "$prefix/static" >/dev/null
-    build_example consumer "$prefix/static"
-    "$prefix/static/build/consumer/consumer" "$prefix" --check
-    build_example colliding_objects "$prefix/static"
-    "$prefix/static/build/colliding_objects/colliding_objects" "$prefix/collision.png" --check
-    local example
-    for example in own_tissue own_law own_tool own_mapper soft_body host_loop; do
-        build_example "$example" "$prefix/static"
-        "$prefix/static/build/$example/$example" --check
-    done
+    at_once "use_example $prefix consumer $prefix" \
+        "use_example $prefix colliding_objects $prefix/collision.png" \
+        "use_example $prefix "{own_tissue,own_law,own_tool,own_mapper,soft_body,host_loop}
     "$prefix/static/bin/pliant" --version
     use_models_alone "$prefix/static"
     cmake -S "$root/tests/package" -B "$prefix/package" -G Ninja -DCMAKE_CXX_COMPILER=g++ \
@@ -177,11 +215,12 @@ run_tests() { # [--sanitize]
         step "page: bundle, types" check_viewer
     fi
     step "gcc: build without warnings, tests" compile_and_test gcc
-    step "clang: build without warnings, tests" compile_and_test_with_clang
-    step "examples: install, find_package, build, run" consumer
+    begin_clang
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"
     fi
+    step "clang: rest of the build without warnings, tests" finish_clang
+    step "examples: install, find_package, build, run" consumer
     if [[ $sanitize == yes ]]; then
         step "address and undefined-behaviour sanitizers" sanitize_addresses
         step "thread sanitizer" sanitize_threads

@@ -153,7 +153,7 @@ void ControlCuts::find_ghosts() {
             for (const std::int32_t other : group)
                 m_ghost_of[{node, other}] = std::int32_t(m_ghosts.size());
             // The nearest ones: along edges, or else along diagonals.
-            const auto steps = [&](std::int32_t other) {
+            const auto steps = [&, node = node](std::int32_t other) {
                 const Vec3i away = distance(node, other);
                 return away.x + away.y + away.z;
             };

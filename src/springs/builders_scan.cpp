@@ -84,7 +84,7 @@ Result<NodeElasticity> elasticity_of(const Volume& volume, const SpringScan& sca
             young = scan.organs[n - 1].young_modulus_pa.value_or(young);
             poisson = scan.organs[n - 1].poisson_ratio.value_or(poisson);
         }
-        const auto bad = [&](const char* name, const char* expected, double found) {
+        const auto bad = [&, hu = hu](const char* name, const char* expected, double found) {
             return bad_lattice(std::string(name) + ": expected numbers " + expected + ", found " +
                                std::to_string(found) + " at " + std::to_string(hu) +
                                value_unit(volume));
