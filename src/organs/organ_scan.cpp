@@ -6,8 +6,10 @@
 #include <pliant/files.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -22,6 +24,7 @@ constexpr double kNextHu = -20;  ///< from one organ to the next, so that sectio
 constexpr double kMarginShare = 0.15;   ///< of the longest side
 constexpr double kVoxelShare = 0.0128;  ///< likewise: some 100 voxels with the margins
 constexpr double kPatternShare = 0.06;
+constexpr double kRampVoxels = 1;  ///< on each side of a surface, from one value to the other
 constexpr int kMaxVoxels = 256;
 
 /// The largest of 1, 2 and 5 times a power of ten up to a length.
@@ -40,42 +43,121 @@ struct Content {
     double value_hu;
 };
 
-struct Place {
-    double distance_mm = std::numeric_limits<double>::infinity();  ///< negative inside
-    std::size_t organ = 0;                                         ///< the nearest one
-    double next_mm = std::numeric_limits<double>::infinity();      ///< to any other surface
-    double content_hu = 0;
-    double content_mm = std::numeric_limits<double>::infinity();
-    bool is_far(double reach_mm) const {
-        return std::abs(distance_mm) > reach_mm && std::abs(next_mm) > reach_mm;
+/// Voxels of a scan from signed distances to surfaces, those of organs and then of contents. A
+/// surface that is far from a cube of voxels has one distance in all of it, the middle's:
+///
+///     ┌───────┬───┬───┐
+///     │  far  ├───┼─┬─┤╮     8, 4, 2 and 1 voxels: cubes are halved while a surface is near
+///     │       │   ├─┼─┤ ╲ surface
+///     ├───────┼───┴─┴─┤
+class Filler {
+  public:
+    Filler(const Grid& grid, std::span<const SurfaceDistance> organs,
+           std::span<const Content> contents, double pattern_mm)
+        : m_grid(grid), m_organs(organs), m_contents(contents), m_pattern(pattern_mm) {
+        for (Level& level : m_levels) {
+            level.mm.resize(organs.size() + contents.size());
+            level.is_known.resize(level.mm.size());
+        }
     }
-};
+    static constexpr int kCube = 8;
 
-Place place_of(Vec3d p, std::span<const SurfaceDistance> organs,
-               std::span<const Content> contents) {
-    Place place;
-    const auto meet = [&](double distance) {
-        place.next_mm = std::min(place.next_mm, std::abs(distance));
+    /// @param first  of kCube voxels along each axis, or as many as the grid has
+    void fill(Vec3i first, std::span<std::int16_t> values) {
+        std::fill(m_levels.front().is_known.begin(), m_levels.front().is_known.end(), char(0));
+        fill(0, first, kCube, values);
+    }
+
+  private:
+    static constexpr std::size_t kLevels = 4;
+    /// Distances at the middle of a cube.
+    struct Level {
+        std::vector<double> mm;
+        std::vector<char> is_known;  ///< for all of the cube
     };
-    for (std::size_t n = 0; n < organs.size(); ++n) {
-        const double distance = organs[n].signed_mm(p);
-        if (n > 0) meet(distance);
-        if (distance < place.distance_mm) {
-            if (n > 0) meet(place.distance_mm);
-            place.distance_mm = distance;
-            place.organ = n;
+
+    void fill(std::size_t level, Vec3i first, int size, std::span<std::int16_t> values) {
+        Level& here = m_levels[level];
+        measure(here, middle_of(first, size));
+        const double voxel = m_grid.spacing_mm.x;
+        const double reach = (0.5 * std::sqrt(3.0) * (size - 1) + kRampVoxels) * voxel;
+        for (std::size_t n = 0; n < here.mm.size(); ++n)
+            here.is_known[n] = here.is_known[n] || std::abs(here.mm[n]) > reach;
+        keep_clear(here, 0, m_organs.size());
+        keep_clear(here, m_organs.size(), here.mm.size());
+        const Vec3i size_of_grid = m_grid.size;
+        const auto all_known = [&] {
+            return std::find(here.is_known.begin(), here.is_known.end(), char(0)) ==
+                   here.is_known.end();
+        };
+        if (size == 1 || all_known()) {
+            for (int k = first.z; k < std::min(first.z + size, size_of_grid.z); ++k)
+                for (int j = first.y; j < std::min(first.y + size, size_of_grid.y); ++j)
+                    for (int i = first.x; i < std::min(first.x + size, size_of_grid.x); ++i)
+                        values[voxel_index(m_grid, {i, j, k})] = value_at({i, j, k}, here.mm);
+            return;
+        }
+        const int half = size / 2;
+        for (int n = 0; n < 8; ++n) {
+            const Vec3i part = first + half * Vec3i{n & 1, n >> 1 & 1, n >> 2};
+            if (part.x >= size_of_grid.x || part.y >= size_of_grid.y || part.z >= size_of_grid.z)
+                continue;
+            m_levels[level + 1] = here;
+            fill(level + 1, part, half, values);
         }
     }
-    for (const Content& content : contents) {
-        const double distance = content.surface.signed_mm(p);
-        meet(distance);
-        if (distance < place.content_mm) {
-            place.content_mm = distance;
-            place.content_hu = content.value_hu;
-        }
+
+    Vec3d middle_of(Vec3i first, int size) const {
+        Vec3d ijk;
+        for (int a = 0; a < 3; ++a) ijk[a] = first[a] + 0.5 * (size - 1);
+        return world_from_voxel(m_grid, ijk);
     }
-    return place;
-}
+
+    void measure(Level& level, Vec3d p) const {
+        for (std::size_t n = 0; n < level.mm.size(); ++n)
+            if (!level.is_known[n])
+                level.mm[n] = n < m_organs.size()
+                                  ? m_organs[n].signed_mm(p)
+                                  : m_contents[n - m_organs.size()].surface.signed_mm(p);
+    }
+
+    /// Where solids may overlap, the deepest one decides, so that all distances are needed.
+    static void keep_clear(Level& level, std::size_t begin, std::size_t end) {
+        int inside = 0;
+        for (std::size_t n = begin; n < end; ++n) inside += !level.is_known[n] || level.mm[n] < 0;
+        for (std::size_t n = begin; inside > 1 && n < end; ++n)
+            level.is_known[n] = level.is_known[n] && level.mm[n] > 0;
+    }
+
+    std::int16_t value_at(Vec3i ijk, std::span<const double> mm) const {
+        const Vec3d p = world_from_voxel(m_grid, {double(ijk.x), double(ijk.y), double(ijk.z)});
+        const auto organs = mm.first(m_organs.size()), contents = mm.subspan(m_organs.size());
+        const auto nearest = std::min_element(organs.begin(), organs.end());
+        const double own =
+            kTissueHu + kNextHu * double((nearest - organs.begin()) % 4) +
+            kPatternHu * wave(p.x / m_pattern) * wave(p.y / m_pattern) * wave(p.z / m_pattern);
+        double inside = own;
+        if (!contents.empty()) {
+            const auto content = std::min_element(contents.begin(), contents.end());
+            const double part = share_of(*content);
+            inside = part * m_contents[std::size_t(content - contents.begin())].value_hu +
+                     (1 - part) * own;
+        }
+        const double share = share_of(*nearest);
+        return std::int16_t(std::round(share * inside + (1 - share) * kAirHu));
+    }
+
+    /// Share of a solid in a voxel; its surface is smooth if it is spread over two voxels.
+    double share_of(double distance_mm) const {
+        return std::clamp(0.5 - distance_mm / (2 * kRampVoxels * m_grid.spacing_mm.x), 0.0, 1.0);
+    }
+
+    const Grid& m_grid;
+    std::span<const SurfaceDistance> m_organs;
+    std::span<const Content> m_contents;
+    double m_pattern;
+    std::array<Level, kLevels> m_levels;
+};
 
 Result<std::vector<Content>> read_contents(std::span<const OrganContents> contents) {
     std::vector<Content> read;
@@ -114,21 +196,20 @@ Result<Volume> scan_of_organs(std::span<const Organ> organs,
     Volume volume;
     volume.grid =
         grid_around(nodes, kMarginShare * longest, round_down(kVoxelShare * longest), kMaxVoxels);
-    const double voxel = volume.grid.spacing_mm.x, pattern = round_down(kPatternShare * longest);
-    const auto share_of = [&](double distance) {
-        return std::clamp(0.5 - distance / voxel, 0.0, 1.0);
-    };
-    volume.voxels = filled(
-        volume.grid, arena, [&](Vec3d p) { return place_of(p, surfaces, *inner); },
-        [&](Vec3d p, const Place& place) {
-            const double own =
-                kTissueHu + kNextHu * double(place.organ % 4) +
-                kPatternHu * wave(p.x / pattern) * wave(p.y / pattern) * wave(p.z / pattern);
-            const double part = share_of(place.content_mm);
-            const double inside = part * place.content_hu + (1 - part) * own;
-            const double share = share_of(place.distance_mm);
-            return std::round(share * inside + (1 - share) * kAirHu);
+    VoxelArray<std::int16_t> values(voxel_count(volume.grid));
+    Vec3i cubes;
+    for (int a = 0; a < 3; ++a)
+        cubes[a] = (volume.grid.size[a] + Filler::kCube - 1) / Filler::kCube;
+    const std::span<std::int16_t> voxels(values.data(), voxel_count(volume.grid));
+    arena.for_each(
+        std::int64_t(cubes.x) * cubes.y * cubes.z, 1, [&](std::int64_t begin, std::int64_t end) {
+            Filler filler(volume.grid, surfaces, *inner, round_down(kPatternShare * longest));
+            for (std::int64_t c = begin; c < end; ++c)
+                filler.fill(Filler::kCube * Vec3i{int(c % cubes.x), int(c / cubes.x % cubes.y),
+                                                  int(c / cubes.x / cubes.y)},
+                            voxels);
         });
+    volume.voxels = std::move(values);
     return volume;
 }
 

@@ -289,6 +289,71 @@ TEST_F(Organs, SpringsAreForASingleBodyAndAPoissonsRatioOfAQuarterOrMore) {
               "body 1: poisson_ratio: expected 0.25 or more with springs, found 0.2");
 }
 
+TEST_F(Organs, EachVoxelOfTheirScanFollowsFromItsDistancesToAllSurfaces) {
+    // Two organs that overlap, and two vessels that cross in one of them.
+    EXPECT_TRUE(write_vtu(m_folder / "one.vtu", block_at({0, 0, 0})).ok());
+    EXPECT_TRUE(write_vtu(m_folder / "two.vtu", block_at({14, 3, 4})).ok());
+    const auto tube = [&](const char* name, Vec3d at, Vec3d shares) {
+        TetMesh mesh = block_at({0, 0, 0});
+        for (Vec3d& p : mesh.nodes_mm)
+            for (int a = 0; a < 3; ++a) p[a] = at[a] + shares[a] * p[a];
+        EXPECT_TRUE(write_surface(m_folder / name, boundary_triangles(mesh)).ok());
+        return boundary_triangles(mesh);
+    };
+    const std::vector<TriangleMesh> tubes = {tube("a.stl", {2, 8, 8}, {0.7, 0.15, 0.15}),
+                                             tube("b.stl", {8, 2, 9}, {0.15, 0.7, 0.15})};
+    write(R"([[body]]
+mesh = "one.vtu"
+
+[[body]]
+mesh = "two.vtu"
+
+[[contents]]
+surface = "a.stl"
+value_hu = 200
+
+[[contents]]
+surface = "b.stl"
+value_hu = 300
+)");
+    const auto file = read();
+    ASSERT_TRUE(file.ok()) << file.error().message;
+    const auto made = make_organs(*file, m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    std::vector<SurfaceDistance> organs, vessels;
+    for (const Organ& organ : made->organs)
+        organs.push_back(SurfaceDistance::create(boundary_triangles(organ.mesh)).value());
+    for (const TriangleMesh& t : tubes) vessels.push_back(SurfaceDistance::create(t).value());
+    const Volume& scan = made->scan;
+    const double voxel = scan.grid.spacing_mm.x;
+    int air = 0, one = 0, two = 0, vessel = 0;
+    const Vec3i size = scan.grid.size;
+    for (int k = 0; k < size.z; k += 3)
+        for (int j = 0; j < size.y; j += 3)
+            for (int i = 0; i < size.x; i += 3) {
+                const Vec3d p = world_from_voxel(scan.grid, {double(i), double(j), double(k)});
+                const double a = organs[0].signed_mm(p), b = organs[1].signed_mm(p);
+                const double v = std::min(vessels[0].signed_mm(p), vessels[1].signed_mm(p));
+                const auto value = double(scan.at({i, j, k}));
+                if (std::min(a, b) > voxel) {
+                    ++air;
+                    ASSERT_EQ(value, -1000) << i << " " << j << " " << k;
+                } else if (std::min(a, b) > -voxel) {
+                    continue;
+                } else if (v < -voxel) {
+                    ++vessel;
+                    ASSERT_EQ(value, vessels[0].signed_mm(p) <= v ? 200 : 300);
+                } else if (v > voxel && a < b - 0.01) {
+                    ++one;
+                    ASSERT_NEAR(value, 60, 25) << i << " " << j << " " << k;
+                } else if (v > voxel && b < a - 0.01) {
+                    ++two;
+                    ASSERT_NEAR(value, 40, 25) << i << " " << j << " " << k;
+                }
+            }
+    for (const int count : {air, one, two, vessel}) EXPECT_GT(count, 100);
+}
+
 TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     // Two organs side by side in tissue, with bone behind and air in front.
     Grid grid{.size = {40, 36, 30}, .spacing_mm = {2, 2, 2}};
