@@ -232,7 +232,7 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
     return wall_around_surface(lumen->surface, ends, settings, arena);
 }
 
-/// The closed surface of what is to be filled.
+/// Returns the closed surface to be filled with tetrahedra.
 Result<TriangleMesh> surface_to_fill(const MeshOptions& o, bool from_mesh, const MeshData& mesh,
                                      const TaskArena& arena) {
     if (from_mesh) {

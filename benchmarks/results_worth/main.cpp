@@ -94,11 +94,11 @@ void check_statements(const std::vector<Study>& studies) {
 }
 
 void add_introduction(Page& page) {
-    page.heading(1, "What ChainMail is worth beside finite elements");
+    page.heading(1, "ChainMail compared with finite elements");
     page.paragraph(
-        "ChainMail is geometry; tissue is nearly an elastic solid. This page measures the distance "
-        "of the two: displacements of the same voxels under the same tool, beside linear finite "
-        "elements, in per cent of the push. The models are described in "
+        "ChainMail is geometry; tissue is nearly an elastic solid. This page compares "
+        "displacements of the same voxels under the same tool with linear finite elements. Errors "
+        "are in per cent of the push. The models are described in "
         "[chainmail.md](../../chainmail.md) and [fem.md](../../fem.md).");
     page.origin("./dev results worth");
     page.heading(2, "Set-up");
@@ -110,18 +110,18 @@ void add_introduction(Page& page) {
         "inside, are displaced by the same vector of 0.1 to 0.8 radii; place, radius and direction "
         "are random (seeds 1000 to 1049; regions of scans: 5000 to 5009). Both models have these "
         "displacements prescribed.\n"
-        "* **Reference.** Conjugate gradients with multigrid to a residual of 10⁻⁶ of the load.\n"
+        "* **Reference.** Conjugate gradients with multigrid, to a residual of 10⁻⁶ of the load.\n"
         "* **Error.** |u − u_FEM| / |push| at a node. *Mean* and *p95* are over the nodes that the "
-        "elements move by more than 1 % of the push, *whole* is the mean over all nodes; nodes of "
-        "the tool and held ones don't count. Table cells are mean / p95 / whole, each a mean over "
+        "finite elements move by more than 1 % of the push, *whole* is the mean over all nodes. "
+        "Held nodes and nodes of the tool don't count. Table cells are mean / p95 / whole, each a "
+        "mean over "
         "the loads.\n"
-        "* **Not moving at all** is a baseline: the column *tool alone*. An error means something "
-        "if it is far below it.\n"
+        "* **Not moving at all** is a baseline: the column *tool alone*. Only an error far below "
+        "it is meaningful.\n"
         "* **Best offset:** the best of 12 offsets from 0.02 to 0.8 that allow the whole push, "
-        "chosen for each load after its finite-element solution is known: the bound of what a rule "
-        "for one limit could reach.\n"
-        "* **Where figures come from.** 40 sweeps are what `pliant deform --elastic` does; "
-        "*settled* is every fifth load only.");
+        "chosen for each load after its finite-element solution is known. No rule for one limit "
+        "can be better.\n"
+        "* **Sweeps.** `pliant deform --elastic` makes 40. *Settled* is every fifth load only.");
 }
 
 void add_conclusion(Page& page, const std::vector<Study>& studies) {
@@ -136,7 +136,7 @@ void add_conclusion(Page& page, const std::vector<Study>& studies) {
         ratio += share * s.fem_ms / s.elastic[kForty].mean_ms();
         fast += share * s.fem_ms / s.by_default.mean_ms();
     }
-    page.heading(2, "What was found");
+    page.heading(2, "Results");
     page.paragraph(
         "Means over the six materials of the blocks. The aim was an error of 10 % of the push at "
         "100 times the speed. **It isn't reached.** ChainMail alone is " +
@@ -149,33 +149,33 @@ void add_conclusion(Page& page, const std::vector<Study>& studies) {
         "* **A cone is not a potential.** A push makes u = push − slack · distance: linear. In an "
         "elastic solid u falls off as 1/r, steeply at first and slowly far away. One slack fits "
         "the slope at one distance only.\n"
-        "* **Relaxation within the same limits can't repair it.** The cone is the smallest "
+        "* **Relaxation within the same limits can't correct this.** The cone is the smallest "
         "displacement that the limits allow, and the elastic one lies below it near the tool. So "
         "the limits bind, and 40 sweeps change little.\n"
         "* **Limits have no scale.** Elasticity is linear: twice the push, twice the displacement "
         "everywhere. A cone of twice the push reaches twice as far. Limits that suit one depth "
         "don't suit another, so no formula from (E, ν) alone can choose them.\n"
-        "* **A component knows nothing of the others.** Pushed down, incompressible tissue "
+        "* **Components are independent.** Pushed down, incompressible tissue "
         "evades sideways; ChainMail and its relaxation move only the pushed component.\n"
         "* **Relaxation is a diffusion.** It needs as many sweeps as the body has elements across; "
         "multigrid needs a fixed number of cycles.");
     page.heading(2, "Where ChainMail should not be used");
     page.paragraph(
         "* Where a number is read from the displacement: registration, dose, needle targets, "
-        "forces. With the best limit the error is four fifths of what moves, with elastic tissue "
-        "half of it.\n"
+        "forces. With the best limit the error is four fifths of the error of tissue that doesn't "
+        "move, with elastic tissue half of it.\n"
         "* For nearly incompressible tissue between held walls, and for stiff bodies that are "
         "carried along in soft tissue: volume and rotation are not in the model.\n"
         "* Where a tenth of a second is enough. In the time of 40 sweeps, finite elements that are "
         "stopped early are nearer to the converged ones in five of the six materials (not for ν = "
         "0.49), and in twice that time about ten times as near: see the table *Finite elements, "
         "stopped early*.\n"
-        "* In scans a mean error below 10 % says nothing here: with all of the border held so "
-        "near, "
-        "a tissue that doesn't move has only 7 %.\n\n"
+        "* In these scans a mean error below 10 % is no evidence: the border is held so near that "
+        "tissue that doesn't move has only 7 %.\n\n"
         "It remains useful where a push must be answered within a millisecond and must never be "
         "invalid: feedback at a tool's tip, cuts, walls that meet across air, bone that blocks. "
-        "There its reach is a matter of looks. `--elastic` is for pictures of elastic reach with "
+        "There the reach only has to look plausible. `--elastic` is for pictures of elastic reach "
+        "with "
         "the same guarantees: no folds of tissue, bone and cuts as before, interruptible at any "
         "sweep.");
 }

@@ -4,8 +4,8 @@
 // Contact of deformable solids with tools (spheres and capsules), and of the solids with each
 // other.
 //
-//        ( ● )→            tool: no part of a surface triangle remains nearer to its axis than
-//     ──────╲   ╱──────    its radius; it moves linearly over the steps
+//        ( ● )→            tool: surface triangles stay outside of its radius; it moves linearly
+//     ──────╲   ╱──────    over the steps
 //     ░░░░░░░╲_╱░░░░░░░    a piece: tetrahedra with one number
 //     ─────────────────
 //     ▒▒▒▒▒▒▒▒▒▒▒▒▒▒▒▒▒    another piece: nodes of each stay outside of the other's triangles
@@ -17,8 +17,8 @@
 //   Vec3d force = contact->force(0);
 // @endcode
 //
-// A step depends on positions, velocities and masses of the body, and on the tools: nothing else is
-// remembered, so a body whose state was set anew needs no other call. docs/pbd.md has the method.
+// A step depends on the body's positions, velocities and masses, and on the tools. Nothing else is
+// stored, so no call is needed after the body's state was set. docs/pbd.md has the method.
 
 #pragma once
 
@@ -45,7 +45,7 @@ struct BodyTool {
 struct BodyContactSettings {
     double friction = 0;           ///< Coulomb friction coefficient, of tools and pieces
     std::int32_t iterations = 20;  ///< over all touches of a sub-step, at most
-    double gap = 0;                ///< distance that pieces keep, unless they are nearer at rest
+    double gap = 0;                ///< minimum distance of pieces that aren't nearer at rest
     /// Speed [length/time] at which overlaps that exist before a step are resolved, for example of
     /// a tool that starts inside of a solid.
     double recovery_speed = 50;

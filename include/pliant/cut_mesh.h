@@ -65,8 +65,8 @@ struct CutMesh {
     TetMesh mesh;                             ///< at rest
     std::vector<std::int32_t> node_of;        ///< [node] in the mesh before this cut
     std::vector<std::int32_t> cell_of;        ///< [tetrahedron] in the mesh before this cut
-    std::vector<std::int32_t> uncut_node_of;  ///< [node] in the mesh that never was cut
-    std::vector<std::int32_t> uncut_cell_of;  ///< [tetrahedron] in that mesh
+    std::vector<std::int32_t> uncut_node_of;  ///< [node] in the uncut mesh
+    std::vector<std::int32_t> uncut_cell_of;  ///< [tetrahedron] in the uncut mesh
     /// [tetrahedron] its material's fraction of the uncut tetrahedron's volume
     std::vector<double> shares;
     std::vector<std::int32_t> next_copy;  ///< [tetrahedron] of the same uncut one, or −1
@@ -75,13 +75,13 @@ struct CutMesh {
     std::int64_t split_cells = 0;  ///< tetrahedra that this cut split
     std::int64_t pieces = 0;       ///< connected components
 
-    /// Finds the copy that carries a material point: the one whose polyhedron has the largest
-    /// winding number there, so that exactly one copy of a tetrahedron carries each point.
-    /// @param uncut_cell  a tetrahedron of the mesh that never was cut
-    /// @param rest_mm     in that tetrahedron; slightly outside is drawn inside
+    /// Finds the copy that carries a material point. Its polyhedron has the largest winding number
+    /// there, so exactly one copy of a tetrahedron carries each point.
+    /// @param uncut_cell  a tetrahedron of the uncut mesh
+    /// @param rest_mm     a point in that tetrahedron; points slightly outside are moved inside
     std::int32_t copy_of(std::int32_t uncut_cell, Vec3d rest_mm) const;
-    /// Volume of the material that each node carries: a quarter of that of each of its copies. The
-    /// sum is the volume of the uncut mesh, to rounding.
+    /// Volume of the material that each node carries: a quarter of the material of each tetrahedron
+    /// around it. The sum is the volume of the uncut mesh, to rounding.
     std::vector<double> node_volumes_mm3() const;
 };
 

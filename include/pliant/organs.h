@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Organs: one or several bodies of tetrahedra that tools push, grab and slide on, and that slide on
-// each other. They lie in a scan that they carry along, or in one that is made of them.
+// each other. They lie in a scan that they carry along, or in a scan generated from them.
 //
 // @code
 //   auto file = read_organ_file("liver.toml");          // or organ_file_of_mesh("liver.stl")
@@ -47,7 +47,7 @@ struct OrganSettings {
     double young_modulus_pa = 15e3;
     double poisson_ratio = 0.45;
     double density_kg_m3 = 1000;
-    double held_back = 0;          ///< share of its depth, from the back, that doesn't move
+    double held_back = 0;          ///< fraction of its depth, from the back, that doesn't move
     std::vector<Vec3d> held_mm{};  ///< opposite corners of boxes whose nodes don't move, in pairs
 
     friend bool operator==(const OrganSettings&, const OrganSettings&) = default;
@@ -55,7 +55,7 @@ struct OrganSettings {
 /// Rows of a [[body]] table.
 SettingRows<OrganSettings> organ_rows() noexcept;
 
-/// Something in the organs of a scan that is made, such as a vessel: it moves with them.
+/// Structure inside the organs of a generated scan, such as a vessel. It moves with them.
 struct OrganContents {
     std::string surface{};  ///< file of a closed surface
     double value_hu = 150;
@@ -65,21 +65,21 @@ struct OrganContents {
 /// Rows of a [[contents]] table.
 SettingRows<OrganContents> organ_contents_rows() noexcept;
 
-/// A scene file of organs, and the settings of the whole.
+/// Scene file of organs, with the settings of all bodies.
 struct OrganFile {
     std::string file{};     ///< path of this file
-    std::string scan{};     ///< empty: one is made
+    std::string scan{};     ///< empty: a scan is generated
     ReadOptions reading{};  ///< of the scan
     std::string label_volume{};
-    std::int64_t tetrahedra = 20'000;  ///< of meshes that are made, all together
-    double smoothing_voxels = 0.8;     ///< of labels, standard deviation
-    /// What of the scan is neither organ nor air, around the organs, as a body of its own.
+    std::int64_t tetrahedra = 20'000;  ///< number in all generated meshes together
+    double smoothing_voxels = 0.8;     ///< standard deviation of the labels' smoothing
+    /// Makes one more body: the tissue around the organs, without air.
     bool surroundings = false;
-    double surroundings_mm = 20;   ///< thickness of that
-    double surroundings_pa = 5e3;  ///< its Young's modulus
+    double surroundings_mm = 20;   ///< thickness of the surroundings
+    double surroundings_pa = 5e3;  ///< Young's modulus of the surroundings
     double fixed_hu = 300;         ///< nodes at a larger value of the scan don't move
-    double fixed_near_mm = 0;      ///< nor do those within this distance of one
-    double friction = 0;           ///< of tools and organs
+    double fixed_near_mm = 0;      ///< nor do nodes within this distance of such a voxel
+    double friction = 0;           ///< Coulomb friction coefficient, of tools and organs
     double damping_per_s = 5;      ///< of velocities
     double time_step_s = 1.0 / 60;
     std::int32_t sub_steps = 10;
@@ -95,11 +95,11 @@ bool is_mesh_file(const std::filesystem::path& file);
 /// Whether a TOML file is a scene of organs: it has a [[body]].
 bool is_organ_file(const std::filesystem::path& file);
 /// Reads a scene file. Its relative paths refer to its folder.
-/// @returns one line with the file and the key
+/// @returns an error of one line, with the file and the key
 Result<OrganFile> read_organ_file(const std::string& file) noexcept;
-/// The scene of one mesh, which lies on its back: the hindmost twentieth of its depth is held.
+/// Scene of one mesh that lies on its back: the hindmost twentieth of its depth is held.
 OrganFile organ_file_of_mesh(const std::string& file);
-/// The scene of a scan's labelled organs with their surroundings.
+/// Scene of a scan's labelled organs with their surroundings.
 /// @param labels  empty: each label with a volume of 1 ml or more that isn't air or bone
 Result<OrganFile> organ_file_of_labels(const std::string& scan, const std::string& label_volume,
                                        const std::vector<int>& labels) noexcept;
@@ -114,14 +114,14 @@ struct MadeOrgans {
     Volume scan{};
     ReadNotes notes{};                       ///< of its reading
     std::shared_ptr<const Volume> labels{};  ///< null: organs carry the voxels in their meshes
-    std::vector<Organ> organs{};             ///< with the surroundings last, if there are some
+    std::vector<Organ> organs{};             ///< the surroundings, if any, are last
     std::uint64_t hash = 0;                  ///< of meshes and settings
 };
 /// Reads or makes the meshes, and the scan.
-/// @returns one line with the faulty file or label
+/// @returns an error of one line, with the faulty file or label
 Result<MadeOrgans> make_organs(const OrganFile& file, const TaskArena& arena) noexcept;
-/// Makes the tissue: its nodes are those of the organs, one after the other. Scan and arena must
-/// outlive it.
+/// Makes the tissue. Its nodes are the nodes of all organs, in the organs' order. Scan and arena
+/// must outlive it.
 /// @param scan  made.scan, or a copy at another address
 Result<std::unique_ptr<MeshTissue>> make_tissue(const MadeOrgans& made, const Volume& scan,
                                                 const TaskArena& arena) noexcept;

@@ -50,8 +50,8 @@ class MeshTissue : public NodeTissue {
     virtual std::int32_t node_count() const = 0;
 };
 
-/// Takes the elastic tissues of ChainMail's settings: those of labels, and `elastic` instead of the
-/// default modulus and Poisson's ratio.
+/// Copies the elastic tissues of ChainMail's settings: the moduli of labels, and `elastic` instead
+/// of the default modulus and Poisson's ratio.
 Status take_materials(const ChainMailSettings& materials,
                       SpringDeformationSettings& settings) noexcept;
 
@@ -74,18 +74,18 @@ struct BodySettings {
 };
 SettingRows<BodySettings> body_rows() noexcept;
 
-/// Neo-Hookean tetrahedra in a scan. A tool holds the nodes in its sphere, or else those of the
-/// tetrahedron around its point, and moves them in strides, with a time step each; nodes that the
-/// sphere meets on its way are held as well. A tool that slides pushes the body's surface out of
-/// its sphere instead, until it is released. A push or slide ends before a tetrahedron folds, and a
-/// slide before its centre enters the body. Without a node the tool moves freely. force_n() is the
-/// force of the last sub-step, for a sphere that of the last step.
+/// Makes neo-Hookean tetrahedra in a scan. A tool holds the nodes in its sphere, or, if there are
+/// none, the nodes of the tetrahedron around its point. It moves them in strides, with a time step
+/// each, and holds nodes that the sphere meets on its way as well. Without a node the tool moves
+/// freely. A tool that slides pushes the body's surface out of its sphere instead, until it is
+/// released. A push or slide ends before a tetrahedron folds, and a slide before its centre enters
+/// the body. force_n() is the force of the last sub-step; for a sphere, of the last step.
 /// @param mesh  nodes [mm, LPS]
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mesh,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept;
-/// Likewise, with a body of any constraints, in mm, g and s. Only reach_mm of the settings has an
-/// effect.
+/// Makes the tissue of a body with any constraints, in mm, g and s. Only reach_mm of the settings
+/// has an effect.
 /// @returns InvalidArgument for a body without volumes or solids, or with volume_recovery, whose
 ///          state can't be restored
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
@@ -103,15 +103,15 @@ struct NetworkSettings {
 SettingRows<NetworkSettings> network_rows() noexcept;
 
 /// Makes a network's tissue. All nodes move in each step, by implicit Euler, so that slivers don't
-/// limit the time step. Tools hold nodes, or slide, as those of make_body() do; triangles with a
-/// fixed node stop a slide. force_n() is the force of links and volumes on the held nodes.
+/// limit the time step. Tools hold nodes, or slide, as in make_body(); triangles with a fixed node
+/// stop a slide. force_n() is the force of links and volumes on the held nodes.
 /// @param parts  in mm (LPS), g and s; fixed nodes never move
 /// @returns InvalidArgument for a network without cells, or beside the scan
 Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts parts,
                                              const NetworkSettings& settings,
                                              const TaskArena& arena) noexcept;
 
-/// Pushes are rejected, as by bone.
+/// Makes a tissue that rejects every push, as bone does.
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept;
 
 /// The models above, with the traits that don't depend on settings.

@@ -12,7 +12,7 @@
 
 namespace pliant {
 
-/// @param contents  what lies in the organs: closed surfaces, drawn with values of their own
+/// @param contents  closed surfaces inside the organs, drawn with values of their own
 Result<Volume> scan_of_organs(std::span<const Organ> organs,
                               std::span<const OrganContents> contents, const TaskArena& arena);
 

@@ -28,15 +28,15 @@
 #pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
-/// A body's tetrahedra, and what is beside its constraints.
+/// Geometry and contact of a body, beside its constraints.
 struct BodyPlan {
     TetMesh mesh{};                      ///< of the body's particles, at rest
-    std::vector<std::int32_t> pieces{};  ///< [tetrahedron]: its solid, in contact with the others;
-                                         ///< empty: all are one
-    std::int32_t steps = 1;              ///< of the body in a time step
+    std::vector<std::int32_t> pieces{};  ///< [tetrahedron]: its solid; solids touch each other;
+                                         ///< empty: one solid
+    std::int32_t steps = 1;              ///< steps of the body in a time step
     double friction = 0;
     double reach_mm = 10;  ///< distance from the body at which the scan rests
-    /// Piece that carries a voxel, as of EmbeddedScanSettings.
+    /// Piece that carries a voxel, as EmbeddedScanSettings::solid_at.
     std::function<std::int32_t(Vec3i ijk)> solid_at{};
 };
 
@@ -103,7 +103,7 @@ class BodyTissue final : public MeshTissue {
 
     PbdBody m_body;
     BodyContact m_contact;
-    std::int32_t m_steps;                              ///< of the body in a time step
+    std::int32_t m_steps;                              ///< steps of the body in a time step
     bool m_has_pieces;                                 ///< two or more
     std::unique_ptr<EmbeddedScan> m_carried;           ///< the scan
     std::vector<std::array<std::int32_t, 4>> m_cells;  ///< tetrahedra of the body
