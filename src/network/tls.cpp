@@ -24,12 +24,12 @@ namespace ssl = asio::ssl;
 using tcp = asio::ip::tcp;
 using local = asio::local::stream_protocol;
 using boost::system::error_code;
-using Welcome = std::function<void(tcp::socket plain)>;
+using Greeted = std::function<void(tcp::socket plain)>;
 
 /// One browser's connection.
 class Relay : public std::enable_shared_from_this<Relay> {
   public:
-    Relay(tcp::socket browser, ssl::context& context, Welcome welcome)
+    Relay(tcp::socket browser, ssl::context& context, Greeted welcome)
         : m_browser(std::move(browser), context),
           m_server(m_browser.get_executor()),
           m_timer(m_browser.get_executor()),
@@ -112,7 +112,7 @@ class Relay : public std::enable_shared_from_this<Relay> {
     ssl::stream<tcp::socket> m_browser;
     local::socket m_server;
     asio::steady_timer m_timer;
-    Welcome m_welcome;  ///< empty after the greeting
+    Greeted m_welcome;  ///< empty after the greeting
     Piece m_in, m_out;
 };
 
@@ -179,7 +179,7 @@ const std::vector<std::string>& Tls::names() const {
     return m_impl->names;
 }
 
-void Tls::greet(tcp::socket browser, Welcome welcome) {
+void Tls::greet(tcp::socket browser, Greeted welcome) {
     auto& relays = m_impl->relays;
     relays.remove_if([](const auto& relay) { return relay.expired(); });
     // Those that don't complete the handshake give way, the oldest first.

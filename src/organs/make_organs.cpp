@@ -75,7 +75,7 @@ std::set<int> labels_in(const Volume& map) {
 }
 
 /// The numbers in ascending order, with ranges: "1 to 5, 7".
-std::string text_of(const std::set<int>& numbers) {
+std::string ranges_of(const std::set<int>& numbers) {
     std::string text;
     for (auto at = numbers.begin(); at != numbers.end();) {
         const int first = *at;
@@ -95,7 +95,7 @@ Status check_bodies(const OrganFile& file, const Volume& map) {
             if (there.count(label) == 0)
                 return within(
                     file.label_volume,
-                    expected_error("labels", "labels of this map (" + text_of(there) + ")",
+                    expected_error("labels", "labels of this map (" + ranges_of(there) + ")",
                                    std::to_string(label)));
     return Ok{};
 }
