@@ -208,9 +208,8 @@ Result<std::unique_ptr<MeshTissue>> network_of(const MadeOrgans& made, const Vol
         node.fixed = held.hold(node.rest);
         node.damping = file.damping_per_s * node.mass;
     }
-    return NetworkTissue::create(scan, std::move(*parts),
-                                 {.time_step_s = file.time_step_s, .reach_mm = file.reach_mm},
-                                 arena);
+    return make_network_tissue(scan, std::move(*parts),
+                               {.time_step_s = file.time_step_s, .reach_mm = file.reach_mm}, arena);
 }
 
 Result<std::unique_ptr<MeshTissue>> tissue_of(const MadeOrgans& made, const Volume& scan,

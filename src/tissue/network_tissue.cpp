@@ -564,4 +564,10 @@ const Deformation& NetworkTissue::deformation() const {
     return m_carried->deformation();
 }
 
+Result<std::unique_ptr<MeshTissue>> make_network_tissue(const Volume& scan, SpringParts parts,
+                                                        const NetworkSettings& settings,
+                                                        const TaskArena& arena) {
+    return NetworkTissue::create(scan, std::move(parts), settings, arena);
+}
+
 }  // namespace pliant

@@ -102,4 +102,11 @@ class NetworkTissue final : public MeshTissue {
     mutable bool m_is_shown = true;
 };
 
+#pragma GCC visibility push(default)  // for other components
+/// make_network (tissues.h), with nodes that can be read.
+Result<std::unique_ptr<MeshTissue>> make_network_tissue(const Volume& scan, SpringParts parts,
+                                                        const NetworkSettings& settings,
+                                                        const TaskArena& arena);
+#pragma GCC visibility pop
+
 }  // namespace pliant
