@@ -119,7 +119,7 @@ std::vector<Vec3d> dense_step(const SpringNetwork& network, const Shape& shape, 
 }
 
 /// Links by chance, hexahedra or tetrahedra.
-SpringNetwork random_network(Random& random, int kind) {
+SpringNetwork random_springs(Random& random, int kind) {
     SpringParts parts;
     if (kind == 0) {
         parts = random_parts(random, 90, true);
@@ -147,7 +147,7 @@ TEST(Assembled, AStepOfARandomNetworkIsThatOfADenseFactor) {
     for (std::uint64_t seed = 1; seed <= 30; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        SpringNetwork network = random_network(random, int(seed % 3));
+        SpringNetwork network = random_springs(random, int(seed % 3));
         std::vector<std::int32_t> cut;
         for (int n = 0; n < 5; ++n) cut.push_back(random.whole(0, int(network.links().size()) - 1));
         if (seed % 2) {
@@ -177,7 +177,7 @@ TEST(Assembled, BitsAreTheSameWithAndWithoutVectorsAndForAnyNumberOfThreads) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        const SpringNetwork network = random_network(random, int(seed % 3));
+        const SpringNetwork network = random_springs(random, int(seed % 3));
         const Shape shape = random_shape(random, network, 0.1);
         std::vector<std::uint64_t> hashes;
         for (const bool vectors : {true, false})
@@ -256,7 +256,7 @@ TEST(Assembled, CutTissueMovesAsANetworkWithoutTheLinks) {
     const std::uint64_t seed = 5;
     SCOPED_TRACE(seed);
     Random random(seed);
-    SpringNetwork network = random_network(random, 2);
+    SpringNetwork network = random_springs(random, 2);
     std::vector<std::int32_t> cut;
     for (int n = 0; n < 30; ++n) cut.push_back(random.whole(0, int(network.links().size()) - 1));
     const Shape shape = random_shape(random, network, 0.1);
@@ -299,7 +299,7 @@ TEST(Assembled, AStepAllocatesNothingAndAFirstOneThatCantIsNotMade) {
     const std::uint64_t seed = 8;
     SCOPED_TRACE(seed);
     Random random(seed);
-    const SpringNetwork network = random_network(random, 2);
+    const SpringNetwork network = random_springs(random, 2);
     const Shape shape = random_shape(random, network, 0.1);
     const auto make = [&] {
         auto tissue = std::make_unique<SpringTissue>(
