@@ -148,6 +148,14 @@ Status add(const Organ& organ, const FixedPlaces& fixed, PbdParts& parts, TetMes
     return Ok{};
 }
 
+/// Line about an organ: "liver: 54789 tetrahedra, neo-Hookean, 5 kPa, ν 0.45".
+std::string line_about(const Organ& organ) {
+    const OrganSettings& s = organ.settings;
+    return organ.name + ": " + std::to_string(organ.mesh.cells.size()) + " tetrahedra, " +
+           (s.law == BodyLaw::Solid ? "neo-Hookean" : "edges and volumes") + ", " +
+           short_text(1e-3 * s.young_modulus_pa) + " kPa, ν " + short_text(s.poisson_ratio);
+}
+
 /// The organ that carries each voxel of the scan, by label.
 std::vector<std::int16_t> organs_of_voxels(const MadeOrgans& made, const Volume& scan) {
     constexpr std::int16_t kAny = -1;
@@ -227,6 +235,7 @@ Result<std::unique_ptr<MeshTissue>> tissue_of(const MadeOrgans& made, const Volu
     for (std::size_t n = 0; n < made.organs.size(); ++n) {
         if (const Status s = add(made.organs[n], fixed, parts, mesh); !s.ok()) return s.error();
         plan.pieces.resize(mesh.cells.size(), std::int32_t(n));
+        plan.bodies += (n > 0 ? "\n" : "") + line_about(made.organs[n]);
     }
     mesh.nodes_mm = parts.positions;
     auto body = PbdBody::create(std::move(parts), {.time_step = file.time_step_s / file.sub_steps,

@@ -37,7 +37,8 @@ struct VolumeInfo {
     double lowest_hu = 0, highest_hu = 0;
     ValueDefaults values{};  ///< kind of the scan's values, and defaults for them
     std::optional<Endoscope> start{};
-    bool starts_outside = false;  ///< the whole is shown first, not the view at start
+    bool starts_outside = false;      ///< the whole is shown first, not the view at start
+    std::optional<double> tool_mm{};  ///< radius of tools that suits the mesh of organs
     std::vector<PhantomLandmark> landmarks{};
 };
 
@@ -61,6 +62,8 @@ struct SharedState {
     TissueChoice tissue{};
     bool has_vessel = false;  ///< whether the scene has a vessel, so that it can be chosen as
                               ///< tissue
+    bool has_own = false;     ///< likewise a tissue of the scene's own, such as organs
+    TissueTraits traits{};
     std::optional<VesselState> vessel{};
     double pace = 0;       ///< simulated time per real time at the last motion; 0: unknown
     Record figures{};      ///< of the tissue, by name

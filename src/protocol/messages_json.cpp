@@ -68,6 +68,7 @@ Json json_of(const VolumeInfo& v) {
                          {"look", json_of(v.start->look)},
                          {"up", json_of(v.start->up)},
                          {"outside", v.starts_outside}};
+    if (v.tool_mm) json["tool_mm"] = *v.tool_mm;
     for (const PhantomLandmark& mark : v.landmarks)
         json["landmarks"].push_back({{"name", mark.name},
                                      {"point_mm", json_of(mark.push_point_mm)},
@@ -80,6 +81,16 @@ Json json_of(const VolumeInfo& v) {
 /// Rounds to the displayed precision, so that vibrations below it cause no new state.
 double rounded(double value, double parts) {
     return std::round(value * parts) / parts;
+}
+
+/// Commands that a tissue takes.
+Json json_of(const TissueTraits& traits) {
+    Json takes = Json::array();
+    if (traits.takes_pushes) takes.push_back("push");
+    if (traits.slides) takes.push_back("slide");
+    if (traits.cuts) takes.push_back("cut");
+    if (traits.carves) takes.push_back("carve");
+    return takes;
 }
 
 /// Lists are counts along three axes.
@@ -132,7 +143,9 @@ Json json_of(const SharedState& s) {
     put(json["materials"], s.materials, chainmail_material_rows());
     const TissueChoice& t = s.tissue;
     Json& tissue = json["tissue"] = {{"model", name_of(t.model)}};
+    tissue["takes"] = json_of(s.traits);
     if (s.has_vessel) tissue["has_vessel"] = true;
+    if (s.has_own) tissue["has_own"] = true;
     if (s.vessel) json["vessel"] = json_of(*s.vessel, s.pace);
     if (t.model == TissueModel::Springs) {
         put(tissue, t.springs, spring_rows());

@@ -199,6 +199,8 @@ void Scene::describe(SharedState& state) const {
                                    .failure = v->failure()};
     if (state.vessel) state.vessel->measures.inverted = catheter()->view().inverted;
     state.has_vessel = m_loaded->vessel != nullptr;
+    state.has_own = m_loaded->own_tissue != nullptr;
+    state.traits = tissue().traits();
     state.relaxing = m_relaxing;
     state.settled = !wants_sweep();
     state.holder = m_holder;

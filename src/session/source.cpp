@@ -20,10 +20,14 @@
 
 #include "core/errors.h"
 #include "core/hash.h"
+#include "mesh/mean_edge.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
 namespace {
+
+constexpr double kOrganWindow_hu = 400, kOrganLevel_hu = 40;  ///< of soft tissue
+constexpr double kToolEdges = 1.5;  ///< radius of a tool in mean edges of a mesh
 
 /// Practically unlimited: memory bounds the history.
 constexpr int kHistorySteps = 100'000;
@@ -145,20 +149,38 @@ ReadOptions reading_of(const SceneSource& source, const std::function<bool()>& g
             .straighten = source.straighten};
 }
 
-/// View of all organs, from the front.
+/// Organs have a mesh or labels of their own; their surroundings have neither.
+bool is_surroundings(const Organ& organ) {
+    return organ.settings.mesh.empty() && organ.settings.labels.empty();
+}
+
+/// View of all organs, from the front. In a scan the tip is in their middle, so that the view from
+/// outside is cut open there.
 Endoscope in_front_of(const MadeOrgans& made) {
     Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-    for (const Organ& organ : made.organs)
+    for (const Organ& organ : made.organs) {
+        if (is_surroundings(organ)) continue;
         for (const Vec3d& p : organ.mesh.nodes_mm)
             for (int a = 0; a < 3; ++a) {
                 low[a] = std::min(low[a], p[a]);
                 high[a] = std::max(high[a], p[a]);
             }
+    }
     const Vec3d middle = 0.5 * (low + high), half = 0.5 * (high - low);
     Endoscope view{.look = {0, 1, 0}, .up = {0, 0, 1}, .fog_distance_mm = 0};
     const double wide = std::tan(view.field_of_view_deg * std::numbers::pi / 360);
-    view.eye_mm = middle - (half.y + 1.05 * std::max(half.x, half.z) / wide) * view.look;
+    view.eye_mm = middle;
+    if (made.file.scan.empty())
+        view.eye_mm = middle - (half.y + 1.05 * std::max(half.x, half.z) / wide) * view.look;
     return view;
+}
+
+/// Radius of tools that hold several nodes of each organ; surroundings may be coarser.
+double tool_mm_for(const MadeOrgans& made) {
+    double edge_mm = 0;
+    for (const Organ& organ : made.organs)
+        if (!is_surroundings(organ)) edge_mm = std::max(edge_mm, mean_edge_mm(organ.mesh));
+    return kToolEdges * edge_mm;
 }
 
 /// @returns one line that names the file
@@ -176,8 +198,13 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     loaded.volume = std::exchange(made->scan, {});
     loaded.hash = made->hash;
     if (!file->scan.empty()) suit(loaded, made->notes);
+    if (loaded.info.values.kind == ValueKind::Hounsfield) {
+        loaded.info.values.window = kOrganWindow_hu;
+        loaded.info.values.level = kOrganLevel_hu;
+    }
     loaded.info.start = in_front_of(*made);
-    loaded.info.starts_outside = file->scan.empty();
+    loaded.info.tool_mm = tool_mm_for(*made);
+    loaded.info.starts_outside = true;
     loaded.info.name = std::filesystem::path(source.file).filename().string();
     loaded.own_tissue = std::make_shared<const MakeTissue>(
         [organs = std::make_shared<const MadeOrgans>(std::move(*made))](

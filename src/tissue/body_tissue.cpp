@@ -11,6 +11,7 @@
 #include "core/errors.h"
 #include "core/hash.h"
 #include "core/text.h"
+#include "mesh/mean_edge.h"
 #include "pbd/rollback.h"
 
 namespace pliant {
@@ -29,16 +30,6 @@ double volume_of(const std::array<std::int32_t, 4>& cell, std::span<const Vec3d>
     const Vec3d a = x[std::size_t(cell[0])];
     const auto edge = [&](std::size_t n) { return x[std::size_t(cell[n])] - a; };
     return dot(edge(1), cross(edge(2), edge(3))) / 6;
-}
-
-double mean_edge(const TetMesh& mesh) {
-    double sum = 0;
-    for (const auto& cell : mesh.cells)
-        for (std::size_t a = 0; a < 4; ++a)
-            for (std::size_t b = a + 1; b < 4; ++b)
-                sum +=
-                    norm(mesh.nodes_mm[std::size_t(cell[a])] - mesh.nodes_mm[std::size_t(cell[b])]);
-    return sum / (6.0 * double(mesh.cells.size()));
 }
 
 /// A tool's way in strides: all alike, and finer beyond a place where one failed.
@@ -87,13 +78,15 @@ BodyTissue::BodyTissue(PbdBody body, BodyContact contact, BodyPlan plan,
       m_has_pieces(std::any_of(plan.pieces.begin(), plan.pieces.end(),
                                [&](std::int32_t p) { return p != plan.pieces.front(); })),
       m_carried(std::move(carried)),
-      m_cells(std::move(plan.mesh.cells)) {
+      m_cells(std::move(plan.mesh.cells)),
+      m_bodies(std::move(plan.bodies)) {
     m_rest.resize(plan.mesh.nodes_mm.size());
     m_body.get_positions(m_rest);
     for (const auto& cell : m_cells) m_rest_volumes.push_back(volume_of(cell, m_rest));
-    m_edge_mm = mean_edge({m_rest, m_cells});
+    m_edge_mm = mean_edge_mm({m_rest, m_cells});
     m_positions.resize(m_rest.size());
     m_velocities.resize(m_rest.size());
+    m_stepped.resize(m_rest.size());
     m_shown.resize(m_rest.size());
     m_settled = is_weightless();
     PbdRollback::reserve(m_body);
@@ -230,13 +223,9 @@ Status BodyTissue::stride(std::uint32_t tool, Vec3d shift) {
     return step();
 }
 
-bool BodyTissue::folds() const {
-    const auto at = [&](std::int32_t n) { return m_body.position(n); };
-    for (std::size_t c = 0; c < m_cells.size(); ++c) {
-        const std::array<Vec3d, 4> x{at(m_cells[c][0]), at(m_cells[c][1]), at(m_cells[c][2]),
-                                     at(m_cells[c][3])};
-        if (volume_of({0, 1, 2, 3}, x) < kFoldShare * m_rest_volumes[c]) return true;
-    }
+bool BodyTissue::folds(std::span<const Vec3d> x) const {
+    for (std::size_t c = 0; c < m_cells.size(); ++c)
+        if (volume_of(m_cells[c], x) < kFoldShare * m_rest_volumes[c]) return true;
     return false;
 }
 
@@ -267,8 +256,8 @@ bool BodyTissue::is_free(const BodyTool& sphere, Vec3d way_mm) const {
 }
 
 /// Whether a point lies in a tetrahedron.
-bool BodyTissue::contains(Vec3d point_mm) const {
-    const auto at = [&](std::int32_t n) { return m_body.position(n); };
+bool BodyTissue::contains(std::span<const Vec3d> x, Vec3d point_mm) const {
+    const auto at = [&](std::int32_t n) { return x[std::size_t(n)]; };
     return std::any_of(m_cells.begin(), m_cells.end(), [&](const auto& cell) {
         return is_inside_tetrahedron(point_mm,
                                      {at(cell[0]), at(cell[1]), at(cell[2]), at(cell[3])});
@@ -308,11 +297,13 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
         const Vec3d shift = strides.shift();
         if (!is_free(sphere, shift)) {
             keep_state();
-            const bool was_folded = folds(), was_inside = contains(sphere.to);
+            const bool was_folded = folds(m_positions);
+            const bool was_inside = contains(m_positions, sphere.to);
             const Status went = step(tool, shift);
             if (!went.ok() && is_out_of_memory(went.error())) return went.error();
-            const bool fold = !went.ok() || (!was_folded && folds());
-            if (fold || (!was_inside && contains(sphere.to + shift))) {
+            m_body.get_positions(m_stepped);
+            const bool fold = !went.ok() || (!was_folded && folds(m_stepped));
+            if (fold || (!was_inside && contains(m_stepped, sphere.to + shift))) {
                 put(m_positions, m_velocities);
                 if (strides.refine()) continue;
                 report.limited_by = fold ? LimitedBy::Fold : LimitedBy::Wall;
@@ -326,7 +317,8 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
     }
     report.way_fraction = strides.share();
     report.end_mm = sphere.to;
-    report.ends_in_tissue = contains(sphere.to);
+    m_body.get_positions(m_stepped);
+    report.ends_in_tissue = contains(m_stepped, sphere.to);
     report.slide_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return report;
@@ -375,10 +367,11 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
                 take(tool, std::move(nodes));
         }
         keep_state();
-        const bool was_folded = folds();
+        const bool was_folded = folds(m_positions);
         const Status went = stride(tool, strides.shift());
         if (!went.ok() && is_out_of_memory(went.error())) return went.error();
-        if (went.ok() && (was_folded || !folds())) {
+        m_body.get_positions(m_stepped);
+        if (went.ok() && (was_folded || !folds(m_stepped))) {
             strides.go_on();
             continue;
         }
@@ -470,9 +463,13 @@ Status BodyTissue::reset() noexcept {
 Record BodyTissue::figures() const {
     int fixed = 0;
     for (const double w : m_body.parts().inverse_masses) fixed += !(w > 0);
-    return {{"particles", int(m_body.particle_count())},
-            {"tetrahedra", int(m_cells.size())},
-            {"fixed_particles", fixed}};
+    Record figures{{"particles", int(m_body.particle_count())},
+                   {"tetrahedra", int(m_cells.size())},
+                   {"fixed_particles", fixed},
+                   {"edge_mm", m_edge_mm},
+                   {"time_step_ms", traits().sweep_ms}};
+    if (!m_bodies.empty()) figures.emplace_back("bodies", m_bodies);
+    return figures;
 }
 
 Record BodyTissue::report() const {
@@ -482,7 +479,6 @@ Record BodyTissue::report() const {
                   {"body.carried_voxels", SettingValue(m_carried->voxel_count())}};
     for (NamedValue& figure : figures())
         record.emplace_back("body." + figure.name, std::move(figure.value));
-    record.emplace_back("body.time_step_ms", traits().sweep_ms);
     return record;
 }
 

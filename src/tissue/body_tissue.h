@@ -36,6 +36,7 @@ struct BodyPlan {
     std::int32_t steps = 1;              ///< steps of the body in a time step
     double friction = 0;
     double reach_mm = 10;  ///< distance from the body at which the scan rests
+    std::string bodies{};  ///< for display, a line each
     /// Piece that carries a voxel, as EmbeddedScanSettings::solid_at.
     std::function<std::int32_t(Vec3i ijk)> solid_at{};
 };
@@ -60,7 +61,8 @@ class BodyTissue final : public MeshTissue {
     std::optional<Vec3d> force_n(std::uint32_t tool) noexcept override;
     Result<Sweep> sweep() noexcept override;
     Status reset() noexcept override;
-    /// "particles", "tetrahedra", and "fixed_particles".
+    /// "particles", "tetrahedra", "fixed_particles", "edge_mm" (mean), "time_step_ms", and the
+    /// plan's "bodies".
     Record figures() const override;
     Record report() const override;
 
@@ -89,13 +91,13 @@ class BodyTissue final : public MeshTissue {
     Result<SlideReport> slide_sphere(std::uint32_t tool, const Push& way);
     Status step(std::uint32_t tool = 0, Vec3d way_mm = {0, 0, 0});
     bool is_free(const BodyTool& sphere, Vec3d way_mm) const;
-    bool contains(Vec3d point_mm) const;
+    bool contains(std::span<const Vec3d> positions_mm, Vec3d point_mm) const;
     std::vector<std::int32_t> nodes_at(const Push& push, Vec3d point_mm, bool or_around) const;
     void take(std::uint32_t tool, std::vector<std::int32_t> nodes);
     void set_masses() noexcept;
     Status stride(std::uint32_t tool, Vec3d shift);
     void keep_state();
-    bool folds() const;
+    bool folds(std::span<const Vec3d> positions_mm) const;
     bool is_weightless() const { return m_body.settings().gravity == Vec3d{0, 0, 0}; }
     void put(std::span<const Vec3d> positions, std::span<const Vec3d> velocities) noexcept;
     void come_to_rest() noexcept;
@@ -110,11 +112,13 @@ class BodyTissue final : public MeshTissue {
     std::vector<Vec3d> m_rest;                         ///< [node], in the body's precision
     std::vector<double> m_rest_volumes;                ///< [tetrahedron] [mm³]
     double m_edge_mm = 0;                              ///< mean edge of the tetrahedra
+    std::string m_bodies;                              ///< for display
     Tools m_tools;                                     ///< nodes that each tool holds, sorted
     Spheres m_spheres, m_eyes;                         ///< they keep the body's surface out
     std::vector<BodyTool> m_from, m_to;                ///< of a step: all spheres, then all eyes
     bool m_settled = true;
     std::vector<Vec3d> m_positions, m_velocities;  ///< memory of noexcept functions
+    std::vector<Vec3d> m_stepped;                  ///< [node], after a stride
     mutable std::vector<Vec3d> m_shown;            ///< [node], of the deformation
     mutable bool m_is_shown = true;
 };

@@ -6,17 +6,21 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
+#include <pliant/mesh.h>
+#include <pliant/organs.h>
 #include <pliant/pbd.h>
 #include <pliant/tissues.h>
 #include <pliant/volume.h>
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
+#include "support/temporary_folder.h"
 #include "tissue/chainmail_tissue.h"
 #include "tissue/spring_tissue.h"
 
@@ -35,21 +39,21 @@ class LiveFeelTest : public ::testing::Test {
         m_scan = std::move(phantom->volume);
         const PhantomLandmark& mark = phantom->landmarks.front();
         m_wall = RayCaster(m_scan, m_arena)
-                     .first_hit(mark.eye_mm, mark.push_point_mm - mark.eye_mm, kSettings.iso_hu,
-                                kSettings.polarity)
+                     .first_hit(mark.eye_mm, mark.push_point_mm - mark.eye_mm, m_settings.iso_hu,
+                                m_settings.polarity)
                      .value();
     }
     void take(std::unique_ptr<Tissue> tissue) {
         m_tissue = std::move(tissue);
         m_live.emplace(LiveDeformation::create(*m_tissue).value());
         (void)m_live->update();
-        auto feel = LiveFeel::create(m_scan, m_live->volume(), {}, kSettings, kTool, m_arena);
+        auto feel = LiveFeel::create(m_scan, m_live->volume(), {}, m_settings, kTool, m_arena);
         ASSERT_TRUE(feel.ok()) << feel.error().message;
         m_feel = std::move(*feel);
     }
     /// The tool's centre at a depth beyond where it touches.
     Vec3d at(double depth_mm) const {
-        return m_wall.point_mm + (kSettings.tool_radius_mm - depth_mm) * m_wall.normal;
+        return m_wall.point_mm + (m_settings.tool_radius_mm - depth_mm) * m_wall.normal;
     }
     /// One step of a server: the tissue is pushed, shown and its model posted.
     HapticModel step(double depth_mm) {
@@ -59,7 +63,7 @@ class LiveFeelTest : public ::testing::Test {
             m_tissue->release(kTool);
             m_pushed = to;
         } else if (norm(to - m_pushed) > 0) {
-            const Push push{m_pushed, to - m_pushed, kSettings.tool_radius_mm};
+            const Push push{m_pushed, to - m_pushed, m_settings.tool_radius_mm};
             double done = 0;
             if (m_tissue->traits().slides)
                 done = m_tissue->slide(kTool, push, {}).value().way_fraction;
@@ -74,11 +78,12 @@ class LiveFeelTest : public ::testing::Test {
     double dent_mm() const {
         const RayCaster caster(m_live->volume(), m_arena);
         const auto hit = caster.first_hit(m_wall.point_mm + 3.0 * m_wall.normal, -m_wall.normal,
-                                          kSettings.iso_hu, kSettings.polarity);
+                                          m_settings.iso_hu, m_settings.polarity);
         return hit ? hit->distance_mm - 3 : 1e9;
     }
 
     const TaskArena m_arena{2};
+    ChainMailFeelSettings m_settings = kSettings;
     Volume m_scan;
     RayHit m_wall{};
     std::unique_ptr<Tissue> m_tissue;
@@ -189,6 +194,111 @@ TEST_F(LiveFeelTest, ANetworkIsFeltInNewtonsAsStiffAsItIs) {
     }
     EXPECT_GT(forces[0], 1e-3);
     EXPECT_NEAR(forces[1] / forces[0], 3, 0.05);
+}
+
+/// An organ in air, and a tool that goes to its front, against +y.
+class OrganFeelTest : public LiveFeelTest {
+  protected:
+    void SetUp() override {
+        m_settings.tool_radius_mm = 10;  // larger than the cells
+        const auto level = [](Vec3d x) {
+            return 25 * (1 - norm(Vec3d{x.x / 40, x.y / 30, x.z / 25}));
+        };
+        const auto mesh = stuff_isosurface(
+            level, {.begin_mm = {-42, -32, -27}, .end_mm = {42, 32, 27}, .cell_mm = 8}, m_arena);
+        ASSERT_TRUE(mesh.ok());
+        const auto file = m_folder / "organ.vtu";
+        ASSERT_TRUE(write_vtu(file, *mesh).ok());
+        auto made = make_organs(organ_file_of_mesh(file.string()), m_arena);
+        ASSERT_TRUE(made.ok()) << made.error().message;
+        m_scan = made->scan;
+        m_wall = RayCaster(m_scan, m_arena)
+                     .first_hit({0, -60, 0}, {0, 1, 0}, m_settings.iso_hu, m_settings.polarity)
+                     .value();
+        auto tissue = make_tissue(*made, m_scan, m_arena);
+        ASSERT_TRUE(tissue.ok()) << tissue.error().message;
+        take(std::move(*tissue));
+    }
+
+    test::TemporaryFolder m_folder;
+};
+
+TEST_F(OrganFeelTest, AnOrganIsFeltInNewtonsAndOnlyWhereItIsTouched) {
+    for (double depth = -3; depth < -1; depth += 0.25) {
+        EXPECT_EQ(norm(step(depth).force_n), 0) << depth;
+        EXPECT_FALSE(m_tissue->is_touched()) << depth;
+    }
+    double last = 0;
+    for (double depth = 1; depth < 5; depth += 1) {
+        step(depth);
+        for (int n = 0; n < 30; ++n) ASSERT_TRUE(m_tissue->sweep().ok());
+        const HapticModel model = step(depth);
+        ASSERT_TRUE(m_feel->touches()) << depth;
+        EXPECT_EQ(model.force_n, *m_tissue->force_n(kTool)) << depth;
+        EXPECT_GT(dot(model.force_n, m_wall.normal), last) << depth;
+        EXPECT_GT(dot(model.force_n, m_wall.normal), 0.9 * norm(model.force_n)) << "no friction";
+        last = dot(model.force_n, m_wall.normal);
+    }
+    // A rigid sphere that is 4 mm in a half space: 4/3 · E/(1 − ν²) · √(R d³), by Hertz. The organ
+    // gives way as a whole, too.
+    const double hertz_n =
+        4.0 / 3 * 15e3 / (1 - 0.45 * 0.45) * std::sqrt(0.01 * std::pow(0.004, 3));
+    EXPECT_GT(last, 0.2 * hertz_n);
+    EXPECT_LT(last, 1.5 * hertz_n);
+    EXPECT_GT(dent_mm(), 1);
+    EXPECT_EQ(norm(step(-3).force_n), 0);
+    EXPECT_FALSE(m_tissue->is_touched());
+}
+
+TEST_F(OrganFeelTest, AHandThatTapsAnOrganGetsNoEnergy) {
+    HapticRun run;
+    run.settings.max_force_n = 8;
+    VirtualDeviceSettings settings;
+    settings.coulomb_n = 0.05;
+    settings.encoder_mm = 0.02;
+    settings.position_mm = at(-5);
+    settings.hand = spring_hand(at(-5));
+    VirtualDevice device(settings);
+    Vec3d proxy_mm = at(-5);
+    double most_n = 0, deepest_mm = 0;
+    int contacts = 0, free = 0;
+    const auto tissue = [&](Vec3d tool_mm) {
+        const bool touches = m_feel->follow(tool_mm, proxy_mm);
+        if (!touches) {
+            m_tissue->release(kTool);
+            m_pushed = tool_mm;
+        } else if (norm(tool_mm - m_pushed) > 0) {
+            const Push way{m_pushed, tool_mm - m_pushed, m_settings.tool_radius_mm};
+            const auto slid = m_tissue->slide(kTool, way, {});
+            EXPECT_TRUE(slid.ok());
+            if (slid.ok()) m_pushed = slid->end_mm;
+        }
+        for (int n = 0; n < 2; ++n) (void)m_tissue->sweep();
+        m_feel->changed(m_live->update().value().boxes);
+        return m_feel->model(*m_tissue, m_pushed);
+    };
+    run_haptics(device, run, 3000, tissue,
+                [&](const HapticReading& reading, const HapticModel*, const HapticState& state,
+                    const HapticForce& force) {
+                    const double t = 1e-9 * double(reading.time_ns);
+                    device.hand().target_mm =
+                        at(-5 + 6 * (1 - std::cos(2 * std::numbers::pi * 0.7 * t)));
+                    proxy_mm = state.proxy_mm;
+                    const double depth = dot(at(0) - device.position_mm(), m_wall.normal);
+                    deepest_mm = std::max(deepest_mm, depth);
+                    most_n = std::max(most_n, norm(force.force_n));
+                    contacts += state.in_contact;
+                    if (depth < -2) {
+                        ++free;
+                        EXPECT_EQ(norm(force.force_n), 0) << t << " s, " << depth << " mm";
+                    }
+                    return true;
+                });
+    EXPECT_GT(contacts, 300);
+    EXPECT_GT(free, 300);
+    EXPECT_GT(deepest_mm, 2);
+    EXPECT_GT(most_n, 0.1);
+    EXPECT_GE(device.lowest_passivity_j(), -1e-4);
 }
 
 TEST(PosedDevice, GoesSmoothlyToWhereItIsSaidToBe) {

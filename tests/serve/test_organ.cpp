@@ -11,7 +11,9 @@
 #include <pliant/serve.h>
 #include <pliant/session.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "serve/test_client.h"
 #include "session/scene.h"
@@ -144,6 +146,40 @@ TEST_F(OrganScene, IsServedRecordedAndReplayed) {
         const auto replayed = replay_session(session, TaskArena(threads));
         ASSERT_TRUE(replayed.ok()) << replayed.error().message;
     }
+}
+
+TEST_F(OrganScene, APageLearnsItsBodiesTheToolsThatItTakesAndTheirSize) {
+    auto server = Server::start({.file = (m_folder / "organ.vtu").string()}, m_arena);
+    ASSERT_TRUE(server.ok()) << server.error().message;
+    TestClient client(server->port(), server->link());
+    const Json welcome = client.enter();
+    const Json& tissue = client.state["tissue"];
+    const TetMesh mesh = ellipsoid(m_arena);
+    EXPECT_EQ(tissue["bodies"], "organ: " + std::to_string(mesh.cells.size()) +
+                                    " tetrahedra, neo-Hookean, 15 kPa, ν 0.45");
+    EXPECT_EQ(tissue["particles"], mesh.nodes_mm.size());
+    // Lattice cells of 6 mm: edges of that along the axes, shorter ones across.
+    EXPECT_GT(tissue["edge_mm"], 3);
+    EXPECT_LT(tissue["edge_mm"], 6.5);
+    EXPECT_NEAR(double(tissue["time_step_ms"]), 1000.0 / 60, 1e-9);
+    EXPECT_NEAR(double(welcome["volume"]["tool_mm"]), 1.5 * double(tissue["edge_mm"]), 1e-3);
+    EXPECT_EQ(welcome["volume"]["values"]["window"], 400);
+    const auto takes = [&](const char* command) {
+        const Json& list = client.state["tissue"]["takes"];
+        return std::find(list.begin(), list.end(), command) != list.end();
+    };
+    EXPECT_TRUE(takes("push") && takes("slide"));
+    EXPECT_FALSE(takes("carve"));
+    EXPECT_EQ(client.state["tissue"]["has_own"], true);
+    // Another model of the same scan, and back.
+    EXPECT_EQ(client.command({{"do", "tissue"}, {"model", "chainmail"}})["t"], "done");
+    client.checked_checksum();
+    EXPECT_EQ(client.state["tissue"]["model"], "chainmail");
+    EXPECT_EQ(client.state["tissue"]["has_own"], true);
+    EXPECT_TRUE(takes("carve"));
+    EXPECT_EQ(client.command({{"do", "tissue"}, {"model", "own"}})["t"], "done");
+    client.checked_checksum();
+    EXPECT_EQ(client.state["tissue"]["model"], "own");
 }
 
 TEST_F(OrganScene, ANetworkMovesItAndTheForceFollowsItsStiffness) {

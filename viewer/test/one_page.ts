@@ -18,14 +18,15 @@ export interface Wishes {
     name?: string; ///< of the client, shown to others
     expected?: string; ///< part of the errors that the tests provoke
     size?: number; ///< voxels of the phantom along each side: smaller is faster
+    file?: string; ///< instead of the phantom; the mock has none
     ready?: () => Promise<void>; ///< more to set up, when the page is open
 }
 
 /// Sets up the page. Called once, before the tests.
-export function useOnePage({ name, expected, size, ready }: Wishes = {}): void {
+export function useOnePage({ name, expected, size, file, ready }: Wishes = {}): void {
     before(async () => {
         browser = await launch();
-        served = await (size ? serveAirway(size) : serve());
+        served = await (size ? serveAirway(size) : serve(...(file ? [file] : [])));
         const more = name ? `&notour&name=${name}` : '&notour';
         ({ page, errors } = await visit(browser, served.link, more));
         await ready?.();

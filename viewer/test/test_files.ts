@@ -27,6 +27,7 @@ import {
 } from './browser.ts';
 import { dicomSlice } from './dicom.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
+import { plateStl } from './plate.ts';
 
 useOnePage({ expected: 'status of 400' });
 
@@ -429,32 +430,6 @@ test('a description is found in explicit and implicit DICOM headers only', async
     for (const other of [tooLong, nrrd(), Buffer.alloc(0), explicit.subarray(0, at + 12)])
         assert.equal(await found(other), '');
 });
-
-/// A plate of 60 × 12 × 60 mm around the origin, as a surface.
-function plateStl(): Buffer {
-    const half = [30, 6, 30];
-    const corner = (n: number): number[] => half.map((x, a) => ((n >> a) & 1 ? x : -x));
-    const faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    const triangles = faces.flatMap(([a, b, c, d]) => [
-        [a!, b!, c!],
-        [a!, c!, d!],
-    ]);
-    const stl = Buffer.alloc(84 + 50 * triangles.length);
-    stl.writeUInt32LE(triangles.length, 80);
-    triangles.forEach((triangle, t) =>
-        triangle
-            .flatMap(corner)
-            .forEach((x, n) => stl.writeFloatLE(x, 84 + 50 * t + 12 + 4 * n)),
-    );
-    return stl;
-}
 
 test('the surface of an organ is opened as a body that can be pushed', async (t) => {
     if (served.mock) return t.skip('the mock has no bodies');

@@ -31,12 +31,20 @@ export interface Timing {
 /// State of the tissue model. Springs have all optional fields.
 export interface TissueState extends Partial<SpringSettings> {
     model: 'chainmail' | 'springs' | 'vessel' | 'own';
+    takes?: readonly ('push' | 'slide' | 'cut' | 'carve')[]; ///< commands
     has_vessel?: boolean; ///< the scene offers the model vessel
+    has_own?: boolean; ///< likewise own, such as organs
     centre?: Vec3;
     nodes?: Vec3;
     active_nodes?: number;
     depth_by_time?: boolean; ///< the server adapts the depth
     update_hz?: number;
+    // Of organs.
+    particles?: number;
+    fixed_particles?: number;
+    edge_mm?: number; ///< mean edge of the tetrahedra
+    time_step_ms?: number;
+    bodies?: string; ///< a line each
 }
 
 /// Drive of the catheter, and the forces on the hand.
@@ -104,6 +112,7 @@ export interface VolumeInfo {
     length_scale?: number; ///< usual lengths of tools and ways over those in a body
     /// First view; with outside, the whole is shown first.
     start: { eye_mm: Vec3; look: Vec3; up: Vec3; outside?: boolean } | null;
+    tool_mm?: number; ///< radius of tools that suits the mesh of organs
     landmarks: Landmark[];
 }
 

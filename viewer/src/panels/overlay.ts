@@ -14,6 +14,7 @@ import {
     kViews,
     type SectionName,
     type State,
+    tipIsInScan,
     type ViewName,
     type Way,
 } from '../state/state.ts';
@@ -414,9 +415,9 @@ function outsideTexts(state: State): [string, string] | undefined {
     if (!view.outside) return undefined;
     if (hasTwoPlanes(state)) return ['Fluoroscopy', 'X-rays through the scan, two planes at 90°'];
     if (view.fluoroscopy) return ['Fluoroscopy', 'X-rays through the scan'];
-    const cut = 'cut open at the tip';
-    if (!view.blended) return ['Outside', `from outside, ${cut}`];
-    return ['Volume', rendering.cut ? `${rendering.preset}, ${cut}` : rendering.preset];
+    const cut = tipIsInScan(state) ? ', cut open at the tip' : '';
+    if (!view.blended) return ['Outside', `from outside${cut}`];
+    return ['Volume', rendering.cut ? `${rendering.preset}${cut}` : rendering.preset];
 }
 
 const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Panel of the tissue model: ChainMail, or springs with the depth that forces reach.
+// Panel of the tissue model: ChainMail, springs with the depth that forces reach, or organs.
 
 import type { TissueState } from '../net/protocol.ts';
 import { springRows } from '../net/settings.ts';
@@ -23,12 +23,26 @@ export function springsText(state: TissueState | undefined): string {
     return `${nodes} nodes, ${state.active_nodes!} within ${state.depth!} layers, ${rate}`;
 }
 
+/// Lines about organs: what there is, how much of it is held, and how fast it is.
+export function organLines(state: TissueState | undefined): string[] {
+    if (state?.model !== 'own' || !state.bodies) return [];
+    const { particles = 0, fixed_particles = 0, edge_mm = 0, time_step_ms = 0 } = state;
+    const pace = ((state.update_hz ?? 0) * time_step_ms) / 1000;
+    return [
+        ...state.bodies.split('\n'),
+        `${particles} nodes, ${fixed_particles} of them held; ` +
+            `edges of ${edge_mm.toPrecision(2)} mm`,
+        pace > 0 ? `pace: ${pace.toFixed(2)} × real time` : 'not moved yet',
+    ];
+}
+
 export function tissuePanel(parts: Parts): HTMLElement {
     const { session } = parts;
     let cell = kCell; // edge of the next lattice's cells [mm]
     // Of the next lattice; unless chosen here, the scan's materials determine them.
     let young: number | undefined; // [kPa]
     let poisson: number | undefined;
+    let shown: TissueState['model'] | undefined;
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
     const choose = (model: TissueState['model']): void => {
@@ -86,70 +100,74 @@ export function tissuePanel(parts: Parts): HTMLElement {
         'for the tissue that is held now: the least depth that changes little',
     );
     const text = h('small', { class: 'quiet springs' });
+    const lines = h('ul', { class: 'quiet organs' });
+    const cells = parts.slider({
+        label: 'Cell',
+        unit: 'mm',
+        low: 2,
+        high: 30,
+        step: 0.5,
+        hint: 'for the next choice of springs',
+        value: () => cell,
+        input: (value) => {
+            cell = value;
+        },
+    });
+    const stiffness = parts.slider({
+        label: "Young's modulus",
+        unit: 'kPa',
+        low: 0.5,
+        high: 100,
+        step: 0.5,
+        curved: true,
+        hint: 'of unlabelled tissue, for the next choice of springs',
+        value: () => young ?? (now()?.young_modulus_pa ?? 1000 * kYoung) / 1000,
+        input: (value) => {
+            young = value;
+        },
+    });
+    const ratio = parts.slider({
+        label: "Poisson's ratio",
+        unit: '',
+        low: springRows.poisson_ratio.low!,
+        high: 0.49,
+        step: 0.01,
+        hint: 'for the next choice of springs; above 0.25 cells resist changes of volume',
+        value: () => poisson ?? now()?.poisson_ratio ?? springRows.poisson_ratio.low!,
+        input: (value) => {
+            poisson = value;
+        },
+    });
+    const model = parts.add(
+        choice<TissueState['model']>(
+            'Model',
+            [
+                {
+                    value: 'own',
+                    text: 'organs',
+                    hint: 'the tetrahedra that the scene was opened with; clears the history',
+                },
+                {
+                    value: 'chainmail',
+                    text: 'ChainMail',
+                    hint: 'one element per voxel, with limits of its links',
+                },
+                {
+                    value: 'springs',
+                    text: 'springs',
+                    hint: `${kNodes}³ nodes around the crosshair; clears the history`,
+                },
+            ],
+            () => now()?.model ?? 'chainmail',
+            choose,
+        ),
+    );
+    const own = model.querySelector('[value=own]')!.parentElement!;
     const element = section(
         'Tissue',
         false,
-        tissue(
-            parts.add(
-                choice<TissueState['model']>(
-                    'Model',
-                    [
-                        {
-                            value: 'chainmail',
-                            text: 'ChainMail',
-                            hint: 'one element per voxel, with limits of its links',
-                        },
-                        {
-                            value: 'springs',
-                            text: 'springs',
-                            hint: `${kNodes}³ nodes around the crosshair; clears the history`,
-                        },
-                    ],
-                    () => now()?.model ?? 'chainmail',
-                    choose,
-                ),
-            ),
-            parts.slider({
-                label: 'Cell',
-                unit: 'mm',
-                low: 2,
-                high: 30,
-                step: 0.5,
-                hint: 'for the next choice of springs',
-                value: () => cell,
-                input: (value) => {
-                    cell = value;
-                },
-            }),
-            parts.slider({
-                label: "Young's modulus",
-                unit: 'kPa',
-                low: 0.5,
-                high: 100,
-                step: 0.5,
-                curved: true,
-                hint: 'of unlabelled tissue, for the next choice of springs',
-                value: () => young ?? (now()?.young_modulus_pa ?? 1000 * kYoung) / 1000,
-                input: (value) => {
-                    young = value;
-                },
-            }),
-            parts.slider({
-                label: "Poisson's ratio",
-                unit: '',
-                low: springRows.poisson_ratio.low!,
-                high: 0.49,
-                step: 0.01,
-                hint: 'for the next choice of springs; above 0.25 cells resist changes of volume',
-                value: () => poisson ?? now()?.poisson_ratio ?? springRows.poisson_ratio.low!,
-                input: (value) => {
-                    poisson = value;
-                },
-            }),
-            depth,
-            byTime,
-            find,
-        ),
+        tissue(model, cells, stiffness, ratio, depth, byTime, find),
+        lines,
         text,
     );
     session.store.watch(
@@ -163,8 +181,14 @@ export function tissuePanel(parts: Parts): HTMLElement {
         ({ shared, link }) => [shared, link],
         (shared, link) => {
             element.hidden = link.status === 'open' && !link.features.includes('tissue');
-            depth.hidden = byTime.hidden = find.hidden = shared?.tissue?.model !== 'springs';
-            text.textContent = springsText(shared?.tissue);
+            const state = shared?.tissue;
+            depth.hidden = byTime.hidden = find.hidden = state?.model !== 'springs';
+            cells.hidden = stiffness.hidden = ratio.hidden = state?.model === 'own';
+            own.hidden = !state?.has_own;
+            text.textContent = springsText(state);
+            lines.replaceChildren(...organLines(state).map((line) => h('li', {}, line)));
+            if (state?.model === 'own' && shown !== 'own') element.setAttribute('open', '');
+            shown = state?.model;
         },
     );
     return element;

@@ -48,6 +48,17 @@ export function toolPanel(parts: Parts): HTMLElement {
             relax.setAttribute('aria-pressed', String(shared?.relaxing ?? false));
         },
     );
+    const small = h('small', { class: 'quiet' });
+    session.store.watch(
+        ({ shared, tool }) => [shared, tool.radius],
+        (shared, radius) => {
+            const edge = shared?.tissue?.edge_mm ?? 0;
+            small.hidden = radius >= edge;
+            small.textContent =
+                `smaller than the tetrahedra, whose edges are ${edge.toPrecision(2)} mm: ` +
+                'it holds few of their nodes';
+        },
+    );
     return section(
         'Tool',
         true,
@@ -61,6 +72,7 @@ export function toolPanel(parts: Parts): HTMLElement {
                 curved: true,
                 hint: 'radius of the tool; 0: the eight elements of one cell, for Push and Grab',
             }),
+            small,
             parts.number('tool', 'strength', {
                 label: 'Strength',
                 unit: '×',
@@ -185,7 +197,7 @@ export function surfacePanel(parts: Parts): HTMLElement {
 }
 
 export function materialPanel(parts: Parts): HTMLElement {
-    return section(
+    const element = section(
         'Material',
         false,
         tissue(
@@ -224,6 +236,13 @@ export function materialPanel(parts: Parts): HTMLElement {
             ),
         ),
     );
+    parts.session.store.watch(
+        ({ shared }) => [shared],
+        (shared) => {
+            element.hidden = shared?.tissue?.model === 'own';
+        },
+    );
+    return element;
 }
 
 /// Limits of the bone's threshold. Without HU nothing is bone at first: they include the hardest

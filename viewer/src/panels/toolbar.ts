@@ -4,8 +4,8 @@
 // Toolbar: files, tools, undo and redo, layout, help.
 
 import { kWatched } from '../state/company.ts';
-import { kTools, kViewing, type ToolName } from '../state/state.ts';
-import type { Actions } from '../tools/actions.ts';
+import { kTools, kViewing, suits, type ToolName } from '../state/state.ts';
+import { type Actions, kUnsuited } from '../tools/actions.ts';
 import { type Files, kSaved, type SavedName } from '../tools/files.ts';
 import type { Session } from '../tools/session.ts';
 import { button, h, menu } from './dom.ts';
@@ -42,8 +42,8 @@ export function toolbar(
     const open = button(
         'Open…',
         () => files.choose(),
-        'a scan, a state (.plst) or a path (.mrk.json); or drop files, or a folder of DICOM ' +
-            'slices (Ctrl+O)',
+        'a scan, the mesh of an organ, a state (.plst) or a path (.mrk.json); or drop files, ' +
+            'or a folder of DICOM slices (Ctrl+O)',
     );
     open.id = 'open';
     const folder = button(
@@ -92,8 +92,10 @@ export function toolbar(
                 b.hidden = b.dataset.tool === 'catheter' && !shared?.tissue?.has_vessel;
                 b.setAttribute('aria-pressed', String(b.dataset.tool === tool.name));
                 const name = b.dataset.tool as ToolName;
-                b.disabled = link.role === 'view' && !kViewing.includes(name);
-                b.title = b.disabled && isWatched ? kWatched : kTexts[name].hint;
+                const may = link.role !== 'view' || kViewing.includes(name);
+                const fits = suits(store.state, name);
+                b.disabled = !may || !fits;
+                b.title = !may && isWatched ? kWatched : fits ? kTexts[name].hint : kUnsuited;
             }
         },
     );

@@ -5,7 +5,7 @@
 // panels depend on whole groups. `shared` is the server's: it comes with its state messages and is
 // only asked for, never set here.
 
-import type { Space } from '../maths/grid.ts';
+import { type Space, voxelFromWorld } from '../maths/grid.ts';
 import type { Keyframe } from '../maths/keyframes.ts';
 import type { CrossSection } from '../maths/lumen.ts';
 import type { Mark } from '../maths/marks.ts';
@@ -13,13 +13,14 @@ import type { Path } from '../maths/path.ts';
 import type { Camera, Surface } from '../maths/rays.ts';
 import { kMuscle, type Transfer } from '../maths/transfer.ts';
 import type { Vec3 } from '../maths/vec.ts';
-import type {
-    HapticsNews,
-    OverlayKind,
-    Role,
-    SharedState,
-    Tool,
-    VolumeInfo,
+import {
+    gridOf,
+    type HapticsNews,
+    type OverlayKind,
+    type Role,
+    type SharedState,
+    type Tool,
+    type VolumeInfo,
 } from '../net/protocol.ts';
 import { type Company, initialCompany, initialReplay, type Replay } from './company.ts';
 import { initialLabels, type Labels } from './labels.ts';
@@ -368,15 +369,32 @@ export const initialState = (): State => ({
     pointer: { active: 'endoscope', under: null },
 });
 
-/// Command that moves a sphere through the tissue: springs know no sliding and are pushed.
+/// Tests whether the tissue takes a command.
+export const takes = (state: State, command: 'push' | 'slide' | 'cut' | 'carve'): boolean =>
+    state.shared?.tissue?.takes?.includes(command) ?? true;
+
+/// Tests whether a tool works on the tissue.
+export function suits(state: State, tool: ToolName): boolean {
+    if (tool === 'push' || tool === 'grab') return takes(state, 'push');
+    return (tool !== 'cut' && tool !== 'carve') || takes(state, tool);
+}
+
+/// Command that moves a sphere through the tissue: some know no sliding and are pushed.
 export const pushOrSlide = (state: State, slide: boolean): 'push' | 'slide' =>
-    slide && state.shared?.tissue?.model !== 'springs' ? 'slide' : 'push';
+    slide && takes(state, 'slide') ? 'slide' : 'push';
 
 /// The wall at the state's threshold.
 export const surfaceOf = (state: State): Surface => ({
     iso: state.shared?.iso_hu ?? -500,
     rising: state.shared?.polarity !== 'falling',
 });
+
+/// Tests whether the endoscope's tip is within the scan, which is then cut open there.
+export function tipIsInScan({ scan: { volume }, view: { camera } }: State): boolean {
+    if (!volume) return false;
+    const ijk = voxelFromWorld(gridOf(volume), camera.eye);
+    return ijk.every((x, a) => x >= -0.5 && x <= volume.size[a]! - 0.5);
+}
 
 /// Tests whether the tissue in use is a vessel with its catheter, and not only the scan's voxels.
 export const hasVessel = (state: State): boolean => state.shared?.tissue?.model === 'vessel';

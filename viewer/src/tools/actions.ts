@@ -22,6 +22,7 @@ import {
     pushOrSlide,
     type SectionName,
     type State,
+    suits,
     type ToolName,
     type ViewName,
     type Wall,
@@ -48,6 +49,9 @@ const kBeside = 8; // distance to a lumen [mm]
 const kUsualSlab = 10; // [mm]
 const kNearest = 20; // distance of the view from outside [mm]
 const kFarthest = 5000;
+
+/// Answer to a tool that the tissue doesn't take.
+export const kUnsuited = 'this tissue does not take this tool';
 
 const isTable = (name: string): boolean => /\.(csv|ctbl)$/i.test(name);
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
@@ -308,6 +312,7 @@ export class Actions {
             this.session.warn('this link is for viewing: it changes no tissue');
         else if (name === 'catheter' && !shared?.tissue?.has_vessel)
             this.session.warn('this scan has no catheter');
+        else if (!suits(this.state, name)) this.session.warn(kUnsuited);
         else this.set({ tool: { name } });
     }
 

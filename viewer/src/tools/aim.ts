@@ -8,7 +8,7 @@ import { firstHit, frameOf, rayThrough } from '../maths/rays.ts';
 import { adjusted } from '../maths/transfer.ts';
 import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
-import { type State, surfaceOf, type View, type ViewName } from '../state/state.ts';
+import { type State, surfaceOf, tipIsInScan, type View, type ViewName } from '../state/state.ts';
 import { kOutsideField, orbitCamera } from '../views/orbit.ts';
 import { planeUnder } from '../views/planes.ts';
 import { sectionPlane, type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
@@ -45,7 +45,8 @@ export function rayAt(state: State, under: Spot): { origin: Vec3; direction: Vec
     }
     const camera = orbitCamera(view);
     const direction = rayThrough(camera, kOutsideField, 0, u, v);
-    if (showsVolume(view) && !rendering.cut) return { origin: camera.eye, direction };
+    const isCut = tipIsInScan(state) && (rendering.cut || !showsVolume(view));
+    if (!isCut) return { origin: camera.eye, direction };
     // In the outside view rays begin at the plane through the tip that cuts the volume open.
     const ahead = dot(sub(view.camera.eye, camera.eye), camera.look);
     const start = Math.max(ahead / Math.max(dot(direction, camera.look), 1e-6), 0);

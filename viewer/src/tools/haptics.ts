@@ -6,17 +6,19 @@
 // pad, SpaceMouse). The server computes the force at 1 kHz.
 
 import { flown } from '../maths/flight.ts';
-import { frameOf, type Surface } from '../maths/rays.ts';
-import { add, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
+import { firstHit, frameOf, type Surface } from '../maths/rays.ts';
+import { add, along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import type { HapticsNews } from '../net/protocol.ts';
 import type { View } from '../state/state.ts';
+import { orbitCamera } from '../views/orbit.ts';
 import { keptInside } from '../views/section_geometry.ts';
 import { buttonsOff, kNoMotion, type Motion, moved, padMotion, spaceMouse } from './pads.ts';
 import type { Scene } from './scene.ts';
 
 export const kPlotSeconds = 10;
 const kAhead = 10; // distance of the tool's start ahead of the tip, if there is room [mm]
+const kBefore = 5; // the same from outside, to the surface [mm]
 const kLens = 1.2;
 const kOffWall = 0.5; // distance of the tool's start to the wall [mm]
 const kShowMs = 80; // between two updates of the shown numbers
@@ -43,12 +45,25 @@ export function startOfTool(volume: VolumeData, view: View, tip: number, surface
     return flown(volume, place, mul(off, sub(right, up)), tip + kOffWall, surface);
 }
 
+/// Start of the tool in the view from outside: in the middle of the picture, before the surface.
+export function startFromOutside(
+    volume: VolumeData,
+    view: View,
+    radius: number,
+    surface: Surface,
+): Vec3 {
+    const { eye, look } = orbitCamera(view);
+    const hit = firstHit(volume, eye, look, surface);
+    return along(hit?.point ?? view.orbit.centre, -(radius + kBefore), look);
+}
+
 export class Haptics {
     /// Forces of the last seconds, oldest first.
     readonly felt: Felt[] = [];
     scale = 1;
     device = '';
     follows = false; ///< the endoscope moves with the tool
+    private fromOutside = false; ///< its frame is that of the view from outside
     private place: Vec3 = [0, 0, 0]; // of a device in the browser, in its own frame [mm]
     private roll = 0; // [degrees]
     private newest: HapticsNews | null = null; // not shown yet
@@ -67,6 +82,11 @@ export class Haptics {
     /// Tests whether the mouse in the endoscope's view moves it.
     get isLed(): boolean {
         return this.isOwn && this.news!.device === 'browser';
+    }
+    /// Tests the same, with the view as it is now: it moves as seen where it was started.
+    get isLedHere(): boolean {
+        const { outside } = this.scene.store.state.view;
+        return this.isLed && outside === (this.fromOutside && !this.news!.holds);
     }
 
     take(news: HapticsNews, now: number): void {
@@ -104,14 +124,20 @@ export class Haptics {
         this.scene.store.set({ device: { news: null } });
     }
 
-    /// Starts the device at the endoscope's tip, or ahead of it. @returns whether it has started
+    /// Starts the device at the endoscope's tip, or ahead of it; from outside before what is in the
+    /// middle, with the radius of the tools. @returns whether it has started
     async start(): Promise<boolean> {
         const { volume, surface } = this.scene;
-        const { view, flight, device, shared } = this.scene.store.state;
+        const { view, flight, device, shared, tool } = this.scene.store.state;
         if (!volume || !shared) return false;
-        const { camera } = view;
-        const { tip } = flight;
-        const position = this.follows ? camera.eye : startOfTool(volume, view, tip, surface);
+        this.fromOutside = view.outside && !this.follows;
+        const camera = this.fromOutside ? orbitCamera(view) : view.camera;
+        const radius = Math.min(Math.max(this.fromOutside ? tool.radius : flight.tip, 0.5), 20);
+        const position = this.follows
+            ? camera.eye
+            : this.fromOutside
+              ? startFromOutside(volume, view, radius, surface)
+              : startOfTool(volume, view, flight.tip, surface);
         this.place = [0, 0, 0];
         this.roll = 0;
         // Tissue that doesn't relax is felt only once.
@@ -124,7 +150,7 @@ export class Haptics {
             look: camera.look,
             up: camera.up,
             scale: this.scale,
-            radius: Math.min(Math.max(tip, 0.5), 20),
+            radius,
         });
     }
 

@@ -228,7 +228,7 @@ export class Pointer {
         const looks = ['look', 'window', 'path', 'catheter', 'measure'].includes(tool.name);
         if (!looks && link.role === 'control') return 'tissue';
         if (section) return event.pointerType === 'touch' ? 'scroll' : 'none';
-        if (this.session.device.isLed && !shown.outside) return 'device';
+        if (this.session.device.isLedHere) return 'device';
         return shown.outside ? 'orbit' : 'look';
     }
 

@@ -5,9 +5,10 @@
 // everything that moves, once per frame.
 
 import { autoWindow } from '../maths/auto_window.ts';
-import { type Grid, voxelCount, worldFromVoxel } from '../maths/grid.ts';
+import { type Grid, voxelCount, worldBounds, worldFromVoxel } from '../maths/grid.ts';
 import { halfOfFloat } from '../maths/half.ts';
 import { checksumOf } from '../maths/murmur.ts';
+import { roundTo } from '../maths/steps.ts';
 import { mul, norm, normalized, sub } from '../maths/vec.ts';
 import { VolumeData } from '../maths/volume.ts';
 import type { CompanyNews } from '../net/company.ts';
@@ -31,9 +32,17 @@ import {
 import type { SurfaceFrame, VesselFrame } from '../net/vessel.ts';
 import { keepView, takeUpView } from '../state/kept_view.ts';
 import { initialReplay } from '../state/company.ts';
-import { initialState } from '../state/state.ts';
+import { initialState, suits, tipIsInScan } from '../state/state.ts';
 import type { Patch } from '../state/store.ts';
-import { hasOwnWindow, isInHu, lengthFor, scaleOf, windowOf } from '../state/units.ts';
+import {
+    hasOwnWindow,
+    isInHu,
+    lengthFor,
+    roundLength,
+    scaleOf,
+    windowOf,
+} from '../state/units.ts';
+import { kOutsideField } from '../views/orbit.ts';
 import { CatheterHand } from './catheter_hand.ts';
 import { Endoscope } from './endoscope.ts';
 import { Follow } from './follow.ts';
@@ -60,12 +69,19 @@ const kAirBelow = -500; // [HU]
 function toolsFor(info: VolumeInfo): Patch {
     const { tool, flight } = initialState();
     return {
-        tool: { radius: lengthFor(info, tool.radius, 0.5), depth: lengthFor(info, tool.depth, 1) },
+        tool: {
+            radius: Math.max(
+                lengthFor(info, tool.radius, 0.5),
+                roundTo(info.tool_mm ?? 0, roundLength(info, 0.5)),
+            ),
+            depth: lengthFor(info, tool.depth, 1),
+        },
         flight: { tip: lengthFor(info, flight.tip, 0.5) },
     };
 }
 const kAround = 1.5; // distance of the outside view, in diagonals of the scan
-const kWhole = 0.8; // the same where the scan opens from outside
+const kWhole = 0.8; // share of the scan's sides that the first view from outside shows whole
+const kAspect = 1.5; // of the views
 const kLongestFrame = 0.1; // time step limit after a pause [s]
 
 /// Scan of every kCoarseStep-th voxel, without values.
@@ -73,6 +89,13 @@ function coarseOf({ size, spacing, ...rest }: Grid): VolumeData {
     const nodes = size.map((n) => Math.ceil(n / kCoarseStep)) as unknown as Grid['size'];
     const grid = { ...rest, size: nodes, spacing: mul(kCoarseStep, spacing) };
     return new VolumeData(grid, new Uint16Array(voxelCount(grid)), true);
+}
+
+/// Distance from which the middle of the scan is shown whole.
+function distanceOfWhole(grid: Grid): number {
+    const { low, high } = worldBounds(grid);
+    const [x, y, z] = mul(0.5 * kWhole, sub(high, low));
+    return Math.max(x / kAspect, z) / Math.tan((kOutsideField * Math.PI) / 360) + y;
 }
 
 export interface SessionParts extends SceneParts {
@@ -182,6 +205,8 @@ export class Session extends Scene implements Listener {
     state(shared: SharedState): void {
         const before = this.surface;
         this.store.set({ shared });
+        if (!suits(this.store.state, this.store.state.tool.name))
+            this.store.set({ tool: { name: 'look' } });
         if (this.store.state.scan.loaded === 1) this.tissueDefaults.take(shared);
         const { iso, rising } = this.surface;
         if (iso !== before.iso || rising !== before.rising) this.endoscope.judgeEye();
@@ -348,12 +373,13 @@ export class Session extends Scene implements Listener {
                     centre: middle,
                     direction: [0, 1, 0],
                     up: [0, 0, 1],
-                    distance: (outside ? kWhole : kAround) * size,
+                    distance: outside ? distanceOfWhole(grid) : kAround * size,
                 },
                 ...(outside ? { outside } : {}),
             },
-            sections: { cursor: outside ? middle : start.eye_mm },
         });
+        const isWithin = tipIsInScan(this.store.state);
+        this.store.set({ sections: { cursor: outside && !isWithin ? middle : start.eye_mm } });
     }
 
     /// Keeps what the user has set, as a share of the scan's size. @param ratio  of the sizes

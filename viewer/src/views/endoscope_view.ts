@@ -10,7 +10,14 @@ import * as THREE from 'three';
 import { frameOf } from '../maths/rays.ts';
 import { along, mul, type Vec3 } from '../maths/vec.ts';
 import type { Vessel } from '../net/vessel.ts';
-import { hasVessel, kFieldStops, type State, surfaceOf, type View } from '../state/state.ts';
+import {
+    hasVessel,
+    kFieldStops,
+    type State,
+    surfaceOf,
+    tipIsInScan,
+    type View,
+} from '../state/state.ts';
 import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
 import { meteredExposure } from './exposure.ts';
 import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
@@ -264,7 +271,8 @@ export class EndoscopeView {
     private setTools(picture: Picture, state: State, balls: readonly ToolBall[], eye: Vec3): void {
         // Scenes with a catheter have no endoscope: only its field of view is marked.
         const { camera, outside } = state.view;
-        const scope = outside && !hasVessel(state) ? [scopeOf(state)] : [];
+        const isSeen = outside && tipIsInScan(state) && !hasVessel(state);
+        const scope = isSeen ? [scopeOf(state)] : [];
         const all = [...balls.slice(0, kMaxTools - 1), ...scope];
         picture.set({ toolCount: all.length });
         if (!all.length) return;
@@ -378,11 +386,12 @@ export class EndoscopeView {
         aspect: number,
         jitter: THREE.Vector2,
     ): void {
-        const { camera } = state.view;
+        const viewer = orbitCamera(state.view);
+        const isCut = tipIsInScan(state);
         this.aimLens(state, aspect, jitter);
         this.outside.set({
-            cutPlace: vector(camera.eye),
-            cutNormal: vector(mul(-1, orbitCamera(state.view).look)), // towards the viewer
+            cutPlace: vector(isCut ? state.view.camera.eye : viewer.eye),
+            cutNormal: vector(mul(-1, viewer.look)), // towards the viewer
             window: state.sections.window,
             level: state.sections.level,
             clipFromWorld: this.clipFromWorld(),
@@ -391,6 +400,7 @@ export class EndoscopeView {
         this.outside.draw(renderer);
         const eye = this.outside.uniforms.eye!.value as THREE.Vector3;
         if (hasVessel(state)) this.vessel.draw(renderer, eye, this.clipFromWorld());
+        if (!isCut) return;
         placeSight(this.body, state.view);
         renderer.render(this.body, this.lens);
     }

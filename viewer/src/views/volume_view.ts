@@ -8,7 +8,7 @@ import * as THREE from 'three';
 import { type Grid, voxelVector } from '../maths/grid.ts';
 import { adjusted, emptyRanges, kMaxPoints, linearOf, steepOf } from '../maths/transfer.ts';
 import { mul } from '../maths/vec.ts';
-import { kProjections, type State } from '../state/state.ts';
+import { kProjections, type State, tipIsInScan } from '../state/state.ts';
 import { orbitCamera } from './orbit.ts';
 import type { SectionPlane } from './section_geometry.ts';
 
@@ -60,7 +60,7 @@ export function transferUniforms(
         pair.set(Math.max(low, -kFar), Math.min(high, kFar));
     });
     return {
-        cut,
+        cut: cut && tipIsInScan(state),
         cutPlace: new THREE.Vector3(...state.view.camera.eye),
         cutNormal: new THREE.Vector3(...mul(-1, orbitCamera(state.view).look)),
         transfer: colours,
