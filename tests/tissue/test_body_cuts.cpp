@@ -26,7 +26,8 @@ constexpr std::uint32_t kHand = 3;
 constexpr double kAir = -1000, kTissue = 50;
 /// The bar that is cut: its left end lies in bone.
 constexpr Vec3d kLow_mm{6, 6, 6}, kHigh_mm{30, 18, 18};
-constexpr double kCut_mm = 17.3;  ///< plane of the cut along x, through tetrahedra and not nodes
+constexpr double kNoise_mm = 1e-5;  ///< of steps of a body at rest, in single precision
+constexpr double kCut_mm = 17.3;    ///< plane of the cut along x, through tetrahedra and not nodes
 
 Volume scan_of_bar() {
     Volume scan;
@@ -78,11 +79,8 @@ class BodyCuts : public testing::Test {
     }
     /// Whether a node belongs to the part to the left of the blade.
     static std::vector<bool> left_nodes(const BodyTissue& tissue) {
-        const CutMesh& cut = *tissue.cut_mesh();
-        const std::vector<std::int32_t> piece = pieces(cut.mesh);
-        std::int32_t left = -1;
-        for (std::size_t n = 0; n < piece.size(); ++n)
-            if (cut.mesh.nodes_mm[n] == kLow_mm) left = piece[n];
+        const std::vector<std::int32_t> piece = pieces(tissue.cut_mesh()->mesh);
+        const std::int32_t left = piece[0];  // node 0 is the corner at kLow_mm
         std::vector<bool> is_left;
         for (const std::int32_t p : piece) is_left.push_back(p == left);
         return is_left;
@@ -229,7 +227,7 @@ TEST_F(BodyCuts, AHalfThatIsCutOffLeavesTheOtherAtRest) {
     double least = 1e9, most = 0;
     for (std::size_t n = 0; n < rest.size(); ++n) {
         if (is_left[n]) {
-            ASSERT_EQ(now[n], rest[n]) << "node " << n;
+            ASSERT_LT(norm(now[n] - rest[n]), kNoise_mm) << "node " << n;
         } else {
             least = std::min(least, now[n].x - rest[n].x);
             most = std::max(most, now[n].x - rest[n].x);
@@ -244,7 +242,7 @@ TEST_F(BodyCuts, AHalfThatIsCutOffLeavesTheOtherAtRest) {
     for (int k = 6; k <= 18; ++k)
         for (int j = 6; j <= 18; ++j) {
             for (int i = 6; i <= 17; ++i) {
-                EXPECT_EQ(tissue->deformation().displacement_mm({i, j, k}), (Vec3d{0, 0, 0}));
+                EXPECT_LT(norm(tissue->deformation().displacement_mm({i, j, k})), kNoise_mm);
                 EXPECT_EQ(value(deformed, {i, j, k}), value(m_scan, {i, j, k}));
             }
             for (int i = 18; i <= 21; ++i) EXPECT_EQ(value(deformed, {i, j, k}), kAir) << i;
@@ -311,7 +309,7 @@ TEST_F(BodyCuts, AHeldNodesCopyWithoutItsMaterialIsFree) {
     for (std::size_t n = 0; n < now.size(); ++n) {
         const Vec3d by = now[n] - tissue->cut_mesh()->mesh.nodes_mm[n];
         if (is_left[n]) {
-            EXPECT_EQ(by, (Vec3d{0, 0, 0}));
+            EXPECT_LT(norm(by), kNoise_mm);
         } else {
             EXPECT_NEAR(by.x, 4, 0.1);
         }
@@ -340,7 +338,7 @@ TEST_F(BodyCuts, AToolHoldsThePartThatItHeldAndGrabsMaterialAlone) {
     const std::vector<Vec3d> now = positions_of(*fresh);
     for (std::size_t n = 0; n < now.size(); ++n) {
         if (is_left[n]) {
-            ASSERT_EQ(now[n], fresh->cut_mesh()->mesh.nodes_mm[n]);
+            ASSERT_LT(norm(now[n] - fresh->cut_mesh()->mesh.nodes_mm[n]), kNoise_mm);
         } else {
             EXPECT_GT(now[n].x - fresh->cut_mesh()->mesh.nodes_mm[n].x, 1);
         }
