@@ -72,8 +72,8 @@ CarveTool parse_carve(const std::string& text) {
 
 /// Adds options whose relative order matters. CLI11 hands over one option at a time, so the texts
 /// are taken in the order of parsing.
-/// @param edits  whether cuts and carvings are among them
-void add_actions(CLI::App* command, DeformOptions& o, bool edits) {
+/// @param carves  whether carvings and states are among them
+void add_actions(CLI::App* command, DeformOptions& o, bool carves) {
     using Parse = DeformAction (*)(const std::string&);
     const auto add = [&](const char* name, const char* type, const std::string& help) {
         return command->add_option(name, help)
@@ -88,11 +88,11 @@ void add_actions(CLI::App* command, DeformOptions& o, bool edits) {
         {add("--slide", "X,Y,Z:DX,DY,DZ",
              "moves the sphere of --tool; tissue slides off it; repeatable"),
          [](const std::string& text) -> DeformAction { return parse_slide(text); }},
+        {add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
+             "cuts the tissue across a line swept along a vector; repeatable"),
+         [](const std::string& text) -> DeformAction { return parse_cut(text); }},
     };
-    if (edits) {
-        kinds.emplace_back(add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
-                               "cuts the links across a line swept along a vector; repeatable"),
-                           [](const std::string& text) -> DeformAction { return parse_cut(text); });
+    if (carves) {
         kinds.emplace_back(
             add("--carve", "X,Y,Z[;X,Y,Z]:R",
                 "takes out the tissue in a sphere, or in a capsule; repeatable"),
@@ -101,7 +101,7 @@ void add_actions(CLI::App* command, DeformOptions& o, bool edits) {
         command->add_option("--save-state", o.save_state,
                             "save the lattice and its settings (.plst)");
     }
-    command->callback([command, kinds, &o] {
+    command->callback([command, kinds, carves, &o] {
         std::map<const CLI::Option*, std::size_t> taken;
         for (const CLI::Option* parsed : command->parse_order())
             for (const auto& [option, parse] : kinds)
@@ -110,9 +110,8 @@ void add_actions(CLI::App* command, DeformOptions& o, bool edits) {
         if (o.actions.empty() && o.load_state.empty())
             throw CLI::ValidationError(
                 command->get_name(),
-                kinds.size() > 2
-                    ? "expected one or more of --push, --slide, --cut, --carve or --load-state"
-                    : "expected one or more of --push and --slide");
+                carves ? "expected one or more of --push, --slide, --cut, --carve or --load-state"
+                       : "expected one or more of --push, --slide and --cut");
     });
 }
 
@@ -296,8 +295,10 @@ void add_body(CLI::App& app, BodyOptions& options) {
         ->check(CLI::NonNegativeNumber)
         ->type_name("N");
     c->add_flag("--release", o.release, "let go before that (default: the tools stay)");
-    c->add_option("--out", o.mesh_out,
-                  "moved tetrahedra, with each node's displacement and each cell's body (.vtu)");
+    c->add_option(
+        "--out", o.mesh_out,
+        "moved tetrahedra, with each node's displacement and each cell's body and, after a "
+        "cut, its share of the material (.vtu)");
     c->add_option("--volume", o.out, "deformed scan (.nrrd, .mha, .nii.gz, .vti …)");
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
@@ -310,6 +311,8 @@ void add_body(CLI::App& app, BodyOptions& options) {
         "  pliant body liver.vtu --push \"10,-60,20:0,15,0\" --tool sphere:8 --out moved.vtu "
         "--report moved.json\n"
         "  pliant body liver.stl --slide \"10,-90,20:0,40,0\" --tool sphere:8 --png slid.png\n"
+        "  pliant body liver.stl --cut \"-20,-130,20;60,-130,20:0,90,0\" "
+        "--push \"20,-95,35:0,-20,10\" --tool sphere:10 --png cut.png\n"
         "  pliant body abdomen.nii.gz --labels organs.nii.gz --bodies 5,6 "
         "--push \"40,-20,300:0,10,0\" --tool sphere:12 --volume pushed.nrrd");
 }

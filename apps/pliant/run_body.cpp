@@ -49,11 +49,22 @@ struct Moved {
                 bodies.push_back(double(n + 1));
             }
         }
+        VtuFields fields;
+        if (const CutMesh* cut = tissue->cut_mesh()) {
+            mesh.cells = cut->mesh.cells;
+            for (std::size_t n = mesh.nodes_mm.size(); n < cut->uncut_node_of.size(); ++n)
+                mesh.nodes_mm.push_back(mesh.nodes_mm[std::size_t(cut->uncut_node_of[n])]);
+            for (std::size_t c = bodies.size(); c < cut->uncut_cell_of.size(); ++c)
+                bodies.push_back(bodies[std::size_t(cut->uncut_cell_of[c])]);
+            fields.cell_numbers.push_back({"share", cut->shares});
+        }
         const std::vector<Vec3d> rest = mesh.nodes_mm;
         tissue->positions_mm(mesh.nodes_mm);
         std::vector<Vec3d> moved;
         for (std::size_t n = 0; n < rest.size(); ++n) moved.push_back(mesh.nodes_mm[n] - rest[n]);
-        return write_vtu(path, mesh, {{{"displacement_mm", moved}}, {{"body", bodies}}});
+        fields.node_vectors.push_back({"displacement_mm", moved});
+        fields.cell_numbers.push_back({"body", bodies});
+        return write_vtu(path, mesh, fields);
     }
 };
 

@@ -18,6 +18,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
+#include <pliant/cut_mesh.h>
 #include <pliant/mesh.h>
 #include <pliant/pbd.h>
 #include <pliant/record.h>
@@ -48,6 +49,9 @@ class MeshTissue : public NodeTissue {
     /// Copies the present positions [mm, LPS]. @param[out] positions_mm  one for each node
     virtual void positions_mm(std::span<Vec3d> positions_mm) const = 0;
     virtual std::int32_t node_count() const = 0;
+    /// The mesh with its cuts: its nodes are those of positions_mm(), the first ones those of the
+    /// mesh without cuts. Null if there are none; valid until the next change.
+    virtual const CutMesh* cut_mesh() const = 0;
 };
 
 /// Copies the elastic tissues of ChainMail's settings: the moduli of labels, and `elastic` instead
@@ -79,7 +83,9 @@ SettingRows<BodySettings> body_rows() noexcept;
 /// each, and holds nodes that the sphere meets on its way as well. Without a node the tool moves
 /// freely. A tool that slides pushes the body's surface out of its sphere instead, until it is
 /// released. A push or slide ends before a tetrahedron folds, and a slide before its centre enters
-/// the body. force_n() is the force of the last sub-step; for a sphere, of the last step.
+/// the body. force_n() is the force of the last sub-step; for a sphere, of the last step. A cut
+/// separates tetrahedra by virtual nodes (cut_mesh.h); cut_links counts the scan's links. reset()
+/// keeps cuts.
 /// @param mesh  nodes [mm, LPS]
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mesh,
                                           const BodySettings& settings,
@@ -87,7 +93,7 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
 /// Makes the tissue of a body with any constraints, in mm, g and s. Only reach_mm of the settings
 /// has an effect.
 /// @returns InvalidArgument for a body without volumes or solids, or with volume_recovery, whose
-///          state can't be restored
+///          state can't be restored. A body with bends can't be cut
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept;

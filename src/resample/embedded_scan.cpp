@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/errors.h"
 #include "mesh/box_tree.h"
@@ -18,7 +19,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kBrickSize = 8;
+constexpr int kBrickSize = kCarriedBrickSize;
 constexpr std::int64_t kCarriedBricks = 8;
 /// Tolerance of weights for voxels on a face, which rounding may place outside of both neighbours.
 constexpr double kTolerance = 1e-9;
@@ -327,9 +328,40 @@ void EmbeddedScan::list_bricks_of_tetrahedra() {
     m_field_bricks.reserve(m_bricks.size());
 }
 
+// Cuts.
+
+std::span<const std::array<std::int32_t, 4>> EmbeddedScan::cells() const {
+    return m_cuts ? m_cuts->cells : m_cells;
+}
+
+std::span<const Vec3d> EmbeddedScan::rest_mm() const {
+    return m_cuts ? m_cuts->rest_mm : m_rest_mm;
+}
+
+std::size_t EmbeddedScan::uncut_cell(std::size_t tetrahedron) const {
+    return m_cuts ? std::size_t(m_cuts->uncut_cell_of[tetrahedron]) : tetrahedron;
+}
+
+std::int64_t EmbeddedScan::cut_links() const {
+    return m_cuts ? m_cuts->links : 0;
+}
+
+/// A brick with the present cuts.
+const EmbeddedScan::Brick& EmbeddedScan::shown(std::size_t brick) const {
+    if (m_cuts) {
+        const auto& numbers = m_cuts->numbers;
+        const auto at = std::lower_bound(numbers.begin(), numbers.end(), std::int32_t(brick));
+        if (at != numbers.end() && std::size_t(*at) == brick)
+            return m_cuts->bricks[std::size_t(at - numbers.begin())];
+    }
+    return m_bricks[brick];
+}
+
+// Motion.
+
 EmbeddedScan::Map EmbeddedScan::map_of(std::size_t tetrahedron) const {
-    const auto& cell = m_cells[tetrahedron];
-    const Rest& rest = m_rests[tetrahedron];
+    const auto& cell = cells()[tetrahedron];
+    const Rest& rest = m_rests[uncut_cell(tetrahedron)];
     const Vec3d u = m_units[std::size_t(cell[0])];
     Map map{u, {}};
     for (std::size_t n = 0; n < 3; ++n) {
@@ -362,25 +394,27 @@ void EmbeddedScan::write(const Brick& from, FieldBrick& to) const {
     }
 }
 
-/// Lists the bricks of moved tetrahedra, and allocates their memory.
-void EmbeddedScan::list_bricks(std::span<const Vec3d> units) {
-    m_moved.clear();
-    m_listed.clear();
-    m_field_bricks.clear();
-    for (std::size_t c = 0; c < m_cells.size(); ++c) {
-        bool moved = false;
-        for (const std::int32_t n : m_cells[c])
-            moved |= units[std::size_t(n)] != m_units[std::size_t(n)];
-        if (!moved) continue;
-        m_moved.push_back(std::int32_t(c));
-        for (auto b = std::size_t(m_brick_starts[c]); b < std::size_t(m_brick_starts[c + 1]); ++b) {
-            std::uint8_t& flag = m_is_listed[std::size_t(m_bricks_of[b])];
-            if (!flag) m_listed.push_back(m_bricks_of[b]);
-            flag = 1;
-        }
-    }
+void EmbeddedScan::list_brick(std::int32_t brick) {
+    std::uint8_t& flag = m_is_listed[std::size_t(brick)];
+    if (!flag) m_listed.push_back(brick);
+    flag = 1;
+}
+
+/// @param tetrahedron  without cuts
+void EmbeddedScan::list_bricks_of(std::size_t tetrahedron) {
+    for (auto b = std::size_t(m_brick_starts[tetrahedron]);
+         b < std::size_t(m_brick_starts[tetrahedron + 1]); ++b)
+        list_brick(m_bricks_of[b]);
+}
+
+void EmbeddedScan::end_list() {
     for (const std::int32_t b : m_listed) m_is_listed[std::size_t(b)] = 0;
     std::sort(m_listed.begin(), m_listed.end());
+}
+
+/// Allocates the memory of the listed bricks.
+void EmbeddedScan::make_field_bricks() {
+    m_field_bricks.clear();
     try {
         for (const std::int32_t b : m_listed)
             m_field_bricks.push_back(m_field.ensure_brick(m_bricks[std::size_t(b)].coord));
@@ -390,38 +424,111 @@ void EmbeddedScan::list_bricks(std::span<const Vec3d> units) {
     }
 }
 
-Status EmbeddedScan::move(std::span<const Vec3d> nodes_mm) {
-    if (nodes_mm.size() != m_rest_mm.size())
-        return invalid("embedded scan: expected positions of " + std::to_string(m_rest_mm.size()) +
-                       " nodes, found " + std::to_string(nodes_mm.size()));
-    const Mat3d axes = inverse(m_scan.grid.direction);
-    for (std::size_t n = 0; n < nodes_mm.size(); ++n) {
-        const Vec3d along = axes * (nodes_mm[n] - m_rest_mm[n]);
-        for (int a = 0; a < 3; ++a)
-            if (!(std::abs(along[a]) <= kMaxMovementMm))
-                return invalid("embedded scan: expected displacements of up to " +
-                               std::to_string(int(kMaxMovementMm)) + " mm, found " +
-                               std::to_string(along[a]) + " at node " + std::to_string(n));
-        m_next[n] = kUnitsPerMm * along;
+/// Lists the bricks of moved tetrahedra, and allocates their memory.
+void EmbeddedScan::list_bricks(std::span<const Vec3d> units) {
+    m_moved.clear();
+    m_listed.clear();
+    const auto now = cells();
+    for (std::size_t c = 0; c < now.size(); ++c) {
+        bool moved = false;
+        for (const std::int32_t n : now[c])
+            moved |= units[std::size_t(n)] != m_units[std::size_t(n)];
+        if (!moved) continue;
+        m_moved.push_back(std::int32_t(c));
+        list_bricks_of(uncut_cell(c));
     }
-    list_bricks(m_next);
-    m_units.swap(m_next);
-    for (const std::int32_t c : m_moved) m_maps[std::size_t(c)] = map_of(std::size_t(c));
+    end_list();
+    make_field_bricks();
+}
+
+void EmbeddedScan::write_listed() {
     const std::uint64_t now = m_field.tick();
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (auto b = std::size_t(begin); b < std::size_t(end); ++b) {
             FieldBrick& brick = m_field.brick(m_field_bricks[b]);
-            write(m_bricks[std::size_t(m_listed[b])], brick);
+            write(shown(std::size_t(m_listed[b])), brick);
             m_field.written(brick, now);
         }
     };
     m_arena.for_each(std::int64_t(m_listed.size()), kCarriedBricks, std::ref(task));
     m_field.drop_still_bricks(m_field_bricks);
+}
+
+/// Displacements along the field's axes, in its units. @param[out] units  [node]
+Status EmbeddedScan::find_units(std::span<const Vec3d> nodes_mm, std::span<const Vec3d> rest_mm,
+                                std::vector<Vec3d>& units) const {
+    if (nodes_mm.size() != rest_mm.size())
+        return invalid("embedded scan: expected positions of " + std::to_string(rest_mm.size()) +
+                       " nodes, found " + std::to_string(nodes_mm.size()));
+    const Mat3d axes = inverse(m_scan.grid.direction);
+    for (std::size_t n = 0; n < nodes_mm.size(); ++n) {
+        const Vec3d along = axes * (nodes_mm[n] - rest_mm[n]);
+        for (int a = 0; a < 3; ++a)
+            if (!(std::abs(along[a]) <= kMaxMovementMm))
+                return invalid("embedded scan: expected displacements of up to " +
+                               std::to_string(int(kMaxMovementMm)) + " mm, found " +
+                               std::to_string(along[a]) + " at node " + std::to_string(n));
+        units[n] = kUnitsPerMm * along;
+    }
+    return Ok{};
+}
+
+Status EmbeddedScan::move(std::span<const Vec3d> nodes_mm) {
+    if (const Status s = find_units(nodes_mm, rest_mm(), m_next); !s.ok()) return s;
+    list_bricks(m_next);
+    m_units.swap(m_next);
+    for (const std::int32_t c : m_moved) m_maps[std::size_t(c)] = map_of(std::size_t(c));
+    write_listed();
+    return Ok{};
+}
+
+Status EmbeddedScan::move(std::shared_ptr<const Cuts> cuts, std::span<const Vec3d> nodes_mm) {
+    const auto before = cells();
+    const std::span<const std::array<std::int32_t, 4>> after = cuts ? cuts->cells : m_cells;
+    const std::span<const Vec3d> rest = cuts ? cuts->rest_mm : m_rest_mm;
+    std::vector<Vec3d> units(rest.size()), next(rest.size());
+    if (const Status s = find_units(nodes_mm, rest, units); !s.ok()) return s;
+    std::vector<Map> maps(after.size());
+    m_moved.reserve(after.size());
+    EditMap edits = cuts ? cuts->edits : EditMap{};
+    if (m_cuts)
+        for (const auto& [brick, flags] : m_cuts->edits) edits.try_emplace(brick);
+    m_listed.clear();
+    for (std::size_t c = 0; c < m_cells.size(); ++c) {
+        bool moved = false;
+        for (std::size_t k = 0; k < 4; ++k)
+            moved |= m_units[std::size_t(before[c][k])] != units[std::size_t(after[c][k])];
+        if (moved) list_bricks_of(c);
+    }
+    for (const Cuts* some : {m_cuts.get(), cuts.get()})
+        if (some)
+            for (const std::int32_t b : some->numbers) list_brick(b);
+    end_list();
+    m_field.prepare_edits(edits);
+    try {
+        make_field_bricks();
+    } catch (...) {
+        m_field.finish_edits(edits);
+        throw;
+    }
+    m_cuts = std::move(cuts);
+    m_units.swap(units);
+    m_next.swap(next);
+    m_maps.swap(maps);
+    for (std::size_t c = 0; c < m_maps.size(); ++c) m_maps[c] = map_of(c);
+    m_field.exchange_edits(edits);
+    m_field.finish_edits(edits);
+    write_listed();
     return Ok{};
 }
 
 Status EmbeddedScan::place(std::span<const Vec3d> nodes_mm) noexcept {
     return attempt([&] { return move(nodes_mm); });
+}
+
+Status EmbeddedScan::place(std::shared_ptr<const Cuts> cuts,
+                           std::span<const Vec3d> nodes_mm) noexcept {
+    return attempt([&] { return move(std::move(cuts), nodes_mm); });
 }
 
 }  // namespace pliant

@@ -70,26 +70,18 @@ Status check(const Push& push) {
 
 }  // namespace
 
-BodyTissue::BodyTissue(PbdBody body, BodyContact contact, BodyPlan plan,
-                       std::unique_ptr<EmbeddedScan> carried)
-    : m_body(std::move(body)),
-      m_contact(std::move(contact)),
-      m_steps(plan.steps),
-      m_has_pieces(std::any_of(plan.pieces.begin(), plan.pieces.end(),
-                               [&](std::int32_t p) { return p != plan.pieces.front(); })),
-      m_carried(std::move(carried)),
-      m_cells(std::move(plan.mesh.cells)),
-      m_bodies(std::move(plan.bodies)) {
-    m_rest.resize(plan.mesh.nodes_mm.size());
-    m_body.get_positions(m_rest);
-    for (const auto& cell : m_cells) m_rest_volumes.push_back(volume_of(cell, m_rest));
-    m_edge_mm = mean_edge_mm({m_rest, m_cells});
-    m_positions.resize(m_rest.size());
-    m_velocities.resize(m_rest.size());
-    m_stepped.resize(m_rest.size());
-    m_shown.resize(m_rest.size());
+BodyTissue::BodyTissue(ShapePointer whole, BodyPlan plan, std::unique_ptr<EmbeddedScan> carried)
+    : m_plan(std::move(plan)),
+      m_whole(std::move(whole)),
+      m_shape(m_whole),
+      m_carried(std::move(carried)) {
+    m_edge_mm = mean_edge_mm(whole_mesh());
+    m_positions.resize(m_shape->rest.size());
+    m_velocities.resize(m_shape->rest.size());
+    m_stepped.resize(m_shape->rest.size());
+    m_shown.resize(m_shape->rest.size());
+    m_shapes.reserve(kKeptShapes + 1);
     m_settled = is_weightless();
-    PbdRollback::reserve(m_body);
 }
 
 Result<std::unique_ptr<MeshTissue>> BodyTissue::create(const Volume& scan, PbdBody body,
@@ -106,20 +98,27 @@ Result<std::unique_ptr<MeshTissue>> BodyTissue::create(const Volume& scan, PbdBo
     if (plan.pieces.empty()) plan.pieces.assign(plan.mesh.cells.size(), 0);
     auto contact = BodyContact::create(plan.mesh, plan.pieces, {.friction = plan.friction});
     if (!contact) return contact.error();
+    auto whole = std::make_shared<BodyShape>(
+        BodyShape{.body = std::move(body), .contact = std::move(*contact)});
+    PbdRollback::reserve(whole->body);
     // Particles are rounded to the body's precision, and at rest they don't move the scan.
-    body.get_positions(plan.mesh.nodes_mm);
+    whole->body.get_positions(plan.mesh.nodes_mm);
+    whole->set_mesh(plan.mesh);
+    whole->set_touched(plan.mesh.cells, plan.pieces);
     auto carried = EmbeddedScan::create(
         scan, plan.mesh,
         {.reach_mm = plan.reach_mm, .solids = plan.pieces, .solid_at = plan.solid_at}, arena);
     if (!carried) return carried.error();
+    plan.mesh = {};
     return std::unique_ptr<MeshTissue>(
-        new BodyTissue(std::move(body), std::move(*contact), std::move(plan), std::move(*carried)));
+        new BodyTissue(std::move(whole), std::move(plan), std::move(*carried)));
 }
 
 TissueTraits BodyTissue::traits() const noexcept {
-    const double step_s = m_steps * m_body.settings().time_step;
+    const double step_s = m_plan.steps * body().settings().time_step;
     return {.model = "body",
             .slides = true,
+            .cuts = true,
             .moves_by_itself = true,
             .sweep_ms = 1000 * step_s,
             .update_hz = 1 / step_s};
@@ -127,32 +126,49 @@ TissueTraits BodyTissue::traits() const noexcept {
 
 // Tools.
 
-/// Nodes in a tool at a point of its way.
+/// Whether a point in a tetrahedron is in its material, or in that of another copy.
+bool BodyTissue::carries(std::size_t cell, Vec3d point_mm) const {
+    if (!m_shape->mesh || m_shape->mesh->part_of[cell] < 0) return true;
+    const auto& nodes = m_shape->cells[cell];
+    const auto at = [&](std::size_t n) { return body().position(nodes[n]); };
+    const auto rest = [&](std::size_t n) { return m_shape->rest[std::size_t(nodes[n])]; };
+    const Vec3d weights =
+        inverse(Mat3d{{at(1) - at(0), at(2) - at(0), at(3) - at(0)}}) * (point_mm - at(0));
+    const Vec3d edges = Mat3d{{rest(1) - rest(0), rest(2) - rest(0), rest(3) - rest(0)}} * weights;
+    return m_shape->mesh->copy_of(m_shape->mesh->uncut_cell_of[cell], rest(0) + edges) ==
+           std::int32_t(cell);
+}
+
+/// Nodes in a tool at a point of its way, without those that have no material.
 /// @param or_around  if there are none, those of the tetrahedron around the point
 std::vector<std::int32_t> BodyTissue::nodes_at(const Push& push, Vec3d point_mm,
                                                bool or_around) const {
     std::vector<std::int32_t> nodes;
-    const std::int32_t count = m_body.particle_count();
+    const std::int32_t count = body().particle_count();
     if (push.sphere_radius_mm > 0)
         for (std::int32_t n = 0; n < count; ++n)
-            if (const Vec3d away = m_body.position(n) - point_mm;
-                norm(away) <= push.sphere_radius_mm && (!push.shape || push.shape->contains(away)))
+            if (const Vec3d away = body().position(n) - point_mm;
+                norm(away) <= push.sphere_radius_mm &&
+                (!push.shape || push.shape->contains(away)) &&
+                (!m_shape->mesh || m_shape->is_real[std::size_t(n)]))
                 nodes.push_back(n);
     if (nodes.empty() && or_around && !push.shape)
-        for (const auto& cell : m_cells) {
+        for (std::size_t number = 0; number < m_shape->cells.size(); ++number) {
+            const auto& cell = m_shape->cells[number];
             std::array<Vec3d, 4> x;
-            for (std::size_t n = 0; n < 4; ++n) x[n] = m_body.position(cell[n]) - point_mm;
+            for (std::size_t n = 0; n < 4; ++n) x[n] = body().position(cell[n]) - point_mm;
             const auto part = [&](std::size_t a, std::size_t b, std::size_t c) {
                 return dot(x[a], cross(x[b], x[c]));
             };
             if (!(part(1, 2, 3) >= 0 && part(0, 3, 2) >= 0 && part(0, 1, 3) >= 0 &&
-                  part(0, 2, 1) >= 0))
+                  part(0, 2, 1) >= 0) ||
+                !carries(number, point_mm))
                 continue;
             nodes.assign(cell.begin(), cell.end());
             break;
         }
     std::erase_if(nodes, [&](std::int32_t n) {
-        return !(m_body.parts().inverse_masses[std::size_t(n)] > 0);
+        return !(body().parts().inverse_masses[std::size_t(n)] > 0);
     });
     std::sort(nodes.begin(), nodes.end());
     return nodes;
@@ -174,11 +190,11 @@ void BodyTissue::take(std::uint32_t tool, std::vector<std::int32_t> nodes) {
 
 /// Held nodes have an infinite mass.
 void BodyTissue::set_masses() noexcept {
-    const auto& inverse_masses = m_body.parts().inverse_masses;
+    const auto& inverse_masses = body().parts().inverse_masses;
     for (std::size_t n = 0; n < inverse_masses.size(); ++n)
-        (void)m_body.set_inverse_mass(std::int32_t(n), inverse_masses[n]);
+        (void)body().set_inverse_mass(std::int32_t(n), inverse_masses[n]);
     for (const auto& [tool, nodes] : m_tools)
-        for (const std::int32_t n : nodes) (void)m_body.set_inverse_mass(n, 0);
+        for (const std::int32_t n : nodes) (void)body().set_inverse_mass(n, 0);
 }
 
 void BodyTissue::release(std::uint32_t tool) noexcept {
@@ -202,7 +218,8 @@ Status BodyTissue::place_eye(std::uint32_t tool, Vec3d position_mm, double radiu
 
 /// Makes a time step. @param way_mm  of the tool's sphere meanwhile
 Status BodyTissue::step(std::uint32_t tool, Vec3d way_mm) {
-    if (!m_has_pieces && m_spheres.empty() && m_eyes.empty()) return m_body.step(m_steps, arena());
+    if (!m_shape->has_pieces && m_spheres.empty() && m_eyes.empty())
+        return body().step(m_plan.steps, arena());
     m_from.clear();
     for (const auto& [number, sphere] : m_spheres) m_from.push_back(sphere);
     for (const auto& [number, sphere] : m_eyes) m_from.push_back(sphere);
@@ -212,35 +229,36 @@ Status BodyTissue::step(std::uint32_t tool, Vec3d way_mm) {
         BodyTool& to = m_to[std::size_t(std::distance(m_spheres.begin(), moved))];
         to.from = to.to = to.to + way_mm;
     }
-    return m_contact.step(m_steps, m_body, m_from, m_to, arena());
+    return m_shape->contact.step(m_plan.steps, body(), m_from, m_to, arena());
 }
 
 Status BodyTissue::stride(std::uint32_t tool, Vec3d shift) {
     if (const auto held = m_tools.find(tool); held != m_tools.end())
         for (const std::int32_t n : held->second)
-            if (const Status s = m_body.set_state(n, m_body.position(n) + shift, {0, 0, 0}); !s)
+            if (const Status s = body().set_state(n, body().position(n) + shift, {0, 0, 0}); !s)
                 return s;
     return step();
 }
 
 bool BodyTissue::folds(std::span<const Vec3d> x) const {
-    for (std::size_t c = 0; c < m_cells.size(); ++c)
-        if (volume_of(m_cells[c], x) < kFoldShare * m_rest_volumes[c]) return true;
+    const auto& cells = m_shape->cells;
+    for (std::size_t c = 0; c < cells.size(); ++c)
+        if (volume_of(cells[c], x) < kFoldShare * m_shape->rest_volumes[c]) return true;
     return false;
 }
 
 /// Copies positions and velocities, for put().
 void BodyTissue::keep_state() {
-    m_body.get_positions(m_positions);
+    body().get_positions(m_positions);
     for (std::size_t n = 0; n < m_velocities.size(); ++n)
-        m_velocities[n] = m_body.velocity(std::int32_t(n));
+        m_velocities[n] = body().velocity(std::int32_t(n));
 }
 
 /// Whether a sphere stays clear of the body's box on its way.
 bool BodyTissue::is_free(const BodyTool& sphere, Vec3d way_mm) const {
     Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-    for (std::int32_t n = 0; n < m_body.particle_count(); ++n) {
-        const Vec3d p = m_body.position(n);
+    for (std::int32_t n = 0; n < body().particle_count(); ++n) {
+        const Vec3d p = body().position(n);
         for (int a = 0; a < 3; ++a) {
             low[a] = std::min(low[a], p[a]);
             high[a] = std::max(high[a], p[a]);
@@ -255,10 +273,11 @@ bool BodyTissue::is_free(const BodyTool& sphere, Vec3d way_mm) const {
     return false;
 }
 
-/// Whether a point lies in a tetrahedron.
+/// Whether a point lies in a solid.
 bool BodyTissue::contains(std::span<const Vec3d> x, Vec3d point_mm) const {
     const auto at = [&](std::int32_t n) { return x[std::size_t(n)]; };
-    return std::any_of(m_cells.begin(), m_cells.end(), [&](const auto& cell) {
+    const auto& cells = m_shape->touched;
+    return std::any_of(cells.begin(), cells.end(), [&](const auto& cell) {
         return is_inside_tetrahedron(point_mm,
                                      {at(cell[0]), at(cell[1]), at(cell[2]), at(cell[3])});
     });
@@ -273,14 +292,14 @@ Result<SlideReport> BodyTissue::slide(std::uint32_t tool, const Push& way,
         Tools tools = m_tools;
         Spheres spheres = m_spheres;
         const bool was_settled = m_settled;
-        PbdRollback::keep(m_body);
+        PbdRollback::keep(body());
         auto report = attempt([&] { return slide_sphere(tool, way); });
         m_is_shown = false;
         if (report.ok()) return report;
         m_tools.swap(tools);
         m_spheres.swap(spheres);
         set_masses();
-        PbdRollback::take_back(m_body);
+        PbdRollback::take_back(body());
         m_settled = was_settled;
         return report;
     });
@@ -301,7 +320,7 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
             const bool was_inside = contains(m_positions, sphere.to);
             const Status went = step(tool, shift);
             if (!went.ok() && is_out_of_memory(went.error())) return went.error();
-            m_body.get_positions(m_stepped);
+            body().get_positions(m_stepped);
             const bool fold = !went.ok() || (!was_folded && folds(m_stepped));
             if (fold || (!was_inside && contains(m_stepped, sphere.to + shift))) {
                 put(m_positions, m_velocities);
@@ -309,7 +328,7 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
                 report.limited_by = fold ? LimitedBy::Fold : LimitedBy::Wall;
                 break;
             }
-            report.contacts += m_contact.touches() > 0;
+            report.contacts += m_shape->contact.touches() > 0;
             m_settled = false;
         }
         strides.go_on();
@@ -317,7 +336,7 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
     }
     report.way_fraction = strides.share();
     report.end_mm = sphere.to;
-    m_body.get_positions(m_stepped);
+    body().get_positions(m_stepped);
     report.ends_in_tissue = contains(m_stepped, sphere.to);
     report.slide_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -330,14 +349,14 @@ Result<PushReport> BodyTissue::push(std::uint32_t tool, const Push& push) noexce
         Tools before = m_tools;
         Spheres spheres = m_spheres;
         const bool was_settled = m_settled;
-        PbdRollback::keep(m_body);
+        PbdRollback::keep(body());
         auto report = attempt([&] { return push_nodes(tool, push); });
         m_is_shown = false;
         if (report.ok()) return report;
         m_tools.swap(before);
         m_spheres.swap(spheres);
         set_masses();
-        PbdRollback::take_back(m_body);
+        PbdRollback::take_back(body());
         m_settled = was_settled;
         return report;
     });
@@ -348,7 +367,7 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
     PushReport report;
     report.message = "a tetrahedron would fold; larger ones go farther";
     std::vector<Vec3d> first(m_positions.size());
-    m_body.get_positions(first);
+    body().get_positions(first);
     m_spheres.erase(tool);
     take(tool, nodes_at(push, push.point_mm, true));
     double longest = kStrideShare * m_edge_mm;
@@ -370,7 +389,7 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
         const bool was_folded = folds(m_positions);
         const Status went = stride(tool, strides.shift());
         if (!went.ok() && is_out_of_memory(went.error())) return went.error();
-        m_body.get_positions(m_stepped);
+        body().get_positions(m_stepped);
         if (went.ok() && (was_folded || !folds(m_stepped))) {
             strides.go_on();
             continue;
@@ -382,7 +401,7 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
     const auto held = m_tools.find(tool);
     report.grabbed_elements = held == m_tools.end() ? 0 : std::int64_t(held->second.size());
     for (std::size_t n = 0; n < first.size(); ++n)
-        report.moved_elements += m_body.position(std::int32_t(n)) != first[n];
+        report.moved_elements += body().position(std::int32_t(n)) != first[n];
     report.step_fraction = strides.share();
     report.status = strides.are_done()     ? PushStatus::Applied
                     : strides.have_begun() ? PushStatus::Limited
@@ -399,11 +418,11 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
 std::optional<Vec3d> BodyTissue::force_n(std::uint32_t tool) noexcept try {
     if (const auto sphere = m_spheres.find(tool); sphere != m_spheres.end())
         return kNewtonPerMicronewton *
-               m_contact.force(std::size_t(std::distance(m_spheres.begin(), sphere)));
+               m_shape->contact.force(std::size_t(std::distance(m_spheres.begin(), sphere)));
     Vec3d force{0, 0, 0};
     const auto held = m_tools.find(tool);
     if (held == m_tools.end()) return force;
-    const std::vector<Vec3d> forces = m_body.constraint_forces();
+    const std::vector<Vec3d> forces = body().constraint_forces();
     for (const std::int32_t n : held->second) force = force + forces[std::size_t(n)];
     return kNewtonPerMicronewton * force;
 } catch (const std::bad_alloc&) {
@@ -413,19 +432,19 @@ std::optional<Vec3d> BodyTissue::force_n(std::uint32_t tool) noexcept try {
 // Time.
 
 void BodyTissue::put(std::span<const Vec3d> positions, std::span<const Vec3d> velocities) noexcept {
-    PbdRollback::put_all(m_body, positions, velocities);
+    PbdRollback::put_all(body(), positions, velocities);
     m_is_shown = false;
 }
 
 /// Stops all nodes. A free body near its rest positions is moved to them.
 void BodyTissue::come_to_rest() noexcept {
     double farthest = 0;
-    m_body.get_positions(m_positions);
-    for (std::size_t n = 0; n < m_rest.size(); ++n)
-        farthest = std::max(farthest, norm(m_positions[n] - m_rest[n]));
+    body().get_positions(m_positions);
+    for (std::size_t n = 0; n < m_shape->rest.size(); ++n)
+        farthest = std::max(farthest, norm(m_positions[n] - m_shape->rest[n]));
     std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
     const bool is_home = farthest < kBack_mm && !is_touched() && m_eyes.empty() && is_weightless();
-    put(is_home ? m_rest : m_positions, m_velocities);
+    put(is_home ? m_shape->rest : m_positions, m_velocities);
 }
 
 Result<Sweep> BodyTissue::sweep() noexcept {
@@ -435,8 +454,8 @@ Result<Sweep> BodyTissue::sweep() noexcept {
             const Status stepped = step();
             if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
             double fastest = 0;
-            for (std::int32_t n = 0; n < m_body.particle_count(); ++n)
-                fastest = std::max(fastest, norm(m_body.velocity(n)));
+            for (std::int32_t n = 0; n < body().particle_count(); ++n)
+                fastest = std::max(fastest, norm(body().velocity(n)));
             // A body that can't move any more stops: the failed step would recur.
             m_settled = !stepped.ok() || fastest < kSettled_mm_s;
             if (m_settled) come_to_rest();
@@ -455,26 +474,26 @@ Status BodyTissue::reset() noexcept {
     m_spheres.clear();
     set_masses();
     std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
-    put(m_rest, m_velocities);
+    put(m_shape->rest, m_velocities);
     m_settled = is_weightless();
     return Ok{};
 }
 
 Record BodyTissue::figures() const {
     int fixed = 0;
-    for (const double w : m_body.parts().inverse_masses) fixed += !(w > 0);
-    Record figures{{"particles", int(m_body.particle_count())},
-                   {"tetrahedra", int(m_cells.size())},
+    for (const double w : body().parts().inverse_masses) fixed += !(w > 0);
+    Record figures{{"particles", int(body().particle_count())},
+                   {"tetrahedra", int(m_shape->cells.size())},
                    {"fixed_particles", fixed},
                    {"edge_mm", m_edge_mm},
                    {"time_step_ms", traits().sweep_ms}};
-    if (!m_bodies.empty()) figures.emplace_back("bodies", m_bodies);
+    if (!m_plan.bodies.empty()) figures.emplace_back("bodies", m_plan.bodies);
     return figures;
 }
 
 Record BodyTissue::report() const {
-    Record record{{"summary", std::to_string(m_body.particle_count()) + " particles, " +
-                                  std::to_string(m_cells.size()) + " tetrahedra"},
+    Record record{{"summary", std::to_string(body().particle_count()) + " particles, " +
+                                  std::to_string(m_shape->cells.size()) + " tetrahedra"},
                   {"solver", "position-based"},
                   {"body.carried_voxels", SettingValue(m_carried->voxel_count())}};
     for (NamedValue& figure : figures())
@@ -482,35 +501,58 @@ Record BodyTissue::report() const {
     return record;
 }
 
+/// The first six numbers are those of node 0.
 void BodyTissue::state(std::vector<double>& numbers) const {
-    numbers.resize(6 * m_positions.size());
+    const std::vector<double>& cuts = m_shape->cuts;
+    const std::size_t whole = m_whole->rest.size();
+    const std::size_t beside = cuts.empty() ? 0 : 1 + cuts.size();
+    numbers.resize(6 * m_positions.size() + beside);
     for (std::size_t n = 0; n < m_positions.size(); ++n) {
-        const Vec3d x = m_body.position(std::int32_t(n)), v = m_body.velocity(std::int32_t(n));
+        const Vec3d x = body().position(std::int32_t(n)), v = body().velocity(std::int32_t(n));
+        const std::size_t at = 6 * n + (n < whole ? 0 : beside);
         for (int a = 0; a < 3; ++a) {
-            numbers[6 * n + std::size_t(a)] = x[a];
-            numbers[6 * n + 3 + std::size_t(a)] = v[a];
+            numbers[at + std::size_t(a)] = x[a];
+            numbers[at + 3 + std::size_t(a)] = v[a];
         }
     }
+    if (cuts.empty()) return;
+    numbers[6 * whole] = double(cuts.size());
+    std::copy(cuts.begin(), cuts.end(), numbers.begin() + std::ptrdiff_t(6 * whole + 1));
 }
 
 Status BodyTissue::set_state(std::span<const double> numbers) noexcept {
     return attempt([&]() -> Status {
-        if (numbers.size() != 6 * m_positions.size())
+        const std::size_t whole = 6 * m_whole->rest.size();
+        std::span<const double> cuts;
+        std::size_t beside = 0;
+        if (numbers.size() > whole) {
+            const double count = numbers[whole];
+            if (!(count >= 1 && count <= double(numbers.size() - whole - 1)) ||
+                count != std::floor(count))
+                return invalid("expected position and velocity of as many particles");
+            cuts = numbers.subspan(whole + 1, std::size_t(count));
+            beside = 1 + cuts.size();
+        }
+        const auto shape = shape_with(cuts);
+        if (!shape.ok()) return shape.error();
+        const std::vector<Vec3d>& rest = (*shape)->rest;
+        if (numbers.size() != 6 * rest.size() + beside)
             return invalid("expected position and velocity of as many particles");
         std::vector<Vec3d> positions, velocities;
         bool is_home = true;
-        for (std::size_t n = 0; n < numbers.size(); n += 6) {
-            positions.push_back({numbers[n], numbers[n + 1], numbers[n + 2]});
-            velocities.push_back({numbers[n + 3], numbers[n + 4], numbers[n + 5]});
-            if (!(norm(positions.back() - m_rest[n / 6]) <= kMaxMotion_mm) ||
+        for (std::size_t n = 0; n < rest.size(); ++n) {
+            const double* at = numbers.data() + 6 * n + (6 * n < whole ? 0 : beside);
+            positions.push_back({at[0], at[1], at[2]});
+            velocities.push_back({at[3], at[4], at[5]});
+            if (!(norm(positions.back() - rest[n]) <= kMaxMotion_mm) ||
                 !(norm(velocities.back()) <= 1e9))
                 return invalid("expected particles within 500 mm of their rest positions");
-            is_home &= positions.back() == m_rest[n / 6] && velocities.back() == Vec3d{0, 0, 0};
+            is_home &= positions.back() == rest[n] && velocities.back() == Vec3d{0, 0, 0};
         }
-        m_tools.clear();
-        m_spheres.clear();
-        set_masses();
-        put(positions, velocities);
+        Tools tools;
+        Spheres spheres;
+        if (const Status s = take_shape(*shape, positions, velocities, tools, spheres); !s.ok())
+            return s;
         m_settled = is_home && is_weightless();
         return Ok{};
     });
@@ -518,16 +560,17 @@ Status BodyTissue::set_state(std::span<const double> numbers) noexcept {
 
 std::uint64_t BodyTissue::hash() const {
     Hash64 hash;
-    for (std::int32_t n = 0; n < m_body.particle_count(); ++n) {
-        const Vec3d numbers[2] = {m_body.position(n), m_body.velocity(n)};
+    for (std::int32_t n = 0; n < body().particle_count(); ++n) {
+        const Vec3d numbers[2] = {body().position(n), body().velocity(n)};
         hash.add(std::span<const Vec3d>(numbers));
     }
+    if (!m_shape->cuts.empty()) hash.add(std::span<const double>(m_shape->cuts));
     return hash.value();
 }
 
 Status BodyTissue::show() const {
     if (m_is_shown) return Ok{};
-    m_body.get_positions(m_shown);
+    body().get_positions(m_shown);
     const Status placed = m_carried->place(m_shown);
     if (!placed.ok() && is_out_of_memory(placed.error())) return placed;
     m_is_shown = true;

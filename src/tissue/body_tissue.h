@@ -7,6 +7,12 @@
 // there is a sphere, or a second piece, contact follows each sub-step.
 //
 // The tetrahedra carry the scan (resample/embedded_scan.h).
+//
+// A cut replaces the body, its contact and the carriers of the voxels (body_cut.h). The last shapes
+// are kept, so that an undo is quick. A state is
+//
+//   6 numbers for each node of the whole body: position and velocity
+//   with cuts: the count of their numbers, and these; 6 numbers for each further node
 
 #pragma once
 
@@ -23,7 +29,7 @@
 #include <string>
 #include <vector>
 
-#include "resample/embedded_scan.h"
+#include "tissue/body_cut.h"
 
 #pragma GCC visibility push(default)  // for other components
 namespace pliant {
@@ -52,6 +58,7 @@ class BodyTissue final : public MeshTissue {
     void release(std::uint32_t tool) noexcept override;
     Result<SlideReport> slide(std::uint32_t tool, const Push& way,
                               const TissueValues& tissue_values) noexcept override;
+    Result<CutReport> cut(const CutSurface& surface) noexcept override;
     Status place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept override;
     bool has_eye(std::uint32_t tool) const noexcept override { return m_eyes.contains(tool); }
     bool is_touched_by(std::uint32_t tool) const noexcept override {
@@ -72,9 +79,10 @@ class BodyTissue final : public MeshTissue {
     std::uint64_t hash() const override;
 
     void positions_mm(std::span<Vec3d> positions_mm) const override {
-        m_body.get_positions(positions_mm);
+        body().get_positions(positions_mm);
     }
-    std::int32_t node_count() const override { return m_body.particle_count(); }
+    std::int32_t node_count() const override { return body().particle_count(); }
+    const CutMesh* cut_mesh() const override { return m_shape->mesh ? &*m_shape->mesh : nullptr; }
 
     const Volume& volume() const override { return m_carried->volume(); }
     const Deformation& deformation() const override;
@@ -85,8 +93,12 @@ class BodyTissue final : public MeshTissue {
     using Tools = std::map<std::uint32_t, std::vector<std::int32_t>>;
     using Spheres = std::map<std::uint32_t, BodyTool>;
 
-    BodyTissue(PbdBody body, BodyContact contact, BodyPlan plan,
-               std::unique_ptr<EmbeddedScan> carried);
+    using ShapePointer = std::shared_ptr<BodyShape>;
+
+    BodyTissue(ShapePointer whole, BodyPlan plan, std::unique_ptr<EmbeddedScan> carried);
+    PbdBody& body() { return m_shape->body; }
+    const PbdBody& body() const { return m_shape->body; }
+    TetMesh whole_mesh() const { return {m_whole->rest, m_whole->cells}; }
     Result<PushReport> push_nodes(std::uint32_t tool, const Push& push);
     Result<SlideReport> slide_sphere(std::uint32_t tool, const Push& way);
     Status step(std::uint32_t tool = 0, Vec3d way_mm = {0, 0, 0});
@@ -98,24 +110,28 @@ class BodyTissue final : public MeshTissue {
     Status stride(std::uint32_t tool, Vec3d shift);
     void keep_state();
     bool folds(std::span<const Vec3d> positions_mm) const;
-    bool is_weightless() const { return m_body.settings().gravity == Vec3d{0, 0, 0}; }
+    bool is_weightless() const { return body().settings().gravity == Vec3d{0, 0, 0}; }
     void put(std::span<const Vec3d> positions, std::span<const Vec3d> velocities) noexcept;
     void come_to_rest() noexcept;
     Status show() const;
+    Result<CutReport> cut_along(const CutSurface& surface);
+    Result<CutMesh> cut_further(const BodyShape& shape, const BodyCut& cut) const;
+    Result<ShapePointer> make_shape(CutMesh mesh, std::vector<double> cuts) const;
+    Result<ShapePointer> shape_with(std::span<const double> cuts) const;
+    Status take_shape(const ShapePointer& shape, std::span<const Vec3d> positions,
+                      std::span<const Vec3d> velocities, Tools& tools, Spheres& spheres);
+    bool carries(std::size_t cell, Vec3d point_mm) const;
 
-    PbdBody m_body;
-    BodyContact m_contact;
-    std::int32_t m_steps;                              ///< steps of the body in a time step
-    bool m_has_pieces;                                 ///< two or more
-    std::unique_ptr<EmbeddedScan> m_carried;           ///< the scan
-    std::vector<std::array<std::int32_t, 4>> m_cells;  ///< tetrahedra of the body
-    std::vector<Vec3d> m_rest;                         ///< [node], in the body's precision
-    std::vector<double> m_rest_volumes;                ///< [tetrahedron] [mm³]
-    double m_edge_mm = 0;                              ///< mean edge of the tetrahedra
-    std::string m_bodies;                              ///< for display
-    Tools m_tools;                                     ///< nodes that each tool holds, sorted
-    Spheres m_spheres, m_eyes;                         ///< they keep the body's surface out
-    std::vector<BodyTool> m_from, m_to;                ///< of a step: all spheres, then all eyes
+    static constexpr std::size_t kKeptShapes = 6;  ///< for undo and redo
+
+    BodyPlan m_plan;                          ///< its mesh is in the shape without cuts
+    ShapePointer m_whole, m_shape;            ///< without cuts, and the present one
+    std::vector<ShapePointer> m_shapes;       ///< with cuts, the last used one at the end
+    std::unique_ptr<EmbeddedScan> m_carried;  ///< the scan
+    double m_edge_mm = 0;                     ///< mean edge of the tetrahedra
+    Tools m_tools;                            ///< nodes that each tool holds, sorted
+    Spheres m_spheres, m_eyes;                ///< they keep the body's surface out
+    std::vector<BodyTool> m_from, m_to;       ///< of a step: all spheres, then all eyes
     bool m_settled = true;
     std::vector<Vec3d> m_positions, m_velocities;  ///< memory of noexcept functions
     std::vector<Vec3d> m_stepped;                  ///< [node], after a stride

@@ -23,7 +23,7 @@ constexpr double kGramsPerMm3 = 1e-6;  ///< of 1 kg/m³
 constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},
     {.model = "springs", .cuts = true, .moves_by_itself = true},
-    {.model = "body", .slides = true, .moves_by_itself = true},
+    {.model = "body", .slides = true, .cuts = true, .moves_by_itself = true},
     {.model = "rigid"},
 };
 

@@ -181,6 +181,99 @@ TEST(EmbeddedScan, ManyMovesEqualOneAndRestIsRest) {
     }
 }
 
+/// The two sides of a plane that cuts through all of a block are moved apart.
+TEST(EmbeddedScan, LinksAcrossABladeAreCutAndVoxelsMoveWithTheirSide) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        Instance instance = make_instance(random);
+        const TaskArena arena(seed % 2 == 0 ? 1 : 3);
+        const Grid& grid = instance.volume.grid;
+        Vec3d middle{0, 0, 0}, normal = normalized(random.vector(1));
+        for (std::size_t n = 0; n < 27; ++n)
+            middle = middle + (1.0 / 27) * instance.mesh.nodes_mm[n];
+        instance.mesh.nodes_mm.resize(27);  // one of the blocks
+        std::erase_if(instance.mesh.cells, [](const auto& cell) { return cell[0] >= 27; });
+        // A blade through the centres of voxels, every third time.
+        if (seed % 3 == 0) {
+            normal = grid.direction.columns[seed % 2];
+            const Vec3d at = voxel_from_world(grid, middle);
+            middle = world_from_voxel(grid, {std::round(at.x), std::round(at.y), std::round(at.z)});
+        }
+        const Vec3d u = normalized(
+                        cross(normal, std::abs(normal.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
+                    v = cross(normal, u);
+        const auto cut = cut_tetrahedra(
+            instance.mesh, instance.mesh.nodes_mm,
+            {{middle - 50.0 * u - 50.0 * v, middle + 50.0 * u - 50.0 * v}, 100.0 * v});
+        ASSERT_TRUE(cut.ok()) << cut.error().message;
+        ASSERT_EQ(cut->pieces, 2);
+        const auto piece = pieces(cut->mesh);
+        auto scan =
+            EmbeddedScan::create(instance.volume, instance.mesh, {.reach_mm = 2}, arena).value();
+        // Each piece moves by its own vector.
+        const Vec3d by[2] = {random.vector(2), random.vector(2)};
+        std::vector<Vec3d> moved = cut->mesh.nodes_mm;
+        for (std::size_t n = 0; n < moved.size(); ++n)
+            moved[n] = moved[n] + by[std::size_t(piece[n])];
+        const auto cuts = scan->find_cuts(*cut);
+        ASSERT_TRUE(scan->place(cuts, moved).ok());
+        const Deformation& field = scan->deformation();
+        const auto is_inside = [&](Vec3i p) {
+            const Vec3d x = world_from_voxel(grid, {double(p.x), double(p.y), double(p.z)});
+            for (std::size_t c = 0; c < instance.mesh.cells.size(); ++c) {
+                const auto w = weights_of(x, instance.mesh, c);
+                if (*std::min_element(w.begin(), w.end()) >= -1e-9) return true;
+            }
+            return false;
+        };
+        const auto level = [&](Vec3i p) {
+            return dot(normal,
+                       world_from_voxel(grid, {double(p.x), double(p.y), double(p.z)}) - middle);
+        };
+        int side_of_first = -1;
+        std::int64_t cut_links = 0, across = 0;
+        const Vec3i size = grid.size;
+        for (int k = 0; k < size.z; ++k)
+            for (int j = 0; j < size.y; ++j)
+                for (int i = 0; i < size.x; ++i) {
+                    const Vec3i p{i, j, k};
+                    for (int a = 0; a < 3; ++a) cut_links += !field.is_linked(p, a);
+                    if (!is_inside(p)) continue;
+                    const Vec3d shift = field.displacement_mm(p);
+                    const int side = norm(shift - by[0]) < norm(shift - by[1]) ? 0 : 1;
+                    EXPECT_LT(norm(shift - by[side]), 2e-6) << "moves with one of the pieces";
+                    if (std::abs(level(p)) > 1e-6) {
+                        if (side_of_first < 0) side_of_first = level(p) > 0 ? side : 1 - side;
+                        EXPECT_EQ(side, level(p) > 0 ? side_of_first : 1 - side_of_first);
+                    }
+                    for (int a = 0; a < 3; ++a) {
+                        Vec3i q = p;
+                        ++q[a];
+                        if (!is_inside(q)) continue;
+                        const Vec3d other = field.displacement_mm(q);
+                        const bool apart = norm(other - shift) > 1e-5;
+                        across += apart;
+                        EXPECT_EQ(field.is_linked(p, a), !apart) << i << ' ' << j << ' ' << k;
+                    }
+                }
+        EXPECT_GT(across, 10);
+        EXPECT_GE(scan->cut_links(), across);
+        EXPECT_EQ(scan->cut_links(), cut_links);
+
+        // Without the cuts again, all is as it was.
+        ASSERT_TRUE(scan->place(nullptr, instance.mesh.nodes_mm).ok());
+        EXPECT_EQ(field.hash(), Deformation::create(grid).value().hash());
+        EXPECT_EQ(scan->cut_links(), 0);
+        EXPECT_EQ(scan->place(moved).error().code, ErrorCode::InvalidArgument);
+        ASSERT_TRUE(scan->place(cuts, moved).ok());
+        const auto hash = field.hash();
+        ASSERT_TRUE(scan->place(cut->mesh.nodes_mm).ok());
+        ASSERT_TRUE(scan->place(moved).ok());
+        EXPECT_EQ(field.hash(), hash);
+    }
+}
+
 TEST(EmbeddedScan, ATranslationIsExact) {
     const TaskArena arena(1);
     Random random(7);

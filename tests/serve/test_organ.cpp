@@ -182,6 +182,40 @@ TEST_F(OrganScene, APageLearnsItsBodiesTheToolsThatItTakesAndTheirSize) {
     EXPECT_EQ(client.state["tissue"]["model"], "own");
 }
 
+TEST_F(OrganScene, IsCutRecordedAndReplayed) {
+    const auto session = m_folder / "cut.pls";
+    {
+        auto server =
+            Server::start({.file = (m_folder / "organ.stl").string(), .session = session}, m_arena);
+        ASSERT_TRUE(server.ok()) << server.error().message;
+        TestClient client(server->port(), server->link());
+        client.enter();
+        EXPECT_EQ(client.command({{"do", "relax"}, {"on", false}})["t"], "done");
+        const Json rest = client.checked_checksum();
+        const Json cut = client.command(
+            {{"do", "cut"}, {"line", {{2, -35, -30}, {2, 5, -30}}}, {"depth", {0, 0, 60}}});
+        EXPECT_EQ(cut["t"], "done") << cut;
+        EXPECT_GT(cut["cut_links"], 100);
+        EXPECT_EQ(client.checked_checksum()["volume"], rest["volume"]) << "a closed cut";
+        const Json pulled = client.command({{"do", "push"},
+                                            {"point", {20, -20, 0}},
+                                            {"push", {6, 0, 0}},
+                                            {"radius", 10},
+                                            {"stroke", 1}});
+        EXPECT_EQ(pulled["t"], "done") << pulled;
+        const Json open = client.checked_checksum();
+        EXPECT_NE(open["volume"], rest["volume"]);
+        for (int n = 0; n < 2; ++n) EXPECT_EQ(client.command({{"do", "undo"}})["t"], "done");
+        EXPECT_EQ(client.checked_checksum()["tissue"], rest["tissue"]);
+        for (int n = 0; n < 2; ++n) EXPECT_EQ(client.command({{"do", "redo"}})["t"], "done");
+        EXPECT_EQ(client.checked_checksum()["volume"], open["volume"]);
+    }
+    for (const int threads : {1, 2}) {
+        const auto replayed = replay_session(session, TaskArena(threads));
+        ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+    }
+}
+
 TEST_F(OrganScene, ANetworkMovesItAndTheForceFollowsItsStiffness) {
     std::vector<double> forces;
     for (const char* name : {"soft.json", "stiff.json"}) {
@@ -192,6 +226,8 @@ TEST_F(OrganScene, ANetworkMovesItAndTheForceFollowsItsStiffness) {
         ASSERT_TRUE(scene.ok()) << scene.error().message;
         Scene& organ = **scene;
         EXPECT_EQ(organ.tissue().traits().model, "network");
+        const Outcome cut = organ.carry_out(1, CutCommand{{{{0, -35, 0}, {0, 5, 0}}, {0, 0, 9}}});
+        EXPECT_EQ(cut.error_code, "other_tissue");
         const std::uint64_t rest = hash_volume(organ.deformed());
         const PushCommand push{.push = {{0, -30, 0}, {0, 8, 0}, 8}, .stroke = 1};
         const Outcome outcome = organ.carry_out(1, push);

@@ -458,6 +458,27 @@ test('the surface of an organ is opened as a body that can be pushed', async (t)
     const pushed = (await compare(page))!;
     assert.ok(pushed.same && pushed.tissue !== sum.tissue, 'the body moves');
     await picture(page, 'organ');
+    // A cut across the plate, and a pull beside it.
+    const links = await page.evaluate(async () => {
+        const { connection } = (window as unknown as { pliant: Session }).pliant;
+        const line = [
+            [10, -9, -40],
+            [10, -9, 40],
+        ];
+        const cut = await connection.ask({ do: 'cut', line, depth: [0, 11, 0] } as never);
+        await connection.ask({
+            do: 'push',
+            point: [18, -5, 0],
+            push: [5, 0, 0],
+            radius: 6,
+            stroke: 2,
+        } as never);
+        return cut?.t === 'done' ? (cut.cut_links ?? 0) : 0;
+    });
+    assert.ok(links > 500, `${links} links are cut`);
+    const opened = (await compare(page))!;
+    assert.ok(opened.same && opened.tissue !== pushed.tissue, 'the cut opens');
+    await picture(page, 'organ_cut');
 });
 
 test('the user chooses one of several images in a file', async (t) => {
