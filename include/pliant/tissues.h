@@ -51,7 +51,7 @@ class MeshTissue : public NodeTissue {
     virtual std::int32_t node_count() const = 0;
     /// The mesh with its cuts: its nodes are those of positions_mm(), the first ones those of the
     /// mesh without cuts. Null if there are none; valid until the next change.
-    virtual const CutMesh* cut_mesh() const = 0;
+    virtual const CutMesh* cut_mesh() const { return nullptr; }
 };
 
 /// Copies the elastic tissues of ChainMail's settings: the moduli of labels, and `elastic` instead
