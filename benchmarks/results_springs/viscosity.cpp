@@ -12,18 +12,11 @@
 #include <vector>
 
 #include "chart.h"
+#include "crimp.h"
 #include "figures.h"
 
 namespace pliant::results {
 namespace {
-
-constexpr std::int32_t kLayer = 25, kLayers = 9;  // 5 × 5 × 9 nodes, as in Figure 11
-
-std::vector<std::int32_t> top_nodes() {
-    std::vector<std::int32_t> nodes;
-    for (std::int32_t n = 0; n < kLayer; ++n) nodes.push_back(n + kLayer * (kLayers - 1));
-    return nodes;
-}
 
 struct Model {
     const char* name;
@@ -77,38 +70,6 @@ std::vector<Point2> relaxation_of(const Model& model, const SpringTissue& shape,
         value_of(bar.step(int(1 / kStep), arena));
     }
     return points;
-}
-
-/// A bar whose links along z are stiff fibres; every second layer is shifted, so that they are
-/// wavy.
-SpringTissue crimped_bar(double shift) {
-    auto parts = value_of(springs_of_lattice({.size = {5, 5, kLayers}, .node_damping = 2}));
-    for (std::size_t n = 0; n < parts.nodes.size(); ++n) {
-        SpringNode& node = parts.nodes[n];
-        node.fixed = n < std::size_t(kLayer);
-        if (n / std::size_t(kLayer) % 2 == 1) node.rest.x += shift;
-    }
-    for (SpringLink& link : parts.links) {
-        link.stiffness = link.b - link.a == kLayer ? 2 : 0.05;
-        link.rest_length = -1;
-    }
-    return value_of(SpringTissue::create(value_of(SpringNetwork::create(std::move(parts))),
-                                         {.depth = 20, .time_step = 0.1}));
-}
-
-double strain_of(const SpringTissue& bar) {
-    double sum = 0;
-    for (const std::int32_t n : top_nodes()) sum += bar.displacement(n).z;
-    return sum / (kLayer * (kLayers - 1));
-}
-
-void draw(SpringTissue& bar, double force) {
-    const auto top = top_nodes();
-    must(bar.load(top, std::vector<Vec3d>(top.size(), {0, 0, force / kLayer})));
-}
-
-double slope_at(const std::vector<Point2>& points, std::size_t n) {
-    return (points[n + 1].y - points[n].y) / (points[n + 1].x - points[n].x);
 }
 
 }  // namespace
@@ -172,24 +133,21 @@ void add_crimp(Page& page, const TaskArena& arena) {
     std::vector<std::vector<std::string>> rows;
     const std::array<double, 3> shifts{0, 0.75, 1.5};
     for (std::size_t n = 0; n < shifts.size(); ++n) {
-        SpringTissue bar = crimped_bar(shifts[n]);
-        std::vector<Point2> points{{0, 0}};
-        for (double force = 0.1; force <= kMost; force += force < 4 ? 0.1 : 0.5) {
-            draw(bar, force);
-            must(bar.find_equilibrium());
-            points.push_back({strain_of(bar), force});
-        }
-        const double first = slope_at(points, 0), last = slope_at(points, points.size() - 2);
+        SpringTissue bar = value_of(crimped_bar(shifts[n]));
+        const auto curve = value_of(load_curve(bar, kMost));
+        std::vector<Point2> points;
+        for (const LoadPoint& point : curve) points.push_back({point.strain, point.force});
+        const double first = slope_at(curve, 0), last = slope_at(curve, curve.size() - 2);
         if (n == 2 && !(last > 3 * first))
             must(Error{ErrorCode::Unsupported, "expected a curve that bends upwards"});
         chart.curve(points, {colours[n], 2, 1}, "shift " + text_of(shifts[n], 2));
         rows.push_back({text_of(shifts[n], 2), text_of(std::sqrt(1 + shifts[n] * shifts[n]) - 1, 2),
                         text_of(first, 1), text_of(last, 1), text_of(last / first, 1)});
     }
-    SpringTissue bar = crimped_bar(shifts[2]);
+    SpringTissue bar = value_of(crimped_bar(shifts[2]));
     std::vector<Point2> points{{0, 0}};
     for (int s = 1; points.back().y < kMost; ++s) {
-        draw(bar, 0.001 * s);
+        must(draw(bar, 0.001 * s));
         value_of(bar.step(1, arena));
         if (s % 250 == 0) points.push_back({strain_of(bar), 0.001 * s});
     }

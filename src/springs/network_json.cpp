@@ -25,6 +25,8 @@ constexpr int kVersion = 1;
 constexpr std::size_t kMaxNodes = 1'000'000, kMaxLinks = 10'000'000, kMaxGroups = 1000;
 constexpr std::size_t kMaxNameBytes = 200;
 constexpr double kMaxCoordinate_mm = 1e5, kMaxNumber = 1e30;
+// Columns of links; a file without branches has neither.
+constexpr const char *kBranchStiffness = "branch_stiffness_mn_m", *kBranchTime = "branch_time_s";
 
 std::string found_text(const Json& json) {
     // Only scalars: the text of a long array would be long.
@@ -40,6 +42,7 @@ class Table {
         : m_table(member(file, name)), m_name(name), m_max_rows(max_rows) {}
 
     const std::string& fault() const { return m_fault; }
+    bool has(const char* key) const { return m_table.is_object() && m_table.contains(key); }
 
     void fail(const std::string& key, const std::string& expected, const std::string& found) {
         if (m_fault.empty())
@@ -225,13 +228,21 @@ std::string read_links(Table table, NetworkFile& network) {
     const auto damping = table.numbers("damping_g_s", ends.size(), 0, kMaxNumber);
     const auto lengths = table.numbers("rest_length_mm", ends.size(), 0, kMaxNumber);
     network.link_groups = table.indices("group", ends.size(), -1, network.groups.size());
+    const bool has_branches = table.has(kBranchStiffness) || table.has(kBranchTime);
+    std::vector<double> branches(ends.size(), 0.0), times = branches;
+    if (has_branches) {
+        branches = table.numbers(kBranchStiffness, ends.size(), 0, kMaxNumber);
+        times = table.numbers(kBranchTime, ends.size(), 0, kMaxNumber);
+    }
     if (!table.fault().empty()) return table.fault();
     for (std::size_t l = 0; l < ends.size(); ++l)
         network.parts.links.push_back({.a = ends[l][0],
                                        .b = ends[l][1],
                                        .stiffness = stiffness[l],
                                        .damping = damping[l],
-                                       .rest_length = lengths[l]});
+                                       .rest_length = lengths[l],
+                                       .branch_stiffness = branches[l],
+                                       .branch_time = times[l]});
     return {};
 }
 
@@ -297,18 +308,27 @@ Json columns_of_nodes(const NetworkFile& network) {
 
 Json columns_of_links(const NetworkFile& network) {
     Json ends = Json::array(), stiffness = Json::array(), damping = Json::array(),
-         lengths = Json::array();
+         lengths = Json::array(), branches = Json::array(), times = Json::array();
+    bool has_branches = false;
     for (const SpringLink& link : network.parts.links) {
         ends.push_back({link.a, link.b});
         stiffness.push_back(link.stiffness);
         damping.push_back(link.damping);
         lengths.push_back(link.rest_length);
+        branches.push_back(link.branch_stiffness);
+        times.push_back(link.branch_stiffness > 0 ? link.branch_time : 0);
+        has_branches |= link.branch_stiffness != 0;
     }
-    return {{"nodes", std::move(ends)},
-            {"stiffness_mn_m", std::move(stiffness)},
-            {"damping_g_s", std::move(damping)},
-            {"rest_length_mm", std::move(lengths)},
-            {"group", network.link_groups}};
+    Json columns = {{"nodes", std::move(ends)},
+                    {"stiffness_mn_m", std::move(stiffness)},
+                    {"damping_g_s", std::move(damping)},
+                    {"rest_length_mm", std::move(lengths)},
+                    {"group", network.link_groups}};
+    if (has_branches) {
+        columns[kBranchStiffness] = std::move(branches);
+        columns[kBranchTime] = std::move(times);
+    }
+    return columns;
 }
 
 Json columns_of_cells(const NetworkFile& network) {
@@ -372,10 +392,6 @@ Status complete(NetworkFile& network) {
     if (parts.nodes.size() > kMaxNodes)
         return expected_error("nodes", "up to " + std::to_string(kMaxNodes),
                               std::to_string(parts.nodes.size()));
-    for (std::size_t l = 0; l < parts.links.size(); ++l)
-        if (parts.links[l].branch_stiffness != 0)
-            return expected_error("links", "Voigt links",
-                                  "a Maxwell branch at link " + std::to_string(l));
     for (const Status& s : {list("link_groups", network.link_groups, parts.links.size()),
                             list("cell_groups", network.cell_groups, parts.cells.size()),
                             list("node_groups", network.node_groups, parts.nodes.size())})

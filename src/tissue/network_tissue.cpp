@@ -90,6 +90,8 @@ Result<std::unique_ptr<MeshTissue>> NetworkTissue::create(const Volume& scan, Sp
     if (const Status s = pliant::check(settings, network_rows()); !s.ok()) return s.error();
     auto network = SpringNetwork::create(std::move(parts));
     if (!network.ok()) return network.error();
+    if (network->has_branches())
+        return expected_error("network", "links without Maxwell branches", "one");
     TetMesh mesh{{}, tetrahedra_of(network->cells())};
     for (const SpringNode& node : network->nodes()) mesh.nodes_mm.push_back(node.rest);
     if (mesh.cells.empty()) return expected_error("network", "cells", "links alone");

@@ -13,9 +13,11 @@
 #include <pliant/volume.h>
 
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "haptics/live_feel.h"
@@ -167,6 +169,48 @@ TEST_F(LiveFeelTest, SpringsAreFeltAsTheyPushBack) {
     step(-1);
     EXPECT_FALSE(m_tissue->is_touched());
     EXPECT_EQ(norm(step(-1).force_n), 0);
+}
+
+// Palpation [Choi2004, 5]. The force follows the label's modulus, less so if only the tissue near
+// the wall's point has it.
+TEST_F(LiveFeelTest, AStiffLabelIsFeltStifferThanASoftOne) {
+    const auto& values = std::get<VoxelArray<std::int16_t>>(m_scan.voxels);
+    const Vec3i size = m_scan.grid.size;
+    const auto force_n = [&](double radius_mm, double young_kpa) {
+        auto labels = std::make_shared<Volume>(m_scan);
+        VoxelArray<std::int16_t> numbers(values.size());
+        for (int k = 0; k < size.z; ++k)
+            for (int j = 0; j < size.y; ++j)
+                for (int i = 0; i < size.x; ++i) {
+                    const auto n = voxel_index(m_scan.grid, {i, j, k});
+                    if (values[n] < kSettings.iso_hu) continue;  // air has no label
+                    const Vec3d p =
+                        world_from_voxel(m_scan.grid, {double(i), double(j), double(k)});
+                    numbers[n] = norm(p - m_wall.point_mm) < radius_mm ? 1 : 2;
+                }
+        labels->voxels = std::move(numbers);
+        take(std::make_unique<SpringScanTissue>(
+            SpringDeformation::create(
+                m_scan,
+                {.cell_mm = 8,
+                 .label_materials = {{.values = {1}, .elastic = ElasticPair{young_kpa, 0.25}},
+                                     {.values = {2}, .elastic = ElasticPair{5, 0.25}}},
+                 .labels = labels},
+                m_arena)
+                .value()));
+        for (double depth = -1; depth < 3; depth += 0.5) step(depth);
+        for (int n = 0; n < 200; ++n) (void)m_tissue->sweep();
+        const HapticModel felt = m_feel->model(*m_tissue, m_pushed);
+        m_tissue->release(kTool);
+        m_pushed = at(-2);
+        return dot(felt.force_n, m_wall.normal);
+    };
+    const double soft = force_n(1e9, 5), stiff = force_n(1e9, 15), near = force_n(25, 15);
+    std::printf("5 kPa: %.4f N; 15 kPa: %.4f N, within 25 mm %.4f N\n", soft, stiff, near);
+    EXPECT_GT(soft, 1e-3);
+    EXPECT_NEAR(stiff / soft, 3, 0.15);
+    EXPECT_GT(near / soft, 1.7);
+    EXPECT_LT(near, stiff);
 }
 
 TEST_F(LiveFeelTest, ANetworkIsFeltInNewtonsAsStiffAsItIs) {

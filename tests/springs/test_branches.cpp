@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "springs/random_networks.h"
 #include "support/count_allocations.h"
@@ -57,6 +58,65 @@ TEST(Branches, TheForceOfAHeldLinkRelaxes) {
             ASSERT_TRUE(tissue->step(400, one_thread()).ok());
         }
     }
+}
+
+/// A strain history: stretches that are added at measurements.
+using Stretches = std::array<double, 8>;
+
+// F(t) = Σ Δx_i G(t − t_i) with the kernel G(t) = k + k' e^(−t/τ) [Choi2004, Eq. 4].
+TEST(Branches, AStretchInTwoStepsIsTheSumOfBothRelaxations) {
+    const double k = 10, branch = 15, tau = 0.5, h = 5e-4;
+    constexpr int kSteps = 200;
+    const auto forces_of = [&](const Stretches& stretches) {
+        auto tissue = SpringTissue::create(one_link(k, branch, tau, 1, 0),
+                                           {.solver = SpringSolver::Explicit, .time_step = h})
+                          .value();
+        const std::array node{1};
+        EXPECT_TRUE(tissue.hold(node).ok());
+        EXPECT_TRUE(tissue.step(10, one_thread()).ok());
+        Stretches forces{};
+        for (std::size_t n = 0; n < forces.size(); ++n) {
+            EXPECT_TRUE(tissue.shift_held({stretches[n], 0, 0}).ok());
+            forces[n] = -tissue.reaction(node, ReactionLaw::Held)->force.x;
+            EXPECT_TRUE(tissue.step(kSteps, one_thread()).ok());
+        }
+        return forces;
+    };
+    const Stretches first = forces_of({0.1}), second = forces_of({0, 0, 0, -0.04}),
+                    both = forces_of({0.1, 0, 0, -0.04});
+    for (std::size_t n = 0; n < both.size(); ++n) {
+        EXPECT_NEAR(both[n], first[n] + second[n], 1e-9) << n;
+        double expected = 0.1 * (k + branch * std::exp(-double(n) * kSteps * h / tau));
+        if (n >= 3) expected -= 0.04 * (k + branch * std::exp(-double(n - 3) * kSteps * h / tau));
+        EXPECT_NEAR(both[n], expected, 0.002 * first[0]) << n;
+    }
+    EXPECT_LT(both[7], 0.5 * both[0]);
+}
+
+// Small displacements of a network, with the inertia of its nodes.
+TEST(Branches, ANetworkSuperposesSmallStretches) {
+    constexpr double kStretch = 1e-4;
+    const auto forces_of = [](const Stretches& stretches) {
+        auto tissue =
+            SpringTissue::create(SpringNetwork::create(branched_lattice({4, 4, 4})).value(), {})
+                .value();
+        std::vector<std::int32_t> top;
+        for (std::int32_t n = 48; n < 64; ++n) top.push_back(n);
+        EXPECT_TRUE(tissue.hold(top).ok());
+        Stretches forces{};
+        for (std::size_t n = 0; n < forces.size(); ++n) {
+            EXPECT_TRUE(tissue.shift_held({0, 0, kStretch * stretches[n]}).ok());
+            EXPECT_TRUE(tissue.step(10, one_thread()).ok());
+            forces[n] = -tissue.reaction(top, ReactionLaw::Held)->force.z;
+        }
+        return forces;
+    };
+    const Stretches first = forces_of({1}), second = forces_of({0, 0, 0, 0.7}),
+                    both = forces_of({1, 0, 0, 0.7});
+    for (std::size_t n = 0; n < both.size(); ++n)
+        EXPECT_NEAR(both[n], first[n] + second[n], 2e-3 * first[0]) << n;
+    EXPECT_LT(first[7], 0.95 * first[0]);
+    EXPECT_GT(second[7], 0.1 * first[0]);
 }
 
 TEST(Branches, AKelvinLinkCreepsFromItsFirstStretchToItsLast) {

@@ -28,8 +28,12 @@ NetworkFile random_network(std::uint64_t seed) {
         network.parts.nodes[n].fixed = n % 5 == 0;
         network.node_groups.push_back(n % 2 == 0 ? 1 : -1);
     }
-    for (std::size_t l = 0; l < network.parts.links.size(); ++l)
+    for (std::size_t l = 0; l < network.parts.links.size(); ++l) {
         network.link_groups.push_back(random.whole(-1, 1));
+        if (seed % 2 == 0 || l % 3 == 0) continue;
+        network.parts.links[l].branch_stiffness = random.ratio(0.1, 10);
+        network.parts.links[l].branch_time = random.ratio(0.01, 100);
+    }
     return network;
 }
 
@@ -94,12 +98,20 @@ TEST_F(NetworkFiles, EveryNumberReturns) {
             EXPECT_EQ(back->parts.links[l].stiffness, network.parts.links[l].stiffness);
             EXPECT_EQ(back->parts.links[l].damping, network.parts.links[l].damping);
             EXPECT_EQ(back->parts.links[l].rest_length, made->links()[l].rest_length);
+            EXPECT_EQ(back->parts.links[l].branch_stiffness,
+                      network.parts.links[l].branch_stiffness);
+            EXPECT_EQ(back->parts.links[l].branch_time, network.parts.links[l].branch_time);
         }
         for (std::size_t c = 0; c < network.parts.cells.size(); ++c) {
             EXPECT_EQ(back->parts.cells[c].nodes, network.parts.cells[c].nodes);
             EXPECT_EQ(back->parts.cells[c].bulk, network.parts.cells[c].bulk);
         }
     }
+}
+
+TEST_F(NetworkFiles, OnlyANetworkWithBranchesHasTheirColumns) {
+    EXPECT_NE(text_of(random_network(1)).find("branch_"), std::string::npos);
+    EXPECT_EQ(text_of(random_network(2)).find("branch_"), std::string::npos);
 }
 
 TEST_F(NetworkFiles, FaultsAreToldInALine) {
@@ -143,6 +155,14 @@ TEST_F(NetworkFiles, FaultsAreToldInALine) {
               "network: link 2: expected two different nodes below 4, found 3 and 3");
     EXPECT_EQ(with("\"rest_length_mm\": [1,1,1]", "\"rest_length_mm\": [1,\"a\",1]"),
               "links.rest_length_mm: expected numbers of 0 or more, found \"a\"");
+    const std::string branch = "\"branch_stiffness_mn_m\": [0,2,0], ";
+    EXPECT_EQ(
+        with("\"rest_length_mm\"", branch + "\"branch_time_s\": [0,0.5,0], \"rest_length_mm\""),
+        "accepted");
+    EXPECT_EQ(with("\"rest_length_mm\"", branch + "\"rest_length_mm\""),
+              "links.branch_time_s: expected an array, found none");
+    EXPECT_EQ(with("\"rest_length_mm\"", branch + "\"branch_time_s\": [0,0,0], \"rest_length_mm\""),
+              "network: link 1: expected a branch time above 0, found 0.000000");
     EXPECT_EQ(with("\"group\": [0,0,-1]", "\"group\": [0,1,-1]"),
               "links.group: expected whole numbers from -1 below 1, found 1");
     EXPECT_EQ(with("[0,1,2,3]", "[0,2,1,3]"),
@@ -189,9 +209,8 @@ TEST_F(NetworkFiles, WritingRefusesWhatReadingWould) {
     EXPECT_FALSE(write_network(m_folder / "a.json", network).ok());
     network = random_network(2);
     network.parts.links[5].branch_stiffness = 1;
-    network.parts.links[5].branch_time = 0.1;
     EXPECT_EQ(write_network(m_folder / "a.json", network).error().message,
-              "links: expected Voigt links, found a Maxwell branch at link 5");
+              "network: link 5: expected a branch time above 0, found 0.000000");
     EXPECT_FALSE(std::filesystem::exists(m_folder / "a.json"));
     EXPECT_EQ(write_network(m_folder / "none/a.json", random_network(2)).error().code,
               ErrorCode::Unwritable);

@@ -372,6 +372,10 @@ TEST_F(Networks, RefuseBadInputInALineAndKeepTheirState) {
     for (SpringNode& node : away.nodes) node.rest.x += 100;
     EXPECT_EQ(message(away, m_settings),
               "mesh: expected a body inside of the scan, found one beside it");
+    SpringParts branched = m_parts;
+    branched.links[2].branch_stiffness = branched.links[2].branch_time = 1;
+    EXPECT_EQ(message(branched, m_settings),
+              "network: expected links without Maxwell branches, found one");
     SpringParts broken = m_parts;
     broken.links.resize(3);
     EXPECT_NE(message(broken, m_settings), "accepted");
