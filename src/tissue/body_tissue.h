@@ -87,7 +87,8 @@ class BodyTissue final : public MeshTissue {
                std::unique_ptr<EmbeddedScan> carried);
     Result<PushReport> push_nodes(std::uint32_t tool, const Push& push);
     Result<SlideReport> slide_sphere(std::uint32_t tool, const Push& way);
-    Status step(std::uint32_t tool = 0, Vec3d way_mm = {0, 0, 0});
+    Status step(std::int32_t count, std::uint32_t tool = 0, Vec3d way_mm = {0, 0, 0});
+    void find_box(Vec3d& low, Vec3d& high) const;
     bool is_free(const BodyTool& sphere, Vec3d way_mm) const;
     bool contains(Vec3d point_mm) const;
     std::vector<std::int32_t> nodes_at(const Push& push, Vec3d point_mm, bool or_around) const;
@@ -95,9 +96,16 @@ class BodyTissue final : public MeshTissue {
     void set_masses() noexcept;
     Status stride(std::uint32_t tool, Vec3d shift);
     void keep_state();
-    bool folds() const;
+    double folded_mm3() const;
     bool is_weightless() const { return m_body.settings().gravity == Vec3d{0, 0, 0}; }
     void put(std::span<const Vec3d> positions, std::span<const Vec3d> velocities) noexcept;
+    void wake() noexcept {
+        m_settled = false;
+        m_calm.clear();
+        m_untold_sweeps = 0;
+    }
+    bool is_calm();
+    void halt() noexcept;
     void come_to_rest() noexcept;
     Status show() const;
 
@@ -114,6 +122,9 @@ class BodyTissue final : public MeshTissue {
     Spheres m_spheres, m_eyes;                         ///< they keep the body's surface out
     std::vector<BodyTool> m_from, m_to;                ///< of a step: all spheres, then all eyes
     bool m_settled = true;
+    std::vector<Vec3d> m_calm;  ///< positions near which all nodes have stayed; empty: unknown
+    int m_calm_sweeps = 0;      ///< since then
+    int m_untold_sweeps = 0;    ///< since the last command
     std::vector<Vec3d> m_positions, m_velocities;  ///< memory of noexcept functions
     mutable std::vector<Vec3d> m_shown;            ///< [node], of the deformation
     mutable bool m_is_shown = true;
