@@ -302,6 +302,7 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     ASSERT_TRUE(file.ok()) << file.error().message;
     ASSERT_EQ(file->bodies.size(), 2u);
     EXPECT_EQ(file->bodies[1].labels, std::vector<int>{7});
+    EXPECT_GT(file->friction, 0) << "nothing else holds a body of a label";
     file->tetrahedra = 6000;
     const auto made = make_organs(*file, m_arena);
     ASSERT_TRUE(made.ok()) << made.error().message;
