@@ -303,7 +303,9 @@ std::string report_text(const DeformOptions& options, const DeformResult& result
                           static_cast<long long>(time.steps),
                           number_of(figures, (options.network.empty() ? options.model : "network") +
                                                  ".time_step_ms"),
-                          time.settled ? " (at rest)" : "");
+                          time.settled    ? " (at rest)"
+                          : options.steps ? ""
+                                          : " (still moving; --steps N goes on for longer)");
         text += line;
     }
     for (const SlideReport& slide : result.slides)

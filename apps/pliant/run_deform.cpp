@@ -8,6 +8,7 @@
 #include <pliant/tissue.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@ namespace pliant::app {
 namespace {
 
 constexpr std::int64_t kMaxSteps = 100'000;  ///< limit to come to rest
+constexpr double kMaxBody_ms = 5'000;        ///< the same of a body, whose steps are long
 constexpr std::int64_t kElasticSweeps = 40;  ///< docs/results/worth has the errors after them
 
 bool has_one_slice(const Grid& grid) {
@@ -95,6 +97,10 @@ Status take_depth(const DeformOptions& o, Tissue& tissue, DeformResult& result) 
     return Ok{};
 }
 
+std::int64_t max_steps_of(const TissueTraits& traits) {
+    return traits.model == "body" ? std::llround(kMaxBody_ms / traits.sweep_ms) : kMaxSteps;
+}
+
 /// Tissue that moves by itself comes to rest, other tissue is relaxed on request.
 Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& result) {
     const bool moves = tissue.traits().moves_by_itself;
@@ -102,7 +108,7 @@ Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& resul
     if (o.release)
         for (std::size_t n = 0; n < o.actions.size(); ++n) tissue.release(tool_of(n, tissue));
     Budget budget;
-    if (moves) budget.max_steps = o.steps.value_or(kMaxSteps);
+    if (moves) budget.max_steps = o.steps ? *o.steps : max_steps_of(tissue.traits());
     if (o.elastic && !o.relax_ms) budget.max_steps = kElasticSweeps;
     if (o.relax_sweeps) budget.max_steps = *o.relax_sweeps;
     if (o.relax_ms) budget.max_ms = *o.relax_ms;
@@ -111,7 +117,11 @@ Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& resul
     auto report = tissue.advance(budget);
     if (!report.ok()) return named_by_option(report.error());
     advanced.energy_after_mm2 = tissue.energy_mm2();
-    if (!report->message.empty()) result.notes.push_back("motion stopped: " + report->message);
+    if (!report->message.empty())
+        result.notes.push_back("motion stopped: " + report->message);
+    else if (moves && !o.steps && !report->settled)
+        result.notes.push_back("still moving after " + std::to_string(report->steps) +
+                               " steps; --steps N goes on for longer");
     if (moves && !o.actions.empty())
         advanced.force_n = tissue.force_n(tool_of(o.actions.size() - 1, tissue));
     advanced.report = std::move(*report);

@@ -80,7 +80,7 @@ struct OrganFile {
     double fixed_hu = 300;         ///< nodes at a larger value of the scan don't move
     double fixed_near_mm = 0;      ///< nor do nodes within this distance of such a voxel
     double friction = 0;           ///< Coulomb friction coefficient, of tools and organs
-    double damping_per_s = 5;      ///< of velocities
+    double damping_per_s = 20;     ///< of velocities
     double time_step_s = 1.0 / 60;
     std::int32_t sub_steps = 10;
     double reach_mm = 10;  ///< distance from the bodies at which the scan rests

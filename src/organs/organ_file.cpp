@@ -106,6 +106,9 @@ Result<OrganFile> file_of_labels(const std::string& scan, const std::string& lab
     OrganFile file{.file = scan, .scan = scan, .label_volume = label_volume};
     file.surroundings = true;
     file.tetrahedra = 30'000;
+    // Connective tissue holds organs in place. Without any of that, a pushed liver slides along its
+    // surroundings into the lung, by several times the push.
+    file.friction = 0.5;
     if (labels.empty()) {
         const auto values = read_volume(scan);
         if (!values) return values.error();

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "core/errors.h"
@@ -19,17 +20,28 @@ namespace {
 
 /// A stride is at most this fraction of the mean edge, and half of a sphere's radius.
 constexpr double kStrideShare = 0.25;
-/// A push stops if a tetrahedron has less than this fraction of its volume left.
+/// A tetrahedron is folded if it has less than this fraction of its volume left.
 constexpr double kFoldShare = 0.1;
+/// Share of a tool's volume that may be folded. Scanned surfaces have slivers of a thousandth of
+/// that: a small motion turns them over, and their constraints turn them back.
+constexpr double kFoldedShare = 0.01;
+constexpr int kPauses = 8;  ///< time steps in which tissue gives way to a tool that stands still
 constexpr double kMaxMotion_mm = 500;
-constexpr double kSettled_mm_s = 0.05;
-constexpr double kBack_mm = 0.02;  ///< a settled body nearer to rest is moved to it
+// A body is at rest if no node leaves a ball of this radius for that long. Rounding makes nodes
+// under load tremble by less than a micrometre. Single nodes between others that touch may tremble
+// by tenths of a millimetre forever: a body stops so long after the last command at the latest.
+constexpr double kCalm_mm = 0.02, kCalm_s = 0.1, kMaxUntold_s = 10;
+constexpr double kBack_mm = 0.05;  ///< a settled body nearer to rest is moved to it
 constexpr double kNewtonPerMicronewton = 1e-6;
 
 double volume_of(const std::array<std::int32_t, 4>& cell, std::span<const Vec3d> x) {
     const Vec3d a = x[std::size_t(cell[0])];
     const auto edge = [&](std::size_t n) { return x[std::size_t(cell[n])] - a; };
     return dot(edge(1), cross(edge(2), edge(3))) / 6;
+}
+
+double tolerated_mm3(const Push& push) {
+    return kFoldedShare * 4 / 3 * std::numbers::pi * std::pow(push.sphere_radius_mm, 3);
 }
 
 /// A tool's way in strides: all alike, and finer beyond a place where one failed.
@@ -200,7 +212,7 @@ void BodyTissue::set_masses() noexcept {
 void BodyTissue::release(std::uint32_t tool) noexcept {
     if (m_tools.erase(tool) + m_spheres.erase(tool) == 0) return;
     set_masses();
-    m_settled = false;
+    wake();
 }
 
 Status BodyTissue::place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept {
@@ -216,10 +228,10 @@ Status BodyTissue::place_eye(std::uint32_t tool, Vec3d position_mm, double radiu
     });
 }
 
-/// Makes a time step. @param way_mm  of the tool's sphere meanwhile
-Status BodyTissue::step(std::uint32_t tool, Vec3d way_mm) {
+/// Makes steps of the body. @param way_mm  of the tool's sphere meanwhile
+Status BodyTissue::step(std::int32_t count, std::uint32_t tool, Vec3d way_mm) {
     if (!m_shape->has_pieces && m_spheres.empty() && m_eyes.empty())
-        return body().step(m_plan.steps, arena());
+        return body().step(count, arena());
     m_from.clear();
     for (const auto& [number, sphere] : m_spheres) m_from.push_back(sphere);
     for (const auto& [number, sphere] : m_eyes) m_from.push_back(sphere);
@@ -229,22 +241,32 @@ Status BodyTissue::step(std::uint32_t tool, Vec3d way_mm) {
         BodyTool& to = m_to[std::size_t(std::distance(m_spheres.begin(), moved))];
         to.from = to.to = to.to + way_mm;
     }
-    return m_shape->contact.step(m_plan.steps, body(), m_from, m_to, arena());
+    return m_shape->contact.step(count, body(), m_from, m_to, arena());
 }
 
+/// Makes a time step in which a tool's nodes move evenly. A jump in the first sub-step would throw
+/// what is beside them.
 Status BodyTissue::stride(std::uint32_t tool, Vec3d shift) {
-    if (const auto held = m_tools.find(tool); held != m_tools.end())
+    const auto held = m_tools.find(tool);
+    if (held == m_tools.end()) return step(m_plan.steps);
+    const Vec3d part = (1.0 / m_plan.steps) * shift;
+    for (std::int32_t k = 0; k < m_plan.steps; ++k) {
         for (const std::int32_t n : held->second)
-            if (const Status s = body().set_state(n, body().position(n) + shift, {0, 0, 0}); !s)
+            if (const Status s = body().set_state(n, body().position(n) + part, {0, 0, 0}); !s.ok())
                 return s;
-    return step();
+        if (const Status s = step(1); !s.ok()) return s;
+    }
+    return Ok{};
 }
 
-bool BodyTissue::folds(std::span<const Vec3d> x) const {
+/// Volume at rest of the tetrahedra that are folded.
+double BodyTissue::folded_mm3(std::span<const Vec3d> x) const {
     const auto& cells = m_shape->cells;
+    const std::vector<double>& rest = m_shape->rest_volumes;
+    double sum = 0;
     for (std::size_t c = 0; c < cells.size(); ++c)
-        if (volume_of(cells[c], x) < kFoldShare * m_shape->rest_volumes[c]) return true;
-    return false;
+        if (volume_of(cells[c], x) < kFoldShare * rest[c]) sum += rest[c];
+    return sum;
 }
 
 /// Copies positions and velocities, for put().
@@ -254,16 +276,22 @@ void BodyTissue::keep_state() {
         m_velocities[n] = body().velocity(std::int32_t(n));
 }
 
-/// Whether a sphere stays clear of the body's box on its way.
-bool BodyTissue::is_free(const BodyTool& sphere, Vec3d way_mm) const {
-    Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-    for (std::int32_t n = 0; n < body().particle_count(); ++n) {
+/// The body's box.
+void BodyTissue::find_box(Vec3d& low, Vec3d& high) const {
+    low = high = body().position(0);
+    for (std::int32_t n = 1; n < body().particle_count(); ++n) {
         const Vec3d p = body().position(n);
         for (int a = 0; a < 3; ++a) {
             low[a] = std::min(low[a], p[a]);
             high[a] = std::max(high[a], p[a]);
         }
     }
+}
+
+/// Whether a sphere stays clear of the body's box on its way.
+bool BodyTissue::is_free(const BodyTool& sphere, Vec3d way_mm) const {
+    Vec3d low, high;
+    find_box(low, high);
     for (int a = 0; a < 3; ++a) {
         const double begin = sphere.to[a], end = begin + way_mm[a];
         if (std::max(begin, end) + sphere.radius < low[a] ||
@@ -316,12 +344,12 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
         const Vec3d shift = strides.shift();
         if (!is_free(sphere, shift)) {
             keep_state();
-            const bool was_folded = folds(m_positions);
+            const double folded = std::max(folded_mm3(m_positions), tolerated_mm3(way));
             const bool was_inside = contains(m_positions, sphere.to);
-            const Status went = step(tool, shift);
+            const Status went = step(m_plan.steps, tool, shift);
             if (!went.ok() && is_out_of_memory(went.error())) return went.error();
             body().get_positions(m_stepped);
-            const bool fold = !went.ok() || (!was_folded && folds(m_stepped));
+            const bool fold = !went.ok() || folded_mm3(m_stepped) > folded;
             if (fold || (!was_inside && contains(m_stepped, sphere.to + shift))) {
                 put(m_positions, m_velocities);
                 if (strides.refine()) continue;
@@ -329,11 +357,12 @@ Result<SlideReport> BodyTissue::slide_sphere(std::uint32_t tool, const Push& way
                 break;
             }
             report.contacts += m_shape->contact.touches() > 0;
-            m_settled = false;
+            wake();
         }
         strides.go_on();
         sphere.from = sphere.to = way.point_mm + strides.offset();
     }
+    if (report.contacts > 0) halt();
     report.way_fraction = strides.share();
     report.end_mm = sphere.to;
     body().get_positions(m_stepped);
@@ -365,14 +394,16 @@ Result<PushReport> BodyTissue::push(std::uint32_t tool, const Push& push) noexce
 Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) {
     const auto start = std::chrono::steady_clock::now();
     PushReport report;
-    report.message = "a tetrahedron would fold; larger ones go farther";
+    report.message = "tetrahedra would fold; a larger sphere or larger tetrahedra go farther";
     std::vector<Vec3d> first(m_positions.size());
     body().get_positions(first);
     m_spheres.erase(tool);
     take(tool, nodes_at(push, push.point_mm, true));
+    const bool starts_inside = contains(first, push.point_mm);
     double longest = kStrideShare * m_edge_mm;
     if (push.sphere_radius_mm > 0) longest = std::min(longest, push.sphere_radius_mm / 2);
     Strides strides(push.push_mm, longest);
+    int pauses = 0;
     while (!strides.are_done()) {
         if (push.sphere_radius_mm > 0 && strides.have_begun()) {
             // Nodes on the sphere's way join those that it holds.
@@ -386,19 +417,36 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
                 take(tool, std::move(nodes));
         }
         keep_state();
-        const bool was_folded = folds(m_positions);
-        const Status went = stride(tool, strides.shift());
-        if (!went.ok() && is_out_of_memory(went.error())) return went.error();
-        body().get_positions(m_stepped);
-        if (went.ok() && (was_folded || !folds(m_stepped))) {
+        const double folded = std::max(folded_mm3(m_positions), tolerated_mm3(push));
+        const auto goes = [&](Vec3d shift) -> Result<bool> {
+            const Status went = stride(tool, shift);
+            if (!went.ok() && is_out_of_memory(went.error())) return went.error();
+            body().get_positions(m_stepped);
+            if (went.ok() && folded_mm3(m_stepped) <= folded) return true;
+            put(m_positions, m_velocities);
+            return false;
+        };
+        auto went = goes(strides.shift());
+        if (went.ok() && *went) {
             strides.go_on();
             continue;
         }
-        put(m_positions, m_velocities);
-        if (!strides.refine()) break;
+        if (went.ok() && strides.refine()) continue;
+        if (went.ok() && pauses++ < kPauses) went = goes({0, 0, 0});
+        if (!went.ok()) return went.error();
+        if (!*went) break;
     }
-    m_settled = false;
     const auto held = m_tools.find(tool);
+    if (held == m_tools.end() && !starts_inside && norm(push.push_mm) > 0) {
+        Vec3d low, high;
+        find_box(low, high);
+        return about("push", ErrorCode::InvalidArgument,
+                     "expected a point inside of a body, or a sphere that meets nodes that move, "
+                     "found " +
+                         text_of(push.point_mm) + "; bodies lie from " + short_text(low) + " to " +
+                         short_text(high));
+    }
+    wake();
     report.grabbed_elements = held == m_tools.end() ? 0 : std::int64_t(held->second.size());
     for (std::size_t n = 0; n < first.size(); ++n)
         report.moved_elements += body().position(std::int32_t(n)) != first[n];
@@ -410,6 +458,7 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
         report.message.clear();
     else
         report.limited_by = LimitedBy::Fold;
+    if (strides.have_begun() && norm(push.push_mm) > 0) halt();
     report.solve_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return report;
@@ -417,8 +466,10 @@ Result<PushReport> BodyTissue::push_nodes(std::uint32_t tool, const Push& push) 
 
 std::optional<Vec3d> BodyTissue::force_n(std::uint32_t tool) noexcept try {
     if (const auto sphere = m_spheres.find(tool); sphere != m_spheres.end())
-        return kNewtonPerMicronewton *
-               m_shape->contact.force(std::size_t(std::distance(m_spheres.begin(), sphere)));
+        return is_free(sphere->second, {0, 0, 0})  // no step was made there
+                   ? Vec3d{0, 0, 0}
+                   : kNewtonPerMicronewton * m_shape->contact.force(std::size_t(
+                                                 std::distance(m_spheres.begin(), sphere)));
     Vec3d force{0, 0, 0};
     const auto held = m_tools.find(tool);
     if (held == m_tools.end()) return force;
@@ -436,6 +487,14 @@ void BodyTissue::put(std::span<const Vec3d> positions, std::span<const Vec3d> ve
     m_is_shown = false;
 }
 
+/// Stops all nodes. The time that a tool takes for its way is that of its strides, not the hand's,
+/// so that its momentum would throw free organs farther than it moved.
+void BodyTissue::halt() noexcept {
+    body().get_positions(m_positions);
+    std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
+    put(m_positions, m_velocities);
+}
+
 /// Stops all nodes. A free body near its rest positions is moved to them.
 void BodyTissue::come_to_rest() noexcept {
     double farthest = 0;
@@ -447,17 +506,33 @@ void BodyTissue::come_to_rest() noexcept {
     put(is_home ? m_shape->rest : m_positions, m_velocities);
 }
 
+/// Whether no node has moved visibly for a while.
+bool BodyTissue::is_calm() {
+    const double step_s = m_plan.steps * body().settings().time_step;
+    if (++m_untold_sweeps * step_s >= kMaxUntold_s) return true;
+    body().get_positions(m_positions);
+    const bool moves =
+        m_calm.size() != m_positions.size() ||
+        !std::equal(m_calm.begin(), m_calm.end(), m_positions.begin(),
+                    [](Vec3d before, Vec3d now) { return norm(now - before) < kCalm_mm; });
+    if (moves) {
+        m_calm = m_positions;
+        m_calm_sweeps = 0;
+        return false;
+    }
+    ++m_calm_sweeps;
+    return m_calm_sweeps * step_s >= kCalm_s;
+}
+
 Result<Sweep> BodyTissue::sweep() noexcept {
     return attempt([&]() -> Result<Sweep> {
         const auto start = std::chrono::steady_clock::now();
         if (!m_settled) {
-            const Status stepped = step();
+            m_calm.reserve(m_positions.size());
+            const Status stepped = step(m_plan.steps);
             if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
-            double fastest = 0;
-            for (std::int32_t n = 0; n < body().particle_count(); ++n)
-                fastest = std::max(fastest, norm(body().velocity(n)));
             // A body that can't move any more stops: the failed step would recur.
-            m_settled = !stepped.ok() || fastest < kSettled_mm_s;
+            m_settled = !stepped.ok() || is_calm();
             if (m_settled) come_to_rest();
             m_is_shown = false;
         }
@@ -475,6 +550,7 @@ Status BodyTissue::reset() noexcept {
     set_masses();
     std::fill(m_velocities.begin(), m_velocities.end(), Vec3d{0, 0, 0});
     put(m_shape->rest, m_velocities);
+    wake();
     m_settled = is_weightless();
     return Ok{};
 }
@@ -553,6 +629,7 @@ Status BodyTissue::set_state(std::span<const double> numbers) noexcept {
         Spheres spheres;
         if (const Status s = take_shape(*shape, positions, velocities, tools, spheres); !s.ok())
             return s;
+        wake();
         m_settled = is_home && is_weightless();
         return Ok{};
     });

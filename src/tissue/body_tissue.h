@@ -101,7 +101,8 @@ class BodyTissue final : public MeshTissue {
     TetMesh whole_mesh() const { return {m_whole->rest, m_whole->cells}; }
     Result<PushReport> push_nodes(std::uint32_t tool, const Push& push);
     Result<SlideReport> slide_sphere(std::uint32_t tool, const Push& way);
-    Status step(std::uint32_t tool = 0, Vec3d way_mm = {0, 0, 0});
+    Status step(std::int32_t count, std::uint32_t tool = 0, Vec3d way_mm = {0, 0, 0});
+    void find_box(Vec3d& low, Vec3d& high) const;
     bool is_free(const BodyTool& sphere, Vec3d way_mm) const;
     bool contains(std::span<const Vec3d> positions_mm, Vec3d point_mm) const;
     std::vector<std::int32_t> nodes_at(const Push& push, Vec3d point_mm, bool or_around) const;
@@ -109,9 +110,16 @@ class BodyTissue final : public MeshTissue {
     void set_masses() noexcept;
     Status stride(std::uint32_t tool, Vec3d shift);
     void keep_state();
-    bool folds(std::span<const Vec3d> positions_mm) const;
+    double folded_mm3(std::span<const Vec3d> positions_mm) const;
     bool is_weightless() const { return body().settings().gravity == Vec3d{0, 0, 0}; }
     void put(std::span<const Vec3d> positions, std::span<const Vec3d> velocities) noexcept;
+    void wake() noexcept {
+        m_settled = false;
+        m_calm.clear();
+        m_untold_sweeps = 0;
+    }
+    bool is_calm();
+    void halt() noexcept;
     void come_to_rest() noexcept;
     Status show() const;
     Result<CutReport> cut_along(const CutSurface& surface);
@@ -133,6 +141,9 @@ class BodyTissue final : public MeshTissue {
     Spheres m_spheres, m_eyes;                ///< they keep the body's surface out
     std::vector<BodyTool> m_from, m_to;       ///< of a step: all spheres, then all eyes
     bool m_settled = true;
+    std::vector<Vec3d> m_calm;  ///< positions near which all nodes have stayed; empty: unknown
+    int m_calm_sweeps = 0;      ///< since then
+    int m_untold_sweeps = 0;    ///< since the last command
     std::vector<Vec3d> m_positions, m_velocities;  ///< memory of noexcept functions
     std::vector<Vec3d> m_stepped;                  ///< [node], after a stride
     mutable std::vector<Vec3d> m_shown;            ///< [node], of the deformation

@@ -141,7 +141,7 @@ Result<CutReport> BodyTissue::cut_along(const CutSurface& surface) {
     const std::int64_t links = m_carried->cut_links();
     if (const Status s = take_shape(*shape, positions, velocities, tools, spheres); !s.ok())
         return s.error();
-    m_settled = false;
+    wake();
     return CutReport{.cut_links = m_carried->cut_links() - links};
 }
 

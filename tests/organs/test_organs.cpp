@@ -162,6 +162,61 @@ TEST_F(Organs, ABodyPushesTheOtherWithoutOverlap) {
     EXPECT_EQ(state_of(tissue)->moved_elements, 0);
 }
 
+TEST_F(Organs, OrgansThatOverlapAtRestDoNotMoveWithoutATool) {
+    ASSERT_TRUE(write_vtu(m_folder / "over.vtu", block_at({19, 1.5, 0.7})).ok());
+    write("[[body]]\nmesh = \"left.vtu\"\n[[body]]\nmesh = \"over.vtu\"\n");
+    const auto made = make_organs(*read(), m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    auto tissue = make_tissue(*made, made->scan, m_arena).value();
+    const std::vector<Vec3d> rest = positions_of(*tissue);
+    for (int n = 0; n < 5; ++n) {
+        // A tool in air that isn't pushed makes the tissue step.
+        ASSERT_TRUE(tissue->push(kHand, {.point_mm = {80, 0, 0}, .sphere_radius_mm = 1}).ok());
+        const auto swept = tissue->sweep();
+        ASSERT_TRUE(swept.ok());
+        EXPECT_FALSE(swept->settled);
+    }
+    const std::vector<Vec3d> now = positions_of(*tissue);
+    for (std::size_t n = 0; n < rest.size(); ++n)
+        EXPECT_LT(norm(now[n] - rest[n]), 1e-5) << "rounding alone moves node " << n;
+}
+
+TEST_F(Organs, AFreeOrganGoesNoFartherThanTheToolAndRests) {
+    // A bar of 80 mm that nothing else holds, pushed at an end.
+    TetMesh bar = five_tet_block({16, 2, 2}, 5);
+    ASSERT_TRUE(write_vtu(m_folder / "bar.vtu", bar).ok());
+    write("[[body]]\nmesh = \"bar.vtu\"\nyoung_modulus_pa = 5000\n");
+    const auto made = make_organs(*read(), m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    auto tissue = make_tissue(*made, made->scan, m_arena).value();
+    const std::vector<Vec3d> rest = positions_of(*tissue);
+    constexpr double kWay_mm = 10;
+    const auto report = tissue->push(
+        kHand, {.point_mm = {5, -2, 5}, .push_mm = {0, kWay_mm, 0}, .sphere_radius_mm = 8});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(report->status, PushStatus::Applied) << report->message;
+    double farthest = 0;
+    bool settled = false;
+    int sweeps = 0;
+    for (; sweeps < 400 && !settled; ++sweeps) {
+        const auto swept = tissue->sweep();
+        ASSERT_TRUE(swept.ok());
+        settled = swept->settled;
+        const std::vector<Vec3d> now = positions_of(*tissue);
+        for (std::size_t n = 0; n < rest.size(); ++n)
+            farthest = std::max(farthest, norm(now[n] - rest[n]));
+    }
+    EXPECT_TRUE(settled);
+    EXPECT_GT(farthest, 0.99 * kWay_mm);
+    EXPECT_LT(farthest, 1.1 * kWay_mm);
+    // Released, it stays or returns, and nothing is felt.
+    tissue->release(kHand);
+    EXPECT_EQ(*tissue->force_n(kHand), (Vec3d{0, 0, 0}));
+    const auto released = tissue->advance({.max_steps = 600});
+    ASSERT_TRUE(released.ok());
+    EXPECT_TRUE(released->settled);
+}
+
 TEST_F(Organs, ASlideKeepsTheBodyOutOfTheSphereAndIsFelt) {
     std::string scene = kTwo;  // held from below, so that it can't tilt
     const std::string box = "[1, 21, 21]";
@@ -195,6 +250,13 @@ TEST_F(Organs, ASlideKeepsTheBodyOutOfTheSphereAndIsFelt) {
         ASSERT_TRUE(force.has_value());
         EXPECT_GT(force->z, 0.01) << "against the way";
         EXPECT_LT(std::hypot(force->x, force->y), 0.3 * force->z);
+        // Away from the body nothing is felt any more.
+        const auto away = tissue->slide(
+            kHand, {.point_mm = report->end_mm, .push_mm = {0, 0, 30}, .sphere_radius_mm = radius},
+            {});
+        ASSERT_TRUE(away.ok());
+        EXPECT_EQ(away->way_fraction, 1);
+        EXPECT_EQ(*tissue->force_n(kHand), (Vec3d{0, 0, 0}));
         (void)tissue->end_group();
         if (hash != 0) {
             EXPECT_EQ(tissue->hash(), hash) << threads << " threads";
@@ -379,6 +441,7 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     ASSERT_TRUE(file.ok()) << file.error().message;
     ASSERT_EQ(file->bodies.size(), 2u);
     EXPECT_EQ(file->bodies[1].labels, std::vector<int>{7});
+    EXPECT_GT(file->friction, 0) << "nothing else holds a body of a label";
     file->tetrahedra = 6000;
     const auto made = make_organs(*file, m_arena);
     ASSERT_TRUE(made.ok()) << made.error().message;
