@@ -133,7 +133,7 @@ Result<SpringTissue> tissue_of(const Volume& volume, const ControlGrid& grid,
     if (!std::isfinite(stable))
         return about("fixed_hu", ErrorCode::InvalidArgument,
                      "expected a value that leaves nodes free, found " + short_text(s.fixed_hu) +
-                         value_unit(volume) + ", with which bone holds all of them");
+                         value_unit(volume) + ", with which bone or labels hold all of them");
     return SpringTissue::create(std::move(*network),
                                 {.depth = s.depth, .time_step = kStepShare * stable});
 }
