@@ -296,7 +296,13 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
 void Hub::measure_force() {
     constexpr int kMaxBusyTicks = 4;
     if (m_worked && ++m_busy_ticks < kMaxBusyTicks) return;
+    const bool has_worked = m_busy_ticks > 0;
     m_busy_ticks = 0;
+    // The force of a tool that holds tissue changes as long as that moves.
+    for (Client& client : m_clients)
+        if (has_worked && client.connection)
+            if (const auto f = m_scene->tissue().force_n(client.info.number))
+                client.tool.force_n = {float(f->x), float(f->y), float(f->z)};
     const auto felt = m_scene->measure_force();
     if (!felt) return;
     const Vec3d e = felt->energy_per_mm;

@@ -31,7 +31,8 @@ constexpr double kMaxMotion_mm = 500;
 // under load tremble by less than a micrometre. Single nodes between others that touch may tremble
 // by tenths of a millimetre forever: a body stops so long after the last command at the latest.
 constexpr double kCalm_mm = 0.02, kCalm_s = 0.1, kMaxUntold_s = 10;
-constexpr double kBack_mm = 0.05;  ///< a settled body nearer to rest is moved to it
+constexpr std::size_t kNodesPerTrembler = 1000;  ///< so few may move on while a tool holds a body
+constexpr double kBack_mm = 0.05;                ///< a settled body nearer to rest is moved to it
 constexpr double kNewtonPerMicronewton = 1e-6;
 
 double volume_of(const std::array<std::int32_t, 4>& cell, std::span<const Vec3d> x) {
@@ -511,11 +512,11 @@ bool BodyTissue::is_calm() {
     const double step_s = m_plan.steps * body().settings().time_step;
     if (++m_untold_sweeps * step_s >= kMaxUntold_s) return true;
     body().get_positions(m_positions);
-    const bool moves =
-        m_calm.size() != m_positions.size() ||
-        !std::equal(m_calm.begin(), m_calm.end(), m_positions.begin(),
-                    [](Vec3d before, Vec3d now) { return norm(now - before) < kCalm_mm; });
-    if (moves) {
+    const std::size_t tremblers = is_touched() ? m_positions.size() / kNodesPerTrembler : 0;
+    std::size_t moved = 0;
+    for (std::size_t n = 0; n < m_calm.size() && n < m_positions.size(); ++n)
+        moved += !(norm(m_positions[n] - m_calm[n]) < kCalm_mm);
+    if (m_calm.size() != m_positions.size() || moved > tremblers) {
         m_calm = m_positions;
         m_calm_sweeps = 0;
         return false;

@@ -12,8 +12,10 @@
 #include <pliant/session.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <string>
+#include <thread>
 
 #include "serve/test_client.h"
 #include "session/scene.h"
@@ -214,6 +216,42 @@ TEST_F(OrganScene, IsCutRecordedAndReplayed) {
         const auto replayed = replay_session(session, TaskArena(threads));
         ASSERT_TRUE(replayed.ok()) << replayed.error().message;
     }
+}
+
+TEST_F(OrganScene, TheForceOnAToolFollowsTheTissueUntilItIsFree) {
+    auto server = Server::start({.file = (m_folder / "organ.stl").string()}, m_arena);
+    ASSERT_TRUE(server.ok()) << server.error().message;
+    TestClient client(server->port(), server->link());
+    client.enter();
+    client.say({{"do", "tool"},
+                {"kind", "sphere"},
+                {"position", {0, -30, 0}},
+                {"direction", {0, 1, 0}},
+                {"radius", 8}});
+    const auto is_felt = [&](auto holds) {
+        for (int n = 0; n < 500; ++n) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            client.say({{"do", "ping"}, {"id", 6}});
+            if (client.until("pong").is_null()) return false;
+            const auto tools = read_tools(client.tools);
+            if (tools && tools->size() == 1 && holds(tools->front().force_n)) return true;
+        }
+        return false;
+    };
+    const Json done = client.command({{"do", "push"},
+                                      {"point", {0, -30, 0}},
+                                      {"push", {0, 5, 0}},
+                                      {"radius", 8},
+                                      {"stroke", 1}});
+    ASSERT_EQ(done["t"], "done");
+    const auto at_first = float(double(done["force_n"][1]));
+    EXPECT_LT(at_first, 0) << "against the push";
+    // It changes while the tissue comes to rest.
+    EXPECT_TRUE(is_felt([&](Vec3f f) {
+        return f.y < 0 && std::abs(f.y - at_first) > 0.02F * std::abs(at_first);
+    })) << at_first;
+    client.command({{"do", "undo"}});
+    EXPECT_TRUE(is_felt([](Vec3f f) { return f == Vec3f{0, 0, 0}; }));
 }
 
 TEST_F(OrganScene, ANetworkMovesItAndTheForceFollowsItsStiffness) {
