@@ -7,10 +7,9 @@
 
 #include <pliant/springs.h>
 
-#include <array>
-
 #include "figures.h"
 #include "naive_springs.h"
+#include "published_times.h"
 #include "timing.h"
 
 namespace pliant::results {
@@ -18,19 +17,6 @@ namespace {
 
 constexpr int kMiddle = 25 + 50 * 25, kTurns = 301, kSteps = 20;
 const Vec3d kForce{0.02, 0.01, 0};
-
-struct Published {
-    int layers, nodes;
-    double search_ms, update_ms;
-};
-constexpr std::array<Published, 8> kTable3{{{1, 7, 0.02, 0.14},
-                                            {2, 19, 0.07, 0.38},
-                                            {3, 37, 0.1, 0.49},
-                                            {4, 61, 0.27, 0.97},
-                                            {5, 91, 0.44, 1.42},
-                                            {10, 331, 2.56, 5.87},
-                                            {15, 721, 10.57, 14.79},
-                                            {20, 1261, 28.79, 30.97}}};
 
 }  // namespace
 

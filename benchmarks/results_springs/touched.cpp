@@ -14,6 +14,7 @@
 #include "figures.h"
 #include "organ_surface.h"
 #include "plot.h"
+#include "published_times.h"
 #include "timing.h"
 
 namespace pliant::results {
@@ -204,19 +205,6 @@ Image section_of(const Organ& organ, const SpringTissue& tissue, const std::vect
 }
 
 // Measurements.
-
-struct Published {
-    int layers, nodes;
-    double search_ms, update_ms;
-};
-constexpr std::array<Published, 8> kTable3{{{1, 7, 0.02, 0.14},
-                                            {2, 19, 0.07, 0.38},
-                                            {3, 37, 0.1, 0.49},
-                                            {4, 61, 0.27, 0.97},
-                                            {5, 91, 0.44, 1.42},
-                                            {10, 331, 2.56, 5.87},
-                                            {15, 721, 10.57, 14.79},
-                                            {20, 1261, 28.79, 30.97}}};
 
 struct Touched {
     std::int32_t nodes = 0;

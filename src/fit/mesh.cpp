@@ -12,6 +12,7 @@
 #include "core/errors.h"
 #include "core/text.h"
 #include "fit/elastic_tetrahedra.h"
+#include "mesh/mean_edge.h"
 
 namespace pliant {
 namespace {
@@ -20,16 +21,6 @@ constexpr double kMicronewtons = 1e6;  ///< µN per N
 constexpr double kGramsPerMm3 = 1e-6;  ///< of 1 kg/m³
 constexpr double kModulusShare = 0.4;  ///< µ/E of links alone, whose Poisson's ratio is 1/4
 constexpr double kMinVolumePoisson = 0.25;
-
-double mean_edge_mm(const TetMesh& mesh) {
-    double sum = 0;
-    for (const auto& cell : mesh.cells)
-        for (std::size_t a = 0; a < 4; ++a)
-            for (std::size_t b = a + 1; b < 4; ++b)
-                sum +=
-                    norm(mesh.nodes_mm[std::size_t(cell[a])] - mesh.nodes_mm[std::size_t(cell[b])]);
-    return sum / (6.0 * double(mesh.cells.size()));
-}
 
 Status check_regions(const FitMesh& f) {
     if (f.regions.empty()) return expected_error("regions", "one or more", "none");

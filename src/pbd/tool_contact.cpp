@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "mesh/surface_winding.h"
 
 namespace pliant::pbd {
 namespace {
@@ -44,20 +45,6 @@ double clearance(const BodySurface& surface, const PatchBoxes& boxes, std::span<
             least = std::min(least, std::sqrt(distance2(pair_of(surface, x, tool, t))));
     }
     return least;
-}
-
-/// Winding number of the surface around a point: 1 inside, 0 outside [VanOosterom1983]. Unlike the
-/// nearest triangle, it doesn't mind a surface that is folded.
-double winding_number(const BodySurface& surface, std::span<const Vec3d> x, Vec3d p) {
-    double sum = 0;
-    for (const auto& t : surface.triangles()) {
-        const Vec3d a = x[std::size_t(t[0])] - p, b = x[std::size_t(t[1])] - p,
-                    c = x[std::size_t(t[2])] - p;
-        const double u = norm(a), v = norm(b), w = norm(c);
-        sum += std::atan2(dot(a, cross(b, c)),
-                          u * v * w + dot(a, b) * w + dot(b, c) * u + dot(c, a) * v);
-    }
-    return sum / (2 * std::numbers::pi);
 }
 
 double signed_distance_at(const BodySurface& surface, const PatchBoxes& boxes,
@@ -119,7 +106,7 @@ ToolDepth depth_of(const BodySurface& surface, const PatchBoxes& boxes, std::spa
             outwards = away;
         }
     }
-    if (inmost < 0 && winding_number(surface, x, inmost_at) > 0.5) {
+    if (inmost < 0 && mesh::surface_winding(surface.triangles(), x, inmost_at) > 0.5) {
         found.depth = tool.radius - inmost;
         found.out = -inwards;
     } else if (found.depth > tolerated) {

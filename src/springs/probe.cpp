@@ -10,6 +10,7 @@
 
 #include "core/errors.h"
 #include "core/text.h"
+#include "mesh/surface_winding.h"
 #include "springs/touch.h"
 
 namespace pliant {
@@ -108,7 +109,7 @@ Status SpringProbe::place(SpringTissue& tissue, Vec3d position) noexcept {
         if (!is_finite(position)) return invalid("place: expected a position of three numbers");
         Impl& p = *m_impl;
         p.touch.look(tissue);
-        if (winding_number(p.touch.triangles(), p.touch.positions(), position) > 0.5)
+        if (mesh::surface_winding(p.touch.triangles(), p.touch.positions(), position) > 0.5)
             return invalid("place: expected a position outside of the surface, found " +
                            text_of(position) + " inside");
         p.tool.triangles.clear();

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "mesh/triangle_distance.h"
@@ -103,19 +102,6 @@ std::optional<Crossing> find_crossing(Vec3d from, Vec3d to, const std::array<Vec
             return Crossing{high, weights};
     }
     return {};
-}
-
-double winding_number(std::span<const std::array<std::int32_t, 3>> triangles,
-                      std::span<const Vec3d> x, Vec3d p) {
-    double sum = 0;
-    for (const auto& t : triangles) {
-        const Vec3d a = x[std::size_t(t[0])] - p, b = x[std::size_t(t[1])] - p,
-                    c = x[std::size_t(t[2])] - p;
-        const double u = norm(a), v = norm(b), w = norm(c);
-        sum += std::atan2(dot(a, cross(b, c)),
-                          u * v * w + dot(a, b) * w + dot(b, c) * u + dot(c, a) * v);
-    }
-    return sum / (2 * std::numbers::pi);
 }
 
 TriangleTouch::TriangleTouch(const SpringNetwork& network,

@@ -40,11 +40,6 @@ struct Crossing {
 std::optional<Crossing> find_crossing(Vec3d from, Vec3d to, const std::array<Vec3d, 3>& at_begin,
                                       const std::array<Vec3d, 3>& at_end);
 
-/// Winding number of a surface around a point: 1 inside, 0 outside [VanOosterom1983].
-/// @param x  [node]
-double winding_number(std::span<const std::array<std::int32_t, 3>> triangles,
-                      std::span<const Vec3d> x, Vec3d p);
-
 class TriangleTouch {
   public:
     /// @pre the triangles name nodes that exist

@@ -10,6 +10,7 @@
 
 #include "core/errors.h"
 #include "core/text.h"
+#include "mesh/surface_winding.h"
 #include "springs/rollback.h"
 
 namespace pliant {
@@ -312,7 +313,7 @@ Result<SlideReport> NetworkTissue::slide_sphere(std::uint32_t tool, const Push& 
     sphere.triangles.reserve(m_touch.triangles().size());
     hold_all();
     m_touch.look(m_tissue);
-    if (winding_number(m_touch.triangles(), m_touch.positions(), way.point_mm) > 0.5) {
+    if (mesh::surface_winding(m_touch.triangles(), m_touch.positions(), way.point_mm) > 0.5) {
         m_spheres.erase(tool);
         hold_all();
         report.limited_by = LimitedBy::Wall;

@@ -130,12 +130,13 @@ Result<SpringTissue> tissue_of(const Volume& volume, const ControlGrid& grid,
     auto network = SpringNetwork::create(std::move(*parts));
     if (!network.ok()) return network.error();
     const double stable = network->stable_time_step();
-    if (!std::isfinite(stable))
+    // Labels may hold all of a scan, for comparison; pushes are then limited by bone.
+    if (!std::isfinite(stable) && s.label_materials.empty())
         return about("fixed_hu", ErrorCode::InvalidArgument,
                      "expected a value that leaves nodes free, found " + short_text(s.fixed_hu) +
-                         value_unit(volume) + ", with which bone or labels hold all of them");
-    return SpringTissue::create(std::move(*network),
-                                {.depth = s.depth, .time_step = kStepShare * stable});
+                         value_unit(volume) + ", with which bone holds all of them");
+    const double step = std::isfinite(stable) ? kStepShare * stable : s.damping_s;
+    return SpringTissue::create(std::move(*network), {.depth = s.depth, .time_step = step});
 }
 
 }  // namespace pliant

@@ -216,9 +216,14 @@ TEST_F(LiveFeelTest, AStiffLabelIsFeltStifferThanASoftOne) {
 TEST_F(LiveFeelTest, ANetworkIsFeltInNewtonsAsStiffAsItIs) {
     std::vector<double> forces;
     for (const double modulus_pa : {3e3, 9e3}) {
-        // A block with the wall in its middle; its far layers are fixed.
+        // A block whose top is the wall; its far layers are fixed.
         TetMesh mesh = five_tet_block({6, 6, 6}, 4);
-        for (Vec3d& p : mesh.nodes_mm) p = p + m_wall.point_mm - Vec3d{12, 12, 12};
+        const Vec3d top = m_wall.normal;
+        const Vec3d along =
+            normalized(cross(top, std::abs(top.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+        const Vec3d across = cross(top, along);
+        for (Vec3d& p : mesh.nodes_mm)
+            p = m_wall.point_mm + (p.x - 12) * along + (p.y - 12) * across + (p.z - 24) * top;
         auto parts = springs_of_elastic_tetrahedra(mesh.nodes_mm, mesh.cells,
                                                    {.stiffness = modulus_pa, .density = 1e-3});
         for (SpringNode& node : parts->nodes)

@@ -151,14 +151,17 @@ TEST(SpringDeformation, ALabelEverywhereIsTheSameAsTheSettings) {
     other.values = {6};
     EXPECT_EQ(hash({.cell_mm = 4, .label_materials = {other}, .labels = labels}),
               hash({.cell_mm = 4}));
+    const auto fixed = make(volume, arena,
+                            {.cell_mm = 4,
+                             .label_materials = {{.values = {5}, .law = LabelLaw::Immobile}},
+                             .labels = labels});
+    EXPECT_EQ(fixed->fixed_nodes(), fixed->control().node_count());
     const auto message = [&](const SpringDeformationSettings& settings) {
         return SpringDeformation::create(volume, settings, arena).error().message;
     };
-    EXPECT_EQ(message({.cell_mm = 4,
-                       .label_materials = {{.values = {5}, .law = LabelLaw::Immobile}},
-                       .labels = labels}),
-              "fixed_hu: expected a value that leaves nodes free, found 300 HU, with which bone or "
-              "labels hold all of them");
+    EXPECT_EQ(message({.cell_mm = 4, .fixed_hu = -2000}),
+              "fixed_hu: expected a value that leaves nodes free, found -2000 HU, with which bone "
+              "holds all of them");
     EXPECT_EQ(message({.cell_mm = 4, .label_materials = {soft}}),
               "labels: expected a label volume for [[label]], found none");
     LabelMaterial auxetic = soft;
