@@ -51,34 +51,12 @@ lint() {
     echo "README.md: shows the example that is compiled"
 }
 
-compile_tests() { # PRESET
+compile_and_test() { # PRESET [a command that runs the given one]
     local all=ON shared=OFF
     [[ $1 == clang ]] && all=OFF shared=ON
     configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all -DBUILD_SHARED_LIBS=$shared
     compile "$1"
-}
-
-compile_and_test() { # PRESET [a command that runs the given one]
-    compile_tests "$1"
     run_ctest "$@"
-}
-
-# Compiles with Clang beside the next step, in the time that the processors would be idle.
-readonly clang_log=$root/build/clang-build.log
-clang_build=
-begin_clang() {
-    rm -f "$root/build/clang-compiled"
-    : >"$clang_log"
-    set -m  # a process group of its own, to end it as a whole
-    (
-        set -e
-        chrt --idle --pid 0 "$BASHPID"
-        compile_tests clang
-        touch "$root/build/clang-compiled"
-    ) >"$clang_log" 2>&1 &
-    set +m
-    clang_build=$!
-    trap 'kill -- -"$clang_build" 2>/dev/null || true' EXIT
 }
 
 # The longest tests of rooms with vector code, which pass with GCC before: half of the time.
@@ -88,10 +66,8 @@ RelaxSteps.DragThatRelaxesBetweenItsStepsEqualsPushesThatDo:\
 Relax.EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep:\
 History.UndoAndRedoGiveTheSameBitsAfterAnySteps
 
-finish_clang() {
-    tail --lines=+1 --follow --sleep-interval=0.2 --pid="$clang_build" "$clang_log"
-    [[ -f $root/build/clang-compiled ]]
-    GTEST_FILTER="-$clang_leaves_out" run_ctest clang
+compile_and_test_with_clang() {
+    GTEST_FILTER="-$clang_leaves_out" compile_and_test clang
 }
 
 run_ctest() { # PRESET [a command that runs the given one]
@@ -215,12 +191,11 @@ run_tests() { # [--sanitize]
         step "page: bundle, types" check_viewer
     fi
     step "gcc: build without warnings, tests" compile_and_test gcc
-    begin_clang
+    step "clang: build without warnings, tests" compile_and_test_with_clang
+    step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"
     fi
-    step "clang: rest of the build without warnings, tests" finish_clang
-    step "examples: install, find_package, build, run" consumer
     if [[ $sanitize == yes ]]; then
         step "address and undefined-behaviour sanitizers" sanitize_addresses
         step "thread sanitizer" sanitize_threads
