@@ -18,7 +18,7 @@ import type { Page } from 'playwright-core';
 import { blendAlong } from '../src/maths/blend.ts';
 import { type Camera, rayThrough } from '../src/maths/rays.ts';
 import { adjusted, linearOf, rampOf, type Transfer } from '../src/maths/transfer.ts';
-import { along, cross, mul, norm, type Vec3 } from '../src/maths/vec.ts';
+import { along, cross, mul, type Vec3 } from '../src/maths/vec.ts';
 import type { VolumeData } from '../src/maths/volume.ts';
 import type { Orbit, Rendering } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
@@ -344,8 +344,11 @@ test('the cut opens the volume at the plane through the tip', async () => {
     const { eye: from, look, up } = cameraOf();
     const right = cross(look, up);
     const depth = eye.reduce((sum, x, a) => sum + (x - from[a]!) * look[a]!, 0);
-    // In the same plane, but with the endoscope out of sight.
-    const tip = along(eye, 500 / norm(right), right);
+    // In the same plane, at the scan's border, where the endoscope is out of sight.
+    const room = Math.min(
+        ...right.map((r, a) => (0.5 * (grid.size[a]! - 1) * grid.spacing[a]!) / Math.abs(r)),
+    );
+    const tip = along(eye, 0.999 * room, right);
     const seen = await draw({ transfer: kOpaque, rendering: { cut: true }, eye: tip });
     near(away(seen, kOpaque, (ray) => depth / ray.reduce((s, r, a) => s + r * look[a]!, 0)));
 });
