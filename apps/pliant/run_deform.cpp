@@ -38,6 +38,15 @@ std::uint32_t tool_of(std::size_t action, const Tissue& tissue) {
     return tissue.traits().moves_by_itself ? std::uint32_t(action + 1) : 1;
 }
 
+/// Tool of the last push or slide. Cuts and carvings have none.
+std::optional<std::uint32_t> last_tool(const DeformOptions& o, const Tissue& tissue) {
+    for (std::size_t n = o.actions.size(); n-- > 0;)
+        if (std::holds_alternative<PushOption>(o.actions[n]) ||
+            std::holds_alternative<SlideOption>(o.actions[n]))
+            return tool_of(n, tissue);
+    return {};
+}
+
 /// Values that are tissue for a sphere that slides: those of the tissue's own settings.
 TissueValues tissue_values_of(const Tissue& tissue) {
     TissueValues values;
@@ -122,8 +131,8 @@ Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& resul
     else if (moves && !o.steps && !report->settled)
         result.notes.push_back("still moving after " + std::to_string(report->steps) +
                                " steps; --steps N goes on for longer");
-    if (moves && !o.actions.empty())
-        advanced.force_n = tissue.force_n(tool_of(o.actions.size() - 1, tissue));
+    if (const auto tool = last_tool(o, tissue); moves && tool)
+        advanced.force_n = tissue.force_n(*tool);
     advanced.report = std::move(*report);
     result.advanced = std::move(advanced);
     return Ok{};

@@ -237,6 +237,7 @@ TEST_F(ProgramTest, SpringsDeformWithTheSameOutputs) {
     EXPECT_EQ(hash("--depth auto:0.05 --threads 3"), found["hash"]);
     const Json cut = deform_report(push + "--cut \"-9,-3,-9;9,-3,-9:0,0,18\"");
     EXPECT_GT(cut["cut_links"], 50);
+    EXPECT_LT(cut["springs"]["force_n"][1], 0) << "the push before the cut goes on";
     EXPECT_NE(cut["hash"], report["hash"]);
     const Json small = deform_report(push + "--region -18,-18,-18:18,18,18 --young-pa 500");
     EXPECT_LT(small["moved_elements"], report["moved_elements"]);
