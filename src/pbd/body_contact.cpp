@@ -50,6 +50,7 @@ constexpr double kMaxRadii = 1000;       ///< motion of a tool in a sub-step
 constexpr double kStride = 0.5;          ///< approach in a stride, in radii
 constexpr double kStuck = 0.4;           ///< depth with which no stride begins, in radii
 constexpr double kToolTolerance = 1e-3;  ///< depth that may remain, in radii
+constexpr double kTiny = 0.1;            ///< shift that moves no other touch, in slops
 constexpr double kTouching = 1.002;      ///< nodes within so many radii are touched
 
 std::vector<Vec3d> positions_of(const pbd::BodySurface& surface, const TetMesh& mesh) {
@@ -68,6 +69,7 @@ struct PieceRow {
     double push;
     Vec3d drag;
     std::int32_t piece_of_node, piece_of_triangle;  ///< indices
+    std::int64_t seen = -1;                         ///< shifts of nodes when it was last projected
 
     Vec3d apart_at(std::span<const Vec3d> x) const {
         Vec3d d = x[std::size_t(nodes[0])];
@@ -115,6 +117,8 @@ struct BodyContact::Impl {
           kept_x(particle_count),
           kept_v(particle_count) {
         motion.friction = s.friction;
+        motion.tiny = kTiny * pieces.slop();
+        motion.shifted_at.assign(start.size(), 0);
         motion.x = motion.before = start;
         motion.tool_w.assign(start.size(), 0);
         touched.reserve(start.size());
@@ -300,25 +304,33 @@ void BodyContact::Impl::find_pieces(double recovered, const TaskArena& arena) {
     }
 }
 
+/// Projects the touches whose nodes have moved since their last projection.
 double BodyContact::Impl::project_pieces() {
     double deepest = 0;
+    const std::vector<std::int64_t>& shifted_at = motion.shifted_at;
     for (PieceRow& row : rows) {
-        const auto apply = [&](Vec3d impulse) {
-            for (std::size_t k = 0; k < 4; ++k) motion.move(row.nodes[k], row.moves[k] * impulse);
-        };
-        const double lacking = row.limit - dot(row.apart_at(motion.x), row.normal);
+        std::int64_t last = 0;
+        for (const std::int32_t n : row.nodes) last = std::max(last, shifted_at[std::size_t(n)]);
+        if (last <= row.seen) continue;
+        Vec3d apart = row.apart_at(motion.x);
+        const double lacking = row.limit - dot(apart, row.normal);
         deepest = std::max(deepest, lacking);
         const double push = std::max(0.0, row.push + lacking / row.weight);
-        if (push != row.push) apply((push - row.push) * row.normal);
+        Vec3d impulse = (push - row.push) * row.normal;
         row.push = push;
-        if (settings.friction == 0) continue;
-        Vec3d slid = row.apart_at(motion.x) - row.apart;
-        slid = slid - dot(slid, row.normal) * row.normal;
-        Vec3d drag = row.drag - (1 / row.weight) * slid;
-        const double size = norm(drag), most = settings.friction * push;
-        if (size > most) drag = (most / size) * drag;
-        apply(drag - row.drag);
-        row.drag = drag;
+        if (settings.friction > 0) {
+            apart = apart + row.weight * impulse;
+            Vec3d slid = apart - row.apart;
+            slid = slid - dot(slid, row.normal) * row.normal;
+            Vec3d drag = row.drag - (1 / row.weight) * slid;
+            const double size = norm(drag), most = settings.friction * push;
+            if (size > most) drag = (most / size) * drag;
+            impulse = impulse + (drag - row.drag);
+            row.drag = drag;
+        }
+        if (impulse != Vec3d{0, 0, 0})
+            for (std::size_t k = 0; k < 4; ++k) motion.move(row.nodes[k], row.moves[k] * impulse);
+        row.seen = motion.shifts;
     }
     return deepest;
 }

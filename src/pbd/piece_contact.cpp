@@ -39,6 +39,9 @@ PieceContact::PieceContact(const BodySurface& surface, std::span<const Vec3d> re
       m_paired(surface.patches().size()),
       m_boxes(surface),
       m_partners(surface.patches().size()),
+      m_runs(surface.patches().size()),
+      m_runs_are_old(surface.patches().size(), true),
+      m_moved(surface.patches().size()),
       m_found(surface.patches().size()) {
     for (auto& motions : m_motions) motions.resize(surface.patches().size());
     for (std::size_t p = 0; p < m_found.size(); ++p)
@@ -148,6 +151,7 @@ void PieceContact::pair_patches(const BodySurface& surface, std::span<const Vec3
     m_boxes.update(surface, start);
     m_paired = m_motions[kStart];
     const auto patches = surface.patches();
+    std::fill(m_runs_are_old.begin(), m_runs_are_old.end(), char(true));
     for (std::size_t a = 0; a < patches.size(); ++a) {
         if (surface.owned_nodes_of(a).empty()) continue;
         const mesh::Bounds around = grown(m_boxes.box(a), (1 + 2 * kSpan) * m_reach);
@@ -215,40 +219,68 @@ void PieceContact::list(const BodySurface& surface, std::size_t patch, Partner& 
 /// Renews the lists of a patch that no longer hold.
 void PieceContact::see_partners(const BodySurface& surface, std::size_t patch,
                                 std::span<const Vec3d> start) {
-    for (Partner& partner : m_partners[patch]) {
+    bool is_new = m_runs_are_old[patch];
+    m_moved[patch].resize(m_partners[patch].size());
+    for (std::size_t n = 0; n < m_partners[patch].size(); ++n) {
+        Partner& partner = m_partners[patch][n];
+        Moved& moved = m_moved[patch][n];
         const auto other = std::size_t(partner.patch);
-        const auto moved = [&](Time time) {
-            const Motion &a = m_motions[time][patch], &b = m_motions[time][other];
-            return m_tiny + norm(way_between(partner.own, a) - way_between(partner.other, b)) +
-                   spread_between(partner.own, a) + spread_between(partner.other, b);
+        const auto look = [&] {
+            for (const Time time : {kStart, kEnd}) {
+                const Motion &a = m_motions[time][patch], &b = m_motions[time][other];
+                moved[time] = m_tiny +
+                              norm(way_between(partner.own, a) - way_between(partner.other, b)) +
+                              spread_between(partner.own, a) + spread_between(partner.other, b);
+            }
         };
-        partner.moved[kStart] = moved(kStart);
-        partner.moved[kEnd] = moved(kEnd);
+        look();
         const double span = kSpan * m_reach;
-        if (partner.is_listed && partner.moved[kStart] < span && partner.moved[kEnd] < span)
-            continue;
+        if (partner.is_listed && moved[kStart] < span && moved[kEnd] < span) continue;
         partner.is_listed = false;
         list(surface, patch, partner, start);
         partner.own = m_motions[kStart][patch];
         partner.other = m_motions[kStart][other];
-        partner.moved[kStart] = moved(kStart);
-        partner.moved[kEnd] = moved(kEnd);
-        partner.is_listed = true;
+        look();
+        partner.is_listed = is_new = true;
     }
+    if (is_new) list_runs(surface, patch);
+    m_runs_are_old[patch] = false;
 }
 
-void PieceContact::search_patch(const BodySurface& surface, std::size_t patch, const Positions& x,
-                                bool is_fast, std::vector<PieceTouch>& touches) const {
+/// Lists the candidates by piece and node, without the nodes that have none.
+void PieceContact::list_runs(const BodySurface& surface, std::size_t patch) {
     const std::vector<Partner>& partners = m_partners[patch];
     const auto nodes = surface.owned_nodes_of(patch);
+    std::vector<Run>& runs = m_runs[patch];
+    runs.clear();
+    runs.reserve(nodes.size() * partners.size());
     const auto piece_of = [&](const Partner& p) {
         return surface.patches()[std::size_t(p.patch)].piece;
     };
     for (std::size_t begin = 0, end = 0; begin < partners.size(); begin = end) {
         while (end < partners.size() && piece_of(partners[end]) == piece_of(partners[begin])) ++end;
-        const auto group = std::span(partners).subspan(begin, end - begin);
         for (std::size_t k = 0; k < nodes.size(); ++k)
-            search(surface, x, {nodes[k], k, group}, is_fast, touches);
+            for (std::size_t n = begin; n < end; ++n) {
+                const Partner& partner = partners[n];
+                if (partner.starts.empty() || partner.starts[k] == partner.starts[k + 1]) continue;
+                const Candidate* const all = partner.candidates.data();
+                const Candidate* const first = all + partner.starts[k];
+                runs.push_back({piece_of(partner), nodes[k], std::int32_t(n), first->distance,
+                                first, all + partner.starts[k + 1]});
+            }
+    }
+}
+
+void PieceContact::search_patch(const BodySurface& surface, std::size_t patch, const Positions& x,
+                                bool is_fast, std::vector<PieceTouch>& touches) const {
+    const std::vector<Run>& runs = m_runs[patch];
+    for (std::size_t begin = 0, end = 0; begin < runs.size(); begin = end) {
+        const Run& first = runs[begin];
+        while (end < runs.size() && runs[end].node == first.node && runs[end].piece == first.piece)
+            ++end;
+        search(surface, x,
+               {first.node, std::span(runs).subspan(begin, end - begin), m_moved[patch]}, is_fast,
+               touches);
     }
 }
 
@@ -259,22 +291,20 @@ SurfacePoint PieceContact::nearest(const BodySurface& surface, std::span<const V
     SurfacePoint best;
     double distance = m_reach;
     best.distance2 = m_reach * m_reach;
-    for (const Partner& partner : near.partners) {
-        if (partner.starts.empty()) continue;
-        const double limit = partner.moved[time];
-        for (auto c = std::size_t(partner.starts[near.index]);
-             c < std::size_t(partner.starts[near.index + 1]); ++c) {
-            const Candidate& candidate = partner.candidates[c];
-            if (double(candidate.distance) - limit > distance) break;
-            const auto& t = surface.triangles()[std::size_t(candidate.triangle)];
+    for (const Run& run : near.runs) {
+        const double limit = near.moved[std::size_t(run.partner)][time];
+        if (double(run.least) - limit > distance) continue;
+        for (const Candidate* c = run.begin; c < run.end; ++c) {
+            if (double(c->distance) - limit > distance) break;
+            const auto& t = surface.triangles()[std::size_t(c->triangle)];
             const auto found = mesh::nearest_on_triangle(
                 p, x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])]);
             const Vec3d d = p - found.place;
             const double distance2 = dot(d, d);
-            if (distance2 > best.distance2 || (distance2 == best.distance2 && best.triangle >= 0 &&
-                                               candidate.triangle > best.triangle))
+            if (distance2 > best.distance2 ||
+                (distance2 == best.distance2 && best.triangle >= 0 && c->triangle > best.triangle))
                 continue;
-            best = {candidate.triangle, found.feature, found.place, distance2};
+            best = {c->triangle, found.feature, found.place, distance2};
             distance = std::sqrt(distance2);
         }
     }

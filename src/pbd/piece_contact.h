@@ -78,7 +78,6 @@ class PieceContact {
         std::int32_t patch;
         bool is_listed = false;
         Motion own, other;                 ///< of the patches, when it was listed
-        double moved[2] = {0, 0};          ///< since then, until the start and the end
         std::vector<std::int32_t> starts;  ///< [owned node]; empty: no candidates
         std::vector<Candidate> candidates;
     };
@@ -87,11 +86,19 @@ class PieceContact {
         double gap;
     };
     enum Time { kStart, kEnd };
+    using Moved = std::array<double, 2>;  ///< until the start and the end
+    /// Candidates of a node in a partner.
+    struct Run {
+        std::int32_t piece, node;  ///< of the partner; of this patch
+        std::int32_t partner;      ///< index
+        float least;               ///< distance of the first
+        const Candidate *begin, *end;
+    };
     /// A node, and triangles of one piece.
     struct Near {
         std::int32_t node;
-        std::size_t index;  ///< of the node in its patch
-        std::span<const Partner> partners;
+        std::span<const Run> runs;
+        std::span<const Moved> moved;  ///< [partner]
     };
     using Positions = std::array<std::span<const Vec3d>, 2>;
 
@@ -104,6 +111,7 @@ class PieceContact {
     void list(const BodySurface& surface, std::size_t patch, Partner& partner,
               std::span<const Vec3d> x);
     void see_partners(const BodySurface& surface, std::size_t patch, std::span<const Vec3d> start);
+    void list_runs(const BodySurface& surface, std::size_t patch);
     void search_patch(const BodySurface& surface, std::size_t patch, const Positions& x,
                       bool is_fast, std::vector<PieceTouch>& touches) const;
     SurfacePoint nearest(const BodySurface& surface, std::span<const Vec3d> x, const Near& near,
@@ -126,6 +134,9 @@ class PieceContact {
     PatchBoxes m_boxes;                            ///< then
     std::vector<std::vector<Partner>> m_partners;  ///< [patch]: sorted
     std::vector<Partner> m_before;                 ///< of a patch, while it is paired anew
+    std::vector<std::vector<Run>> m_runs;          ///< [patch]: sorted by piece, node and partner
+    std::vector<char> m_runs_are_old;              ///< [patch]
+    std::vector<std::vector<Moved>> m_moved;       ///< [patch][partner]: since it was listed
     std::vector<std::vector<PieceTouch>> m_found;  ///< [patch]
 };
 

@@ -30,9 +30,13 @@ struct SurfaceMotion {
     std::vector<Vec3d> before;   ///< at the start of the stride
     std::vector<double> tool_w;  ///< inverse masses, as tools feel them
     double friction = 0;
+    double tiny = 0;                       ///< length of a shift that touches need not follow
+    std::vector<std::int64_t> shifted_at;  ///< [node]: number of its last shift beyond that
+    std::int64_t shifts = 0;               ///< so far
 
     void move(std::int32_t node, Vec3d shift) {
         x[std::size_t(node)] = x[std::size_t(node)] + shift;
+        if (dot(shift, shift) > tiny * tiny) shifted_at[std::size_t(node)] = ++shifts;
     }
 };
 
