@@ -41,7 +41,7 @@ lint() {
     tools/check_files
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
-    find include src apps tests examples benchmarks -regex '.*\.\(h\|cpp\|inc\)' -print0 |
+    find include src apps tests examples benchmarks python -regex '.*\.\(h\|cpp\|inc\)' -print0 |
         xargs -0 "$formatter" --dry-run -Werror
     echo "format: as .clang-format says"
     # shellcheck disable=SC2016  # the quotes around code in Markdown
@@ -192,6 +192,7 @@ run_tests() { # [--sanitize]
     fi
     step "gcc: build without warnings, tests" compile_and_test gcc
     step "clang: build without warnings, tests" compile_and_test_with_clang
+    step "python: wheel, empty environment, tests, types" test_wheel
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"

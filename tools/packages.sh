@@ -14,6 +14,7 @@ packages_of() {
                 libpugixml-dev
             ;;
         test) echo clang libgtest-dev libinsighttoolkit5-dev ;;
+        wheel) echo python3-dev python3-venv ;;
         lint) echo clang-format-14 ;;
         fuzz) echo libclang-rt-dev ;;
         bench) echo libbenchmark-dev libembree-dev time ;;

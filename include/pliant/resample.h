@@ -132,6 +132,20 @@ Result<VectorField> inverse_field(const Deformed& deformed) noexcept;
 Result<FieldSlices> displacement_slices(const MovingScan& scan) noexcept;
 FieldSlices inverse_slices(const Deformed& deformed) noexcept;
 
+/// Trilinear interpolation of a field [mm, LPS]; zero beyond the outermost voxel centres.
+Vec3d sample_field(const VectorField& field, Vec3d point_mm);
+
+/// Resamples a volume by an inverse field: out(p) = volume(p + field(p)), trilinear, on the field's
+/// grid. Values of 16 bits are rounded.
+/// @returns InvalidArgument for a field of kind Modeling
+Result<Volume> apply_field(const VectorField& field, const Volume& volume,
+                           const TaskArena& arena) noexcept;
+
+/// det(I + ∂u/∂X) of a field u alone, from central differences along the grid's axes, one-sided at
+/// its border. jacobian_field of a tissue also knows its cuts.
+/// @returns float, dimensionless: 1 at rest
+Result<Volume> jacobian_field(const VectorField& field) noexcept;
+
 /// Local growth of the tissue at each rest voxel centre: det F with F = I + ∂u/∂X, from central
 /// differences along the lattice's axes, one-sided beside a cut link or a void element.
 /// @returns float, dimensionless: 1 at rest and at void elements, below 0 where space is inverted

@@ -19,6 +19,10 @@ struct HostJobs {
     /// Calls job(n) for every n of 0…count − 1, on any threads and in any order, and returns when
     /// all calls have ended. Jobs don't throw.
     std::function<void(std::int64_t count, const std::function<void(std::int64_t n)>& job)> run{};
+    /// Polled at each loop, on the thread that begins it; true ends the call as if memory had run
+    /// out: LimitExceeded, and nothing has changed. It must be false in calls that can't fail. May
+    /// be empty.
+    std::function<bool()> give_up{};
 };
 
 /// Thread safety: any call on any thread.

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -93,6 +94,8 @@ int TaskArena::thread_count() const {
 void TaskArena::for_each(std::int64_t count, std::int64_t grain,
                          const std::function<void(std::int64_t, std::int64_t)>& body) const {
     if (count <= 0) return;
+    if (m_impl->host && m_impl->host->give_up && !is_in_job && m_impl->host->give_up())
+        throw std::bad_alloc();
     if (count <= grain || thread_count() == 1 || is_in_job) {
         for (std::int64_t begin = 0; begin < count; begin += grain)
             body(begin, begin + grain < count ? begin + grain : count);

@@ -60,6 +60,27 @@ TEST(TaskArena, RunsItsLoopsAsJobsOfAHost) {
     }
 }
 
+TEST(TaskArena, GivesUpWhenTheHostDoesButNotWithinAJob) {
+    for (const int threads : {1, 2}) {
+        std::atomic<int> jobs{0}, polled{0};
+        HostJobs host = backward_jobs(jobs);
+        host.thread_count = threads;
+        host.give_up = [&] { return ++polled == 3; };
+        const TaskArena arena(std::move(host));
+        std::atomic<int> visits{0};
+        const auto visit = [&](std::int64_t, std::int64_t) {
+            ++visits;
+            if (threads > 1) arena.for_each(3, 1, [](std::int64_t, std::int64_t) {});
+        };
+        arena.for_each(5, 1, visit);
+        arena.for_each(5, 1, visit);
+        EXPECT_EQ(visits, 10);
+        EXPECT_THROW(arena.for_each(5, 1, visit), std::bad_alloc);
+        EXPECT_EQ(visits, 10);
+        EXPECT_EQ(polled, 3);
+    }
+}
+
 TEST(TaskArena, RethrowsAnExceptionOfAHostsJobAfterAllHaveEnded) {
     std::atomic<int> jobs{0};
     const TaskArena arena(backward_jobs(jobs));

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "arrays.h"
+
+#include <thread>
+
+namespace pliant::python {
+namespace {
+
+constexpr auto kLookEvery = std::chrono::milliseconds(20);
+
+const char* name_of(ErrorCode code) {
+    switch (code) {
+        case ErrorCode::InvalidArgument:
+            return "invalid_argument";
+        case ErrorCode::NotFound:
+            return "not_found";
+        case ErrorCode::Unreadable:
+            return "unreadable";
+        case ErrorCode::Unsupported:
+            return "unsupported";
+        case ErrorCode::Unwritable:
+            return "unwritable";
+        case ErrorCode::LimitExceeded:
+            return "limit_exceeded";
+    }
+    return "";
+}
+
+}  // namespace
+
+void raise(const Error& error) {
+    const nb::object kind = nb::module_::import_("pliant._error").attr("Error");
+    const nb::object raised =
+        kind(error.message, name_of(error.code), error.field, error.expected, error.found);
+    PyErr_SetObject(kind.ptr(), raised.ptr());
+    throw nb::python_error();
+}
+
+Arena::Arena(int threads) {
+    if (threads < 0)
+        raise({ErrorCode::InvalidArgument,
+               "threads: expected 0 (one for each core) or more, found " + std::to_string(threads),
+               "threads", "0 or more", std::to_string(threads)});
+    const int count =
+        threads > 0 ? threads : int(std::max(1u, std::thread::hardware_concurrency()));
+    HostJobs jobs{.thread_count = count};
+    if (count > 1) {
+        m_workers = std::make_unique<TaskArena>(count);
+        jobs.run = [this](std::int64_t number, const std::function<void(std::int64_t)>& job) {
+            m_workers->for_each(number, 1, [&](std::int64_t begin, std::int64_t end) {
+                for (std::int64_t n = begin; n < end; ++n) job(n);
+            });
+        };
+    }
+    jobs.give_up = [this] { return is_interrupted(); };
+    m_tasks = std::make_unique<TaskArena>(std::move(jobs));
+}
+
+bool Arena::is_interrupted() const {
+    if (!m_armed) return false;
+    if (m_is_interrupted) return true;
+    const auto now = std::chrono::steady_clock::now();
+    if (now < m_next_look) return false;
+    m_next_look = now + kLookEvery;
+    const nb::gil_scoped_acquire lock;
+    return m_is_interrupted = PyErr_CheckSignals() != 0;
+}
+
+bool vector_from(nb::handle from, Vec3d& to) noexcept {
+    PyObject* const fast = PySequence_Fast(from.ptr(), "");
+    if (!fast) {
+        PyErr_Clear();
+        return false;
+    }
+    bool ok = PySequence_Fast_GET_SIZE(fast) == 3;
+    for (int a = 0; ok && a < 3; ++a) {
+        to[a] = PyFloat_AsDouble(PySequence_Fast_GET_ITEM(fast, a));
+        if (PyErr_Occurred()) {
+            PyErr_Clear();
+            ok = false;
+        }
+    }
+    Py_DECREF(fast);
+    return ok;
+}
+
+}  // namespace pliant::python

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What all bindings share: vectors and arrays, errors, and calls without the interpreter's lock.
+//
+//   Python thread                     a call of the library
+//   ─────────────                     ─────────────────────
+//   Arena::run ── releases the lock → loops of the arena ─┬─ every 20 ms: is there a Ctrl-C?
+//       raises  ← takes the lock ──── Result, LimitExceeded ← yes: the loop ends as if memory
+//                                                              had run out; nothing has changed
+
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+#include <pliant/record.h>
+#include <pliant/result.h>
+#include <pliant/tasks.h>
+#include <pliant/vec.h>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace nb = nanobind;
+
+namespace pliant::python {
+
+/// Raises pliant.Error.
+[[noreturn]] void raise(const Error& error);
+
+/// The value of a result; its error is raised.
+template <class T>
+T take(Result<T> result) {
+    if (!result.ok()) raise(result.error());
+    return std::move(result).value();
+}
+inline void take(const Status& status) {
+    if (!status.ok()) raise(status.error());
+}
+
+/// Threads of a tissue or a call.
+class Arena {
+  public:
+    /// @param threads  0: one for each core; 1: the caller's alone, also after fork()
+    explicit Arena(int threads);
+    const TaskArena& tasks() const { return *m_tasks; }
+    int threads() const { return m_tasks->thread_count(); }
+
+    /// Calls work() without the lock of the interpreter. Ctrl-C ends it within about 20 ms of a
+    /// loop, if the call can fail.
+    /// @returns its result; an interruption is raised
+    template <class Work>
+    auto run(const Work& work) const {
+        struct Armed {
+            explicit Armed(const Arena& arena) : m_arena(arena) { arena.m_armed = true; }
+            ~Armed() { m_arena.m_armed = false; }
+            const Arena& m_arena;
+        };
+        m_is_interrupted = false;
+        auto result = [&] {
+            const Armed armed(*this);
+            const nb::gil_scoped_release without_lock;
+            return work();
+        }();
+        if (m_is_interrupted) throw nb::python_error();
+        return result;
+    }
+
+  private:
+    bool is_interrupted() const;
+
+    std::unique_ptr<TaskArena> m_workers;  ///< null with one thread
+    std::unique_ptr<TaskArena> m_tasks;
+    mutable std::atomic<bool> m_armed = false;
+    mutable bool m_is_interrupted = false;
+    mutable std::chrono::steady_clock::time_point m_next_look{};
+};
+
+/// The settings in a call's keyword arguments. @returns InvalidArgument for other kinds of values
+Record record_of(const nb::dict& arguments);
+nb::dict dict_of(const Record& record);
+
+/// Settings with some of them changed by keyword arguments.
+template <class T>
+T settings_from(const nb::dict& arguments, SettingRows<T> rows) {
+    T settings;
+    take(apply(record_of(arguments), rows, settings));
+    return settings;
+}
+
+/// str(object)
+inline std::string shown(const nb::object& object) {
+    return nb::cast<std::string>(nb::str(nb::handle(object)));
+}
+/// A function of pliant._exchange.
+inline nb::object exchange(const char* name) {
+    return nb::module_::import_("pliant._exchange").attr(name);
+}
+/// Three numbers of any sequence.
+bool vector_from(nb::handle from, Vec3d& to) noexcept;
+
+// Parts of the module.
+void bind_settings(nb::module_& m);
+void bind_volumes(nb::module_& m);
+void bind_fields(nb::module_& m);
+void bind_meshes(nb::module_& m);
+void bind_tissues(nb::module_& m);
+
+}  // namespace pliant::python
+
+namespace nanobind::detail {
+
+/// A sequence of three numbers ↔ Vec3d.
+template <>
+struct type_caster<pliant::Vec3d> {
+    NB_TYPE_CASTER(pliant::Vec3d, io_name("collections.abc.Sequence[float] | "
+                                          "numpy.typing.NDArray[typing.Any]",
+                                          "tuple[float, float, float]"))
+    bool from_python(handle from, uint8_t, cleanup_list*) noexcept {
+        return pliant::python::vector_from(from, value);
+    }
+    static handle from_cpp(const pliant::Vec3d& v, rv_policy, cleanup_list*) noexcept {
+        return make_tuple(v.x, v.y, v.z).release();
+    }
+};
+
+/// A name of a file. (nanobind's own caster has types that mypy doesn't take.)
+template <>
+struct type_caster<std::filesystem::path> {
+    NB_TYPE_CASTER(std::filesystem::path, const_name("str | os.PathLike[str]"))
+    bool from_python(handle from, uint8_t, cleanup_list*) noexcept {
+        PyObject* bytes = nullptr;
+        if (!PyUnicode_FSConverter(from.ptr(), &bytes)) {
+            PyErr_Clear();
+            return false;
+        }
+        const object owner = steal(bytes);
+        char* const name = PyBytes_AsString(bytes);
+        if (name) value = name;
+        return name;
+    }
+};
+
+}  // namespace nanobind::detail

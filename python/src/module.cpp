@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <pliant/version.h>
+
+#include "arrays.h"
+
+NB_MODULE(_core, m) {
+    m.doc() = "Pliant's library. Use it as `import pliant`.";
+    m.attr("version") = PLIANT_VERSION;
+    pliant::python::bind_settings(m);
+    pliant::python::bind_volumes(m);
+    pliant::python::bind_fields(m);
+    pliant::python::bind_meshes(m);
+    pliant::python::bind_tissues(m);
+}

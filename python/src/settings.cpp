@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Settings by keyword: the rows of the library's tables are the names, ranges and texts.
+
+#include <pliant/material.h>
+#include <pliant/tissue.h>
+#include <pliant/tissues.h>
+
+#include "arrays.h"
+
+namespace pliant::python {
+namespace {
+
+SettingValue value_from(const std::string& name, nb::handle value) {
+    if (value.is_none()) return std::monostate{};
+    if (nb::isinstance<nb::bool_>(value)) return nb::cast<bool>(value);
+    if (nb::isinstance<nb::str>(value)) return nb::cast<std::string>(value);
+    if (PyIndex_Check(value.ptr())) return nb::cast<std::int64_t>(nb::int_(nb::borrow(value)));
+    if (PyFloat_Check(value.ptr()) || !PySequence_Check(value.ptr())) {
+        const double number = PyFloat_AsDouble(value.ptr());
+        if (!PyErr_Occurred()) return number;
+        PyErr_Clear();
+    } else {
+        std::vector<double> numbers;
+        std::vector<Vec3d> points;
+        for (const nb::handle each : value) {
+            Vec3d point;
+            if (vector_from(each, point)) {
+                points.push_back(point);
+                continue;
+            }
+            numbers.push_back(PyFloat_AsDouble(each.ptr()));
+            if (PyErr_Occurred()) throw nb::python_error();
+        }
+        if (points.empty()) return numbers;
+        if (numbers.empty()) return points;
+    }
+    raise({ErrorCode::InvalidArgument,
+           name + ": expected a flag, a number, a text, numbers or points, found " +
+               nb::cast<std::string>(nb::repr(value)),
+           name});
+}
+
+nb::object object_of(const SettingValue& value) {
+    return std::visit(
+        [](const auto& v) -> nb::object {
+            using V = std::decay_t<decltype(v)>;
+            if constexpr (std::is_same_v<V, std::monostate>)
+                return nb::none();
+            else if constexpr (std::is_same_v<V, bool>)
+                return nb::bool_(v);
+            else
+                return nb::cast(v);
+        },
+        value);
+}
+
+/// The table of a settings struct: a row for each name.
+template <class T>
+nb::list rows_of(SettingRows<T> rows) {
+    const T defaults;
+    nb::list list;
+    for (const Setting<T>& row : rows) {
+        nb::dict entry;
+        entry["name"] = nb::cast(std::string(row.name));
+        entry["default"] = object_of(value_of(defaults, row));
+        entry["unit"] = nb::cast(std::string(row.unit));
+        entry["range"] = nb::cast(expected_of(row));
+        entry["text"] = nb::cast(std::string(row.text));
+        list.append(entry);
+    }
+    return list;
+}
+
+nb::list settings_of(const std::string& model) {
+    if (model == "chainmail") return rows_of(chainmail_rows());
+    if (model == "springs") return rows_of(spring_rows());
+    if (model == "body") return rows_of(body_rows());
+    if (model == "network") return rows_of(network_rows());
+    raise({ErrorCode::InvalidArgument,
+           "model: expected chainmail, springs, body or network, found " + model, "model",
+           "chainmail, springs, body or network", model});
+}
+
+}  // namespace
+
+Record record_of(const nb::dict& arguments) {
+    Record record;
+    for (const auto& [key, value] : arguments) {
+        const std::string name = nb::cast<std::string>(key);
+        record.emplace_back(name, value_from(name, value));
+    }
+    return record;
+}
+
+nb::dict dict_of(const Record& record) {
+    nb::dict dict;
+    for (const NamedValue& named : record) dict[named.name.c_str()] = object_of(named.value);
+    return dict;
+}
+
+void bind_settings(nb::module_& m) {
+    m.def("settings_of", &settings_of, nb::arg("model"),
+          nb::sig("def settings_of(model: str) -> list[dict[str, typing.Any]]"),
+          "Settings that a model takes as keyword arguments.\n\n"
+          "Args:\n"
+          "    model: \"chainmail\", \"springs\", \"body\" or \"network\".\n\n"
+          "Returns:\n"
+          "    One dictionary for each: name, default, unit, range and text.");
+}
+
+}  // namespace pliant::python

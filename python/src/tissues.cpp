@@ -1,0 +1,321 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Tissues: the interface of tissue.h, with the scan, the threads and the deformed scan that belong
+// to it.
+
+#include <pliant/resample.h>
+#include <pliant/tissue.h>
+#include <pliant/tissues.h>
+
+#include "meshes.h"
+#include "volumes.h"
+
+namespace pliant::python {
+namespace {
+
+/// The members are destroyed in reverse order: each refers to those above it.
+class PyTissue {
+  public:
+    PyTissue(nb::object scan, int threads)
+        : m_scan(std::move(scan)), m_arena(std::make_unique<Arena>(threads)) {}
+
+    template <class Make>
+    static std::unique_ptr<PyTissue> made(nb::object scan, int threads, const Make& make) {
+        auto made = std::make_unique<PyTissue>(std::move(scan), threads);
+        const Volume& volume = nb::cast<const PyVolume&>(made->m_scan).volume;
+        made->m_tissue =
+            take(made->m_arena->run([&] { return make(volume, made->m_arena->tasks()); }));
+        return made;
+    }
+
+    nb::object scan() const { return m_scan; }
+    Tissue& tissue() const { return *m_tissue; }
+    template <class Work>
+    auto run(const Work& work) const {
+        return take(m_arena->run([&] { return work(*m_tissue); }));
+    }
+    int threads() const { return m_arena->threads(); }
+    /// The deformed scan, brought up to date.
+    Volume deformed() {
+        return run([&](Tissue& tissue) -> Result<Volume> {
+            if (!m_live) {
+                auto live = LiveDeformation::create(tissue);
+                if (!live.ok()) return live.error();
+                m_live.emplace(std::move(live).value());
+            }
+            if (const auto update = m_live->update(); !update.ok()) return update.error();
+            return m_live->volume();
+        });
+    }
+
+  private:
+    nb::object m_scan;
+    std::unique_ptr<Arena> m_arena;
+    std::unique_ptr<Tissue> m_tissue;
+    std::optional<LiveDeformation> m_live;
+};
+
+template <class T>
+std::unique_ptr<PyTissue> tissue_of_settings(
+    const nb::object& scan, int threads, const nb::kwargs& settings, SettingRows<T> rows,
+    Result<std::unique_ptr<Tissue>> (*make)(const Volume&, const T&, const TaskArena&) noexcept) {
+    const T chosen = settings_from<T>(settings, rows);
+    return PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
+        return make(volume, chosen, arena);
+    });
+}
+
+Result<std::unique_ptr<Tissue>> chainmail_of(const Volume& volume,
+                                             const ChainMailSettings& settings,
+                                             const TaskArena& arena) noexcept {
+    return make_chainmail(volume, settings, arena);
+}
+
+void bind_reports(nb::module_& m) {
+    nb::class_<PushReport>(m, "PushReport", "Result of a push or a step of a drag.")
+        .def_prop_ro(
+            "status", [](const PushReport& r) { return std::string(name_of(r.status)); },
+            "\"applied\", \"limited\" or \"rejected\".")
+        .def_prop_ro(
+            "limited_by", [](const PushReport& r) { return std::string(name_of(r.limited_by)); },
+            "\"none\", \"bone\", \"movement\", \"fold\", …")
+        .def_ro("step_fraction", &PushReport::step_fraction, "Part of the push that was made, 0…1.")
+        .def_ro("grabbed_elements", &PushReport::grabbed_elements)
+        .def_ro("moved_elements", &PushReport::moved_elements)
+        .def_ro("solve_ms", &PushReport::solve_ms)
+        .def_ro("message", &PushReport::message, "Reason, if it isn't simply applied.")
+        .def("__repr__", [](const PushReport& r) {
+            return "PushReport(" + std::string(name_of(r.status)) +
+                   ", step_fraction=" + std::to_string(r.step_fraction) +
+                   ", moved_elements=" + std::to_string(r.moved_elements) + ")";
+        });
+    nb::class_<SlideReport>(m, "SlideReport", "Result of a slide.")
+        .def_ro("way_fraction", &SlideReport::way_fraction, "Part of the way that was made, 0…1.")
+        .def_prop_ro("limited_by",
+                     [](const SlideReport& r) { return std::string(name_of(r.limited_by)); })
+        .def_ro("end_mm", &SlideReport::end_mm, "The sphere's centre at the end [mm, LPS].")
+        .def_ro("ends_in_tissue", &SlideReport::ends_in_tissue)
+        .def_ro("contacts", &SlideReport::contacts)
+        .def_ro("slide_ms", &SlideReport::slide_ms);
+    nb::class_<CutReport>(m, "CutReport", "Result of a cut.")
+        .def_ro("cut_links", &CutReport::cut_links)
+        .def_ro("cut_ms", &CutReport::cut_ms);
+    nb::class_<CarveReport>(m, "CarveReport", "Result of a carving.")
+        .def_ro("carved_elements", &CarveReport::carved_elements)
+        .def_ro("carve_ms", &CarveReport::carve_ms);
+    nb::class_<AdvanceReport>(m, "AdvanceReport", "Result of motion by itself.")
+        .def_ro("steps", &AdvanceReport::steps)
+        .def_ro("settled", &AdvanceReport::settled, "Whether more steps have no effect.")
+        .def_ro("ms", &AdvanceReport::ms, "Wall-clock time.")
+        .def_ro("message", &AdvanceReport::message);
+}
+
+void bind_tools(nb::class_<PyTissue>& c) {
+    c.def(
+         "push",
+         [](const PyTissue& t, Vec3d point_mm, Vec3d push_mm, double radius, std::uint32_t tool) {
+             const Push push{.point_mm = point_mm, .push_mm = push_mm, .sphere_radius_mm = radius};
+             return t.run([&](Tissue& tissue) { return tissue.push(tool, push); });
+         },
+         nb::arg("point_mm"), nb::arg("push_mm"), nb::arg("sphere_radius_mm") = 0.0,
+         nb::arg("tool") = 1,
+         "Pushes with a tool, which holds its tissue until release().\n\n"
+         "Args:\n"
+         "    point_mm: Contact point [mm, LPS].\n"
+         "    push_mm: Motion [mm, LPS].\n"
+         "    sphere_radius_mm: 0: the elements of the cell around the point.\n"
+         "    tool: Its number.")
+        .def(
+            "slide",
+            [](const PyTissue& t, Vec3d point_mm, Vec3d way_mm, double radius, double threshold,
+               bool is_above, std::uint32_t tool) {
+                const Push way{.point_mm = point_mm, .push_mm = way_mm, .sphere_radius_mm = radius};
+                return t.run([&](Tissue& tissue) {
+                    return tissue.slide(tool, way,
+                                        {.threshold_hu = threshold, .is_above = is_above});
+                });
+            },
+            nb::arg("point_mm"), nb::arg("way_mm"), nb::arg("sphere_radius_mm"),
+            nb::arg("threshold_hu") = -500.0, nb::arg("is_above") = true, nb::arg("tool") = 1,
+            "Moves a sphere along which tissue slides. Tissue: values from the threshold upwards, "
+            "or below it.")
+        .def(
+            "cut",
+            [](const PyTissue& t, std::vector<Vec3d> line_mm, Vec3d depth_mm) {
+                const CutSurface surface{std::move(line_mm), depth_mm};
+                return t.run([&](Tissue& tissue) { return tissue.cut(surface); });
+            },
+            nb::arg("line_mm"), nb::arg("depth_mm"),
+            "Cuts along a line (two or more points) swept by a vector [mm, LPS].")
+        .def(
+            "carve",
+            [](const PyTissue& t, Vec3d from_mm, Vec3d to_mm, double radius_mm, bool spare_fixed) {
+                const CarveTool tool{from_mm, to_mm, radius_mm, spare_fixed};
+                return t.run([&](Tissue& tissue) { return tissue.carve(tool); });
+            },
+            nb::arg("from_mm"), nb::arg("to_mm"), nb::arg("radius_mm"),
+            nb::arg("spare_fixed") = false, "Carves what is in a capsule now.")
+        .def(
+            "release", [](const PyTissue& t, std::uint32_t tool) { t.tissue().release(tool); },
+            nb::arg("tool") = 1)
+        .def(
+            "force_n",
+            [](const PyTissue& t, std::uint32_t tool) { return t.tissue().force_n(tool); },
+            nb::arg("tool") = 1, "Force on a tool [N]; None if the model computes none.");
+}
+
+void bind_motion(nb::class_<PyTissue>& c) {
+    c.def(
+         "advance",
+         [](const PyTissue& t, std::optional<std::int64_t> max_steps,
+            std::optional<double> max_ms) {
+             Budget budget;
+             if (max_steps) budget.max_steps = *max_steps;
+             if (max_ms) budget.max_ms = *max_ms;
+             return t.run([&](Tissue& tissue) { return tissue.advance(budget); });
+         },
+         nb::arg("max_steps") = nb::none(), nb::arg("max_ms") = nb::none(),
+         "Lets the tissue move by itself, until it is at rest or a limit is reached: sweeps of "
+         "ChainMail's relaxation, time steps of the others.")
+        .def(
+            "reset", [](const PyTissue& t) { take(t.tissue().reset()); },
+            "Returns all tissue to rest.")
+        .def(
+            "configure",
+            [](const PyTissue& t, const nb::kwargs& changes) {
+                take(t.tissue().configure(record_of(changes)));
+            },
+            nb::sig("def configure(self, **changes: typing.Any) -> None"),
+            "Changes settings, all or none.")
+        .def(
+            "begin_group",
+            [](const PyTissue& t, const std::string& name) { t.tissue().begin_group(name); },
+            nb::arg("name"), "Calls until end_group() are one step of the history.")
+        .def(
+            "end_group", [](const PyTissue& t) { return t.tissue().end_group(); },
+            "Returns the number of the oldest steps that were forgotten.")
+        .def("undo", [](const PyTissue& t) { take(t.tissue().undo()); })
+        .def("redo", [](const PyTissue& t) { take(t.tissue().redo()); })
+        .def_prop_ro("undo_steps", [](const PyTissue& t) { return t.tissue().undo_steps(); })
+        .def(
+            "save_state",
+            [](const PyTissue& t, const std::filesystem::path& path) {
+                take(t.tissue().save_state(path));
+            },
+            nb::arg("path"))
+        .def(
+            "load_state",
+            [](const PyTissue& t, const std::filesystem::path& path) {
+                take(t.tissue().load_state(path));
+            },
+            nb::arg("path"), "Clears the history. Nothing changes on failure.");
+}
+
+void bind_results(nb::class_<PyTissue>& c) {
+    c.def_prop_ro("scan", &PyTissue::scan, nb::sig("def scan(self, /) -> Volume"),
+                  "The scan at rest.")
+        .def(
+            "volume",
+            [](PyTissue& t) {
+                return PyVolume{t.deformed(), {}};
+            },
+            "The scan as the tissue has it now. It shares unchanged pages with the next ones.")
+        .def(
+            "displacement_field",
+            [](const PyTissue& t) {
+                return t.run([](Tissue& tissue) { return displacement_field(tissue); });
+            },
+            "Forward displacement at rest voxel centres.")
+        .def(
+            "inverse_field",
+            [](const PyTissue& t) {
+                return t.run([](Tissue& tissue) -> Result<VectorField> {
+                    const auto deformed = deform_volume(tissue, Mapping::Cells, true);
+                    if (!deformed.ok()) return deformed.error();
+                    return inverse_field(*deformed);
+                });
+            },
+            "The exact inverse on the scan's grid: for resampling filters, and for points of the "
+            "deformed scan.")
+        .def(
+            "jacobian",
+            [](const PyTissue& t) {
+                return PyVolume{t.run([](Tissue& tissue) { return jacobian_field(tissue); }), {}};
+            },
+            "Local growth at each rest voxel: 1 at rest, below 0 where space is inverted.")
+        .def(
+            "strain",
+            [](const PyTissue& t) {
+                return PyVolume{t.run([](Tissue& tissue) { return strain_field(tissue); }), {}};
+            },
+            "Largest eigenvalue of the Green-Lagrange strain at each rest voxel.")
+        .def_prop_ro("model",
+                     [](const PyTissue& t) { return std::string(t.tissue().traits().model); })
+        .def_prop_ro("threads", &PyTissue::threads)
+        .def_prop_ro(
+            "settings", [](const PyTissue& t) { return dict_of(t.tissue().settings()); },
+            nb::sig("def settings(self, /) -> dict[str, typing.Any]"),
+            "Settings that configure() can change.")
+        .def_prop_ro(
+            "figures", [](const PyTissue& t) { return dict_of(t.tissue().figures()); },
+            nb::sig("def figures(self, /) -> dict[str, typing.Any]"),
+            "Counts of nodes and the like.")
+        .def(
+            "report", [](const PyTissue& t) { return dict_of(t.tissue().report()); },
+            nb::sig("def report(self) -> dict[str, typing.Any]"))
+        .def(
+            "hash", [](const PyTissue& t) { return t.tissue().hash(); },
+            "Of the state: the same for any number of threads.")
+        .def("__repr__", [](const PyTissue& t) {
+            return "Tissue(" + std::string(t.tissue().traits().model) + ")";
+        });
+}
+
+}  // namespace
+
+void bind_tissues(nb::module_& m) {
+    bind_reports(m);
+    nb::class_<PyTissue> c(m, "Tissue",
+                           "A scan's tissue: tools push and hold it, it moves by itself, and its "
+                           "former states can be restored.\n\n"
+                           "A call that raises has changed nothing, Ctrl-C included. One thread at "
+                           "a time.");
+    bind_tools(c);
+    bind_motion(c);
+    bind_results(c);
+    m.def(
+        "make_chainmail",
+        [](const nb::object& scan, int threads, const nb::kwargs& settings) {
+            return tissue_of_settings<ChainMailSettings>(scan, threads, settings, chainmail_rows(),
+                                                         &chainmail_of);
+        },
+        nb::arg("scan"), nb::arg("threads") = 0, nb::arg("settings"),
+        nb::sig("def make_chainmail(scan: Volume, threads: int = 0, **settings: typing.Any) -> "
+                "Tissue"),
+        "ChainMail on the scan's voxels. Settings: settings_of(\"chainmail\").");
+    m.def(
+        "make_springs",
+        [](const nb::object& scan, int threads, const nb::kwargs& settings) {
+            return tissue_of_settings<SpringDeformationSettings>(scan, threads, settings,
+                                                                 spring_rows(), &make_springs);
+        },
+        nb::arg("scan"), nb::arg("threads") = 0, nb::arg("settings"),
+        nb::sig("def make_springs(scan: Volume, threads: int = 0, **settings: typing.Any) -> "
+                "Tissue"),
+        "A mass-spring lattice over the scan. Settings: settings_of(\"springs\").");
+    m.def(
+        "make_body",
+        [](const nb::object& scan, const TetMesh& mesh, int threads, const nb::kwargs& settings) {
+            const auto chosen = settings_from<BodySettings>(settings, body_rows());
+            return PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
+                return make_body(volume, mesh, chosen, arena);
+            });
+        },
+        nb::arg("scan"), nb::arg("mesh"), nb::arg("threads") = 0, nb::arg("settings"),
+        nb::sig("def make_body(scan: Volume, mesh: TetMesh, threads: int = 0, **settings: "
+                "typing.Any) -> Tissue"),
+        "Neo-Hookean tetrahedra in a scan. Settings: settings_of(\"body\").");
+}
+
+}  // namespace pliant::python

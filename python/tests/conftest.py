@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scans and random numbers of the tests."""
+
+import random
+
+import numpy
+import pytest
+
+import pliant
+
+
+@pytest.fixture
+def rng() -> numpy.random.Generator:
+    """Random numbers; a failing test shows the seed."""
+    seed = random.SystemRandom().randrange(2**32)
+    print(f"seed {seed}")
+    return numpy.random.default_rng(seed)
+
+
+@pytest.fixture(scope="session")
+def airway() -> pliant.Volume:
+    return pliant.make_phantom("airway", (64, 64, 64))
+
+
+def random_direction(rng: numpy.random.Generator) -> numpy.ndarray:
+    """An oblique grid, right-handed or left-handed."""
+    q, _ = numpy.linalg.qr(rng.normal(size=(3, 3)))
+    return q

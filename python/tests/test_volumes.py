@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scans: exchange with NumPy, SimpleITK, NiBabel, DLPack and pickle; bad input."""
+
+import copy
+import gc
+import pickle
+import weakref
+
+import numpy
+import pytest
+
+import pliant
+from conftest import random_direction
+
+
+@pytest.mark.parametrize("dtype", [numpy.int16, numpy.float32])
+def test_an_array_is_viewed_both_ways(dtype, rng):
+    array = rng.integers(-1000, 1000, (4, 5, 6)).astype(dtype)
+    volume = pliant.Volume(array, spacing_mm=(1, 2, 3))
+    assert numpy.shares_memory(volume.array, array)
+    assert volume.size == (6, 5, 4)
+    assert not volume.array.flags.writeable
+    assert numpy.shares_memory(numpy.asarray(volume), array)
+    assert numpy.shares_memory(numpy.from_dlpack(volume), array)
+
+
+def test_memory_lives_as_long_as_its_views():
+    class Kept(numpy.ndarray):
+        pass
+
+    array = numpy.arange(60, dtype=numpy.int16).reshape(3, 4, 5).view(Kept)
+    gone = weakref.ref(array)
+    view = pliant.Volume(array).array
+    del array
+    gc.collect()
+    assert view[2, 3, 4] == 59
+    assert gone() is not None
+    del view
+    gc.collect()
+    assert gone() is None
+
+
+@pytest.mark.parametrize(
+    ("values", "dtype"),
+    [
+        (numpy.zeros((2, 3, 4)), numpy.float32),
+        (numpy.zeros((2, 3, 4), numpy.uint8), numpy.int16),
+        (numpy.full((2, 3, 4), 32767, numpy.uint16), numpy.int16),
+        (numpy.full((2, 3, 4), 32768, numpy.uint16), numpy.float32),
+        (numpy.full((2, 3, 4), -32769, numpy.int64), numpy.float32),
+        (numpy.zeros((4, 3, 2), numpy.int16).T, numpy.int16),
+        (numpy.zeros((2, 3, 4), ">i2"), numpy.int16),
+    ],
+)
+def test_other_types_are_converted(values, dtype):
+    volume = pliant.Volume(values)
+    assert volume.array.dtype == dtype
+    assert (volume.array == values).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"array": numpy.zeros((2, 3))}, "three axes"),
+        ({"array": numpy.zeros((2, 3, 4), complex)}, "real numbers"),
+        ({"array": numpy.zeros((0, 3, 4))}, "array"),
+        ({"array": numpy.zeros((2, 3, 4)), "spacing_mm": (1, 0, 1)}, "spacing"),
+        ({"array": numpy.zeros((2, 3, 4)), "direction": numpy.ones((3, 3))}, "direction"),
+        ({"array": numpy.zeros((2, 3, 4)), "direction": [1, 2]}, "nine numbers"),
+    ],
+)
+def test_bad_input_is_named(arguments, message):
+    with pytest.raises(pliant.Error, match=message) as raised:
+        pliant.Volume(**arguments)
+    assert raised.value.code == "invalid_argument"
+    assert "\n" not in str(raised.value)
+
+
+def test_a_missing_file_is_named():
+    with pytest.raises(pliant.Error, match="no such file") as raised:
+        pliant.read_volume("missing.nrrd")
+    assert raised.value.code == "not_found"
+    assert pickle.loads(pickle.dumps(raised.value)).code == "not_found"
+
+
+def test_points_and_voxels(rng):
+    direction = random_direction(rng)
+    spacing, origin = rng.uniform(0.5, 3, 3), rng.normal(size=3)
+    volume = pliant.Volume(numpy.zeros((3, 4, 5)), spacing, origin, direction)
+    ijk = rng.uniform(0, 2, 3)
+    point = origin + direction @ (spacing * ijk)
+    assert volume.world_from_voxel(ijk) == pytest.approx(point)
+    assert volume.voxel_from_world(point) == pytest.approx(ijk)
+    assert numpy.allclose(volume.direction, direction)
+
+
+def test_simpleitk_agrees(rng):
+    sitk = pytest.importorskip("SimpleITK")
+    volume = pliant.Volume(
+        rng.integers(-1000, 1000, (4, 5, 6)).astype(numpy.int16),
+        (1, 2, 3),
+        (4, 5, 6),
+        random_direction(rng),
+    )
+    image = volume.to_sitk()
+    assert image.GetPixelID() == sitk.sitkInt16
+    point = volume.world_from_voxel((3, 2, 1))
+    assert image.TransformIndexToPhysicalPoint((3, 2, 1)) == pytest.approx(point)
+    assert image.GetPixel(3, 2, 1) == volume.array[1, 2, 3]
+    back = pliant.Volume.from_sitk(image)
+    del image
+    gc.collect()
+    assert (back.array == volume.array).all()
+    assert not back.array.flags.owndata
+    assert numpy.allclose(back.direction, volume.direction)
+
+
+def test_nibabel_agrees(rng, tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    volume = pliant.Volume(
+        rng.integers(-1000, 1000, (4, 5, 6)).astype(numpy.int16),
+        (1, 2, 3),
+        (4, 5, 6),
+        random_direction(rng),
+    )
+    image = volume.to_nibabel()
+    point = numpy.array(volume.world_from_voxel((3, 2, 1))) * (-1, -1, 1)
+    assert image.affine @ (3, 2, 1, 1) == pytest.approx([*point, 1])
+    back = pliant.Volume.from_nibabel(image)
+    assert numpy.shares_memory(back.array, volume.array)
+    assert back.origin_mm == pytest.approx(volume.origin_mm)
+    volume.save(tmp_path / "scan.nii.gz")
+    read = nibabel.load(tmp_path / "scan.nii.gz")
+    assert numpy.allclose(read.affine, image.affine, atol=1e-5)
+    assert (numpy.asarray(read.dataobj) == numpy.asarray(image.dataobj)).all()
+
+
+def test_files_and_copies_are_equal(airway, tmp_path):
+    airway.save(tmp_path / "airway.nrrd")
+    for other in (
+        pliant.read_volume(tmp_path / "airway.nrrd"),
+        pickle.loads(pickle.dumps(airway)),
+        copy.deepcopy(airway),
+    ):
+        assert (other.array == airway.array).all()
+        assert other.spacing_mm == airway.spacing_mm
+        assert other.background == airway.background
+        assert not numpy.shares_memory(other.array, airway.array)

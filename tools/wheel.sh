@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
+#
+# The Python module: its wheel, which holds all libraries that it needs, and its tests in an
+# environment of their own.
+
+readonly most_wheel_mb=25
+
+# Makes a virtual environment with the packages of a list, anew if the list has changed.
+environment() { # NAME
+    local list=$root/python/requirements/$1.txt folder=$root/build/python-$1
+    cmp -s "$list" "$folder/requirements.txt" && return
+    say "virtual environment build/python-$1"
+    rm -rf "$folder"
+    python3 -m venv "$folder"
+    "$folder/bin/pip" install -q --disable-pip-version-check -r "$list"
+    cp "$list" "$folder/requirements.txt"
+}
+
+# Objects that another build folder has compiled alike are taken from ccache.
+wheel() {
+    need_packages build wheel
+    environment build
+    local bin=$root/build/python-build/bin raw wheel
+    rm -rf "$root/build/wheels" "$root/build/dist"
+    (cd "$root" && CXX=g++ CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1 PATH=$bin:$PATH \
+        "$bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
+        -C cmake.define.PLIANT_WARNINGS_AS_ERRORS=ON -w build/wheels .)
+    raw=("$root"/build/wheels/*.whl)
+    PATH=$bin:$PATH "$bin/auditwheel" repair -w "$root/build/dist" "${raw[0]}" >/dev/null 2>&1
+    wheel=("$root"/build/dist/*.whl)
+    PATH=$bin:$PATH "$bin/auditwheel" show "${wheel[0]}" | sed -n '/is consistent/,$p'
+    (($(stat -c %s "${wheel[0]}") <= most_wheel_mb << 20)) ||
+        fail "wheel: expected at most $most_wheel_mb MB, found $(du -h "${wheel[0]}")"
+    say "build/dist/${wheel[0]##*/}, $(($(stat -c %s "${wheel[0]}") >> 10)) KiB"
+}
+
+# Installs the wheel alone into an empty environment, and tests it beside the packages that it
+# works with.
+test_wheel() {
+    wheel
+    environment test
+    local empty wheels=("$root"/build/dist/*.whl) bin=$root/build/python-test/bin
+    empty=$(mktemp -d)
+    # shellcheck disable=SC2064
+    trap "rm -rf '$empty'" EXIT
+    python3 -m venv "$empty"
+    "$empty/bin/pip" install -q --disable-pip-version-check "${wheels[0]}"
+    (cd "$empty" && env -i "$empty/bin/python" -c \
+        'import pliant; print("empty environment: pliant", pliant.__version__)')
+    "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "${wheels[0]}"
+    "$bin/pip" list --disable-pip-version-check 2>/dev/null | grep -iE 'pliant|numpy|itk|nibabel'
+    (cd "$root/python/tests" && "$bin/python" -m pytest -q -p no:cacheprovider .)
+    # pliant's own code, and a user's.
+    (cd "$root/python/tests" && "$bin/mypy" --strict --cache-dir="$empty/mypy" -p pliant &&
+        "$bin/mypy" --strict --cache-dir="$empty/mypy" use_types.py)
+}
