@@ -18,13 +18,13 @@ environment() { # NAME
     cp "$list" "$folder/requirements.txt"
 }
 
-# Objects that another build folder has compiled alike are taken from ccache.
+# With the compiler and the warnings of the build that ccache may have.
 wheel() {
     need_packages build wheel
     environment build
     local bin=$root/build/python-build/bin raw wheel
     rm -rf "$root/build/wheels" "$root/build/dist"
-    (cd "$root" && CXX=g++ CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1 PATH=$bin:$PATH \
+    (cd "$root" && CXX=g++ PATH=$bin:$PATH \
         "$bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
         -C cmake.define.PLIANT_WARNINGS_AS_ERRORS=ON -w build/wheels .)
     raw=("$root"/build/wheels/*.whl)
