@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kUnit = 1.0 / (1 << 20);
 
-struct Instance {
+struct EmbeddedInstance {
     Volume volume;
     TetMesh mesh;
     std::vector<std::int32_t> solids;
@@ -32,8 +32,8 @@ struct Instance {
 };
 
 /// Two blocks side by side whose inner nodes are shaken, in an oblique scan.
-Instance make_instance(Random& random) {
-    Instance made;
+EmbeddedInstance make_instance(Random& random) {
+    EmbeddedInstance made;
     made.volume = make_volume({random.whole(18, 30), random.whole(17, 30), random.whole(15, 30)},
                               {random.real(0.7, 1.5), random.real(0.7, 1.5), 1.1},
                               [&](Vec3d) { return float(random.real(-900, 900)); });
@@ -66,7 +66,7 @@ std::array<double, 4> weights_of(Vec3d x, const TetMesh& mesh, std::size_t cell)
     return {1 - u - w - z, u, w, z};
 }
 
-Vec3d shift_in(const Instance& instance, std::size_t cell, Vec3d x) {
+Vec3d shift_in(const EmbeddedInstance& instance, std::size_t cell, Vec3d x) {
     const auto weights = weights_of(x, instance.mesh, cell);
     Vec3d sum{0, 0, 0};
     for (std::size_t n = 0; n < 4; ++n) {
@@ -77,7 +77,7 @@ Vec3d shift_in(const Instance& instance, std::size_t cell, Vec3d x) {
 }
 
 /// Displacement of a voxel by the definition. @param solid  that carries it; −1: any
-Vec3d expected_at(const Instance& instance, Vec3d x, std::int32_t solid) {
+Vec3d expected_at(const EmbeddedInstance& instance, Vec3d x, std::int32_t solid) {
     const TetMesh& mesh = instance.mesh;
     const auto is_of = [&](std::size_t c) { return solid < 0 || instance.solids[c] == solid; };
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
@@ -119,7 +119,7 @@ TEST(EmbeddedScan, VoxelsMoveWithTheWeightsOfTheirTetrahedra) {
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
-        const Instance instance = make_instance(random);
+        const EmbeddedInstance instance = make_instance(random);
         const bool by_label = seed % 2 == 0;
         const auto solid_at = [&](Vec3i p) {
             return by_label ? (p.x < 7 ? 0 : p.y < 12 ? 1 : -2) : -1;
@@ -155,7 +155,7 @@ TEST(EmbeddedScan, ManyMovesEqualOneAndRestIsRest) {
     for (const int threads : {1, 4}) {
         const TaskArena arena(threads);
         Random random(99);
-        const Instance instance = make_instance(random);
+        const EmbeddedInstance instance = make_instance(random);
         const EmbeddedScanSettings settings{.reach_mm = instance.reach_mm,
                                             .solids = instance.solids};
         auto once = EmbeddedScan::create(instance.volume, instance.mesh, settings, arena).value();
@@ -186,7 +186,7 @@ TEST(EmbeddedScan, LinksAcrossABladeAreCutAndVoxelsMoveWithTheirSide) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
-        Instance instance = make_instance(random);
+        EmbeddedInstance instance = make_instance(random);
         const TaskArena arena(seed % 2 == 0 ? 1 : 3);
         const Grid& grid = instance.volume.grid;
         Vec3d middle{0, 0, 0}, normal = normalized(random.vector(1));
@@ -277,7 +277,7 @@ TEST(EmbeddedScan, LinksAcrossABladeAreCutAndVoxelsMoveWithTheirSide) {
 TEST(EmbeddedScan, ATranslationIsExact) {
     const TaskArena arena(1);
     Random random(7);
-    Instance instance = make_instance(random);
+    EmbeddedInstance instance = make_instance(random);
     const Vec3d by{64 * kUnit, -32 * kUnit, 1024 * kUnit};
     for (std::size_t n = 0; n < instance.moved.size(); ++n)
         instance.moved[n] =
@@ -303,7 +303,7 @@ TEST(EmbeddedScan, ATranslationIsExact) {
 TEST(EmbeddedScan, BadInputIsRefusedAndChangesNothing) {
     const TaskArena arena(1);
     Random random(3);
-    Instance instance = make_instance(random);
+    EmbeddedInstance instance = make_instance(random);
     auto scan = EmbeddedScan::create(instance.volume, instance.mesh, {}, arena).value();
     ASSERT_TRUE(scan->place(instance.moved).ok());
     const auto hash = scan->deformation().hash();
