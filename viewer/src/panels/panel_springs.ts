@@ -23,7 +23,7 @@ export function springsText(state: TissueState | undefined): string {
     return `${nodes} nodes, ${state.active_nodes!} within ${state.depth!} layers, ${rate}`;
 }
 
-/// Lines about organs: what there is, how much of it is held, and how fast it is.
+/// Lines about organs: each body, the number of held nodes, and the pace.
 export function organLines(state: TissueState | undefined): string[] {
     if (state?.model !== 'own' || !state.bodies) return [];
     const { particles = 0, fixed_particles = 0, edge_mm = 0, time_step_ms = 0 } = state;
