@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/errors.h"
+#include "organs/label_names.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
@@ -72,7 +73,8 @@ Result<std::map<int, LabelInfo>> labels_of(const Volume& volume, const std::stri
 
 Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::path& file,
                                                        const Grid& scan, const TaskArena& arena,
-                                                       const std::function<bool()>& give_up) {
+                                                       const std::function<bool()>& give_up,
+                                                       const std::filesystem::path& names) {
     return attempt([&]() -> Result<std::shared_ptr<const LabelMap>> {
         const auto volume =
             read_volume(file.string(),
@@ -81,12 +83,16 @@ Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::pa
         const std::string name = file.filename().string();
         const auto labels = labels_of(*volume, name);
         if (!labels.ok()) return labels.error();
+        const auto found = find_label_names(file, volume->key_values, names);
+        if (!found.ok()) return about("label_names", found.error().code, found.error().message);
         auto map = std::make_shared<LabelMap>();
         map->name = name;
         map->grid = scan;
         std::map<int, std::uint16_t> number_of;
         for (const auto& [value, label] : *labels) {
             map->labels.push_back(label);
+            if (const auto named = found->find(value); named != found->end())
+                map->labels.back().name = named->second;
             number_of[value] = std::uint16_t(map->labels.size());
         }
         map->numbers.resize(voxel_count(scan));

@@ -29,12 +29,15 @@ struct LabelMap {
     std::vector<std::uint16_t> numbers{};
 };
 
-/// Reads a label map. Names and colours are those of 3D Slicer's segments in a NRRD file.
+/// Reads a label map. Colours are those of 3D Slicer's segments in a NRRD file, names those of
+/// find_label_names (organs/label_names.h).
+/// @param names  table of names; empty: none
 /// @param give_up  polled while the file is read; may be empty
 /// @returns an error for values that aren't whole numbers, more than kMaxLabels labels, and maps
 ///          without a label inside of the scan
 Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::path& file,
                                                        const Grid& scan, const TaskArena& arena,
-                                                       const std::function<bool()>& give_up = {});
+                                                       const std::function<bool()>& give_up = {},
+                                                       const std::filesystem::path& names = {});
 
 }  // namespace pliant::serve

@@ -36,8 +36,9 @@ struct SceneSource {
     bool straighten = false;                         ///< ReadOptions
     /// Labels of `labels` of which bodies are made; empty: of all organs. None: no bodies.
     std::optional<std::vector<int>> bodies{};
+    std::string label_names{};  ///< file of the bodies' names; absolute, may be empty
 
-    /// Whether two sources name the same scan.
+    /// Whether two sources name the same scan. Names of labels don't count.
     friend bool operator==(const SceneSource& a, const SceneSource& b) {
         return a.file == b.file && a.series == b.series && a.config == b.config &&
                a.labels == b.labels && a.directions == b.directions && a.network == b.network &&
