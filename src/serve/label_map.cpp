@@ -121,24 +121,10 @@ Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::pa
         arena.for_each(scan.size.z, 4, [&](std::int64_t begin, std::int64_t end) {
             for (std::int64_t k = begin; k < end; ++k) fill(int(k));
         });
-        std::vector<Vec3d> sums(map->labels.size(), Vec3d{0, 0, 0});
-        std::size_t n = 0;
-        for (int k = 0; k < scan.size.z; ++k)
-            for (int j = 0; j < scan.size.y; ++j)
-                for (int i = 0; i < scan.size.x; ++i) {
-                    const std::uint16_t number = map->numbers[n++];
-                    if (number == 0) continue;
-                    ++map->labels[number - 1].voxels;
-                    sums[number - 1] = sums[number - 1] + Vec3d{double(i), double(j), double(k)};
-                }
-        std::int64_t all = 0;
-        for (std::size_t l = 0; l < sums.size(); ++l) {
-            LabelInfo& label = map->labels[l];
-            all += label.voxels;
-            if (label.voxels > 0)
-                label.centre_mm = world_from_voxel(scan, (1.0 / double(label.voxels)) * sums[l]);
-        }
-        if (all == 0)
+        count_labels(*map);
+        const bool has_any = std::any_of(map->labels.begin(), map->labels.end(),
+                                         [](const LabelInfo& label) { return label.voxels > 0; });
+        if (!has_any)
             return pliant::Error{ErrorCode::InvalidArgument,
                                  name +
                                      ": expected a label map with labels inside of the scan, "

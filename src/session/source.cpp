@@ -207,6 +207,7 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     loaded.info.tool_mm = tool_mm_for(*made);
     loaded.info.starts_outside = true;
     loaded.info.name = std::filesystem::path(source.file).filename().string();
+    loaded.bodies = map_bodies(*made, loaded.volume);
     loaded.own_tissue = std::make_shared<const MakeTissue>(
         [organs = std::make_shared<const MadeOrgans>(std::move(*made))](
             const Volume& scan, const TaskArena& own) -> Result<std::unique_ptr<Tissue>> {

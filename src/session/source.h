@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "session/label_map.h"
 
 namespace pliant::serve {
 
@@ -57,6 +58,7 @@ struct LoadedScan {
     std::uint64_t hash = 0;
     std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
     std::shared_ptr<const MakeTissue> own_tissue{};
+    std::shared_ptr<const LabelMap> bodies{};  ///< at rest; null unless there are several
 };
 
 /// Whether a file is a vessel's scene, by its extension.
