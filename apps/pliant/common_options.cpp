@@ -83,6 +83,14 @@ void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies)
         ->expected(0, 256);
 }
 
+void add_label_names(CLI::App* command, std::string& file) {
+    command->add_option(
+        "--label-names", file,
+        "names of --labels: JSON, 3D Slicer's .ctbl, ITK-SNAP's label descriptions, "
+        "or .csv lines of a value and a name (default: the label map's own, or "
+        "such a file beside it with its name)");
+}
+
 void add_threads(CLI::App* command, int& threads) {
     command->add_option("--threads", threads, "threads to use; 0: all")->check(CLI::Range(0, 256));
 }

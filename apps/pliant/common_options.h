@@ -28,6 +28,8 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
 void add_scan(CLI::App* command, ScanChoice& scan);
 /// Adds --bodies: the labels of which bodies are made.
 void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies);
+/// Adds --label-names: the file of the names of --labels.
+void add_label_names(CLI::App* command, std::string& file);
 void add_threads(CLI::App* command, int& threads);
 /// Adds --iso and --polarity. @param meaning  "threshold of the surface"
 void add_surface(CLI::App* command, std::optional<double>& iso,

@@ -287,6 +287,7 @@ void add_body(CLI::App& app, BodyOptions& options) {
          "scene of organs (TOML: docs/organs.md), or a scan with --labels")
         ->required();
     c->add_option("--labels", options.labels, "label map of the scan: a body of each organ");
+    add_label_names(c, options.label_names);
     add_body_labels(c, options.bodies);
     add_scan(c, o.scan);
     add_actions(c, o, false);

@@ -131,7 +131,7 @@ struct DeformOptions {
 
 /// Of `pliant body`, which deforms like `pliant deform`.
 struct BodyOptions {
-    std::string labels;
+    std::string labels, label_names;
     std::optional<std::vector<int>> bodies;  ///< as of ServeOptions
     DeformOptions deform{};
 };
@@ -211,7 +211,7 @@ struct VesselOptions {
 struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
     ScanChoice scan;
-    std::string labels;                      ///< map over the scan
+    std::string labels, label_names;         ///< map over the scan, and table of its names
     std::optional<std::vector<int>> bodies;  ///< labels; empty: of all organs; none: no bodies
     std::string config, directions;          ///< materials
     std::string network;                     ///< springs that move the scan or the organ

@@ -19,7 +19,11 @@ namespace {
 Result<OrganFile> scene_of(const BodyOptions& o) {
     const std::string& file = o.deform.file;
     if (!o.labels.empty())
-        return organ_file_of_labels(file, o.labels, o.bodies.value_or(std::vector<int>{}));
+        return organ_file_of_labels(file, o.labels, o.bodies.value_or(std::vector<int>{}),
+                                    o.label_names);
+    if (!o.label_names.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--label-names: expected --labels, whose names these are, found none"};
     if (o.bodies)
         return Error{ErrorCode::InvalidArgument,
                      "--bodies: expected --labels, of which they are made, found none"};

@@ -113,6 +113,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
     ServerSettings settings{.file = options.file,
                             .series = options.scan.series,
                             .labels = options.labels,
+                            .label_names = options.label_names,
                             .bodies = options.bodies,
                             .config = options.config,
                             .directions = options.directions,

@@ -16,9 +16,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "(default: the airway phantom)");
     add_scan(c, o.scan);
     c->add_option("--labels", o.labels,
-                  "label map that is drawn over the scan and moves with the tissue; names and "
-                  "colours are those of 3D Slicer's segments (.seg.nrrd). With --config also the "
-                  "labels of its [[label]] tables");
+                  "label map that is drawn over the scan and moves with the tissue; colours are "
+                  "those of 3D Slicer's segments (.seg.nrrd). With --config also the labels of its "
+                  "[[label]] tables");
+    add_label_names(c, o.label_names);
     c->add_option("--config", o.config, "ChainMail's settings, TOML, as of pliant deform");
     add_body_labels(c, o.bodies);
     c->add_option("--directions", o.directions,

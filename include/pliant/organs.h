@@ -39,7 +39,7 @@ enum class BodyLaw {
 };
 
 struct OrganSettings {
-    std::string name{};
+    std::string name{};         ///< empty: that of its label in the label volume
     std::string mesh{};         ///< file of tetrahedra, or of a closed surface, which is filled
     std::vector<int> labels{};  ///< of the label volume: the body's voxels; its mesh if there is
                                 ///< no file
@@ -71,6 +71,8 @@ struct OrganFile {
     std::string scan{};     ///< empty: a scan is generated
     ReadOptions reading{};  ///< of the scan
     std::string label_volume{};
+    /// Table of the labels' names; empty: the label volume's own table, or one beside it.
+    std::string label_names{};
     std::int64_t tetrahedra = 20'000;  ///< number in all generated meshes together
     double smoothing_voxels = 0.8;     ///< standard deviation of the labels' smoothing
     /// Makes one more body: the tissue around the organs, without air.
@@ -100,9 +102,12 @@ Result<OrganFile> read_organ_file(const std::string& file) noexcept;
 /// Scene of one mesh that lies on its back: the hindmost twentieth of its depth is held.
 OrganFile organ_file_of_mesh(const std::string& file);
 /// Scene of a scan's labelled organs with their surroundings.
+/// make_organs names the bodies after their labels.
 /// @param labels  empty: each label with a volume of 1 ml or more that isn't air or bone
+/// @param label_names  OrganFile::label_names
 Result<OrganFile> organ_file_of_labels(const std::string& scan, const std::string& label_volume,
-                                       const std::vector<int>& labels) noexcept;
+                                       const std::vector<int>& labels,
+                                       const std::string& label_names = {}) noexcept;
 
 struct Organ {
     std::string name{};

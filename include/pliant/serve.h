@@ -34,6 +34,9 @@ struct ServerSettings {
     std::string file{};    ///< scan, or folder of DICOM slices; empty: the airway phantom
     std::string series{};  ///< DICOM series, for a folder with several
     std::string labels{};  ///< label map that is shown over the scan; empty: none
+    /// Table of the labels' names; empty: the label map's own, or one beside it. A session refers
+    /// to this file if bodies are made.
+    std::string label_names{};
     /// Labels of which bodies are made, that slide on each other and on their surroundings; empty:
     /// of all organs (organ_file_of_labels). None: no bodies.
     std::optional<std::vector<int>> bodies{};

@@ -13,12 +13,15 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -94,10 +97,12 @@ NiftiFields fields_2(const Bytes& bytes) {
     return f;
 }
 
-/// Reads the first bytes; fewer at the end of the file.
-std::size_t read_start(const fs::path& path, std::span<unsigned char> bytes) {
+/// Reads the first bytes, or those after an offset; fewer at the end of the file.
+std::size_t read_start(const fs::path& path, std::span<unsigned char> bytes,
+                       std::size_t offset = 0) {
     const gzFile file = gzopen(path.c_str(), "rb");
     if (!file) return 0;
+    if (offset > 0) gzseek(file, z_off_t(offset), SEEK_SET);
     const int count = gzread(file, bytes.data(), unsigned(bytes.size()));
     gzclose(file);
     return count < 0 ? 0 : std::size_t(count);
@@ -342,6 +347,19 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     place_grid(*fields, header.grid);
     note_orientation(*fields, header);
     return header;
+}
+
+std::string nifti_extension(const fs::path& path) {
+    constexpr double kMaxBytes = 1 << 20;
+    const std::string name = lower_case(path.filename().string());
+    if (!name.ends_with(".nii") && !name.ends_with(".nii.gz")) return {};
+    const auto fields = read_nifti_fields(path);
+    if (!fields) return {};
+    const double first = fields->version == 2 ? 544 : 352;
+    if (!(fields->vox_offset > first)) return {};
+    std::vector<unsigned char> bytes(std::size_t(std::min(fields->vox_offset - first, kMaxBytes)));
+    const std::size_t count = read_start(path, bytes, std::size_t(first));
+    return {bytes.begin(), bytes.begin() + std::ptrdiff_t(count)};
 }
 
 }  // namespace pliant

@@ -143,6 +143,9 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     if (!settings.replay.empty()) return open_watched(settings, arena);
     if (settings.bodies && settings.labels.empty())
         return expected_error("bodies", "a label map in labels, of which they are made", "none");
+    if (!settings.label_names.empty() && settings.labels.empty())
+        return expected_error("label_names", "a label map in labels, whose names these are",
+                              "none");
     std::error_code error;
     serve::SceneSource source{.series = settings.series,
                               .phantom_size = settings.phantom_size,
@@ -159,6 +162,7 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     // Without settings it is shown only.
     source.bodies = settings.bodies;
     if (!settings.config.empty() || source.bodies) source.labels = absolute(settings.labels);
+    if (source.bodies) source.label_names = absolute(settings.label_names);
     source.directions = absolute(settings.directions);
     source.network = absolute(settings.network);
     if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
@@ -223,6 +227,8 @@ SettingRows<ServerSettings> server_rows() noexcept {
         setting<&S::file>({.name = "file", .text = "scan; empty: the airway phantom"}),
         setting<&S::series>({.name = "series", .text = "DICOM series of a folder with several"}),
         setting<&S::labels>({.name = "labels", .text = "label map over the scan; empty: none"}),
+        setting<&S::label_names>(
+            {.name = "label_names", .text = "table of the labels' names; empty: the map's own"}),
         setting<&S::config>({.name = "config", .text = "ChainMail's settings, TOML"}),
         setting<&S::directions>(
             {.name = "directions", .text = "field of directions for its label materials"}),
@@ -286,8 +292,12 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     if (!tokens.ok()) return tokens.error();
     std::shared_ptr<const serve::LabelMap> labels;
     if (!settings.labels.empty()) {
-        auto read = serve::read_label_map(settings.labels, opened->scene->info().grid, arena);
-        if (!read.ok()) return about("labels", read.error().code, read.error().message);
+        auto read = serve::read_label_map(settings.labels, opened->scene->info().grid, arena, {},
+                                          settings.label_names);
+        if (!read.ok())
+            return read.error().field.empty()
+                       ? about("labels", read.error().code, read.error().message)
+                       : read.error();
         labels = std::move(*read);
     }
     auto impl = std::make_unique<Impl>();
@@ -302,7 +312,7 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
                                              settings.rate_hz, settings.max_upload_bytes);
     impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
     impl->hub->bound_springs(settings.max_spring_nodes);
-    if (labels) impl->hub->show_labels(std::move(labels), [](bool) {});
+    impl->hub->show_labels(std::move(labels), [](bool) {});
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     const bool is_watched = opened->watched.has_value();
     if (is_watched) impl->hub->watch(std::move(*opened->watched), arena);

@@ -21,6 +21,7 @@
 
 #include "core/errors.h"
 #include "core/hash.h"
+#include "organs/label_names.h"
 #include "organs/organ_scan.h"
 #include "organs/surroundings.h"
 
@@ -100,6 +101,19 @@ Status check_bodies(const OrganFile& file, const Volume& map) {
     return Ok{};
 }
 
+/// Names the bodies that have no name after their label.
+Status name_bodies(OrganFile& file, const Volume& map) {
+    const auto names = find_label_names(file.label_volume, map.key_values, file.label_names);
+    if (!names) return about("label_names", names.error().code, names.error().message);
+    for (OrganSettings& body : file.bodies) {
+        if (!body.name.empty() || body.labels.empty()) continue;
+        const int label = body.labels.front();
+        const auto named = names->find(label);
+        body.name = named == names->end() ? "label " + std::to_string(label) : named->second;
+    }
+    return Ok{};
+}
+
 Result<Source> source_of_labels(const OrganFile& file, const OrganSettings& settings,
                                 const Volume& labels, const TaskArena& arena) {
     auto found = lumen_of_labels(labels, settings.labels, file.smoothing_voxels, arena);
@@ -130,8 +144,9 @@ std::uint64_t hash_of(const MadeOrgans& made) {
     return hash.value();
 }
 
-Result<MadeOrgans> make(const OrganFile& file, const TaskArena& arena) {
-    MadeOrgans made{.file = file};
+Result<MadeOrgans> make(const OrganFile& given, const TaskArena& arena) {
+    MadeOrgans made{.file = given};
+    OrganFile& file = made.file;
     if (!file.scan.empty()) {
         auto scan = read_volume(file.scan, file.reading, &made.notes);
         if (!scan) return scan.error();
@@ -142,6 +157,7 @@ Result<MadeOrgans> make(const OrganFile& file, const TaskArena& arena) {
         if (!labels) return about("label_volume", labels.error().code, labels.error().message);
         made.labels = std::make_shared<const Volume>(std::move(*labels));
         if (const Status s = check_bodies(file, *made.labels); !s.ok()) return s.error();
+        if (const Status s = name_bodies(file, *made.labels); !s.ok()) return s.error();
     }
     std::vector<Source> sources;
     double volume = 0;

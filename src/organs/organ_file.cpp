@@ -66,6 +66,8 @@ Result<OrganFile> read_scene(const std::string& name) {
     if (file.surroundings && (file.scan.empty() || file.label_volume.empty()))
         return within(name, expected_error("[organs] surroundings", "a scan and a label_volume",
                                            file.scan.empty() ? "no scan" : "no label_volume"));
+    if (!file.label_names.empty() && file.label_volume.empty())
+        return within(name, expected_error("[organs] label_names", "a label_volume", "none"));
     if (!file.label_volume.empty() && file.scan.empty())
         return within(name, expected_error("[organs] label_volume", "a scan beside it", "none"));
     const auto folder = std::filesystem::path(name).parent_path();
@@ -86,13 +88,14 @@ Result<OrganFile> read_scene(const std::string& name) {
         if (const Status s = read_table(table, organ_rows(), body); !s)
             return within(name, s.error());
         if (const Status s = check_body(table, body, file); !s) return within(name, s.error());
-        if (body.name.empty()) body.name = "body " + std::to_string(table.number);
+        if (body.name.empty() && body.labels.size() != 1)
+            body.name = "body " + std::to_string(table.number);
         if (!body.mesh.empty()) body.mesh = (folder / body.mesh).string();
         file.bodies.push_back(std::move(body));
     }
     if (file.bodies.empty())
         return within(name, expected_error("[[body]]", "one or more of these tables", "none"));
-    for (std::string* path : {&file.scan, &file.label_volume})
+    for (std::string* path : {&file.scan, &file.label_volume, &file.label_names})
         if (!path->empty()) *path = (folder / *path).string();
     return file;
 }
@@ -102,8 +105,9 @@ struct LabelSum {
 };
 
 Result<OrganFile> file_of_labels(const std::string& scan, const std::string& label_volume,
-                                 std::vector<int> labels) {
-    OrganFile file{.file = scan, .scan = scan, .label_volume = label_volume};
+                                 std::vector<int> labels, const std::string& label_names) {
+    OrganFile file{
+        .file = scan, .scan = scan, .label_volume = label_volume, .label_names = label_names};
     file.surroundings = true;
     file.tetrahedra = 30'000;
     // Connective tissue holds organs in place. Without any of that, a pushed liver slides along its
@@ -139,8 +143,7 @@ Result<OrganFile> file_of_labels(const std::string& scan, const std::string& lab
                           expected_error("labels", "an organ of 1 ml or more, neither air nor bone",
                                          std::to_string(sums.size()) + " other labels"));
     }
-    for (const int label : labels)
-        file.bodies.push_back({.name = "label " + std::to_string(label), .labels = {label}});
+    for (const int label : labels) file.bodies.push_back({.labels = {label}});
     return file;
 }
 
@@ -181,8 +184,9 @@ OrganFile organ_file_of_mesh(const std::string& file) {
 }
 
 Result<OrganFile> organ_file_of_labels(const std::string& scan, const std::string& label_volume,
-                                       const std::vector<int>& labels) noexcept {
-    return attempt([&] { return file_of_labels(scan, label_volume, labels); });
+                                       const std::vector<int>& labels,
+                                       const std::string& label_names) noexcept {
+    return attempt([&] { return file_of_labels(scan, label_volume, labels, label_names); });
 }
 
 }  // namespace pliant

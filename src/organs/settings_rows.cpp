@@ -13,7 +13,9 @@ using F = OrganFile;
 constexpr double kLowestLabel = -2147483648.0, kHighestLabel = 2147483647.0;
 
 constexpr Setting<O> kBody[] = {
-    setting<&O::name>({.table = "body", .name = "name", .text = "in messages and reports"}),
+    setting<&O::name>({.table = "body",
+                       .name = "name",
+                       .text = "in messages and reports; empty: that of its label"}),
     setting<&O::mesh>({.table = "body",
                        .name = "mesh",
                        .text = "file of tetrahedra, or of a closed surface, which is filled"}),
@@ -75,6 +77,11 @@ constexpr Setting<F> kFile[] = {
                        .text = "file of the scan that they lie in; without it one is made"}),
     setting<&F::label_volume>(
         {.table = "organs", .name = "label_volume", .text = "file of its labels"}),
+    setting<&F::label_names>(
+        {.table = "organs",
+         .name = "label_names",
+         .text = "file of their names (JSON, .ctbl, .csv, ITK-SNAP's); empty: the label volume's "
+                 "own, or one beside it"}),
     setting<&F::tetrahedra>({.table = "organs",
                              .name = "tetrahedra",
                              .low = 100,

@@ -114,6 +114,8 @@ struct LabelInfo {
     std::optional<std::array<double, 3>> colour{};  ///< sRGB, 0…1
     std::int64_t voxels = 0;
     Vec3d centre_mm{0, 0, 0};  ///< mean position at rest
+    int body = 0;              ///< that carries it, from 1; 0: none
+    bool is_shown = true;      ///< at first
 };
 
 struct Welcome {

@@ -293,6 +293,8 @@ std::string labels_text(std::uint32_t volume, const std::string& name,
                     {"voxels", label.voxels},
                     {"centre_mm", json_of(label.centre_mm)}};
         if (label.colour) one["colour"] = *label.colour;
+        if (label.body > 0) one["body"] = label.body;
+        if (!label.is_shown) one["shown"] = false;
         list.push_back(std::move(one));
     }
     return text_of_json({{"t", "labels"}, {"volume", volume}, {"name", name}, {"labels", list}});

@@ -11,7 +11,13 @@
 namespace pliant::serve {
 
 void LabelFeed::show(std::shared_ptr<const LabelMap> map) {
-    m_map = std::move(map);
+    const auto bodies = m_host.scene().loaded()->bodies;
+    if (map && bodies) {
+        auto marked = std::make_shared<LabelMap>(*map);
+        mark_bodies(*marked, *bodies);
+        map = std::move(marked);
+    }
+    m_map = map ? std::move(map) : bodies;
     for (Client& client : m_host.clients())
         if (m_clients.contains(client.info.number)) tell(client);
 }
@@ -76,24 +82,34 @@ void LabelFeed::add(Client& client, std::vector<Outgoing>& batch) {
     m_host.worked();
 }
 
-/// Number of the label that is shown at a voxel.
-std::uint16_t LabelFeed::number_at(Vec3i voxel) const {
+/// Number of the label that is shown at a voxel; negative in every other cube of a body at rest.
+int LabelFeed::number_at(Vec3i voxel) const {
     const Scene& scene = m_host.scene();
     const Grid& grid = m_map->grid;
     const Vec3f back = scene.live().source_offset_mm(voxel);
+    const Vec3d at = world_from_voxel(grid, {double(voxel.x), double(voxel.y), double(voxel.z)});
     if (back == Vec3f{0, 0, 0}) {
         const std::uint16_t number = m_map->numbers[voxel_index(grid, voxel)];
         // A gap has no offset either, but the value of air instead of the scan's.
         const bool is_gap =
             number != 0 && scene.deformed().at(voxel) != scene.loaded()->volume.at(voxel);
-        return is_gap ? std::uint16_t(0) : number;
+        return is_gap ? 0 : striped(number, at);
     }
-    const Vec3d at = world_from_voxel(grid, {double(voxel.x), double(voxel.y), double(voxel.z)});
-    const Vec3d source = voxel_from_world(grid, at + Vec3d{back.x, back.y, back.z});
+    const Vec3d rest = at + Vec3d{back.x, back.y, back.z};
+    const Vec3d source = voxel_from_world(grid, rest);
     const Vec3i nearest{int(std::lround(source.x)), int(std::lround(source.y)),
                         int(std::lround(source.z))};
-    return contains(voxel_box(grid), nearest) ? m_map->numbers[voxel_index(grid, nearest)]
-                                              : std::uint16_t(0);
+    if (!contains(voxel_box(grid), nearest)) return 0;
+    return striped(m_map->numbers[voxel_index(grid, nearest)], rest);
+}
+
+int LabelFeed::striped(std::uint16_t number, Vec3d rest_mm) const {
+    if (number == 0 || !(m_map->stripe_mm > 0) || m_map->labels[number - 1u].body == 0)
+        return number;
+    const Vec3d from = rest_mm - m_map->grid.origin_mm;
+    std::int64_t cubes = 0;
+    for (int a = 0; a < 3; ++a) cubes += std::int64_t(std::floor(from[a] / m_map->stripe_mm));
+    return (cubes & 1) != 0 ? -int(number) : int(number);
 }
 
 std::string LabelFeed::encode(const Box3i& box, std::uint8_t flags, bool pack) {
@@ -135,7 +151,7 @@ void LabelFeed::leave(Client& client) {
 
 void LabelFeed::enter_scene() noexcept {
     m_clients.clear();
-    m_map.reset();
+    m_map = m_host.scene().loaded()->bodies;
 }
 
 }  // namespace pliant::serve

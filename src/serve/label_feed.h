@@ -21,7 +21,8 @@ class LabelFeed final : public Feed {
   public:
     using Feed::Feed;
 
-    /// Shows another map to all clients; null: none. @pre on the scene's grid
+    /// Shows another map to all clients; null: the bodies of the scene, if there are several.
+    /// @pre on the scene's grid
     void show(std::shared_ptr<const LabelMap> map);
 
     bool take(Client& client, const Message& message) override;
@@ -37,7 +38,8 @@ class LabelFeed final : public Feed {
   private:
     void tell(Client& client);
     std::string encode(const Box3i& box, std::uint8_t flags, bool pack);
-    std::uint16_t number_at(Vec3i voxel) const;
+    int number_at(Vec3i voxel) const;
+    int striped(std::uint16_t number, Vec3d rest_mm) const;
 
     std::shared_ptr<const LabelMap> m_map;        ///< null: none
     std::map<std::uint32_t, Delivery> m_clients;  ///< by number

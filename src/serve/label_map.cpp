@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/errors.h"
+#include "organs/label_names.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
@@ -72,7 +73,8 @@ Result<std::map<int, LabelInfo>> labels_of(const Volume& volume, const std::stri
 
 Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::path& file,
                                                        const Grid& scan, const TaskArena& arena,
-                                                       const std::function<bool()>& give_up) {
+                                                       const std::function<bool()>& give_up,
+                                                       const std::filesystem::path& names) {
     return attempt([&]() -> Result<std::shared_ptr<const LabelMap>> {
         const auto volume =
             read_volume(file.string(),
@@ -81,12 +83,16 @@ Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::pa
         const std::string name = file.filename().string();
         const auto labels = labels_of(*volume, name);
         if (!labels.ok()) return labels.error();
+        const auto found = find_label_names(file, volume->key_values, names);
+        if (!found.ok()) return about("label_names", found.error().code, found.error().message);
         auto map = std::make_shared<LabelMap>();
         map->name = name;
         map->grid = scan;
         std::map<int, std::uint16_t> number_of;
         for (const auto& [value, label] : *labels) {
             map->labels.push_back(label);
+            if (const auto named = found->find(value); named != found->end())
+                map->labels.back().name = named->second;
             number_of[value] = std::uint16_t(map->labels.size());
         }
         map->numbers.resize(voxel_count(scan));
@@ -115,24 +121,10 @@ Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::pa
         arena.for_each(scan.size.z, 4, [&](std::int64_t begin, std::int64_t end) {
             for (std::int64_t k = begin; k < end; ++k) fill(int(k));
         });
-        std::vector<Vec3d> sums(map->labels.size(), Vec3d{0, 0, 0});
-        std::size_t n = 0;
-        for (int k = 0; k < scan.size.z; ++k)
-            for (int j = 0; j < scan.size.y; ++j)
-                for (int i = 0; i < scan.size.x; ++i) {
-                    const std::uint16_t number = map->numbers[n++];
-                    if (number == 0) continue;
-                    ++map->labels[number - 1].voxels;
-                    sums[number - 1] = sums[number - 1] + Vec3d{double(i), double(j), double(k)};
-                }
-        std::int64_t all = 0;
-        for (std::size_t l = 0; l < sums.size(); ++l) {
-            LabelInfo& label = map->labels[l];
-            all += label.voxels;
-            if (label.voxels > 0)
-                label.centre_mm = world_from_voxel(scan, (1.0 / double(label.voxels)) * sums[l]);
-        }
-        if (all == 0)
+        count_labels(*map);
+        const bool has_any = std::any_of(map->labels.begin(), map->labels.end(),
+                                         [](const LabelInfo& label) { return label.voxels > 0; });
+        if (!has_any)
             return pliant::Error{ErrorCode::InvalidArgument,
                                  name +
                                      ": expected a label map with labels inside of the scan, "

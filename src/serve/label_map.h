@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A label map on the scan's grid: each voxel at rest has the number of its label. Maps on another
-// grid are sampled at the nearest voxel, so that the labels of a crop fit the whole scan.
+// Label maps from files. Maps on another grid than the scan's are sampled at the nearest voxel, so
+// that the labels of a crop fit the whole scan.
 
 #pragma once
 
@@ -14,27 +14,20 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <string>
-#include <vector>
 
-#include "protocol/messages.h"
+#include "session/label_map.h"
 
 namespace pliant::serve {
 
-struct LabelMap {
-    std::string name{};  ///< of the file
-    Grid grid{};         ///< of the scan
-    std::vector<LabelInfo> labels{};
-    /// Number of each voxel's label in the list, from 1; 0 without a label. i fastest.
-    std::vector<std::uint16_t> numbers{};
-};
-
-/// Reads a label map. Names and colours are those of 3D Slicer's segments in a NRRD file.
+/// Reads a label map. Colours are those of 3D Slicer's segments in a NRRD file, names those of
+/// find_label_names (organs/label_names.h).
+/// @param names  table of names; empty: none
 /// @param give_up  polled while the file is read; may be empty
 /// @returns an error for values that aren't whole numbers, more than kMaxLabels labels, and maps
 ///          without a label inside of the scan
 Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::path& file,
                                                        const Grid& scan, const TaskArena& arena,
-                                                       const std::function<bool()>& give_up = {});
+                                                       const std::function<bool()>& give_up = {},
+                                                       const std::filesystem::path& names = {});
 
 }  // namespace pliant::serve

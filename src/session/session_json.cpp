@@ -125,7 +125,8 @@ Json json_of(const SessionHeader& header) {
     for (const auto& [key, file] :
          {std::pair{"config", &header.source.config}, std::pair{"labels", &header.source.labels},
           std::pair{"directions", &header.source.directions},
-          std::pair{"network", &header.source.network}})
+          std::pair{"network", &header.source.network},
+          std::pair{"label_names", &header.source.label_names}})
         if (!file->empty()) source[key] = *file;
     return {{"source", source}, {"scan", hex_text(header.scan_hash, 16)}};
 }
@@ -162,6 +163,7 @@ Result<SessionHeader> header_of(const Json& json) {
     header.source.labels = string_at(*source, "labels");
     header.source.directions = string_at(*source, "directions");
     header.source.network = string_at(*source, "network");
+    header.source.label_names = string_at(*source, "label_names");
     if (!header.source.file.empty()) return header;
     header.source.phantom = string_at(*source, "phantom");
     const auto size = source->find("size");

@@ -186,7 +186,8 @@ double tool_mm_for(const MadeOrgans& made) {
 /// @returns one line that names the file
 Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena,
                                const std::function<bool()>& give_up) {
-    auto file = source.bodies ? organ_file_of_labels(source.file, source.labels, *source.bodies)
+    auto file = source.bodies ? organ_file_of_labels(source.file, source.labels, *source.bodies,
+                                                     source.label_names)
                 : is_organ_file(source.file) ? read_organ_file(source.file)
                                              : Result(organ_file_of_mesh(source.file));
     if (!file.ok()) return file.error();
@@ -206,6 +207,7 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     loaded.info.tool_mm = tool_mm_for(*made);
     loaded.info.starts_outside = true;
     loaded.info.name = std::filesystem::path(source.file).filename().string();
+    loaded.bodies = map_bodies(*made, loaded.volume);
     loaded.own_tissue = std::make_shared<const MakeTissue>(
         [organs = std::make_shared<const MadeOrgans>(std::move(*made))](
             const Volume& scan, const TaskArena& own) -> Result<std::unique_ptr<Tissue>> {

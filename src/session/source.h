@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "session/label_map.h"
 
 namespace pliant::serve {
 
@@ -36,8 +37,9 @@ struct SceneSource {
     bool straighten = false;                         ///< ReadOptions
     /// Labels of `labels` of which bodies are made; empty: of all organs. None: no bodies.
     std::optional<std::vector<int>> bodies{};
+    std::string label_names{};  ///< file of the bodies' names; absolute, may be empty
 
-    /// Whether two sources name the same scan.
+    /// Whether two sources name the same scan. Names of labels don't count.
     friend bool operator==(const SceneSource& a, const SceneSource& b) {
         return a.file == b.file && a.series == b.series && a.config == b.config &&
                a.labels == b.labels && a.directions == b.directions && a.network == b.network &&
@@ -56,6 +58,7 @@ struct LoadedScan {
     std::uint64_t hash = 0;
     std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
     std::shared_ptr<const MakeTissue> own_tissue{};
+    std::shared_ptr<const LabelMap> bodies{};  ///< at rest; null unless there are several
 };
 
 /// Whether a file is a vessel's scene, by its extension.

@@ -246,7 +246,7 @@ Status BodyTissue::step(std::int32_t count, std::uint32_t tool, Vec3d way_mm) {
 }
 
 /// Makes a time step in which a tool's nodes move evenly. A jump in the first sub-step would throw
-/// what is beside them.
+/// the nodes beside them.
 Status BodyTissue::stride(std::uint32_t tool, Vec3d shift) {
     const auto held = m_tools.find(tool);
     if (held == m_tools.end()) return step(m_plan.steps);

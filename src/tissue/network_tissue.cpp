@@ -250,7 +250,7 @@ bool NetworkTissue::is_far() const {
     return false;
 }
 
-/// Calls a function that moves tools and nodes, and takes back what it did if it fails.
+/// Calls a function that moves tools and nodes, and undoes its changes if it fails.
 template <class Act>
 auto NetworkTissue::undone_on_error(const Act& act) {
     std::vector<std::int32_t> all(m_positions.size());

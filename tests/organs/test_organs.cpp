@@ -13,10 +13,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <string>
 
+#include "organs/label_names.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
 
@@ -443,6 +447,20 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     EXPECT_EQ(file->bodies[1].labels, std::vector<int>{7});
     EXPECT_GT(file->friction, 0) << "nothing else holds a body of a label";
     file->tetrahedra = 6000;
+    std::ofstream(m_folder / "organs.ctbl") << "7 left_lobe 1 2 3 255\n";
+    {
+        OrganFile named = *file;
+        named.tetrahedra = 2000;
+        named.label_names = (m_folder / "organs.ctbl").string();
+        const auto with_names = make_organs(named, m_arena);
+        ASSERT_TRUE(with_names.ok()) << with_names.error().message;
+        EXPECT_EQ(with_names->organs[0].name, "label 5") << "the table has no name for it";
+        EXPECT_EQ(with_names->organs[1].name, "left lobe");
+        named.label_names = (m_folder / "none.ctbl").string();
+        const auto missing = make_organs(named, m_arena);
+        ASSERT_FALSE(missing.ok());
+        EXPECT_EQ(missing.error().field, "label_names");
+    }
     const auto made = make_organs(*file, m_arena);
     ASSERT_TRUE(made.ok()) << made.error().message;
     ASSERT_EQ(made->organs.size(), 3u);
@@ -470,6 +488,10 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     ASSERT_TRUE(carried.ok());
     EXPECT_NE(hash_volume(carried->volume), hash_volume(made->scan));
 
+    EXPECT_EQ(made->organs[0].name, "label 5") << "there are no names";
+    ASSERT_EQ(made->file.bodies.size(), 2u);
+    EXPECT_EQ(made->file.bodies[0].name, "label 5");
+
     OrganFile without = *file;
     without.bodies[0].labels = {6};
     const auto none = make_organs(without, m_arena);
@@ -483,6 +505,83 @@ TEST_F(Organs, LabelsGetBodiesInTheirSurroundings) {
     const auto other = make_organs(*file, m_arena);
     ASSERT_FALSE(other.ok()) << "the scan has one image";
     EXPECT_NE(other.error().message.find("scan.nrrd"), std::string::npos) << other.error().message;
+}
+
+/// A NIfTI file with an extension between header and voxels.
+void put_extension(const std::filesystem::path& nifti, const std::string& xml) {
+    std::ifstream in(nifti, std::ios::binary);
+    std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    in.close();
+    std::string extension(8, '\0');
+    extension += xml;
+    extension.resize((extension.size() + 15) / 16 * 16, ' ');
+    const auto size = std::int32_t(extension.size());
+    std::memcpy(extension.data(), &size, 4);
+    bytes[348] = 1;
+    const auto offset = float(352 + size);
+    std::memcpy(bytes.data() + 108, &offset, 4);
+    bytes.insert(352, extension);
+    std::ofstream(nifti, std::ios::binary) << bytes;
+}
+
+TEST_F(Organs, LabelsHaveTheNamesOfATable) {
+    const auto names_of = [&](const std::string& text) {
+        std::ofstream(m_folder / "names.txt") << text;
+        const auto names = read_label_names(m_folder / "names.txt");
+        return names.ok() ? *names : LabelNames{};
+    };
+    const LabelNames two{{1, "spleen"}, {6, "left kidney"}};
+    for (const char* text :
+         {"{\"1\": \"spleen\", \"6\": \"left kidney\"}",
+          "{\"spleen\": 1, \"background\": 0, \"left kidney\": 6}",
+          "{\"labels\": {\"spleen\": 1, \"left kidney\": 6}, \"numTraining\": 40}",
+          "[{\"value\": 1, \"name\": \"spleen\"}, {\"id\": 6, \"name\": \"left kidney\"}]",
+          "# ITK-SNAP\n0 0 0 0 0 0 0 \"Clear Label\"\n1 255 0 0 1 1 1 \"spleen\"\n"
+          "   6  0  255 0  1 1 1   \"left kidney\"\n",
+          "# Slicer\n0 Background 0 0 0 0\n1 spleen 157 108 162 255\n6 left_kidney 1 2 3 255\n",
+          "\xef\xbb\xbfvalue,name\r\n1,spleen\r\n6,\"left kidney\"\r\n",
+          "1;spleen;red\n6;left kidney;blue\n", "1 spleen\n6: left kidney\n"})
+        EXPECT_EQ(names_of(text), two) << text;
+    EXPECT_EQ(names_of("7 lobe 3\n").at(7), "lobe 3") << "one number is no colour";
+    EXPECT_EQ(names_of("# Organs\n\nThese were found:\n3 livers\nin all\n"), LabelNames{});
+    std::ofstream(m_folder / "names.txt") << "no names\n";
+    const auto none = read_label_names(m_folder / "names.txt");
+    ASSERT_FALSE(none.ok());
+    EXPECT_EQ(none.error().message, (m_folder / "names.txt").string() +
+                                        ": expected lines of a label's value and its "
+                                        "name, or JSON of them, found none");
+}
+
+TEST_F(Organs, LabelsHaveTheNamesOfTheirMapAndOfATextBesideIt) {
+    const std::filesystem::path map = m_folder / "map.nrrd", nifti = m_folder / "map.nii";
+    const auto found = [](const std::filesystem::path& file, const KeyValues& pairs,
+                          const std::filesystem::path& table = {}) {
+        const auto names = find_label_names(file, pairs, table);
+        EXPECT_TRUE(names.ok()) << names.error().message;
+        return names.ok() ? *names : LabelNames{};
+    };
+    const KeyValues segments = {{"Segment0_LabelValue", "7"}, {"Segment0_Name", "liver"}};
+    EXPECT_EQ(found(map, {}), LabelNames{});
+    EXPECT_EQ(found(map, segments), (LabelNames{{7, "liver"}}));
+    Grid grid{.size = {4, 4, 4}, .spacing_mm = {1, 1, 1}};
+    ASSERT_TRUE(write_volume(nifti, {grid, VoxelArray<std::int16_t>(voxel_count(grid)), {}}).ok());
+    EXPECT_EQ(found(nifti, {}), LabelNames{});
+    put_extension(nifti,
+                  "<CaretExtension><LabelTable><Label Key=\"2\" Red=\"0\">"
+                  "<![CDATA[false_lumen]]></Label>\n<Label Key=\"3\">a &amp; b</Label>");
+    EXPECT_EQ(found(nifti, {}), (LabelNames{{2, "false_lumen"}, {3, "a & b"}}));
+    ASSERT_TRUE(read_volume(nifti).ok()) << "the voxels are behind the extension";
+    // A text beside the map.
+    std::ofstream(m_folder / "map.json") << "{\"EchoTime\": 4, \"SeriesNumber\": 7}";
+    EXPECT_EQ(found(map, {}), LabelNames{}) << "this is about an image";
+    std::ofstream(m_folder / "map.txt") << "7 liver\nNotes about the map.\n";
+    EXPECT_EQ(found(map, {}), LabelNames{}) << "this is no table";
+    std::ofstream(m_folder / "map.csv") << "value,name\n7,gall bladder\n";
+    EXPECT_EQ(found(map, {}), (LabelNames{{7, "gall bladder"}}));
+    EXPECT_EQ(found(m_folder / "map.nii.gz", {}), (LabelNames{{7, "gall bladder"}}));
+    EXPECT_EQ(found(map, segments), (LabelNames{{7, "liver"}})) << "its own are preferred";
+    std::ofstream(m_folder / "other.txt") << "7 spleen\n";
+    EXPECT_EQ(found(map, segments, m_folder / "other.txt"), (LabelNames{{7, "spleen"}}));
 }
 
 }  // namespace

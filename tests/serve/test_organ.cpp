@@ -14,9 +14,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
+#include <map>
 #include <string>
 #include <thread>
 
+#include "protocol/frames.h"
+#include "protocol/half.h"
 #include "serve/test_client.h"
 #include "session/scene.h"
 #include "support/random.h"
@@ -182,6 +186,90 @@ TEST_F(OrganScene, APageLearnsItsBodiesTheToolsThatItTakesAndTheirSize) {
     EXPECT_EQ(client.command({{"do", "tissue"}, {"model", "own"}})["t"], "done");
     client.checked_checksum();
     EXPECT_EQ(client.state["tissue"]["model"], "own");
+}
+
+TEST_F(OrganScene, SeveralBodiesAreLabelsInCubesOfTwoSigns) {
+    // Two boxes that touch each other at x = 0.
+    const auto box = [](double from) {
+        TetMesh mesh = five_tet_block({6, 6, 6}, 5);
+        for (Vec3d& p : mesh.nodes_mm) p = p + Vec3d{from, -15, -15};
+        return mesh;
+    };
+    ASSERT_TRUE(write_vtu(m_folder / "left.vtu", box(-30)).ok());
+    ASSERT_TRUE(write_vtu(m_folder / "right.vtu", box(0)).ok());
+    std::ofstream(m_folder / "two.toml") << "[[body]]\nname = \"left\"\nmesh = \"left.vtu\"\n"
+                                            "[[body]]\nname = \"right\"\nmesh = \"right.vtu\"\n";
+    auto server = Server::start({.file = (m_folder / "two.toml").string()}, m_arena);
+    ASSERT_TRUE(server.ok()) << server.error().message;
+    TestClient client(server->port(), server->link());
+    client.enter();
+    client.overlay_format = kFormatLabels;
+    client.overlay.assign(client.voxels.size(), 0xffff);
+    client.say({{"do", "labels"}, {"id", 900}, {"on", true}});
+    EXPECT_EQ(client.answer(900)["t"], "done");
+    const Json list = client.until("labels");
+    EXPECT_EQ(list["name"], "bodies");
+    ASSERT_EQ(list["labels"].size(), 2U);
+    for (int n = 0; n < 2; ++n) {
+        EXPECT_EQ(list["labels"][std::size_t(n)]["name"], n == 0 ? "left" : "right");
+        EXPECT_EQ(list["labels"][std::size_t(n)]["body"], n + 1);
+        EXPECT_NEAR(double(list["labels"][std::size_t(n)]["centre_mm"][0]), n == 0 ? -15 : 15, 1);
+    }
+    client.checked_checksum();
+    auto scene = Scene::open({.file = (m_folder / "two.toml").string()}, m_arena, m_arena);
+    ASSERT_TRUE(scene.ok());
+    const auto loaded = (*scene)->loaded();
+    ASSERT_NE(loaded->bodies, nullptr);
+    const Grid& grid = loaded->bodies->grid;
+    ASSERT_GT(loaded->bodies->stripe_mm, 2.9 * grid.spacing_mm.x);
+    std::map<int, int> counts;
+    for (int k = 0; k < grid.size.z; ++k)
+        for (int j = 0; j < grid.size.y; ++j)
+            for (int i = 0; i < grid.size.x; ++i) {
+                const Vec3d p = world_from_voxel(grid, {double(i), double(j), double(k)});
+                const auto number =
+                    int(float_from_half(client.overlay[voxel_index(grid, {i, j, k})]));
+                ++counts[number];
+                const bool inside =
+                    std::abs(p.x) < 29.5 && std::abs(p.y) < 14.5 && std::abs(p.z) < 14.5;
+                if (inside && std::abs(p.x) > 0.1) {
+                    ASSERT_EQ(std::abs(number), p.x < 0 ? 1 : 2) << p.x << ' ' << p.y << ' ' << p.z;
+                }
+                if (number == 0) continue;
+                int cubes = 0;
+                for (int a = 0; a < 3; ++a)
+                    cubes +=
+                        int(std::floor((p[a] - grid.origin_mm[a]) / loaded->bodies->stripe_mm));
+                ASSERT_EQ(number < 0, cubes % 2 == 1);
+            }
+    for (const int number : {-2, -1, 0, 1, 2}) EXPECT_GT(counts[number], 1000) << number;
+    // One body has no labels.
+    auto one = Scene::open({.file = (m_folder / "organ.vtu").string()}, m_arena, m_arena);
+    ASSERT_TRUE(one.ok());
+    EXPECT_EQ((*one)->loaded()->bodies, nullptr);
+}
+
+TEST_F(OrganScene, LabelsOfAMapKnowTheBodiesThatCarryThem) {
+    const Grid grid{.size = {6, 2, 1}, .spacing_mm = {1, 1, 1}};
+    // Body 1, body 2 and the surroundings, which are body 3; two labels, and voxels without one.
+    LabelMap bodies{.grid = grid,
+                    .labels = {{.name = "a", .body = 1},
+                               {.name = "b", .body = 2},
+                               {.name = "surroundings", .body = 3, .is_shown = false}},
+                    .numbers = {1, 1, 2, 2, 3, 0, 1, 1, 2, 2, 3, 0},
+                    .stripe_mm = 4};
+    LabelMap map{.grid = grid,
+                 .labels = {{.value = 5}, {.value = 7}},
+                 .numbers = {1, 1, 2, 2, 0, 0, 1, 0, 2, 2, 0, 0}};
+    mark_bodies(map, bodies);
+    EXPECT_EQ(map.stripe_mm, 4);
+    ASSERT_EQ(map.labels.size(), 3u);
+    EXPECT_EQ(map.labels[0].body, 1);
+    EXPECT_EQ(map.labels[1].body, 2);
+    EXPECT_EQ(map.labels[2].body, 3);
+    EXPECT_FALSE(map.labels[2].is_shown);
+    EXPECT_EQ(map.labels[2].voxels, 2);
+    EXPECT_EQ(map.numbers, (std::vector<std::uint16_t>{1, 1, 2, 2, 3, 0, 1, 0, 2, 2, 3, 0}));
 }
 
 TEST_F(OrganScene, IsCutRecordedAndReplayed) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bodies that are cut: what is kept, what opens, and that it can be taken back.
+// Cuts of bodies: conserved mass, the gap that opens, and undo.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>

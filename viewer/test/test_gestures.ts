@@ -181,6 +181,28 @@ test('standard views: keypad 1, 3 and 7, with Ctrl from the other side', async (
         assert.deepEqual(add(state.view.orbit.direction, direction).map(Math.abs), [0, 0, 0]);
     }
     assert.equal(hashes.size, 3);
+    // A click on the cut face, beside the lumen, sets the crosshair there.
+    const { camera, orbit: facing } = (await stateOf(page)).view;
+    const seenPoint = async (): Promise<Vec3> => (await stateOf(page)).sections.cursor;
+    let onFace = 0;
+    for (const [u, v] of [
+        [0.3, 0.35],
+        [0.7, 0.35],
+        [0.35, 0.7],
+        [0.62, 0.66],
+    ] as const) {
+        await page.mouse.click(...(await spot(page, 'endoscope', u, v)));
+        await page.waitForTimeout(50);
+        const point = await seenPoint();
+        const value = await page.evaluate((p) => {
+            const { volume } = (window as never as { pliant: Session }).pliant;
+            const { grid } = volume!;
+            return volume!.sample(p.map((x, a) => (x - grid.origin[a]!) / grid.spacing[a]!) as never);
+        }, point);
+        const off = Math.abs(dot(sub(point, camera.eye), facing.direction));
+        if (value > -400 && off < 1e-6) ++onFace;
+    }
+    assert.ok(onFace >= 2, `${onFace} clicks on the cut face`);
     const { orbit } = (await stateOf(page)).view;
     await dragBy(page, await spot(page, 'endoscope'), [60, 20]);
     assert.notDeepEqual((await stateOf(page)).view.orbit.direction, orbit.direction);

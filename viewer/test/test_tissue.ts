@@ -140,6 +140,23 @@ for (const { tool, view, by } of kDrags)
         assert.deepEqual(await all(page), start);
     });
 
+test('a drag on the cut face of the outside view moves the tissue there', async () => {
+    const steps = await undoSteps();
+    const sum = await compare(page);
+    await page.keyboard.press('Numpad1');
+    await page.click('[data-tool=push]');
+    // Beside the lumen: its rays begin in tissue.
+    await dragBy(page, await spot(page, 'endoscope', 0.7, 0.35), [-30, 10]);
+    await untilState(page, ({ shared }) => shared!.undo.steps > steps);
+    await idle(page);
+    await picture(page, 'push_cut_face');
+    assert.notEqual((await compare(page))?.tissue, sum?.tissue);
+    await page.click('[data-tool=look]');
+    await page.keyboard.press('o');
+    await undo(steps);
+    assert.equal((await compare(page))?.tissue, sum?.tissue);
+});
+
 test('the threshold changes the endoscope’s picture and its line in the sections', async () => {
     const start = await all(page);
     await page.getByLabel('as a line in the sections').check();

@@ -220,6 +220,8 @@ export interface LabelsNews {
         colour?: Vec3; ///< sRGB, 0…1
         voxels: number;
         centre_mm: Vec3;
+        body?: number; ///< that carries it, from 1
+        shown?: boolean; ///< at first; absent: yes
     }[];
 }
 

@@ -3,8 +3,10 @@
 
 // Panel of the tissue model: ChainMail, springs with the depth that forces reach, or organs.
 
+import { cssOf } from '../maths/colour_map.ts';
 import type { TissueState } from '../net/protocol.ts';
 import { springRows } from '../net/settings.ts';
+import { haveBodies, lookOf } from '../state/labels.ts';
 import { lengthFor } from '../state/units.ts';
 import { button, checkbox, choice, h } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
@@ -23,7 +25,7 @@ export function springsText(state: TissueState | undefined): string {
     return `${nodes} nodes, ${state.active_nodes!} within ${state.depth!} layers, ${rate}`;
 }
 
-/// Lines about organs: what there is, how much of it is held, and how fast it is.
+/// Lines about organs: each body, the number of held nodes, and the pace.
 export function organLines(state: TissueState | undefined): string[] {
     if (state?.model !== 'own' || !state.bodies) return [];
     const { particles = 0, fixed_particles = 0, edge_mm = 0, time_step_ms = 0 } = state;
@@ -163,12 +165,40 @@ export function tissuePanel(parts: Parts): HTMLElement {
         ),
     );
     const own = model.querySelector('[value=own]')!.parentElement!;
+    const contact = parts.add(
+        checkbox(
+            'show where bodies touch',
+            () => parts.state.labels.contact,
+            (on) => session.store.set({ labels: { contact: on } }),
+            'stripes on both sides, which part where bodies slide on each other',
+        ),
+    );
     const element = section(
         'Tissue',
         false,
         tissue(model, cells, stiffness, ratio, depth, byTime, find),
+        contact,
         lines,
         text,
+    );
+    /// Lists the bodies, each with its colour in the views.
+    const listOrgans = (): void => {
+        const { labels } = parts.state;
+        const bodies = labels.list.filter(({ body }) => body > 0);
+        lines.replaceChildren(
+            ...organLines(now()).map((line) => {
+                const label = bodies.find(({ name }) => name && line.startsWith(`${name}: `));
+                if (!label || !lookOf(labels, label).shown) return h('li', {}, line);
+                const swatch = h('i', { 'aria-hidden': 'true' });
+                swatch.style.background = cssOf(label.colour);
+                return h('li', {}, swatch, line);
+            }),
+        );
+        contact.hidden = now()?.model !== 'own' || !haveBodies(labels);
+    };
+    session.store.watch(
+        ({ labels: { list, looks } }) => [list, looks],
+        () => listOrgans(),
     );
     session.store.watch(
         ({ scan }) => [scan.volume],
@@ -186,7 +216,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
             cells.hidden = stiffness.hidden = ratio.hidden = state?.model === 'own';
             own.hidden = !state?.has_own;
             text.textContent = springsText(state);
-            lines.replaceChildren(...organLines(state).map((line) => h('li', {}, line)));
+            listOrgans();
             if (state?.model === 'own' && shown !== 'own') element.setAttribute('open', '');
             shown = state?.model;
         },

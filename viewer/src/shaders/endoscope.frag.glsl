@@ -39,6 +39,8 @@ vec3 wallColour(vec3 p, vec3 normal) {
 #ifdef LABELS
     vec4 label = labelBehind(p, normal);
     own = mix(own, linearOf(label.rgb), label.a);
+    vec4 contact = contactShade(p - kLabelBehind * normalize(voxelVectorOf(normal)));
+    own = mix(own, linearOf(contact.rgb), contact.a);
 #endif
     return own;
 }
@@ -120,6 +122,8 @@ void main() {
 #ifdef LABELS
         vec4 label = labelAt(o);
         light = mix(light, linearOf(label.rgb), label.a);
+        vec4 contact = contactShade(o);
+        light = mix(light, linearOf(contact.rgb), contact.a);
 #endif
         t = 0.0;
     }

@@ -28,6 +28,8 @@ void main() {
 #ifdef LABELS
     vec4 label = labelOutlined(p, voxelVectorOf(pixel * right), voxelVectorOf(pixel * up));
     shade = mix(shade, label.rgb, label.a);
+    vec4 contact = contactShade(p);
+    shade = mix(shade, contact.rgb, contact.a);
 #endif
     if (contour) {
         vec3 dx = voxelVectorOf(pixel * right), dy = voxelVectorOf(pixel * up);

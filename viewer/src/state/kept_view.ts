@@ -12,7 +12,7 @@ const kKey = 'pliant.view.2'; // a new number where the form changes
 
 function keptOf(state: State): Patch {
     const { view, sections, look, fluoro, rendering, flight, overlay } = state;
-    const { looks, names, opacity, outline } = state.labels;
+    const { looks, names, opacity, outline, contact } = state.labels;
     const { maximised, contour, space, timings } = state.display;
     return {
         view,
@@ -26,7 +26,7 @@ function keptOf(state: State): Patch {
         display: { maximised, contour, space, timings },
         movie: { keyframes: state.movie.keyframes },
         marks: { list: state.marks.list, kind: state.marks.kind },
-        labels: { looks, names, opacity, outline },
+        labels: { looks, names, opacity, outline, contact },
     };
 }
 

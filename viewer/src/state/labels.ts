@@ -17,6 +17,8 @@ export interface Label {
     readonly colour: Vec3; ///< sRGB, 0…1
     readonly voxels: number;
     readonly centre: Vec3; ///< at rest [mm, LPS]
+    readonly body: number; ///< that carries it, from 1; 0: none
+    readonly isShown: boolean; ///< unless chosen otherwise
 }
 
 export interface LabelLook {
@@ -32,6 +34,7 @@ export interface Labels {
     readonly names: Readonly<Record<number, string>>; ///< of a table, by value
     readonly opacity: number;
     readonly outline: boolean; ///< in the sections
+    readonly contact: boolean; ///< of bodies, in two shades that move with the tissue
     readonly version: number; ///< grows with each change of the label field
     readonly touched: readonly string[]; ///< names of structures at risk that a tool touches
 }
@@ -40,9 +43,12 @@ export interface State {
     readonly labels: Labels;
 }
 
-const kUsual: LabelLook = { shown: true, risk: false, target: false };
+export const lookOf = ({ looks }: Labels, { value, isShown }: Label): LabelLook =>
+    looks[value] ?? { shown: isShown, risk: false, target: false };
 
-export const lookOf = ({ looks }: Labels, { value }: Label): LabelLook => looks[value] ?? kUsual;
+/// Tests whether some labels are of different bodies, which may touch each other.
+export const haveBodies = ({ list }: Labels): boolean =>
+    new Set(list.map(({ body }) => body).filter((body) => body > 0)).size > 1;
 
 export const nameOf = ({ names }: Labels, { value, name }: Label): string =>
     names[value] || name || `label ${value}`;
@@ -54,19 +60,22 @@ export const initialLabels: Labels = {
     names: {},
     opacity: 0.4,
     outline: true,
+    contact: false,
     version: 0,
     touched: [],
 };
 
 /// Labels of the server's list; those without a colour get distinct ones by their value.
 export const labelsOf = ({ labels }: LabelsNews): Label[] =>
-    labels.map(({ value, name, colour, voxels, centre_mm }, n) => ({
+    labels.map(({ value, name, colour, voxels, centre_mm, body = 0, shown = true }, n) => ({
         number: n + 1,
         value,
         name,
         colour: colour ?? distinctColour(value),
         voxels,
         centre: centre_mm,
+        body,
+        isShown: shown,
     }));
 
 /// Reads names from a table: lines of 3D Slicer's colour tables (.ctbl: value name red green blue

@@ -4,7 +4,8 @@
 // Picking: world positions under the pointer, in all views.
 
 import { blendAlong } from '../maths/blend.ts';
-import { firstHit, frameOf, rayThrough } from '../maths/rays.ts';
+import { voxelFromWorld } from '../maths/grid.ts';
+import { firstHit, frameOf, inTissue, rayThrough, type Surface } from '../maths/rays.ts';
 import { adjusted } from '../maths/transfer.ts';
 import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
@@ -53,7 +54,7 @@ export function rayAt(state: State, under: Spot): { origin: Vec3; direction: Vec
     return { origin: along(camera.eye, start, direction), direction };
 }
 
-/// World position under a spot; undefined if its ray hits no wall, or
+/// World position under a spot; undefined if its ray hits no surface, or
 /// loses less than half of its light in a volume.
 export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | undefined {
     const plane = planeAt(volume, state, spot);
@@ -63,7 +64,29 @@ export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | un
         const { transfer, opacity, shift } = state.rendering;
         return blendAlong(volume, adjusted(transfer, opacity, shift), origin, direction).picked;
     }
-    return firstHit(volume, origin, direction, surfaceOf(state))?.point;
+    return surfaceAt(volume, state, origin, direction)?.point;
+}
+
+/// First hit of a ray of rayAt with the surface that is shown: a wall, or tissue on the plane that
+/// cuts the outside view open.
+export function surfaceAt(
+    volume: VolumeData,
+    state: State,
+    origin: Vec3,
+    direction: Vec3,
+): { readonly distance: number; readonly point: Vec3 } | undefined {
+    const surface = surfaceOf(state);
+    const { outside, fluoroscopy } = state.view;
+    if (outside && !fluoroscopy && isTissueAt(volume, origin, surface))
+        return { distance: 0, point: origin };
+    return firstHit(volume, origin, direction, surface);
+}
+
+/// Tests whether a point is in the scan's tissue, as shaders/endoscope.frag.glsl does.
+function isTissueAt(volume: VolumeData, point: Vec3, surface: Surface): boolean {
+    const ijk = voxelFromWorld(volume.grid, point);
+    const isInside = ijk.every((x, a) => x >= 0 && x <= volume.grid.size[a]! - 1);
+    return isInside && inTissue(volume.sample(ijk), surface);
 }
 
 /// Axes of a view's picture and scale at a position, to convert drags to motions.

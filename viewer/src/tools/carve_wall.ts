@@ -5,12 +5,11 @@
 // bore into the hole that it has just made; one that follows this wall keeps its depth.
 
 import { voxelFromWorld } from '../maths/grid.ts';
-import { firstHit } from '../maths/rays.ts';
 import { along, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
-import { type State, surfaceOf } from '../state/state.ts';
+import type { State } from '../state/state.ts';
 import { type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
-import { planeAt, rayAt, type Spot } from './aim.ts';
+import { planeAt, rayAt, type Spot, surfaceAt } from './aim.ts';
 
 const kReach = 40; // of the copy around the first place [mm]
 const kMaxVoxels = 4e6;
@@ -47,9 +46,8 @@ export class CarveWall {
                 this.plane.axes.normal,
             );
         const { origin, direction } = rayAt(state, spot);
-        const surface = surfaceOf(state);
-        const then = firstHit(this.copy, origin, direction, surface);
-        const now = firstHit(this.volume, origin, direction, surface);
+        const then = surfaceAt(this.copy, state, origin, direction);
+        const now = surfaceAt(this.volume, state, origin, direction);
         // The wall of the moment counts where there is no copy, also in front of the copied one.
         const isBeyond = now !== undefined && !this.holds(now.point);
         const inFront = isBeyond && (!then || now.distance < then.distance);

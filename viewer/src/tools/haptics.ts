@@ -124,8 +124,8 @@ export class Haptics {
         this.scene.store.set({ device: { news: null } });
     }
 
-    /// Starts the device at the endoscope's tip, or ahead of it; from outside before what is in the
-    /// middle, with the radius of the tools. @returns whether it has started
+    /// Starts the device at the endoscope's tip, or ahead of it; from outside before the surface in
+    /// the middle of the picture, with the radius of the tools. @returns whether it has started
     async start(): Promise<boolean> {
         const { volume, surface } = this.scene;
         const { view, flight, device, shared, tool } = this.scene.store.state;

@@ -45,7 +45,8 @@ export class LabelsTool {
         stage.setLabels(list.length ? new LabelField(volume.grid) : undefined);
         const { version, file } = store.state.labels;
         store.set({ labels: { file: news.name, list, version: version + 1, touched: [] } });
-        if (news.name && news.name !== file)
+        const isOwn = list.every(({ body }) => body > 0); // the bodies of the scene
+        if (news.name && news.name !== file && !isOwn)
             this.scene.say(
                 `${news.name}: ${list.length} ${list.length === 1 ? 'label' : 'labels'}`,
             );

@@ -19,7 +19,7 @@ import {
     type View,
 } from '../state/state.ts';
 import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
-import { meteredExposure } from './exposure.ts';
+import { lampReach, meteredExposure } from './exposure.ts';
 import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
 import { scaleOf } from '../state/units.ts';
 import { instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
@@ -242,6 +242,17 @@ export class EndoscopeView {
         const slope = Math.tan((field * Math.PI) / 360);
         const thin = picture === this.outside || picture === this.blended;
         const seen = thin ? kCatheterPixels / rect.height : 0;
+        const isPlain = picture === this.inside && state.look.style === 'plain';
+        const reach = isPlain
+            ? lampReach(
+                  this.volume!.data,
+                  camera,
+                  fieldOfView,
+                  barrel,
+                  aspect,
+                  surfaceOf(state),
+              )
+            : 1;
         picture.set({
             eye: vector(camera.eye),
             right: vector(frame.right),
@@ -250,7 +261,8 @@ export class EndoscopeView {
             aspect,
             slope,
             barrel: outside ? 0 : barrel,
-            fogDistance: outside ? 0 : fog,
+            lightReach: reach * kLightReach,
+            fogDistance: outside ? 0 : reach * fog,
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
             ...this.catheter.uniforms(camera.eye, seen * orbit.distance * slope),

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Automatic exposure, metered over the picture, as in src/render/exposure.cpp.
+// Automatic exposure, metered over the picture, as in src/render/exposure.cpp. In front of a scene
+// whose nearest wall is farther away than any in a lumen, such as an organ, the lamps are stronger.
 
 import { type Camera, firstHit, rayThrough, type Surface } from '../maths/rays.ts';
 import type { VolumeData } from '../maths/volume.ts';
@@ -13,6 +14,33 @@ const kPower = 0.75; // exponent of the mean, between mean and median
 const kNear = 5; // distance at the lowest power of the lamps [mm]
 const kFar = 45; // distance at the highest power [mm]
 const kLampSize = 3; // [mm]
+
+const kCoarse = 5; // rays along each side that find the nearest wall
+
+/// Factor of the lamps' reach in front of a scene that is far away: 1 within a lumen.
+const reachFor = (nearest: number): number =>
+    nearest < Infinity ? Math.max(1, nearest / kFar) : 1;
+
+/// Factor of the lamps' reach for a camera.
+export function lampReach(
+    volume: VolumeData,
+    camera: Camera,
+    fieldOfView: number,
+    barrel: number,
+    aspect: number,
+    surface: Surface,
+): number {
+    let nearest = Infinity;
+    for (let j = 0; j < kCoarse; ++j)
+        for (let i = 0; i < kCoarse; ++i) {
+            const u = aspect * ((2 * i + 1) / kCoarse - 1);
+            const v = (2 * j + 1) / kCoarse - 1;
+            const ray = rayThrough(camera, fieldOfView, barrel, u, v);
+            const hit = firstHit(volume, camera.eye, ray, surface);
+            nearest = Math.min(nearest, hit?.distance ?? Infinity);
+        }
+    return reachFor(nearest);
+}
 
 const arriving = (far: number): number => 1 / (far * far + kLampSize * kLampSize);
 
@@ -31,6 +59,7 @@ export function meteredExposure(
     const [halfWidth, halfHeight] = full ? [aspect, 1] : [radius, radius];
     let sum = 0;
     let count = 0;
+    let nearest = Infinity;
     for (let j = 0; j < kAcross; ++j)
         for (let i = 0; i < kAcross; ++i) {
             const u = (2 * i + 1) / kAcross - 1;
@@ -39,8 +68,10 @@ export function meteredExposure(
             ++count;
             const ray = rayThrough(camera, fieldOfView, barrel, halfWidth * u, halfHeight * v);
             const hit = firstHit(volume, camera.eye, ray, surface);
-            if (hit) sum += arriving(hit.distance) ** kPower;
+            if (!hit) continue;
+            sum += arriving(hit.distance) ** kPower;
+            nearest = Math.min(nearest, hit.distance);
         }
     const mean = (sum / count) ** (1 / kPower);
-    return kKey / Math.min(Math.max(mean, arriving(kFar)), arriving(kNear));
+    return kKey / Math.min(Math.max(mean, arriving(kFar * reachFor(nearest))), arriving(kNear));
 }

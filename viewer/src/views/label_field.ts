@@ -2,17 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Labels of the deformed scan on its grid: numbers in the list of labels, from 1; 0 without one.
+// Numbers of bodies are negative in every other cube of the tissue at rest.
 
 import * as THREE from 'three';
 import type { Grid } from '../maths/grid.ts';
 import { floatOfHalf } from '../maths/half.ts';
 import type { Vec3 } from '../maths/vec.ts';
-import { kMaxLabels, type Label, lookOf, type State } from '../state/labels.ts';
+import { haveBodies, kMaxLabels, type Label, lookOf, type State } from '../state/labels.ts';
 import { HalfField } from './half_field.ts';
 
 const kWidth = kMaxLabels + 1;
 const kShown = 64; // as in shaders/labels.glsl
 const kTarget = 128;
+const kBodies = 63; // numbers of bodies in the colours; further ones share them
 
 export class LabelField extends HalfField {
     /// Creates a field without labels.
@@ -26,7 +28,7 @@ export class LabelField extends HalfField {
         const at = ijk.map(Math.round);
         if (at.some((x, a) => x < 0 || x >= this.grid.size[a]!)) return 0;
         const [nx, ny] = this.grid.size;
-        return floatOfHalf[this.halves[at[0]! + nx * (at[1]! + ny * at[2]!)]!]!;
+        return Math.abs(floatOfHalf[this.halves[at[0]! + nx * (at[1]! + ny * at[2]!)]!]!);
     }
 }
 
@@ -50,6 +52,7 @@ export class LabelColours {
             labelColours: this.texture,
             labelOpacity: labels.opacity,
             labelOutlines: labels.outline,
+            contactsOn: labels.contact && haveBodies(labels),
             targetsOn: labels.list.some((label) => lookOf(labels, label).target),
         };
     }
@@ -66,7 +69,8 @@ export class LabelColours {
             label.colour.forEach((x, a) => {
                 this.data[at + a] = Math.round(255 * x);
             });
-            this.data[at + 3] = (shown ? kShown : 0) + (target ? kTarget : 0);
+            const body = label.body > 0 ? 1 + ((label.body - 1) % kBodies) : 0;
+            this.data[at + 3] = (shown ? kShown : 0) + (target ? kTarget : 0) + body;
         }
         this.texture.needsUpdate = true;
     }
@@ -77,5 +81,6 @@ export const kNoLabels: Record<string, unknown> = {
     labelColours: null,
     labelOpacity: 0,
     labelOutlines: false,
+    contactsOn: false,
     targetsOn: false,
 };
