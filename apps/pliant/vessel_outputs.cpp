@@ -39,10 +39,10 @@ bool parse(const std::string& word, double& out) {
     return error == std::errc() && end == word.data() + word.size() && std::isfinite(out);
 }
 
-/// The smallest of 1, 2 and 5 times a power of ten that isn't exceeded, at least a micrometre.
+/// The smallest of 1, 2, 3 and 5 times a power of ten that isn't exceeded, at least a micrometre.
 double full_scale(double largest) {
     const double power = std::pow(10, std::floor(std::log10(std::max(largest, 1e-3))));
-    for (const double factor : {1.0, 2.0, 5.0})
+    for (const double factor : {1.0, 2.0, 3.0, 5.0})
         if (largest <= factor * power) return factor * power;
     return 10 * power;
 }
@@ -139,7 +139,7 @@ Status write_vessel_picture(const std::filesystem::path& path, const CatheterSce
         largest_mm = std::max(largest_mm, moved_mm.back());
     }
     const DrawnSurface wall{
-        .nodes_mm = ghost, .triangles = rest.cells, .values = moved_mm, .opacity = 0.45};
+        .nodes_mm = ghost, .triangles = rest.cells, .values = moved_mm, .opacity = 0.6};
     const DrawnWire wire{
         .points_mm = scene.wire_positions().subspan(std::size_t(scene.first_inserted())),
         .radius_mm = scene.settings().catheter.radius_mm};

@@ -257,7 +257,9 @@ double round_length(double most) {
     return power;
 }
 
-void draw_scales(Image& image, const Sheet& sheet, const SurfaceView& view, bool is_cut) {
+/// @param opacity  of the surfaces with values: the scale has the colours of two layers of them
+void draw_scales(Image& image, const Sheet& sheet, const SurfaceView& view, bool is_cut,
+                 double opacity) {
     const int scale = std::max(1, image.height / 400), edge = 10 * scale;
     const int y = image.height - edge - render::kGlyphHeight * scale;
     const double length = round_length(0.25 * sheet.width / sheet.scale);
@@ -272,8 +274,9 @@ void draw_scales(Image& image, const Sheet& sheet, const SurfaceView& view, bool
     const int high_px = render::text_width(high, scale), colours = 120 * scale,
               left = image.width - edge - high_px - 6 * scale - colours;
     for (int x = 0; x < colours; ++x)
-        render::fill_box(image, {left + x, y}, {left + x + 1, y + render::kGlyphHeight * scale},
-                         warm((x + 0.5) / colours));
+        for (int layer = 0; layer < 2; ++layer)
+            render::fill_box(image, {left + x, y}, {left + x + 1, y + render::kGlyphHeight * scale},
+                             warm((x + 0.5) / colours), opacity);
     render::draw_text(image, {left + colours + 6 * scale, y}, high, kWords, scale);
     render::draw_text(image, {left - 6 * scale - render::text_width(low, scale), y}, low, kWords,
                       scale);
@@ -314,7 +317,9 @@ Image surface_view(std::span<const DrawnSurface> surfaces, std::span<const Drawn
     Canvas canvas(sheet, view.full);
     std::vector<Layer> opaque, translucent;
     bool is_cut = false;
+    double opacity = 1;
     for (const DrawnSurface& surface : surfaces) {
+        if (!surface.values.empty()) opacity = std::clamp(surface.opacity, 0.0, 1.0);
         collect(surface, sheet, surface.opacity >= 1 ? opaque : translucent);
         for (const double v : surface.values) is_cut = is_cut || v > view.full;
     }
@@ -324,7 +329,7 @@ Image surface_view(std::span<const DrawnSurface> surfaces, std::span<const Drawn
                      [](const Layer& a, const Layer& b) { return a.depth > b.depth; });
     for (const Layer& layer : translucent) canvas.draw(layer, false);
     Image image = canvas.image();
-    draw_scales(image, sheet, view, is_cut);
+    draw_scales(image, sheet, view, is_cut, opacity);
     if (!view.caption.empty()) {
         const int scale = std::max(1, image.height / 400);
         render::draw_text(image, {10 * scale, 10 * scale}, view.caption, kWords, scale);
