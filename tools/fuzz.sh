@@ -37,7 +37,7 @@ fuzz() { # [TARGET…] [--seconds N]
 # The words of the format that a target reads; several share one.
 dictionary_of() { # TARGET
     case $1 in
-        labels | vessel | fit | state) echo settings ;;
+        labels | organs | vessel | fit | state) echo settings ;;
         markups | keyframes | messages | network | session) echo json ;;
         *) echo "$1" ;;
     esac

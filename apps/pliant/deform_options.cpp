@@ -280,6 +280,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
 void add_body(CLI::App& app, BodyOptions& options) {
     DeformOptions& o = options.deform;
     o.model = "body";
+    o.picture.shows_tool = true;
     auto* c = app.add_subcommand("body", "Push organs: meshes, or the labelled parts of a scan");
     c->add_option(
          "FILE", o.file,
@@ -309,13 +310,16 @@ void add_body(CLI::App& app, BodyOptions& options) {
     add_threads(c, o.threads);
     c->footer(
         "Examples:\n"
-        "  pliant body liver.vtu --push \"10,-60,20:0,15,0\" --tool sphere:8 --out moved.vtu "
+        "  pliant body liver.vtu --push \"-20,-235,-300:0,12,0\" --tool sphere:12 --out moved.vtu "
         "--report moved.json\n"
-        "  pliant body liver.stl --slide \"10,-90,20:0,40,0\" --tool sphere:8 --png slid.png\n"
-        "  pliant body liver.stl --cut \"-20,-130,20;60,-130,20:0,90,0\" "
-        "--push \"20,-95,35:0,-20,10\" --tool sphere:10 --png cut.png\n"
+        "  pliant body liver.vtk --slide \"20,-270,-300:0,40,0\" --tool sphere:12 --png slid.png\n"
+        "  pliant body liver.vtk --cut \"-60,-280,-300;20,-280,-300:0,90,0\" "
+        "--push \"-20,-235,-285:0,-10,12\" --tool sphere:12 --png cut.png\n"
         "  pliant body abdomen.nii.gz --labels organs.nii.gz --bodies 5,6 "
-        "--push \"40,-20,300:0,10,0\" --tool sphere:12 --volume pushed.nrrd");
+        "--push \"41,-235,388:0,10,0\" --tool sphere:12 --volume pushed.nrrd\n"
+        "Positions are those of liver_set and of abdomen_ct_3mm (docs/organs.md); pliant mesh "
+        "FILE\n"
+        "prints the corners of another mesh.");
 }
 
 }  // namespace pliant::app

@@ -47,6 +47,25 @@ Error about(const fs::path& path, const Error& error) {
     return {error.code, path.string() + ": " + error.message};
 }
 
+/// The tool of the last push or slide, if the picture shows it.
+ShownTool shown_tool(const DeformOptions& o, const DeformResult& result) {
+    ShownTool tool{.radius_mm = o.sphere_radius_mm};
+    if (!o.picture.shows_tool) return tool;
+    std::size_t pushes = 0, slides = 0;
+    for (const DeformAction& action : o.actions) {
+        if (const auto* push = std::get_if<PushOption>(&action)) {
+            const PushReport& report = result.pushes[pushes++];
+            tool.before_mm = push->point_mm;
+            tool.after_mm = push->point_mm + report.step_fraction * push->push_mm;
+        } else if (const auto* slide = std::get_if<SlideOption>(&action)) {
+            tool.before_mm = slide->point_mm;
+            tool.after_mm = result.slides[slides++].end_mm;
+        }
+    }
+    if (o.release) tool.after_mm.reset();
+    return tool;
+}
+
 /// Writes a volume that is computed on demand. @param path  empty: not requested
 template <class Make>
 Status write_made(const fs::path& path, Encoding encoding, const Make& make) {
@@ -90,8 +109,8 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
     if (Status s = write_made(outputs.strain, encoding, [&] { return strain_field(scan); }); !s)
         return s;
     if (!outputs.png.empty()) {
-        const Image image =
-            before_and_after(o.picture, scan, deformed.volume, result.rest, result.values, place);
+        const Image image = before_and_after(o.picture, scan, deformed.volume, result.rest,
+                                             result.values, place, shown_tool(o, result));
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;
     }
     if (!outputs.state.empty())

@@ -95,6 +95,7 @@ struct PictureOptions {
     std::optional<double> iso_hu, window_hu, level_hu;
     std::optional<std::string> polarity;
     LookOptions look_of;
+    bool shows_tool = false;  ///< outlines the tool of the last push or slide
 };
 
 struct DeformOptions {
@@ -202,8 +203,9 @@ struct MeshOptions {
 
 struct VesselOptions {
     std::string scene;
-    std::string report, csv, frames, record, replay, volume;  ///< outputs, and a log to replay
-    int every = 50;                                           ///< steps per frame
+    /// Outputs, and a log to replay.
+    std::string report, csv, frames, record, replay, volume, png;
+    int every = 50;  ///< steps per frame
     bool json = false;
     int threads = 0;
 };

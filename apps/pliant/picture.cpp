@@ -3,6 +3,8 @@
 
 #include "picture.h"
 
+#include <pliant/surface_view.h>
+
 #include <algorithm>
 
 #include "look.h"
@@ -30,8 +32,8 @@ PushOption middle_of_deformation(const MovingScan& scan) {
 }
 
 Image before_and_after(const PictureOptions& o, const MovingScan& scan, const Volume& after,
-                       const RestField& rest, const ValueDefaults& values,
-                       const PushOption& place) {
+                       const RestField& rest, const ValueDefaults& values, const PushOption& place,
+                       const ShownTool& tool) {
     const Volume& before = scan.volume();
     const TaskArena& arena = scan.arena();
     const double iso_hu = o.iso_hu.value_or(values.iso);
@@ -62,12 +64,17 @@ Image before_and_after(const PictureOptions& o, const MovingScan& scan, const Vo
     const double width_mm = before.grid.size.x * before.grid.spacing_mm.x;
     view.section.width_mm = std::min(width_mm, std::max(80 * scale, 10 * norm(place.push_mm)));
     view.caption = "before";
-    const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
+    const auto picture_of = [&](const Volume& volume, const std::optional<Vec3d>& tool_mm) {
+        Image image = four_up_view(volume, view, kPictureSide, kPictureSide, arena);
+        if (tool_mm) outline_tool(image, volume, view, *tool_mm, tool.radius_mm);
+        return image;
+    };
+    const Image left = picture_of(before, tool.before_mm);
     // Most pages are shared with the other scan and would count twice.
     std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
     view.caption = "after";
     view.endoscope.rest = &rest;
-    return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
+    return side_by_side(left, picture_of(after, tool.after_mm));
 }
 
 }  // namespace pliant::app

@@ -9,6 +9,8 @@
 #include <pliant/resample.h>
 #include <pliant/scan_values.h>
 
+#include <optional>
+
 #include "options.h"
 
 namespace pliant::app {
@@ -25,10 +27,17 @@ Status check_picture(const PictureOptions& options);
 /// picture if there is no push.
 PushOption middle_of_deformation(const MovingScan& scan);
 
+/// A spherical tool before and after the deformation. @see outline_tool
+struct ShownTool {
+    double radius_mm = 0;
+    std::optional<Vec3d> before_mm{}, after_mm{};  ///< centres; nullopt: not there
+};
+
 /// Draws before and after, with the same camera and the same sections through the pushed point.
 /// @param rest  may be empty unless shows_rest()
 /// @param place  point and direction of the picture
 Image before_and_after(const PictureOptions& options, const MovingScan& scan, const Volume& after,
-                       const RestField& rest, const ValueDefaults& values, const PushOption& place);
+                       const RestField& rest, const ValueDefaults& values, const PushOption& place,
+                       const ShownTool& tool = {});
 
 }  // namespace pliant::app

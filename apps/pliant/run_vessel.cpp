@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "options.h"
+#include "output_names.h"
 #include "progress.h"
 #include "standard_output.h"
 #include "vessel_outputs.h"
@@ -107,6 +108,7 @@ struct VesselOutputs {
     TextFile csv, report;
     Frames frames;
     std::string record, volume;  ///< staged paths
+    std::filesystem::path png;
 
     Status open(const VesselOptions& o) {
         if (!o.csv.empty())
@@ -122,7 +124,8 @@ struct VesselOutputs {
             if (!path) return path.error();
             *place = path->string();
         }
-        return Ok{};
+        const OutputName names[] = {{"--png", o.png, png, {".png"}}};
+        return stage_names(names, o.scene, staged);
     }
 };
 
@@ -158,7 +161,7 @@ int run_vessel(const VesselOptions& o) {
     }
     VesselOutputs outputs;
     if (const Status s = outputs.open(o); !s) return bad_input(s.error().message);
-    auto& [staged, csv, report_file, frames, record, volume] = outputs;
+    auto& [staged, csv, report_file, frames, record, volume, png] = outputs;
 
     std::optional<ProgressBar> making(std::in_place, "vessel");
     auto made = make_vessel(*file, arena);
@@ -241,6 +244,9 @@ int run_vessel(const VesselOptions& o) {
         if (const Status s = write_volume_of(volume, *made->scan, *scene, arena); !s)
             return bad_input(s.error().message);
     }
+    if (!png.empty())
+        if (const Status s = write_vessel_picture(png, *scene); !s)
+            return bad_input(s.error().message);
     if (const Status s = staged.commit(); !s) return bad_input(s.error().message);
 
     if (o.json) {

@@ -130,6 +130,9 @@ void add_vessel(CLI::App& app, VesselOptions& o) {
         ->check(CLI::Range(1, 1000000));
     c->add_option("--volume", o.volume,
                   "final scan, deformed with the wall (.nrrd, .mha, .nii.gz, .vti …)");
+    c->add_option("--png", o.png,
+                  "picture of the vessel and the catheter at the end, from outside: the inner "
+                  "wall, translucent, in the colours of its displacement (.png)");
     auto* record = c->add_option("--record", o.record, "log of the hand's motion");
     c->add_option("--replay", o.replay, "replay a log instead of the scene's script")
         ->excludes(record);
@@ -139,6 +142,7 @@ void add_vessel(CLI::App& app, VesselOptions& o) {
         "Examples:\n"
         "  pliant vessel scenes/vessel_phantom.toml\n"
         "  pliant vessel aorta.toml --report aorta.json --csv aorta.csv --frames aorta\n"
+        "  pliant vessel scenes/vessel_soft.toml --png soft.png\n"
         "  pliant vessel aorta.toml --record aorta.log && pliant vessel aorta.toml --replay "
         "aorta.log");
 }

@@ -5,7 +5,9 @@
 
 #include <pliant/catheter.h>
 #include <pliant/files.h>
+#include <pliant/surface_view.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -35,6 +37,14 @@ std::string hex(std::uint64_t value) {
 bool parse(const std::string& word, double& out) {
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
     return error == std::errc() && end == word.data() + word.size() && std::isfinite(out);
+}
+
+/// The smallest of 1, 2, 3 and 5 times a power of ten that isn't exceeded, at least a micrometre.
+double full_scale(double largest) {
+    const double power = std::pow(10, std::floor(std::log10(std::max(largest, 1e-3))));
+    for (const double factor : {1.0, 2.0, 3.0, 5.0})
+        if (largest <= factor * power) return factor * power;
+    return 10 * power;
 }
 
 }  // namespace
@@ -117,6 +127,26 @@ Status Frames::close() {
     if (!m_body.empty())
         if (const Status s = write_pvd(m_folder / "tetrahedra.pvd", m_body); !s) return s;
     return write_pvd(m_folder / "catheter.pvd", m_catheter);
+}
+
+Status write_vessel_picture(const std::filesystem::path& path, const CatheterScene& scene) {
+    const TriangleMesh& rest = scene.wall().ghost;
+    const std::vector<Vec3d> ghost = scene.ghost_positions();
+    std::vector<double> moved_mm;
+    double largest_mm = 0;
+    for (std::size_t n = 0; n < ghost.size(); ++n) {
+        moved_mm.push_back(norm(ghost[n] - rest.nodes_mm[n]));
+        largest_mm = std::max(largest_mm, moved_mm.back());
+    }
+    const DrawnSurface wall{
+        .nodes_mm = ghost, .triangles = rest.cells, .values = moved_mm, .opacity = 0.6};
+    const DrawnWire wire{
+        .points_mm = scene.wire_positions().subspan(std::size_t(scene.first_inserted())),
+        .radius_mm = scene.settings().catheter.radius_mm};
+    const SurfaceView view{.full = full_scale(largest_mm),
+                           .scale = "displacement of the inner wall [mm]"};
+    constexpr int kWidth = 1200, kHeight = 900;
+    return write_png(path, surface_view({&wall, 1}, {&wire, 1}, view, kWidth, kHeight));
 }
 
 Status write_log(const std::string& file, const HandLog& log) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Outputs of `pliant vessel`: measures of each step, frames for ParaView and 3D Slicer, and the log
-// of the hand's motion for replays.
+// Outputs of `pliant vessel`: measures of each step, frames for ParaView and 3D Slicer, a picture,
+// and the log of the hand's motion for replays.
 
 #pragma once
 
@@ -50,6 +50,10 @@ class Frames {
     std::filesystem::path m_folder;
     std::vector<SeriesFile> m_wall, m_ghost, m_catheter, m_body;
 };
+
+/// Picture of the inner wall, translucent, in the colours of its displacement, and of the catheter
+/// in it, from outside. @param path  of a PNG file
+Status write_vessel_picture(const std::filesystem::path& path, const CatheterScene& scene);
 
 /// Log of the hand's motion: `step insert rotate bend bend`, one line per change.
 struct HandLog {

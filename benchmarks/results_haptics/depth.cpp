@@ -49,16 +49,23 @@ void add_depth(Page& page, const TaskArena& arena) {
     page.paragraph(
         "A tool pressed in at 5 mm/s, tissue solved at 30 Hz, a device of 1000 N/m. ChainMail on "
         "scans of soft tissue, with bone 6 mm deep, and of bone; springs with their static "
-        "solution; a position-based block. Left: all forces; right: the same curves, the scale "
-        "twenty times larger. ChainMail on soft tissue lies under the position-based block there: "
-        "both have 28 N/m in the end.");
+        "solution; a position-based block. Left: all forces; right: the same curves up to 0.3 N, "
+        "beyond which they are cut off. ChainMail on bone 6 mm deep (green) meets that on bone "
+        "(wide, dark) at 1 mm and lies on it from there on; ChainMail on soft tissue (wide, blue) "
+        "lies under the position-based block: both have 28 N/m in the end.");
     const Axis depth_axis{"depth [mm]", 0, 6, 1};
     Chart charts[] = {{440, 420, depth_axis, {"force [N]", 0, 6, 1}},
-                      {440, 420, depth_axis, {"force, closer [N]", 0, 0.3, 0.05, 2}}};
+                      {440, 420, depth_axis, {"force up to 0.3 N [N]", 0, 0.3, 0.05, 2}}};
     std::vector<std::vector<std::string>> rows;
+    struct Pressed {
+        const char* name;
+        Ink ink;
+        std::vector<Point2> felt;
+    };
+    std::vector<Pressed> all;
     const auto add = [&](const char* name, const HapticTissue& tissue, Ink ink) {
         const std::vector<Point2> felt = press(tissue, 6.2);
-        for (Chart& chart : charts) chart.curve(felt, ink, name);
+        all.push_back({name, ink, felt});
         double fall = 0;
         for (std::size_t k = 1; k < felt.size(); ++k)
             fall = std::max(fall, felt[k - 1].y - felt[k].y);
@@ -68,9 +75,15 @@ void add_depth(Page& page, const TaskArena& arena) {
     };
     add("ChainMail, soft tissue", chainmail(layers(1000), arena), {kBlue, 5});
     add("ChainMail, bone 6 mm deep", chainmail(layers(6), arena), {kGreen, 2});
-    add("ChainMail, bone", chainmail(layers(-1), arena), {kDark, 2});
+    add("ChainMail, bone", chainmail(layers(-1), arena), {kDark, 5});
     const std::vector<Point2> felt = add("springs", springs(), {kOrange, 2});
     add("position-based block", pbd(arena), {kRed, 2});
+    // Wide curves first: those that lie on them remain visible.
+    std::stable_sort(all.begin(), all.end(), [](const Pressed& a, const Pressed& b) {
+        return a.ink.width_px > b.ink.width_px;
+    });
+    for (Chart& chart : charts)
+        for (const Pressed& p : all) chart.curve(p.felt, p.ink, p.name);
     double worst = 0;
     std::vector<Point2> statics;
     for (double depth = 0.5; depth < 5.9; depth += 0.25) {

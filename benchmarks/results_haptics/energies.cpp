@@ -27,7 +27,7 @@ void add_energies(Page& page, const TaskArena& arena) {
         "sinusoidal force of 2 N at 10 Hz, in a minute; a value below 0 was made from nothing. A "
         "tissue that hardens, F = 80 d + 30 000 d², whose laws come 33 ms late: as it is, and "
         "without `bounded_energy`; forces of a wall of 300 N/m held for 33 ms, and extrapolated "
-        "for one update.");
+        "for one update. Left: all of it; right: the same curves, cut off beyond ±600 mJ.");
     const auto forces = [](Vec3d x) { return force_of_wall(300, x); };
     struct Row {
         const char* name;
@@ -48,9 +48,9 @@ void add_energies(Page& page, const TaskArena& arena) {
         {"forces held", HapticScheme::Hold, forces, 0, false, {kRed, 1.5}},
         {"forces extrapolated", HapticScheme::Extrapolate, forces, 0, false, {kDark, 1.5}},
     };
-    Chart chart(640, 400, {"time [s]", 0, 60, 10},
-                {"energy taken from the hand [mJ]", -1000, 1000, 250});
     std::vector<std::vector<std::string>> table;
+    std::vector<std::vector<Point2>> curves;
+    double low = 0, high = 0;
     for (const Row& row : rows) {
         std::vector<std::string> cells{row.name};
         for (const Hand hand : kHands) {
@@ -59,15 +59,28 @@ void add_energies(Page& page, const TaskArena& arena) {
                 std::vector<Point2> shown;
                 for (const auto& [time_s, mj] : m.passivity) {
                     shown.push_back({time_s, mj});
-                    if (std::abs(mj) > 1000) break;
+                    low = std::min(low, mj);
+                    high = std::max(high, mj);
                 }
-                chart.curve(shown, row.ink, row.name);
+                curves.push_back(std::move(shown));
             }
             cells.push_back(text_of(m.lowest_mj, 3));
         }
         table.push_back(cells);
     }
-    page.picture("energy", "energy taken from a hand that shakes", chart.image());
+    constexpr double kStep_mj = 1000, kNear_mj = 600;
+    const Axis time{"time [s]", 0, 60, 10};
+    Chart charts[] = {{440,
+                       420,
+                       time,
+                       {"energy taken from the hand [mJ]", kStep_mj * std::floor(low / kStep_mj),
+                        kStep_mj * std::ceil(high / kStep_mj), kStep_mj}},
+                      {440, 420, time, {"the same, up to ±600 mJ [mJ]", -kNear_mj, kNear_mj, 200}}};
+    for (Chart& chart : charts)
+        for (std::size_t n = 0; n < curves.size(); ++n)
+            chart.curve(curves[n], rows[n].ink, rows[n].name);
+    const Image pictures[] = {charts[0].image(), charts[1].image()};
+    page.picture("energy", "energy taken from a hand that shakes", row_of(pictures));
     page.table({"lowest in a minute [mJ], hand", "free", "spring-damper", "10 Hz, 2 N"}, table);
 
     page.paragraph("And of the tissues, solved at 30 Hz, all as it is by default:");

@@ -150,10 +150,11 @@ void add_taps(Page& page) {
         "A free device hits a wall with 0.3 m/s: a local model of 600 N/m, and a wall of 300 N/m "
         "whose force is held for 33 ms or extrapolated from the last two forces [Choi2004], for "
         "one update or without end. The paper doesn't say how far it extrapolates. Here every "
-        "update comes in time, so both extrapolations are the same, and the thin dark curve lies "
-        "on the wide red one.");
+        "update comes in time, so both extrapolations are the same: the dots of the second lie on "
+        "the curve of the first.");
+    static constexpr std::string_view kEndless = "extrapolated without end";
     struct Row {
-        const char* name;
+        std::string name;
         HapticScheme scheme;
         double stiffness_n_m, updates;
         Ink ink;
@@ -163,19 +164,37 @@ void add_taps(Page& page) {
         {"local model", HapticScheme::LinearLaw, 600, 1, {kBlue, 2.5}},
         {"local model", HapticScheme::LinearLaw, 900, 1, {kGreen, 1.5}},
         {"force held", HapticScheme::Hold, 300, 1, {kOrange, 1.5}},
-        {"extrapolated, one update", HapticScheme::Extrapolate, 300, 1, {kRed, 5}},
-        {"extrapolated without end", HapticScheme::Extrapolate, 300, 1e6, {kDark, 1.5}},
+        {"extrapolated, one update", HapticScheme::Extrapolate, 300, 1, {kRed, 2.5}},
+        {std::string(kEndless), HapticScheme::Extrapolate, 300, 1e6, {kDark, 2.5}},
     };
-    Chart chart(640, 400, {"time since the contact [ms]", 0, 200, 20},
-                {"position; the wall is below 0 [mm]", -15, 40, 5});
-    std::vector<std::vector<std::string>> table;
+    double low = 0, high = 0;
+    std::vector<Tap> taps;
     for (const Row& row : rows) {
-        const Tap t = tap(row.scheme, row.stiffness_n_m, row.updates);
-        if (row.ink.colour != kGreen)
-            chart.curve(t.way, row.ink, row.name + (", " + text_of(row.stiffness_n_m, 0) + " N/m"));
+        taps.push_back(tap(row.scheme, row.stiffness_n_m, row.updates));
+        for (const Point2& p : taps.back().way) {
+            low = std::min(low, p.y);
+            high = std::max(high, p.y);
+        }
+    }
+    constexpr double kStep_mm = 10;
+    Chart chart(640, 400, {"time since the contact [ms]", 0, 200, 20},
+                {"position; the wall is below 0 [mm]", kStep_mm * std::floor(low / kStep_mm),
+                 kStep_mm * std::ceil(high / kStep_mm), kStep_mm});
+    std::vector<std::vector<std::string>> table;
+    for (std::size_t n = 0; n < taps.size(); ++n) {
+        const Row& row = rows[n];
+        const Tap& t = taps[n];
+        const std::string name = row.name + (", " + text_of(row.stiffness_n_m, 0) + " N/m");
+        if (row.name == kEndless) {
+            std::vector<Point2> some;
+            for (std::size_t k = 0; k < t.way.size(); k += 8) some.push_back(t.way[k]);
+            chart.dots(some, row.ink, name);
+        } else if (row.ink.colour != kGreen) {
+            chart.curve(t.way, row.ink, name);
+        }
         table.push_back({row.name, text_of(row.stiffness_n_m, 0), text_of(t.ratio, 2)});
     }
-    page.picture("tap", "place of a device that hits a wall", chart.image());
+    page.picture("tap", "position of a device that hits a wall", chart.image());
     page.table({"the servo has", "K [N/m]", "energy after it / before it"}, table);
 }
 

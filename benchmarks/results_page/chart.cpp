@@ -24,6 +24,21 @@ Plot sheet(int width, int height, const Axis& x, const Axis& y) {
                 {x.high + kRight_px * x_scale, y.low - kBottom_px * y_scale});
 }
 
+double placed_on(const Axis& axis, double value) {
+    if (!axis.is_logarithmic) return value;
+    return value > 0 ? std::max(std::log10(value), axis.low) : axis.low;
+}
+
+double dot_radius_px(const Ink& ink) {
+    return std::min(1.6 * ink.width_px, 0.5 * ink.width_px + 2.2);
+}
+
+/// Number at a grid line.
+std::string number_at(const Axis& axis, double at) {
+    if (!axis.is_logarithmic) return text_of(at, axis.decimals);
+    return text_of(std::pow(10, at), std::max(0, int(std::ceil(-at - 1e-9))));
+}
+
 /// Clips a segment to the axes. @returns false if it is outside
 bool clip(Point2& a, Point2& b, const Axis& x, const Axis& y) {
     double begin = 0, end = 1;
@@ -56,16 +71,22 @@ Chart::Chart(int width, int height, const Axis& x, const Axis& y)
     };
     for (int n = 0; x.low + n * x.step <= x.high + 1e-9 * x.step; ++n) {
         const double at = x.low + n * x.step;
-        m_plot.line({at, y.low}, {at, y.high}, std::abs(at) < 1e-9 ? zero : grid);
-        words({at, y.low}, 0, 16, text_of(at, x.decimals), Align::Middle);
+        m_plot.line({at, y.low}, {at, y.high},
+                    std::abs(at) < 1e-9 && !x.is_logarithmic ? zero : grid);
+        words({at, y.low}, 0, 16, number_at(x, at), Align::Middle);
     }
     for (int n = 0; y.low + n * y.step <= y.high + 1e-9 * y.step; ++n) {
         const double at = y.low + n * y.step;
-        m_plot.line({x.low, at}, {x.high, at}, std::abs(at) < 1e-9 ? zero : grid);
-        words({x.low, at}, -8, 0, text_of(at, y.decimals), Align::Right);
+        m_plot.line({x.low, at}, {x.high, at},
+                    std::abs(at) < 1e-9 && !y.is_logarithmic ? zero : grid);
+        words({x.low, at}, -8, 0, number_at(y, at), Align::Right);
     }
     words({x.high, y.low}, 0, 38, x.name, Align::Right);
     words({x.low, y.high}, 8 - kLeft_px, -19, y.name, Align::Left);
+}
+
+Point2 Chart::placed(Point2 p) const {
+    return {placed_on(m_x, p.x), placed_on(m_y, p.y)};
 }
 
 void Chart::enter(std::string_view name, const Ink& ink, LegendEntry::Mark mark) {
@@ -75,20 +96,22 @@ void Chart::enter(std::string_view name, const Ink& ink, LegendEntry::Mark mark)
 void Chart::curve(std::span<const Point2> points, const Ink& ink, std::string_view name) {
     double length_px = 0;
     for (std::size_t n = 1; n < points.size(); ++n) {
-        Point2 a = points[n - 1], b = points[n];
+        Point2 a = placed(points[n - 1]), b = placed(points[n]);
         if (!clip(a, b, m_x, m_y)) continue;
         m_plot.line(a, b, ink);
         const Point2 p = m_plot.pixel_of(a), q = m_plot.pixel_of(b);
         length_px += std::hypot(q.x - p.x, q.y - p.y);
     }
-    if (length_px > kFarApart_px * double(points.size()))
-        dots(points, {ink.colour, 1.6 * ink.width_px});
-    enter(name, ink, LegendEntry::Mark::Line);
+    const bool has_dots = length_px > kFarApart_px * double(points.size());
+    if (has_dots) dots(points, {ink.colour, dot_radius_px(ink)});
+    enter(name, ink, has_dots ? LegendEntry::Mark::LineAndDot : LegendEntry::Mark::Line);
 }
 
 void Chart::dots(std::span<const Point2> points, const Ink& ink, std::string_view name) {
-    for (Point2 p : points)
-        if (Point2 q = p; clip(p, q, m_x, m_y)) m_plot.dot(p, ink.width_px, ink.colour);
+    for (const Point2 point : points) {
+        Point2 p = placed(point), q = p;
+        if (clip(p, q, m_x, m_y)) m_plot.dot(p, ink.width_px, ink.colour);
+    }
     enter(name, ink, LegendEntry::Mark::Dot);
 }
 

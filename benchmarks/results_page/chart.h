@@ -18,6 +18,8 @@ struct Axis {
     std::string name;        ///< with its unit, such as "depth [mm]"
     double low, high, step;  ///< step: between numbered grid lines
     int decimals = 0;
+    /// low, high and step are powers of ten, and values below the lowest one are drawn at it.
+    bool is_logarithmic = false;
 };
 
 class Chart {
@@ -36,6 +38,8 @@ class Chart {
     Image image() const;
 
   private:
+    /// Position on the sheet, whose logarithmic axes have powers of ten.
+    Point2 placed(Point2 p) const;
     void enter(std::string_view name, const Ink& ink, LegendEntry::Mark mark);
 
     Axis m_x, m_y;

@@ -109,6 +109,7 @@ constexpr Entry kFont[] = {
     {"\u00b5", "0208 ~05163645 4246"},  // micro
     {"\u2192", "0353 315335"},          // arrow to the right
     {"\u2264", "311335 0636"},          // less or equal
+    {"\u2265", "113315 1646"},          // greater or equal
 };
 
 constexpr double kSpaceWidth = 1.5;

@@ -243,8 +243,14 @@ Image legend_of(std::span<const LegendEntry> entries, int width) {
     for (const auto& [p, entry] : placed) {
         const Point2 end{p.x + kSwatch_px, p.y}, middle{p.x + 0.5 * kSwatch_px, p.y};
         using enum LegendEntry::Mark;
-        if (entry->mark == Line) plot.line(p, end, entry->ink);
-        if (entry->mark == Dashes) plot.dashed_line(p, end, entry->ink, 6);
+        // In the middle of a row of pixels, and no thinner than two: thin dark lines look grey.
+        const double row = std::floor(p.y) + 0.5;
+        const Ink ink{entry->ink.colour, std::max(2.0, entry->ink.width_px), entry->ink.opacity};
+        const Point2 from{p.x, row}, to{end.x, row};
+        if (entry->mark == Line || entry->mark == LineAndDot) plot.line(from, to, ink);
+        if (entry->mark == LineAndDot)
+            plot.dot({middle.x, from.y}, 0.5 * ink.width_px + 2.2, ink.colour);
+        if (entry->mark == Dashes) plot.dashed_line(from, to, ink, 6);
         if (entry->mark == Dot) plot.dot(middle, entry->ink.width_px, entry->ink.colour);
         if (entry->mark == Box)
             plot.line({p.x + 7, p.y}, {end.x - 7, p.y}, {entry->ink.colour, 12});
@@ -253,9 +259,9 @@ Image legend_of(std::span<const LegendEntry> entries, int width) {
     return plot.image();
 }
 
-Image shade_bar(double largest, int decimals, std::string_view name) {
+Image shade_bar(double darkest, int decimals, std::string_view name, double largest) {
     constexpr int kHeight_px = 26, kBar_px = 140;
-    const std::string end = text_of(largest, decimals);
+    const std::string end = (largest > darkest ? "\u2265" : "") + text_of(darkest, decimals);
     const double texts_px = text_width_px(name) + text_width_px("0") + text_width_px(end);
     Plot plot(blank(int(texts_px) + kBar_px + 46, kHeight_px));
     const double y = 0.5 * kHeight_px;

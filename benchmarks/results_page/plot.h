@@ -82,15 +82,17 @@ Image column_of(std::span<const Image> pictures, int gap_px = 12);
 /// The picture with a line of text above it.
 Image captioned(const Image& picture, std::string_view text);
 
-/// An entry of a legend: a short line, or a dot.
+/// An entry of a legend: a short line, a dot, or both.
 struct LegendEntry {
     std::string text;
     Ink ink;
-    enum class Mark { Line, Dashes, Dot, Box } mark = Mark::Line;
+    enum class Mark { Line, LineAndDot, Dashes, Dot, Box } mark = Mark::Line;
 };
 /// The entries in the necessary number of lines.
 Image legend_of(std::span<const LegendEntry> entries, int width);
-/// The colours of shade_of with the ends of their scale. @param name  with its unit
-Image shade_bar(double largest, int decimals, std::string_view name);
+/// The colours of shade_of with the ends of their scale.
+/// @param darkest  value of the darkest colour. @param name  with its unit
+/// @param largest  of the picture's values: beyond `darkest`, the end is marked "≥"
+Image shade_bar(double darkest, int decimals, std::string_view name, double largest = 0);
 
 }  // namespace pliant::results

@@ -28,6 +28,8 @@ void add_crimp(Page& page, const TaskArena& arena);
 void add_fibres(Page& page, const TaskArena& arena);
 /// Figure 13: scans deformed by springs. @param scans  folder
 void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& arena);
+/// Figure 8: a point against a net of triangles.
+void add_touch_point(Page& page, const TaskArena& arena);
 /// Figure 15: surfaces of organs, touched by a probe. @param scans  folder
 void add_touched(Page& page, const std::filesystem::path& scans, const TaskArena& arena);
 /// Tables 1 and 2: identification.

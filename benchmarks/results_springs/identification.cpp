@@ -147,16 +147,28 @@ void add_table_1(Page& page, const TaskArena& arena) {
     page.paragraph(
         "The best cost found so far, in percent above the least of all, against evaluations: "
         "Gauss–Newton (dark, derivatives counted), BOBYQA (green), Nelder–Mead (blue), annealing "
-        "(orange, four runs; the range's preparation counted).");
+        "(orange, four runs; the range's preparation counted). The scale is logarithmic; costs of "
+        "0.01 % or less lie on its foot.");
+    constexpr double kShown_percent = 0.01;
     double least = 1e300;
     for (const FitResult& r : results)
         least = std::min({least, r.at.cost, r.trace.empty() ? 1e300 : r.trace.back().cost});
-    Chart chart(760, 420, {"evaluations of the model", 0, 250, 50},
-                {"best cost so far, above the least of all [%]", 0, 100, 20});
+    const auto above_percent = [&](const FitTrace& t) {
+        return std::max(kShown_percent, 100 * (t.cost / least - 1));
+    };
+    double highest = kShown_percent;
+    for (std::size_t n = 1; n < results.size(); ++n)
+        for (const FitTrace& t : results[n].trace) highest = std::max(highest, above_percent(t));
+    Chart chart(760, 460, {"evaluations of the model", 0, 250, 50},
+                {.name = "best cost so far, above the least of all [%], 0.01 or less at the foot",
+                 .low = std::log10(kShown_percent),
+                 .high = std::ceil(std::log10(highest)),
+                 .step = 1,
+                 .is_logarithmic = true});
     const auto curve = [&](const FitResult& r, Rgb8 colour, double width, const char* name) {
         std::vector<Point2> points;
         for (const FitTrace& t : r.trace) {
-            const double above = 100 * (t.cost / least - 1);
+            const double above = above_percent(t);
             if (!points.empty()) points.push_back({double(t.evaluation), points.back().y});
             points.push_back({double(t.evaluation), above});
         }
@@ -164,7 +176,7 @@ void add_table_1(Page& page, const TaskArena& arena) {
         chart.curve(points, {colour, width, 1}, name);
     };
     for (std::size_t n = 4; n < results.size(); ++n)
-        curve(results[n], kOrange, 1, n == 4 ? "annealing (four runs)" : "");
+        curve(results[n], kOrange, 1.5, n == 4 ? "annealing (four runs)" : "");
     curve(results[3], kBlue, 1.5, "Nelder\u2013Mead");
     curve(results[2], kGreen, 1.5, "BOBYQA");
     curve(results[1], kDark, 2, "Gauss\u2013Newton");

@@ -5,9 +5,9 @@
 //
 //   results_springs FOLDER SCANS [PART…]
 //
-// FOLDER gets README.md and its pictures; SCANS may have the scans of shared/data; parts are depth,
-// orders, responses, scan, touched, identification, fibres and timings, by default all. Pictures
-// and errors are reproducible; times are not.
+// FOLDER gets README.md and its pictures; SCANS may have the scans of shared/data; parts are point,
+// depth, orders, responses, scan, touched, identification, fibres and timings, by default all.
+// Pictures and errors are reproducible; times are not.
 
 #include <pliant/tasks.h>
 
@@ -26,7 +26,7 @@ void add_introduction(pliant::results::Page& page) {
     using namespace pliant::results;
     page.heading(1, "Force transmittal beside its paper");
     page.paragraph(
-        "Figures 9 to 13 and 15 and tables 1 to 3 of [Choi2004], and what Pliant does on the same "
+        "Figures 8 to 13 and 15 and tables 1 to 3 of [Choi2004], and what Pliant does on the same "
         "set-up "
         "or, where the paper doesn't name it, on one that is named here. The models are described "
         "in [springs.md](../../springs.md) and [fem.md](../../fem.md), identification in "
@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
     }
     const pliant::TaskArena arena;
     const std::pair<std::string_view, std::function<void(Page&)>> parts[] = {
+        {"point", [&](Page& page) { add_touch_point(page, arena); }},
         {"depth", [&](Page& page) { add_depth(page, arena); }},
         {"orders", [&](Page& page) { add_orders(page, arena); }},
         {"responses", [&](Page& page) { add_responses(page, arena); }},

@@ -20,12 +20,20 @@ namespace {
 constexpr int kSide = 360;
 constexpr std::int64_t kMaxSteps = 4000;
 constexpr double kSkin_hu = -300;
+constexpr int kNodes = 10;  ///< of the control lattice along each axis, as in the paper
+
+/// Skin: from −700 HU up, and opaque within two or three millimetres.
+constexpr TransferFunction kSkinTransfer{.window_hu = 1000,
+                                         .level_hu = -200,
+                                         .opacity_per_mm = 2,
+                                         .dim = {206, 130, 106},
+                                         .bright = {255, 236, 214}};
 
 /// One scan, one push, and its views.
 struct Case {
     std::string name;
     Push push;
-    SpringDeformationSettings settings;
+    double cell_mm;   ///< rounded to whole voxels
     double width_mm;  ///< of the section around the push
     Vec3d look;       ///< of the camera in front of the push
     double away_mm;
@@ -150,13 +158,19 @@ Image skin_of(const Case& c, const State& state, bool colours, const TaskArena& 
     Plot plot(lit_view(caster, camera, kSide, kSide, lamp, 1.3, colours ? colour : nullptr));
     const Vec3d tip = c.push.point_mm + state.done * c.push.push_mm;
     if (!colours)
-        plot.arrow(pixel_of(camera, tip - 2.0 * c.push.push_mm), pixel_of(camera, tip), {kRed, 3});
+        plot.arrow(pixel_of(camera, tip - c.push.push_mm), pixel_of(camera, tip), {kRed, 3});
     return plot.image();
 }
 
-Image blended_of(const Case& c, const State& state, const TaskArena& arena) {
-    const TransferFunction transfer{.window_hu = 700, .level_hu = 250, .opacity_per_mm = 0.3};
-    return RayCaster(state.shown, arena).blended_view(camera_of(c), transfer, kSide, kSide);
+/// @param with_push  draws the push as an arrow
+Image blended_of(const Case& c, const State& state, bool with_push, const TaskArena& arena) {
+    const Endoscope camera = camera_of(c);
+    Plot plot(RayCaster(state.shown, arena).blended_view(camera, kSkinTransfer, kSide, kSide));
+    if (with_push) {
+        const Vec3d tip = c.push.point_mm;
+        plot.arrow(pixel_of(camera, tip - c.push.push_mm), pixel_of(camera, tip), kArrow);
+    }
+    return plot.image();
 }
 
 /// Absolute difference of two pictures: white is zero.
@@ -183,8 +197,10 @@ Image pictures_of(const Case& c, const State& rest, const State& now, const Task
     const Image skins[] = {captioned(skin_of(c, rest, false, arena), "skin at rest, push"),
                            captioned(skin_of(c, now, false, arena), "deformed"),
                            captioned(skin_of(c, now, true, arena), "displacement")};
-    const Image before = blended_of(c, rest, arena), after = blended_of(c, now, arena);
-    const Image blended[] = {captioned(before, "blended, at rest"), captioned(after, "deformed"),
+    const Image before = blended_of(c, rest, false, arena),
+                after = blended_of(c, now, false, arena);
+    const Image blended[] = {captioned(blended_of(c, rest, true, arena), "blended, at rest, push"),
+                             captioned(after, "deformed"),
                              captioned(difference_of(before, after), "difference, threefold")};
     const Image rows[] = {row_of(sections), row_of(skins), row_of(blended),
                           shade_bar(c.darkest_mm, 0, "displacement [mm]")};
@@ -210,8 +226,23 @@ double hard_movement_mm(const SpringDeformation& tissue) {
     return largest;
 }
 
+/// The voxels between kNodes nodes along each axis, around a point as far as the scan allows.
+Box3i region_of(const Volume& volume, const Case& c) {
+    const Vec3d middle = voxel_from_world(volume.grid, c.push.point_mm);
+    Box3i region;
+    for (int a = 0; a < 3; ++a) {
+        const int cell = int(std::lround(c.cell_mm / volume.grid.spacing_mm[a]));
+        const int side = (kNodes - 1) * cell + 1;
+        region.begin[a] = std::clamp(int(std::lround(middle[a])) - side / 2, 0,
+                                     std::max(0, volume.grid.size[a] - side));
+        region.end[a] = region.begin[a] + side;
+    }
+    return region;
+}
+
 Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
-    const auto tissue = value_of(SpringDeformation::create(volume, c.settings, arena));
+    const auto tissue = value_of(SpringDeformation::create(
+        volume, {.region = region_of(volume, c), .cell_mm = c.cell_mm}, arena));
     const PushReport pushed = value_of(tissue->push(1, c.push));
     SpringMotion motion;
     double solve_ms = pushed.solve_ms;
@@ -228,7 +259,7 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
     return {
         pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
                     arena),
-        {c.name,
+        {c.name, text_of(c.cell_mm, 0),
          std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
              std::to_string(nodes.z),
          text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
@@ -240,34 +271,35 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
 Case knee_case(const Phantom& knee) {
     const PhantomLandmark& thigh = *std::find_if(knee.landmarks.begin(), knee.landmarks.end(),
                                                  [](const auto& l) { return l.name == "thigh"; });
-    return {
-        .name = "knee",
-        .push = {.point_mm = thigh.push_point_mm, .push_mm = thigh.push_mm, .sphere_radius_mm = 16},
-        .settings = {.cell_mm = 16},
-        .width_mm = 110,
-        .look = normalized({0.8, 0.6, -0.15}),
-        .away_mm = 150,
-        .darkest_mm = 12};
+    return {.name = "knee",
+            .push = {.point_mm = thigh.push_point_mm - Vec3d{0, 0, 12},
+                     .push_mm = {0, 15, 0},
+                     .sphere_radius_mm = 20},
+            .cell_mm = 16,
+            .width_mm = 130,
+            .look = normalized({0.75, 0.65, -0.15}),
+            .away_mm = 120,
+            .darkest_mm = 15};
 }
 
 Case head_case() {
     return {.name = "head",
-            .push = {.point_mm = {99, 178, 74}, .push_mm = {0, -10, 6}, .sphere_radius_mm = 10},
-            .settings = {.cell_mm = 12},
+            .push = {.point_mm = {99, 178, 74}, .push_mm = {0, -11, 4}, .sphere_radius_mm = 16},
+            .cell_mm = 15,
             .width_mm = 120,
-            .look = normalized({0.8, -1, -0.1}),
-            .away_mm = 150,
-            .darkest_mm = 8};
+            .look = normalized({0.8, -0.75, -0.1}),
+            .away_mm = 110,
+            .darkest_mm = 12};
 }
 
 Case abdomen_case() {
     return {.name = "abdomen",
-            .push = {.point_mm = {0, -262, 260}, .push_mm = {0, 25, 0}, .sphere_radius_mm = 30},
-            .settings = {.cell_mm = 15},
-            .width_mm = 220,
-            .look = normalized({0.8, 0.6, -0.15}),
-            .away_mm = 300,
-            .darkest_mm = 24};
+            .push = {.point_mm = {0, -262, 260}, .push_mm = {0, 32, 0}, .sphere_radius_mm = 36},
+            .cell_mm = 24,
+            .width_mm = 240,
+            .look = normalized({0.75, 0.65, -0.15}),
+            .away_mm = 230,
+            .darkest_mm = 32};
 }
 
 }  // namespace
@@ -279,11 +311,14 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
         "nodes: voxels hang in its cells by trilinear weights, and nodes in hard tissue don't "
         "move. Here a phantom of a knee (`pliant phantom knee`), a real head "
         "(`head_ct_tiny_64.nrrd`) and a real abdomen, pushed by a sphere until all is at rest. "
+        "Each lattice has 10 × 10 × 10 nodes too; it lies around the push and not over the whole "
+        "scan, since its cells are cubes. "
         "Upper row: sagittal section through the push, with the sphere's outline and the requested "
         "push as an arrow; the same deformed, dashed the surface at rest (−300 HU); how far the "
-        "tissue has moved. Middle row: the skin by a lamp from above. Lower row: the blended view "
-        "that the paper shows, at rest and deformed, and the difference of the two, threefold, "
-        "dark where they differ. In the file of the head the face looks towards +y, which the "
+        "tissue has moved. Middle row: the skin by a lamp from above. Lower row: the blended "
+        "view that the paper shows, with the opacity of skin, at rest and deformed, and the "
+        "difference of the two, threefold, dark where they differ. In the file of the head the "
+        "face looks towards +y, which the "
         "section calls posterior.");
     const Phantom knee = value_of(make_phantom({.name = "knee", .size = {160, 160, 200}}, arena));
     std::vector<std::vector<std::string>> rows;
@@ -305,9 +340,10 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
              "a head, at rest and with its nose pushed");
     add_scan("abdomen_ct_3mm.nii.gz", abdomen_case(), "choi-13-abdomen",
              "an abdomen, at rest and pushed in");
-    page.table({"scan", "control nodes", "push [mm]", "steps", "moving nodes", "solve [ms]",
-                "resample [ms]", "voxels written", "folded cells", "hard voxels moved [mm]"},
-               rows);
+    page.table(
+        {"scan", "cells [mm]", "control nodes", "push [mm]", "steps", "moving nodes", "solve [ms]",
+         "resample [ms]", "voxels written", "folded cells", "hard voxels moved [mm]"},
+        rows);
     page.paragraph(
         "A node is fixed where the mean value around it is above 300 HU, and so are the eight "
         "nodes "

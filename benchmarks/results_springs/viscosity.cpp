@@ -151,7 +151,7 @@ void add_crimp(Page& page, const TaskArena& arena) {
         value_of(bar.step(1, arena));
         if (s % 250 == 0) points.push_back({strain_of(bar), 0.001 * s});
     }
-    chart.curve(points, {kDark, 1, 1}, "shift 1.50, running");
+    chart.curve(points, {kDark, 2, 1}, "shift 1.50, force that grows");
     page.picture("choi-11c-crimp", "force against strain for wavy fibres", chart.image());
     page.table({"shift", "strain of straight fibres", "first slope", "last slope", "ratio"}, rows);
 }

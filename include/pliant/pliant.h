@@ -51,6 +51,7 @@
 #include <pliant/session.h>
 #include <pliant/spring_probe.h>
 #include <pliant/springs.h>
+#include <pliant/surface_view.h>
 #include <pliant/tasks.h>
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>

@@ -63,6 +63,22 @@ TEST_F(VesselTest, GoesInAndOutAndPlaysTheSameAgain) {
     EXPECT_NE(said().find("other.log: plays differently"), std::string::npos);
 }
 
+TEST_F(VesselTest, DrawsTheVesselAndTheCatheterAtTheEnd) {
+    std::string scene = kScene;
+    scene.resize(scene.find("[[script]]"));
+    write("near.toml", scene + "[[script]]\nfor_s = 0.002\n");
+    write("far.toml", scene + "[[script]]\ninsert_mm_s = 400\nuntil_inserted_mm = 40\n");
+    ASSERT_EQ(run("vessel near.toml --png near.png --json"), 0) << said();
+    const std::string hash = Json::parse(out())["hash"];
+    ASSERT_EQ(run("vessel far.toml --png far.png"), 0) << said();
+    EXPECT_EQ(bytes_of(m_folder / "far.png").substr(1, 3), "PNG");
+    EXPECT_NE(bytes_of(m_folder / "far.png"), bytes_of(m_folder / "near.png"));
+    ASSERT_EQ(run("vessel near.toml --json"), 0);
+    EXPECT_EQ(Json::parse(out())["hash"], hash);
+    EXPECT_EQ(run("vessel near.toml --png near.jpg"), 2);
+    EXPECT_NE(said().find("--png: expected a name that ends in .png"), std::string::npos) << said();
+}
+
 TEST_F(VesselTest, FeedsABodyOfTetrahedraLikewise) {
     std::string scene = kScene;
     scene.replace(scene.find("length_mm = 100"), 15,
