@@ -224,6 +224,7 @@ struct ServeOptions {
     std::string session, replay;
     double checkpoint_s = 30;
     int spring_nodes = 32;
+    int network_hz = 25;
     bool no_open = false;
     std::vector<std::string> haptics;  ///< devices beside the built-in ones
     int threads = 0;

@@ -129,6 +129,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .checkpoint_s = options.checkpoint_s,
                             .haptic_devices = options.haptics,
                             .max_spring_nodes = options.spring_nodes,
+                            .network_hz = options.network_hz,
                             .frame = options.scan.frame,
                             .straighten = options.scan.straighten};
     auto server = Server::start(settings, arena);

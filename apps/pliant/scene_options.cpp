@@ -62,6 +62,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "control nodes along an axis that a client may choose for springs (default 32); "
                   "with 64 a push may hold up everybody for a second")
         ->check(CLI::Range(3, 64));
+    c->add_option("--network-hz", o.network_hz,
+                  "updates per second that the automatic depth of springs leaves to the slowest "
+                  "client (default 25); 0: slow lines don't lower it")
+        ->check(CLI::Range(0, 1000));
     c->add_flag("--no-open", o.no_open, "print the link only");
     c->add_option("--haptics", o.haptics,
                   "a device with force feedback that the page may choose, as pliant haptics check "

@@ -78,6 +78,9 @@ struct ServerSettings {
     /// Limit of a client's control nodes along an axis in the springs model, 3…64. The time of a
     /// push grows with the third power, and all clients wait for it.
     int max_spring_nodes = 32;
+    /// Updates of the volume per second that an automatic depth of the springs' forces leaves to
+    /// each client: a slow line lowers it. 0…1000; 0: lines have no effect.
+    int network_hz = 25;
     /// Tissue of one's own, served instead of ChainMail: called for each scan that is opened, on
     /// any thread. Clients may switch to the other models and back ("own").
     MakeTissue own_tissue{};

@@ -257,6 +257,12 @@ SettingRows<ServerSettings> server_rows() noexcept {
                                        .high = 64,
                                        .text = "limit of control nodes along an axis in the "
                                                "springs model"}),
+        setting<&S::network_hz>({.name = "network_hz",
+                                 .unit = "Hz",
+                                 .low = 0,
+                                 .high = 1000,
+                                 .text = "updates per second that an automatic depth of springs "
+                                         "leaves to the slowest client; 0: any"}),
     };
     return kRows;
 }
@@ -312,6 +318,7 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
                                              settings.rate_hz, settings.max_upload_bytes);
     impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
     impl->hub->bound_springs(settings.max_spring_nodes);
+    impl->hub->want_updates(settings.network_hz);
     impl->hub->show_labels(std::move(labels), [](bool) {});
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     const bool is_watched = opened->watched.has_value();

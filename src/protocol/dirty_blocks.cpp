@@ -42,7 +42,18 @@ constexpr std::int64_t kMaxBlocks =
 DirtyBlocks::DirtyBlocks(Vec3i size) : m_size(size) {
     for (int a = 0; a < 3; ++a) m_blocks[a] = (size[a] + kEdge - 1) / kEdge;
     m_dirty.resize(index(0, 0, m_blocks.z));
+    m_row_count.resize(row(0, m_blocks.z));
     m_layer_count.resize(std::size_t(m_blocks.z));
+}
+
+void DirtyBlocks::set(Vec3i block, bool dirty) {
+    auto bit = m_dirty[index(block.x, block.y, block.z)];
+    if (bit == dirty) return;
+    bit = dirty;
+    const int one = dirty ? 1 : -1;
+    m_count += std::size_t(one);
+    m_row_count[row(block.y, block.z)] += one;
+    m_layer_count[std::size_t(block.z)] += one;
 }
 
 void DirtyBlocks::mark(const Box3i& box) {
@@ -51,37 +62,35 @@ void DirtyBlocks::mark(const Box3i& box) {
         blocks.begin[a] = std::max(box.begin[a], 0) / kEdge;
         blocks.end[a] = (std::min(box.end[a], m_size[a]) + kEdge - 1) / kEdge;
     }
-    if (is_empty(blocks)) return;
-    for (int k = blocks.begin.z; k < blocks.end.z; ++k)
-        for (int j = blocks.begin.y; j < blocks.end.y; ++j)
-            for (int i = blocks.begin.x; i < blocks.end.x; ++i) {
-                auto bit = m_dirty[index(i, j, k)];
-                if (bit) continue;
-                bit = true;
-                ++m_count;
-                ++m_layer_count[std::size_t(k)];
-            }
+    for_each_in(blocks, [&](Vec3i block) { set(block, true); });
 }
 
 void DirtyBlocks::mark_all() {
     mark(Box3i{{0, 0, 0}, m_size});
 }
 
+/// Visits the dirty blocks, i fastest.
+template <class Visit>
+void DirtyBlocks::for_each(const Visit& visit) const {
+    for (int k = 0; k < m_blocks.z; ++k) {
+        if (m_layer_count[std::size_t(k)] == 0) continue;
+        for (int j = 0; j < m_blocks.y; ++j)
+            for (int i = 0, left = m_row_count[row(j, k)]; left > 0; ++i) {
+                if (!m_dirty[index(i, j, k)]) continue;
+                visit(Vec3i{i, j, k});
+                --left;
+            }
+    }
+}
+
 void DirtyBlocks::mark(const DirtyBlocks& other) {
-    if (other.empty()) return;
-    for (int k = 0; k < m_blocks.z; ++k)
-        if (other.m_layer_count[std::size_t(k)] > 0)
-            for (std::size_t n = index(0, 0, k); n < index(0, 0, k + 1); ++n)
-                if (other.m_dirty[n] && !m_dirty[n]) {
-                    m_dirty[n] = true;
-                    ++m_count;
-                    ++m_layer_count[std::size_t(k)];
-                }
+    other.for_each([&](Vec3i block) { set(block, true); });
 }
 
 void DirtyBlocks::clear() {
     if (m_count == 0) return;
     std::fill(m_dirty.begin(), m_dirty.end(), false);
+    std::fill(m_row_count.begin(), m_row_count.end(), 0);
     std::fill(m_layer_count.begin(), m_layer_count.end(), 0);
     m_count = 0;
 }
@@ -90,10 +99,18 @@ bool DirtyBlocks::contains(Vec3i voxel) const {
     return m_dirty[index(voxel.x / kEdge, voxel.y / kEdge, voxel.z / kEdge)];
 }
 
+std::vector<Vec3i> DirtyBlocks::blocks() const {
+    std::vector<Vec3i> list;
+    list.reserve(m_count);
+    for_each([&](Vec3i block) { list.push_back(block); });
+    return list;
+}
+
 std::vector<Box3i> DirtyBlocks::boxes_of_layer(int k) const {
     std::vector<Box3i> boxes;
     std::vector<std::int64_t> filled;
-    for (int j = 0; j < m_blocks.y; ++j)
+    for (int j = 0; j < m_blocks.y; ++j) {
+        if (m_row_count[row(j, k)] == 0) continue;
         for (int i = 0; i < m_blocks.x; ++i) {
             if (!m_dirty[index(i, j, k)]) continue;
             const int begin = i;
@@ -101,19 +118,12 @@ std::vector<Box3i> DirtyBlocks::boxes_of_layer(int k) const {
             join(boxes, filled, {{begin, j, k}, {i, j + 1, k + 1}}, i - begin, 1, kMaxBlocks);
             --i;
         }
+    }
     return boxes;
 }
 
 void DirtyBlocks::wipe(const Box3i& blocks) {
-    for (int k = blocks.begin.z; k < blocks.end.z; ++k)
-        for (int j = blocks.begin.y; j < blocks.end.y; ++j)
-            for (int i = blocks.begin.x; i < blocks.end.x; ++i) {
-                auto bit = m_dirty[index(i, j, k)];
-                if (!bit) continue;
-                bit = false;
-                --m_count;
-                --m_layer_count[std::size_t(k)];
-            }
+    for_each_in(blocks, [&](Vec3i block) { set(block, false); });
 }
 
 std::vector<Box3i> DirtyBlocks::take(std::int64_t max_voxels) {

@@ -68,6 +68,7 @@ struct SharedState {
     double pace = 0;       ///< simulated time per real time at the last motion; 0: unknown
     Record figures{};      ///< of the tissue, by name
     double update_hz = 0;  ///< rate of node updates at the last motion
+    double line_mb_s = 0;  ///< rate of the line that limits an automatic depth [MB/s]; 0: none does
     std::uint32_t step = 0;
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;

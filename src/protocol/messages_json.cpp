@@ -150,6 +150,7 @@ Json json_of(const SharedState& s) {
     if (t.model == TissueModel::Springs) {
         put(tissue, t.springs, spring_rows());
         tissue["depth_by_time"] = t.depth_by_time;
+        if (s.line_mb_s > 0) tissue["line_mb_s"] = s.line_mb_s;
         tissue["centre"] = json_of(t.centre_mm);
     }
     for (const NamedValue& figure : s.figures) tissue[figure.name] = json_of_figure(figure.value);

@@ -19,7 +19,7 @@ struct TissueChoice {
     // limited by the size of the scan.
     Vec3d centre_mm{0, 0, 0};
     int nodes = 20;
-    bool depth_by_time = false;  ///< the server adapts the depth of forces to the time at hand
+    bool depth_by_time = false;  ///< the server adapts the depth of forces to time and lines
     SpringDeformationSettings springs{};
 
     friend bool operator==(const TissueChoice&, const TissueChoice&) = default;

@@ -16,7 +16,9 @@ constexpr Setting<TissueChoice> kTissue[] = {
                                            "has room for"}),
     setting<&TissueChoice::depth_by_time>(
         {.name = "depth_by_time",
-         .text = "the server lowers or raises the depth so that motion keeps its pace"}),
+         .text =
+             "the server lowers or raises the depth so that motion keeps its pace, and slow lines "
+             "their updates"}),
 };
 
 constexpr Setting<IsoCommand> kIso[] = {

@@ -19,6 +19,7 @@
 #include "protocol/dirty_blocks.h"
 #include "protocol/frames.h"
 #include "protocol/messages.h"
+#include "serve/traffic.h"
 
 namespace pliant::serve {
 
@@ -103,6 +104,8 @@ struct Client {
     Clock::time_point since{};    ///< start of the absence, or of writing the batch
     bool writing = false;
     Delivery delivery;
+    Line line;        ///< of its voxels
+    Traffic traffic;  ///< depth of forces that the line takes
     /// After another scan was opened: the client's commands are ignored until it has acknowledged
     /// this step, because they may still refer to the old scan; 0: none
     std::uint32_t scene_step = 0;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <new>
 #include <thread>
 
 #include "protocol/limits.h"
@@ -379,20 +380,50 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms, double t
     m_window_ms = m_window_sweeps_ms = m_window_took_ms = 0;
 }
 
-/// Lowers or raises the depth of forces by the last half second of motion, if the clients want it.
-/// The commands are recorded, so that a session can be done again.
+/// Lowers or raises the depth of forces by the last half second of motion, if the clients want it:
+/// to the smaller one of those that the time and the slowest line allow. The commands are recorded,
+/// so that a session can be done again.
 void Hub::adapt_depth() {
     const TissueChoice& choice = m_scene->choice();
-    if (!choice.depth_by_time || m_window_sweeps_ms <= 0) return;
-    const int layers =
-        depth_for_time(choice.springs.depth, m_timing.pace, m_window_took_ms / m_window_sweeps_ms);
-    if (layers != choice.springs.depth)
-        act(kServer, DepthCommand{.layers = layers, .by_time = true});
+    const int depth = choice.springs.depth;
+    m_timing.line_mb_s = 0;
+    if (!choice.depth_by_time) {
+        for (Client& client : m_clients) {
+            (void)client.line.take(depth, m_now);
+            client.traffic.release();
+        }
+        return;
+    }
+    if (m_window_sweeps_ms <= 0) return;
+    const int timely = depth_for_time(depth, m_timing.pace, m_window_took_ms / m_window_sweeps_ms);
+    const int layers = std::min(timely, depth_for_lines(depth));
+    if (layers != depth) act(kServer, DepthCommand{.layers = layers, .by_time = true});
+}
+
+/// Depth that the lines to all clients take.
+int Hub::depth_for_lines(int depth) {
+    int layers = Traffic::kNoLimit;
+    if (m_network_hz == 0) return layers;
+    for (Client& client : m_clients) {
+        if (!client.connection) continue;
+        if (const auto sample = client.line.take(depth, m_now))
+            client.traffic.take(*sample, m_network_hz);
+        const int limit = std::max(client.traffic.limit(), kFewestLayers);
+        if (limit >= layers) continue;
+        layers = limit;
+        // Two digits: a new value is sent to all clients.
+        const double mb_s = client.traffic.bytes_per_s() / 1e6;
+        const double digit = std::pow(10, std::floor(std::log10(mb_s)) - 1);
+        m_timing.line_mb_s = std::round(mb_s / digit) * digit;
+    }
+    return std::max(layers, std::min(depth, kFewestLayers));
 }
 
 void Hub::resample() {
     if (!m_moved && !m_is_behind) return;
     m_checksums.reset();  // a closed cut changes the tissue, but no voxel
+    // Voxels of a failed update may have been sent.
+    if (m_is_behind) m_changes.forget();
     m_is_behind = true;
     const Result<LiveUpdate> update = m_scene->update();
     if (!update) return;
@@ -408,13 +439,28 @@ void Hub::resample() {
     }
     m_is_behind = !all_follow;
     if (boxes.empty()) return;
-    ++m_step;
-    for (Client& client : m_clients)
-        for (const Box3i& box : boxes) client.delivery.mark(box);
+    mark_changes(boxes);
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update->resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());
     m_timing.moved_elements = m_moved_elements;
+}
+
+/// Marks the blocks of voxels for all clients that have other values. If there are none, the
+/// clients' voxels are those of this step already.
+void Hub::mark_changes(std::span<const Box3i> boxes) {
+    try {
+        const std::span<const Box3i> changed =
+            m_changes.find(m_scene->deformed(), boxes, m_scene->tissue().arena());
+        if (changed.empty()) return;
+        for (Client& client : m_clients)
+            for (const Box3i& box : changed) client.delivery.mark(box);
+    } catch (const std::bad_alloc&) {
+        m_changes.forget();
+        for (Client& client : m_clients)
+            for (const Box3i& box : boxes) client.delivery.mark(box);
+    }
+    ++m_step;
 }
 
 void Hub::checkpoint() {

@@ -22,12 +22,14 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "serve/camera_feed.h"
+#include "serve/changed_blocks.h"
 #include "serve/client.h"
 #include "serve/device_feed.h"
 #include "serve/feed.h"
@@ -63,6 +65,9 @@ class Hub final : private FeedHost {
     void keep_checkpoints(double seconds, int so_far);
     /// Limits the spring nodes along an axis. Call it before run().
     void bound_springs(int nodes) { m_max_spring_nodes = nodes; }
+    /// Sets the rate of updates that an automatic depth of forces leaves to each client; 0: the
+    /// lines to the clients have no effect. Call it before run().
+    void want_updates(int hz) { m_network_hz = hz; }
     /// Plays a recorded session instead of a live scene. Call it before run().
     /// @pre the scene is the session's last one, at rest, and there is no log
     void watch(SessionFile session, const TaskArena& arena);
@@ -175,7 +180,9 @@ class Hub final : private FeedHost {
     void relax();
     void measure_updates(int sweeps, double each_ms, double passed_ms, double took_ms);
     void adapt_depth();
+    int depth_for_lines(int depth);
     void resample();
+    void mark_changes(std::span<const Box3i> boxes);
     void note(SessionRecord record) noexcept;
     void note_time();
     bool log_is_ready() noexcept;
@@ -186,6 +193,7 @@ class Hub final : private FeedHost {
     void refresh_state();
     void refresh_tools();
     void publish(Client& client);
+    void note_traffic(Client& client, std::size_t bytes, bool has_voxels);
     void add_coarse(const Client& client, std::vector<Outgoing>& batch);
     void add_boxes(Client& client, std::vector<Outgoing>& batch);
     const Checksums* current_checksums();
@@ -242,6 +250,7 @@ class Hub final : private FeedHost {
     Clock::duration m_period;
     std::uint64_t m_open_bytes;
     int m_max_spring_nodes = 32;
+    int m_network_hz = 25;
     Outlet* m_outlet = nullptr;
     std::map<ConnectionId, Newcomer> m_newcomers;
     Clients m_clients;
@@ -268,6 +277,7 @@ class Hub final : private FeedHost {
     SharedFrames m_frames;             ///< boxes of voxels, encoded in this step
     DirtyBlocks m_deformed;            ///< voxels that were ever deformed
     DirtyBlocks m_exchanged;           ///< voxels of a scene that was exchanged
+    ChangedBlocks m_changes;           ///< blocks with other values since the last update
     Clock::time_point m_sources_at{};  ///< last use of the sources of deformed voxels
     DeviceFeed m_device{*this};
     OverlayFeed m_overlays{*this};

@@ -135,6 +135,8 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
     Client& client = *found;
     client.connection = connection;
     client.writing = false;
+    client.line = {};
+    client.traffic = {};
     client.info.view = hello.view || !may_control;
     if (is_new || !hello.name.empty()) client.info.name = shortened(hello.name);
     client.packs = hello.lz4;
@@ -164,6 +166,7 @@ void Hub::answer(Client& client, Message message) {
     const auto* seen = std::get_if<SeenMessage>(&message.action);
     if (seen && seen->format == kFormatVoxels) {
         client.delivery.seen(seen->step);
+        client.line.seen(seen->step, m_now);
         if (seen->step >= client.scene_step) client.scene_step = 0;
     } else if (const auto* tool = std::get_if<ToolMessage>(&message.action)) {
         ToolPose pose = client.tool;

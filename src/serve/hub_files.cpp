@@ -86,6 +86,7 @@ void Hub::take(ConnectionId, Opening& opening) {
         m_grid = m_scene->info().grid;
     }
     m_deformed = std::move(deformed);
+    m_changes.forget();
     note(SessionOpen{std::move(opening.scene.recorded)});
     ++m_step;
     const SharedState none;
@@ -113,6 +114,8 @@ void Hub::take(ConnectionId, Opening& opening) {
 /// Resets a client's state for a new scan.
 void Hub::begin_anew(Client& client) {
     client.delivery = Delivery(m_scene->info().grid.size);
+    client.line = {};
+    client.traffic = {};
     client.delivery.mark_all();
     client.coarse_is_due = true;
     client.tool = {};

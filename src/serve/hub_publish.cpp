@@ -74,13 +74,17 @@ void Hub::refresh_tools() {
 }
 
 void Hub::publish(Client& client) {
-    if (!client.connection || client.writing) return;
+    if (!client.connection) return;
+    if (client.delivery.is_due()) client.line.due(!client.writing && client.delivery.may_send());
+    if (client.writing) return;
     std::vector<Outgoing> batch(client.texts.begin(), client.texts.end());
     if (client.state_version != m_state_version) batch.push_back(text_message(m_state_text));
     if (client.tools_version != m_tools_version)
         batch.push_back({false, std::make_shared<const std::string>(m_tools_frame)});
     add_coarse(client, batch);
+    const std::size_t texts = batch.size();
     add_boxes(client, batch);
+    const bool has_voxels = batch.size() > texts;
     bool more_is_due = false;
     for (Feed* feed : m_feeds) {
         feed->add(client, batch);
@@ -95,7 +99,10 @@ void Hub::publish(Client& client) {
         }
     }
     if (batch.empty()) return;
+    std::size_t bytes = 0;
+    for (const Outgoing& message : batch) bytes += message.bytes->size();
     m_outlet->send(client.connection, std::move(batch));
+    note_traffic(client, bytes, has_voxels);
     // The rest can't fail.
     client.writing = true;
     client.since = m_now;
@@ -105,6 +112,13 @@ void Hub::publish(Client& client) {
     client.tools_version = m_tools_version;
     if (sends_checksums) client.checksums.clear();
     for (Feed* feed : m_feeds) feed->sent(client);
+}
+
+/// Tells the measurement of a client's line about a batch.
+void Hub::note_traffic(Client& client, std::size_t bytes, bool has_voxels) {
+    client.line.sent(bytes, has_voxels, m_now);
+    if (has_voxels && !client.delivery.is_due())
+        client.line.ended_update(m_step, m_scene->choice().springs.depth);
 }
 
 void Hub::add_coarse(const Client& client, std::vector<Outgoing>& batch) {

@@ -6,6 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Session } from '../src/tools/session.ts';
+import { springsText } from '../src/panels/panel_springs.ts';
 import { compare, picture, stateOf } from './browser.ts';
 import { page, useOnePage } from './one_page.ts';
 
@@ -18,6 +19,22 @@ const ask = (command: Command): Promise<unknown> =>
         command,
     );
 const model = async (): Promise<string> => (await stateOf(page)).shared!.tissue!.model;
+
+test('a line that limits the depth is shown beside it', () => {
+    const state = {
+        model: 'springs',
+        nodes: [20, 20, 20],
+        active_nodes: 635,
+        depth: 7,
+        update_hz: 990,
+    } as const;
+    const text = '20 × 20 × 20 nodes, 635 within 7 layers';
+    assert.equal(springsText(state), `${text}, 990 updates/s`);
+    assert.equal(
+        springsText({ ...state, line_mb_s: 3.9 }),
+        `${text} (line takes 3.9 MB/s), 990 updates/s`,
+    );
+});
 
 test('springs are chosen, pushed at the displayed rate, and left', async (t) => {
     if (!(await stateOf(page)).link.features.includes('tissue')) return t.skip('the mock has none');
@@ -70,7 +87,7 @@ test('springs are chosen, pushed at the displayed rate, and left', async (t) => 
         () =>
             (window as never as { pliant: Session }).pliant.store.state.shared!.tissue!.depth! > 3,
     );
-    const by = panel.getByLabel('depth by the time at hand');
+    const by = panel.getByLabel('automatic depth');
     await by.check();
     await page.waitForFunction(
         () =>

@@ -38,6 +38,7 @@ export interface TissueState extends Partial<SpringSettings> {
     nodes?: Vec3;
     active_nodes?: number;
     depth_by_time?: boolean; ///< the server adapts the depth
+    line_mb_s?: number; ///< rate of the slowest client's line, if that limits the depth
     update_hz?: number;
     // Of organs.
     particles?: number;

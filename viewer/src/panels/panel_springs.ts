@@ -16,13 +16,14 @@ const kNodes = 20; ///< of the control lattice, along each axis
 const kYoung = 15; ///< [kPa]
 const kWithin = 0.1; ///< change by one more layer beside which a depth is enough [mm]
 
-/// Summary of springs: number of nodes and update rate.
+/// Summary of springs: number of nodes, depth with the line that limits it, and update rate.
 export function springsText(state: TissueState | undefined): string {
     if (state?.model !== 'springs') return '';
     const nodes = state.nodes!.join(' × ');
     const hz = state.update_hz!;
     const rate = hz > 0 ? `${hz.toFixed(0)} updates/s` : 'not moved yet';
-    return `${nodes} nodes, ${state.active_nodes!} within ${state.depth!} layers, ${rate}`;
+    const line = state.line_mb_s ? ` (line takes ${state.line_mb_s} MB/s)` : '';
+    return `${nodes} nodes, ${state.active_nodes!} within ${state.depth!} layers${line}, ${rate}`;
 }
 
 /// Lines about organs: each body, the number of held nodes, and the pace.
@@ -86,10 +87,11 @@ export function tissuePanel(parts: Parts): HTMLElement {
     });
     const byTime = parts.add(
         checkbox(
-            'depth by the time at hand',
+            'automatic depth',
             () => now()?.depth_by_time ?? false,
             (on) => void session.ask({ do: 'depth', by_time: on }),
-            'the server lowers or raises the depth so that motion keeps its pace',
+            'the server lowers or raises the depth so that motion keeps its pace, and slow lines ' +
+                'their updates',
         ),
     );
     const find = button(
