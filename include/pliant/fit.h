@@ -269,6 +269,10 @@ struct FitBox {
     Vec3d spacing_mm{100.0 / 9, 100.0 / 9, 100.0 / 9};
     double young_modulus_pa = 6e5;
     double poisson_ratio = 0.45;
+    /// Fibres of the reference, see ElasticMaterial: the two constants above are then those across
+    /// them. {0, 0, 0}: isotropic.
+    Vec3d fibre{0, 0, 0};
+    double fibre_young_modulus_pa = 0, fibre_poisson_ratio = 0, fibre_shear_modulus_pa = 0;
     double density_kg_per_m3 = 1040;
     HexElement element = HexElement::Trilinear;  ///< of the reference
     BoxFace held = BoxFace::LowZ;
@@ -288,13 +292,14 @@ struct FitBoxProblem {
     FitProblem problem;
     /// k = 0.4·E·a without volume energy; µa and λ − µ with it. a is the edge of a cube with a
     /// cell's volume. Methods start there. It is derived for cubic cells, and inaccurate for
-    /// others.
+    /// others. With fibres, E is Young's modulus along each link, averaged over its group: a start
+    /// only.
     std::vector<double> closed_form;
     bool cubic_cells = true;  ///< whether spacings differ by less than 1 %
 };
 
 /// @returns InvalidArgument that names the field; Poisson's ratio must be above 1/4 for a volume
-///          energy
+///          energy, and the constants of fibres need a positive energy
 Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena);
 
 }  // namespace pliant

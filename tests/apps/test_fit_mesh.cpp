@@ -254,6 +254,51 @@ TEST_F(FitMeshProgram, ABoxHasIntervalsInTheUnitsOfItsNetwork) {
     EXPECT_FALSE(report()["methods"][0].contains("intervals_95"));
 }
 
+TEST_F(FitMeshProgram, ABoxWithFibresNeedsSpringsByDirection) {
+    const std::string box =
+        "fit --size 5,5,5 --spacing 5 --young 12500 --poisson 0.25 --fibre 1,0,0 "
+        "--fibre-young 33600 --fibre-poisson 0.4 --fibre-shear 8000 --by-cells "
+        "--load +z:0,0,0.01:0.5,0.5:5 --load +z:0.01,0,0:0.5,0.5:5 --load +z:0,0.01,0:0.5,0.5:5 "
+        "--load +x:0.01,0,0:0.5,0.7:4 --load +y:0,0.01,0:0.5,0.7:4 "
+        "--held-out +z:-0.005,-0.005,-0.01:0.8,0.8:2 --report r.json ";
+    ASSERT_EQ(run(box + "--groups directions"), 0) << said();
+    EXPECT_NE(out().find("with fibres it is only a start"), std::string::npos) << out();
+    const Json by_direction = report();
+    EXPECT_EQ(by_direction["reference"]["fibre_young_modulus_pa"], 33600);
+    EXPECT_EQ(by_direction["reference"]["young_modulus_pa"], 12500);
+    const Json& found = by_direction["methods"][1];
+    EXPECT_EQ(found["values"].size(), 6u);
+    EXPECT_GT(double(found["values"]["edges x"]), 4 * double(found["values"]["edges y"]));
+    EXPECT_NEAR(double(found["values"]["edges y"]) / double(found["values"]["edges z"]), 1, 0.3);
+    ASSERT_EQ(run(box + "--groups uniform"), 0) << said();
+    const auto held_out = [](const Json& method) {
+        return double(method["cases"].back()["average_percent"]);
+    };
+    EXPECT_TRUE(found["cases"].back()["held_out"].get<bool>());
+    EXPECT_LT(held_out(found), 0.5 * held_out(report()["methods"][1]));
+
+    const std::string small = "fit --size 3,3,3 --report no.json ";
+    for (const auto& [arguments, text] :
+         {std::pair<std::string, const char*>{
+              small + "--fibre 1,0,0", "--fibre-young: expected a number beside --fibre, found "},
+          {small + "--fibre 1,0,0 --fibre-young 5 --fibre-poisson 0.3",
+           "--fibre-shear: expected a number beside --fibre, found none"},
+          {small + "--fibre-young 5", "--fibre-young: expected --fibre X,Y,Z too, found none"},
+          {small + "--fibre 1,0 --fibre-young 5 --fibre-poisson 0.3 --fibre-shear 2",
+           "--fibre: expected a direction of three numbers, found '1,0'"},
+          {small + "--fibre 0,0,0 --fibre-young 5 --fibre-poisson 0.3 --fibre-shear 2",
+           "--fibre: expected a direction of three numbers, found '0,0,0'"},
+          {small + "--fibre 1,0,0 --fibre-young -5 --fibre-poisson 0.3 --fibre-shear 2",
+           "--fibre-young: expected a modulus above 0, found -5"},
+          {small + "--fibre 1,0,0 --fibre-young 5 --fibre-poisson 9 --fibre-shear 2",
+           "fibre_poisson_ratio is 9"},
+          {"fit --mesh organ.vtu " + kPlaces + kAside + "--fibre 1,0,0", "--fibre"}}) {
+        EXPECT_EQ(run(arguments), 2) << arguments;
+        EXPECT_NE(said().find(text), std::string::npos) << arguments << ": " << said();
+    }
+    EXPECT_FALSE(names().count("no.json"));
+}
+
 TEST_F(FitMeshProgram, ASurfaceIsFilled) {
     ASSERT_TRUE(write_surface(m_folder / "organ.stl", boundary_triangles(m_mesh)).ok());
     ASSERT_EQ(run("fit --mesh organ.stl --tetrahedra 400 --hold -1,-1,-1:31,31,6 "
