@@ -6,8 +6,10 @@
 #include <pliant/files.h>
 #include <pliant/fit.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -169,6 +171,13 @@ int run_fit(const FitOptions& o) {
     bar.reset();
     if (!box) return bad_input("fit: " + box.error().message);
     Json report{{"motion", o.motion}, {"cost", o.cost}};
+    constexpr double kMm = 1e3;  // per metre
+    double side = std::numeric_limits<double>::infinity();
+    for (int a = 0; a < 3; ++a)
+        side = std::min(side, settings->spacing_mm[a] / kMm * (settings->size[a] - 1));
+    const auto warnings = large_loads(box->problem, side, kMm);
+    print_warnings(warnings);
+    if (!warnings.empty()) report["warnings"] = warnings;
     if (!o.fibre.empty()) report["reference"] = fibre_json(*settings);
     report["methods"] = Json::array();
     for (const std::string& method : methods_of(o)) {

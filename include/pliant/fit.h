@@ -153,6 +153,10 @@ struct Annealing {
     double end_temperature = 0;    ///< 0: a thousandth of the start
     double cooling = 0;            ///< β; 0: such that `evaluations` lead from start to end
     double neighbourhood = 0.1;    ///< largest move of a logarithm, in parts of its range
+    /// A neighbour differs in one value, by turns, instead of in all of them. Where one value is
+    /// determined more sharply than another, moves of all are refused because of the former, and
+    /// the latter stays where it is (docs/fit.md).
+    bool by_turns = false;
     int evaluations = 400;         ///< maximum, without those of the preparation
     int preparation = 16;          ///< random moves beforehand
     /// false: the answer is the last point, as in the paper; true: the best point of the search.

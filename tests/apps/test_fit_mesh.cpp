@@ -108,8 +108,23 @@ TEST_F(FitMeshProgram, TissuesAreFittedToElementsAndTheNetworkMovesAScan) {
     ASSERT_EQ(run("phantom cube --size 32 --out scan.nrrd"), 0) << said();
     ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --push 15,15,39:0,0,-4 "
                   "--tool sphere:9 --out o.nrrd --report d.json --save-state s.plst"),
-              2);
-    EXPECT_NE(said().find("--save-state"), std::string::npos) << said();
+              0)
+        << said();
+    const Json saved = Json::parse(bytes_of(m_folder / "d.json"));
+    ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --load-state s.plst "
+                  "--steps 0 --out p.nrrd --report e.json"),
+              0)
+        << said();
+    EXPECT_EQ(Json::parse(bytes_of(m_folder / "e.json"))["max_movement_mm"],
+              saved["max_movement_mm"]);
+    // A sphere from above touches the block's upper face, and tissue slides off it.
+    ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --slide 15,15,52:0,0,-8 "
+                  "--tool sphere:6 --out o.nrrd --report e.json"),
+              0)
+        << said();
+    const Json slid = Json::parse(bytes_of(m_folder / "e.json"));
+    EXPECT_GT(double(slid["max_movement_mm"]), 1);
+    EXPECT_GT(double(slid["springs"]["force_n"][2]), 0.01);
     ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --push 15,15,39:0,0,-4 "
                   "--tool sphere:9 --out o.nrrd --report d.json"),
               0)
@@ -254,6 +269,29 @@ TEST_F(FitMeshProgram, ABoxHasIntervalsInTheUnitsOfItsNetwork) {
     EXPECT_FALSE(report()["methods"][0].contains("intervals_95"));
 }
 
+TEST_F(FitMeshProgram, AnnealingFindsTwoTissues) {
+    const std::string tissues =
+        "fit --mesh organ.vtu --regions label --material 1:9000 --material 2:36000 " + kPlaces +
+        kAside + "--report r.json --threads 2 ";
+    ASSERT_EQ(run(tissues + "--method gauss-newton"), 0) << said();
+    const Json best = report()["methods"][0];
+    for (const int seed : {1, 2, 3}) {
+        SCOPED_TRACE(seed);
+        ASSERT_EQ(
+            run(tissues + "--method annealing --evaluations 1500 --seed " + std::to_string(seed)),
+            0)
+            << said();
+        const Json found = report()["methods"][0];
+        EXPECT_LT(double(found["cost"]), 1.05 * double(best["cost"]));
+        const double soft = found["values"]["links 1"], hard = found["values"]["links 2"];
+        EXPECT_NEAR(soft / double(best["values"]["links 1"]), 1, 0.05);
+        EXPECT_NEAR(hard / double(best["values"]["links 2"]), 1, 0.25);
+        // Of the materials: 4.
+        EXPECT_GT(hard / soft, 3);
+        EXPECT_LT(hard / soft, 5.5);
+    }
+}
+
 TEST_F(FitMeshProgram, ABoxWithFibresNeedsSpringsByDirection) {
     const std::string box =
         "fit --size 5,5,5 --spacing 5 --young 12500 --poisson 0.25 --fibre 1,0,0 "
@@ -297,6 +335,26 @@ TEST_F(FitMeshProgram, ABoxWithFibresNeedsSpringsByDirection) {
         EXPECT_NE(said().find(text), std::string::npos) << arguments << ": " << said();
     }
     EXPECT_FALSE(names().count("no.json"));
+}
+
+TEST_F(FitMeshProgram, WarnsOfLoadsThatAreTooLargeForLinearElements) {
+    const std::string small =
+        "fit --size 4,4,4 --spacing 10 --young 10000 --method closed-form "
+        "--report r.json --load +z:0,0,-0.02 ";
+    ASSERT_EQ(run(small), 0) << said();
+    EXPECT_EQ(out().find("warning: "), std::string::npos) << out();
+    EXPECT_FALSE(report().contains("warnings"));
+    ASSERT_EQ(run(small + "--load +z:2,0,0"), 0) << said();
+    EXPECT_NE(out().find("warning: load +z:2,0,0: moves up to "), std::string::npos) << out();
+    EXPECT_NE(out().find("too far for linear elements"), std::string::npos) << out();
+    ASSERT_EQ(report()["warnings"].size(), 1u);
+    ASSERT_EQ(run("fit --mesh organ.vtu --young 9000 --method closed-form --report r.json " +
+                  kPlaces + "--held-out 29,-1,15:31,31,35:20,0,0"),
+              0)
+        << said();
+    ASSERT_EQ(report()["warnings"].size(), 1u) << report()["warnings"];
+    EXPECT_EQ(report()["warnings"][0].get<std::string>().find("load 29,-1,15:31,31,35:20,0,0: "),
+              0u);
 }
 
 TEST_F(FitMeshProgram, ASurfaceIsFilled) {
