@@ -60,8 +60,8 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
              {"--relax", o.relax_ms.has_value(), chainmail},
              {"--relax-sweeps", o.relax_sweeps.has_value(), chainmail},
              {"--solver", !o.solver.empty(), chainmail},
-             {"--load-state", !o.load_state.empty(), chainmail},
-             {"--save-state", !o.save_state.empty(), chainmail},
+             {"--load-state", !o.load_state.empty(), {"chainmail", "springs", "body"}},
+             {"--save-state", !o.save_state.empty(), {"chainmail", "springs", "body"}},
          })
         options.push_back(std::move(option));
     return options;
@@ -254,7 +254,7 @@ Status check_model(const DeformOptions& o) {
         const auto refused = [&](const char* option, bool TissueTraits::*contact) {
             return other_model(option, models_with(contact), o);
         };
-        if (std::holds_alternative<SlideOption>(action) && !traits.slides)
+        if (std::holds_alternative<SlideOption>(action) && !traits.slides && o.network.empty())
             return refused("--slide", &TissueTraits::slides);
         if (std::holds_alternative<CutSurface>(action) && !traits.cuts)
             return refused("--cut", &TissueTraits::cuts);

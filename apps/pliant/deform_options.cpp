@@ -98,8 +98,7 @@ void add_actions(CLI::App* command, DeformOptions& o, bool carves) {
                 "takes out the tissue in a sphere, or in a capsule; repeatable"),
             [](const std::string& text) -> DeformAction { return parse_carve(text); });
         command->add_option("--load-state", o.load_state, "start from a saved state (.plst)");
-        command->add_option("--save-state", o.save_state,
-                            "save the lattice and its settings (.plst)");
+        command->add_option("--save-state", o.save_state, "save the tissue's state (.plst)");
     }
     command->callback([command, kinds, carves, &o] {
         std::map<const CLI::Option*, std::size_t> taken;

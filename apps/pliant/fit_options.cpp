@@ -46,6 +46,15 @@ void add_box(CLI::App* c, FitOptions& o) {
     add(c->add_option("--spacing", o.spacing_mm, "between nodes, one or three numbers [mm]"));
     add(c->add_option("--element", o.element, "of the reference (default trilinear)")
             ->check(CLI::IsMember({"trilinear", "incompatible"})));
+    add(c->add_option("--fibre", o.fibre,
+                      "direction of the reference's fibres; --young and --poisson are then those "
+                      "across them, and the next three are needed")
+            ->type_name("X,Y,Z"));
+    add(c->add_option("--fibre-young", o.fibre_young_pa, "Young's modulus along fibres [Pa]"));
+    add(c->add_option("--fibre-poisson", o.fibre_poisson,
+                      "contraction across for extension along the fibres"));
+    add(c->add_option("--fibre-shear", o.fibre_shear_pa,
+                      "shear modulus in planes with the fibres [Pa]"));
     const CLI::IsMember face({"-x", "+x", "-y", "+y", "-z", "+z"});
     add(c->add_option("--held", o.held, "face that doesn't move (default -z)")->check(face));
     add(c->add_option("--links", o.links, "of the lattice (default edges+faces)")
@@ -65,8 +74,9 @@ void add_mesh_fit(CLI::App* c, FitOptions& o) {
                                       "tetrahedra, or a closed surface, in LPS mm (.vtu, .vtk, "
                                       ".msh, .vtp, .stl, .obj, .ply); its edges become links")
                             ->group(group);
-    for (const char* box : {"--size", "--spacing", "--element", "--held", "--links", "--groups",
-                            "--by-cells", "--damping"})
+    for (const char* box :
+         {"--size", "--spacing", "--fibre", "--fibre-young", "--fibre-poisson", "--fibre-shear",
+          "--element", "--held", "--links", "--groups", "--by-cells", "--damping"})
         mesh->excludes(c->get_option(box));
     const auto add = [&](CLI::Option* option) { option->group(group)->needs(mesh); };
     add(c->add_option("--tetrahedra", o.tetrahedra, "of a filled surface, about (default 5000)")
@@ -144,6 +154,9 @@ void add_fit(CLI::App& app, FitOptions& o) {
         "--method annealing\n"
         "  pliant fit --volume --by-cells --groups kinds --load +z:0,0,-40:0.2,0.3 "
         "--load +z:40,0,0:0.7,0.3 --held-out +z:0,0,-40 --report fit.json\n"
+        "  pliant fit --size 6,6,6 --spacing 5 --young 12000 --poisson 0.2 --fibre 1,0,0 "
+        "--fibre-young 34000 --fibre-poisson 0.4 --fibre-shear 8000 --by-cells --groups directions "
+        "--load +z:0,0,-0.01 --load +z:0.01,0,0 --load +x:0.01,0,0 --held-out +z:0,-0.01,0\n"
         "  pliant fit scenes/fit_elastin.toml\n"
         "  pliant fit --mesh organ.vtu --volume --hold -50,40,-50:50,60,50 "
         "--load -5,-40,-5:5,-30,5:0,2,0 --target measured.csv --noise-mm 0.1 "

@@ -3,6 +3,7 @@
 
 #include "fit_report.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <fstream>
@@ -63,6 +64,7 @@ FitMethod method_of(const std::string& name, const FitOptions& o,
         return Annealing{.seed = o.seed,
                          .start_temperature = o.start_temperature,
                          .cooling = o.cooling,
+                         .by_turns = !o.mesh.empty(),
                          .evaluations = o.evaluations};
     const auto method = name == "bobyqa"        ? DirectMethod::Bobyqa
                         : name == "nelder-mead" ? DirectMethod::NelderMead
@@ -147,6 +149,31 @@ void print(const std::string& method, const FitTable& table) {
                 std::printf(" %s %+.2f", groups[g].name.c_str(), d.direction[g]);
         std::printf("\n");
     }
+}
+
+std::vector<std::string> large_loads(const FitProblem& problem, double smallest_side, double mm) {
+    constexpr double kLargeShare = 0.15;
+    std::vector<std::string> warnings;
+    for (const FitCase& c : problem.cases()) {
+        // A network in equilibrium can follow large measured displacements.
+        if (c.target.empty() && problem.settings().motion != FitMotion::Linear) continue;
+        double largest = 0;
+        for (const Vec3d& u : c.target) largest = std::max(largest, norm(u));
+        for (const FitPointTarget& point : c.points)
+            largest = std::max(largest, norm(point.displacement));
+        if (!(largest > kLargeShare * smallest_side)) continue;
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "moves up to %.3g mm, %.0f %% of the smallest side: too far for linear "
+                      "elements, expected at most %.0f %%",
+                      mm * largest, 100 * largest / smallest_side, 100 * kLargeShare);
+        warnings.push_back("load " + c.name + ": " + text);
+    }
+    return warnings;
+}
+
+void print_warnings(const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) std::printf("warning: %s\n", warning.c_str());
 }
 
 Status write_report(const std::filesystem::path& path, const Json& report) {

@@ -41,6 +41,13 @@ struct FitTable {
 void print(const std::string& method, const FitTable& table);
 Json method_json(const std::string& method, const FitTable& table);
 
+/// Warns of loads whose largest displacement in the reference is no small part of the solid: the
+/// finite elements and the linear motion are for small displacements.
+/// @param smallest_side  of the solid's box, in the network's unit of length
+/// @param mm             of that unit
+std::vector<std::string> large_loads(const FitProblem& problem, double smallest_side, double mm);
+void print_warnings(const std::vector<std::string>& warnings);
+
 Status write_report(const std::filesystem::path& path, const Json& report);
 
 int run_fit_mesh(const FitOptions& options);

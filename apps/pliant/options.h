@@ -271,6 +271,8 @@ struct FitOptions {
     // Without a value: 6e5 Pa and 1040 kg/m³ (elastin) for a box, 15e3 and 1000 for a mesh.
     std::optional<double> young_pa, density_kg_m3;
     double poisson = 0.45;
+    std::string fibre;  ///< X,Y,Z; empty: isotropic
+    std::optional<double> fibre_young_pa, fibre_poisson, fibre_shear_pa;
     std::string element = "trilinear";
     std::string held = "-z";
     /// Box: FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]. Mesh: a place as of `hold`, and :FX,FY,FZ

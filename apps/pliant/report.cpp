@@ -152,6 +152,7 @@ void put(const DeformOptions& options, const Advanced& advanced, Json& json) {
     own["steps"] = report.steps;
     own["settled"] = report.settled;
     own["steps_ms"] = report.ms;
+    if (!report.message.empty()) own["stopped"] = report.message;
     if (advanced.force_n) own["force_n"] = json_of(*advanced.force_n);
 }
 
@@ -303,10 +304,12 @@ std::string report_text(const DeformOptions& options, const DeformResult& result
                           static_cast<long long>(time.steps),
                           number_of(figures, (options.network.empty() ? options.model : "network") +
                                                  ".time_step_ms"),
-                          time.settled    ? " (at rest)"
-                          : options.steps ? ""
-                                          : " (still moving; --steps N goes on for longer)");
+                          !time.message.empty() ? " (stopped)"
+                          : time.settled        ? " (at rest)"
+                          : options.steps       ? ""
+                                                : " (still moving; --steps N goes on for longer)");
         text += line;
+        if (!time.message.empty()) text += "warning: motion stopped: " + time.message + "\n";
     }
     for (const SlideReport& slide : result.slides)
         if (slide.inside_elements > 0) {

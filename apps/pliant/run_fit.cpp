@@ -6,9 +6,13 @@
 #include <pliant/files.h>
 #include <pliant/fit.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "fit_report.h"
 #include "options.h"
@@ -54,6 +58,38 @@ std::optional<FitBoxLoad> load_of(const std::string& text) {
     return load;
 }
 
+/// Sets the fibres: all of their constants, or none.
+Status set_fibres(const FitOptions& o, FitBox& box) {
+    const std::pair<const char*, const std::optional<double>*> constants[] = {
+        {"--fibre-young", &o.fibre_young_pa},
+        {"--fibre-poisson", &o.fibre_poisson},
+        {"--fibre-shear", &o.fibre_shear_pa}};
+    for (const auto& [option, value] : constants) {
+        if (o.fibre.empty() && value->has_value())
+            return Error{ErrorCode::InvalidArgument,
+                         std::string(option) + ": expected --fibre X,Y,Z too, found none"};
+        if (!o.fibre.empty() && !value->has_value())
+            return Error{ErrorCode::InvalidArgument,
+                         std::string(option) + ": expected a number beside --fibre, found none"};
+    }
+    if (o.fibre.empty()) return Ok{};
+    const auto fibre = numbers_of(o.fibre);
+    if (fibre.size() == 3) box.fibre = {fibre[0], fibre[1], fibre[2]};
+    const double length = norm(box.fibre);
+    if (!(std::isfinite(length) && length > 0))
+        return bad_option("--fibre", "a direction of three numbers", o.fibre);
+    for (const auto& [option, value] : {std::pair("--fibre-young", o.fibre_young_pa),
+                                        std::pair("--fibre-shear", o.fibre_shear_pa)})
+        if (!(std::isfinite(*value) && *value > 0))
+            return Error{ErrorCode::InvalidArgument, std::string(option) +
+                                                         ": expected a modulus above 0, found " +
+                                                         std::to_string(*value)};
+    box.fibre_young_modulus_pa = *o.fibre_young_pa;
+    box.fibre_poisson_ratio = *o.fibre_poisson;
+    box.fibre_shear_modulus_pa = *o.fibre_shear_pa;
+    return Ok{};
+}
+
 Result<FitBox> box_of(const FitOptions& o) {
     FitBox box;
     const auto size = numbers_of(o.size);
@@ -70,6 +106,7 @@ Result<FitBox> box_of(const FitOptions& o) {
     box.spacing_mm = {spacing[0], spacing[1], spacing[2]};
     box.young_modulus_pa = o.young_pa.value_or(box.young_modulus_pa);
     box.poisson_ratio = o.poisson;
+    if (const Status s = set_fibres(o, box); !s) return s.error();
     box.density_kg_per_m3 = o.density_kg_m3.value_or(box.density_kg_per_m3);
     if (o.element == "incompatible") box.element = HexElement::IncompatibleModes;
     box.held = face_of(o.held).value_or(BoxFace::LowZ);
@@ -96,9 +133,21 @@ Result<FitBox> box_of(const FitOptions& o) {
     return box;
 }
 
+Json fibre_json(const FitBox& box) {
+    return {{"young_modulus_pa", box.young_modulus_pa},
+            {"poisson_ratio", box.poisson_ratio},
+            {"fibre", {box.fibre.x, box.fibre.y, box.fibre.z}},
+            {"fibre_young_modulus_pa", box.fibre_young_modulus_pa},
+            {"fibre_poisson_ratio", box.fibre_poisson_ratio},
+            {"fibre_shear_modulus_pa", box.fibre_shear_modulus_pa}};
+}
+
 /// Warning if the box violates an assumption of the method; otherwise empty.
-std::string note_on(const std::string& method, const FitBoxProblem& box) {
-    if (method != "closed-form" || box.cubic_cells) return {};
+std::string note_on(const std::string& method, const FitBoxProblem& box, bool has_fibres) {
+    if (method != "closed-form") return {};
+    if (has_fibres)
+        return "the closed form is derived for isotropic solids; with fibres it is only a start";
+    if (box.cubic_cells) return {};
     return "the closed form is derived for cubic cells; these are not, and it may be far off";
 }
 
@@ -121,7 +170,16 @@ int run_fit(const FitOptions& o) {
     const auto box = fit_box(*settings, arena);
     bar.reset();
     if (!box) return bad_input("fit: " + box.error().message);
-    Json report{{"motion", o.motion}, {"cost", o.cost}, {"methods", Json::array()}};
+    Json report{{"motion", o.motion}, {"cost", o.cost}};
+    constexpr double kMm = 1e3;  // per metre
+    double side = std::numeric_limits<double>::infinity();
+    for (int a = 0; a < 3; ++a)
+        side = std::min(side, settings->spacing_mm[a] / kMm * (settings->size[a] - 1));
+    const auto warnings = large_loads(box->problem, side, kMm);
+    print_warnings(warnings);
+    if (!warnings.empty()) report["warnings"] = warnings;
+    if (!o.fibre.empty()) report["reference"] = fibre_json(*settings);
+    report["methods"] = Json::array();
     for (const std::string& method : methods_of(o)) {
         bar.emplace(method);
         const auto result = fit(box->problem, method_of(method, o, box->closed_form), arena);
@@ -134,7 +192,8 @@ int run_fit(const FitOptions& o) {
             if (!found) return bad_input(method + ": " + found.error().message);
             intervals = std::move(*found);
         }
-        const FitTable table{box->problem, *result, intervals, note_on(method, *box), "spacing"};
+        const FitTable table{box->problem, *result, intervals,
+                             note_on(method, *box, !o.fibre.empty()), "spacing"};
         print(method, table);
         report["methods"].push_back(method_json(method, table));
     }

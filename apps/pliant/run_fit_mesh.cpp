@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include "fit_mesh_input.h"
@@ -168,6 +169,19 @@ Result<FitResult> run_method(const std::string& method, const FitOptions& o,
     return result;
 }
 
+double smallest_side_mm(const TetMesh& mesh) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (int a = 0; a < 3; ++a) {
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (const Vec3d& node : mesh.nodes_mm) {
+            low = std::min(low, node[a]);
+            high = std::max(high, node[a]);
+        }
+        smallest = std::min(smallest, high - low);
+    }
+    return smallest;
+}
+
 Status check_options(const FitOptions& o) {
     if (o.motion == "run")
         return bad_option("--motion", "linear or equilibrium with --mesh", o.motion);
@@ -196,6 +210,9 @@ int run_fit_mesh(const FitOptions& o) {
                 fitted->mesh.cells.size(), input->fit.held.size());
     Json report{
         {"mesh", input->name}, {"motion", o.motion}, {"cost", o.cost}, {"methods", Json::array()}};
+    const auto warnings = large_loads(fitted->problem, smallest_side_mm(fitted->mesh), 1);
+    print_warnings(warnings);
+    if (!warnings.empty()) report["warnings"] = warnings;
     if (o.noise_mm > 0) report["noise_mm"] = o.noise_mm;
     std::optional<FitResult> last;
     std::vector<FitInterval> intervals;

@@ -78,6 +78,11 @@ struct WallTissue {
     double density_g_mm3 = 0.02;
     double support_pa_per_mm = 10000;  ///< pressure of the surrounding tissue per displacement
     double damping_per_s = 100;
+    /// Visits of each of the wall's constraints in a sub-step, and whether every second one goes
+    /// through them in the opposite order, which needs an even number (PbdSettings). Both help
+    /// where the volumes of hard walls are missed.
+    int iterations = 1;
+    bool alternates = false;
 };
 
 struct CatheterEntry {
@@ -333,6 +338,7 @@ struct MadeVessel {
     std::vector<Vec3d> way;
     std::optional<Volume> scan;  ///< the scan that the file names
     CatheterSettings settings;   ///< including the entry
+    bool has_own_ghost = false;  ///< the wall's inner surface is that of a file
 };
 /// @returns one line with the faulty file
 Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena) noexcept;

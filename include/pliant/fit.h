@@ -153,6 +153,10 @@ struct Annealing {
     double end_temperature = 0;    ///< 0: a thousandth of the start
     double cooling = 0;            ///< β; 0: such that `evaluations` lead from start to end
     double neighbourhood = 0.1;    ///< largest move of a logarithm, in parts of its range
+    /// A neighbour differs in one value, by turns, instead of in all of them. Where one value is
+    /// determined more sharply than another, moves of all are refused because of the former, and
+    /// the latter stays where it is (docs/fit.md).
+    bool by_turns = false;
     int evaluations = 400;         ///< maximum, without those of the preparation
     int preparation = 16;          ///< random moves beforehand
     /// false: the answer is the last point, as in the paper; true: the best point of the search.
@@ -269,6 +273,10 @@ struct FitBox {
     Vec3d spacing_mm{100.0 / 9, 100.0 / 9, 100.0 / 9};
     double young_modulus_pa = 6e5;
     double poisson_ratio = 0.45;
+    /// Fibres of the reference, see ElasticMaterial: the two constants above are then those across
+    /// them. {0, 0, 0}: isotropic.
+    Vec3d fibre{0, 0, 0};
+    double fibre_young_modulus_pa = 0, fibre_poisson_ratio = 0, fibre_shear_modulus_pa = 0;
     double density_kg_per_m3 = 1040;
     HexElement element = HexElement::Trilinear;  ///< of the reference
     BoxFace held = BoxFace::LowZ;
@@ -288,13 +296,14 @@ struct FitBoxProblem {
     FitProblem problem;
     /// k = 0.4·E·a without volume energy; µa and λ − µ with it. a is the edge of a cube with a
     /// cell's volume. Methods start there. It is derived for cubic cells, and inaccurate for
-    /// others.
+    /// others. With fibres, E is Young's modulus along each link, averaged over its group: a start
+    /// only.
     std::vector<double> closed_form;
     bool cubic_cells = true;  ///< whether spacings differ by less than 1 %
 };
 
 /// @returns InvalidArgument that names the field; Poisson's ratio must be above 1/4 for a volume
-///          energy
+///          energy, and the constants of fibres need a positive energy
 Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena);
 
 }  // namespace pliant

@@ -59,8 +59,9 @@ struct TissueTraits {
 };
 
 struct Sweep {
-    bool settled = true;  ///< more sweeps have no effect
-    double ms = 0;        ///< wall-clock time of the sweep
+    bool settled = true;    ///< more sweeps have no effect
+    double ms = 0;          ///< wall-clock time of the sweep
+    std::string message{};  ///< reason why the motion was stopped before it settled
 };
 
 /// Limits of a call of advance(); the first one that is reached ends it.

@@ -119,10 +119,12 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
         PbdBody::create(std::move(*parts),
                         {.time_step = settings.time_step_s / settings.sub_steps,
                          .sub_steps = 1,
+                         .iterations = settings.wall.iterations,
                          .gravity = settings.wall.gravity_mm_s2,
                          .damping = settings.wall.damping_per_s,
                          .method = settings.wall.model == WallModel::Solid ? PbdMethod::Compliance
                                                                            : PbdMethod::Stiffness,
+                         .alternates = settings.wall.alternates,
                          .repacks = settings.local});
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;

@@ -93,6 +93,9 @@ Status check(const CatheterSettings& s) {
         wall.stretch_stiffness + wall.bend_stiffness + wall.volume_stiffness == 0)
         return expected_error("[wall] stretch_stiffness", "one of the three stiffnesses above 0",
                               "none");
+    if (wall.alternates && wall.iterations % 2 != 0)
+        return expected_error("[wall] iterations", "an even number beside alternates",
+                              std::to_string(wall.iterations));
     const double length_mm = s.catheter.length_mm;
     if (s.catheter.tip_mm > length_mm)
         return expected_error("[catheter] tip_mm", "up to length_mm, " + text_of(length_mm),

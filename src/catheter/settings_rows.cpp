@@ -116,6 +116,17 @@ constexpr Setting<C> kCatheter[] = {
                                                    .low = 0.01,
                                                    .high = 0.499,
                                                    .text = "Poisson's ratio of a solid"}),
+    setting<&C::wall, &WallTissue::iterations>(
+        {.table = "wall",
+         .name = "iterations",
+         .low = 1,
+         .high = 100,
+         .text = "visits of each constraint of the wall in a sub-step"}),
+    setting<&C::wall, &WallTissue::alternates>(
+        {.table = "wall",
+         .name = "alternates",
+         .text = "every second visit goes through them in the opposite order; iterations must "
+                 "be even"}),
     setting<&C::wall, &WallTissue::density_g_mm3>(
         {.table = "wall",
          .name = "density_g_mm3",

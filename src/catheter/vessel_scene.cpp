@@ -164,6 +164,7 @@ Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
         wall = swept_tube(branch, {.thickness_mm = v.wall.thickness_mm, .layers = v.wall.layers});
     } else if (!v.mesh.empty()) {
         wall = wall_of_given_mesh(v, arena);
+        made.has_own_ghost = !v.ghost.empty();
     } else if (!v.centreline.empty()) {
         const auto mesh = read_mesh(v.centreline);
         if (!mesh) return mesh.error();

@@ -41,11 +41,13 @@ Search::Point anywhere(const Search& search, Numbers& numbers) {
     return point;
 }
 
-/// Random neighbour, reflected at the bounds.
-Search::Point neighbour_of(const Search& search, const Search::Point& point, double reach,
-                           Numbers& numbers) {
+/// Random neighbour, reflected at the bounds. @param turn  of the value that moves by turns
+Search::Point neighbour_of(const Search& search, const Annealing& settings,
+                           const Search::Point& point, int turn, Numbers& numbers) {
+    const double reach = settings.neighbourhood;
     Search::Point next(point);
     for (std::size_t g = 0; g < next.size(); ++g) {
+        if (settings.by_turns && g != std::size_t(turn) % next.size()) continue;
         const double low = search.low(g), high = search.high(g);
         next[g] += (2 * numbers.next() - 1) * reach * (high - low);
         if (next[g] < low) next[g] = 2 * low - next[g];
@@ -72,7 +74,7 @@ double mean_uphill(Search& search, const Annealing& settings, Numbers& numbers) 
     std::vector<Search::Point> points;
     for (int n = 0; n < settings.preparation; ++n) {
         points.push_back(anywhere(search, numbers));
-        points.push_back(neighbour_of(search, points.back(), settings.neighbourhood, numbers));
+        points.push_back(neighbour_of(search, settings, points.back(), n, numbers));
     }
     const std::vector<double> costs = search.costs(points);
     double sum = 0;
@@ -104,7 +106,7 @@ Result<FitResult> search_annealing(Search& search, const Annealing& settings) {
     double cost = search.cost(point);
     double temperature = start;
     for (int n = 0; n < settings.evaluations && temperature > end; ++n) {
-        Search::Point next = neighbour_of(search, point, settings.neighbourhood, numbers);
+        Search::Point next = neighbour_of(search, settings, point, n, numbers);
         const double there = search.cost(next);
         const bool downhill = there < cost || !std::isfinite(cost);
         if (downhill || numbers.next() < std::exp((cost - there) / temperature)) {

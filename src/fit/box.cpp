@@ -14,6 +14,9 @@ constexpr double kMetres = 1e-3;  // m per mm
 /// Larger references use conjugate gradients; the residual is relative to the load.
 constexpr std::int64_t kMaxCholeskyNodes = 2000;
 constexpr double kReferenceTolerance = 1e-11;
+/// The closed form with volume energy needs more than 1/4 and less than 1/2. Poisson's ratio in the
+/// plane across fibres may be anywhere in −1…1.
+constexpr double kMinStartPoisson = 0.3, kMaxStartPoisson = 0.45;
 
 Error bad_box(const std::string& text) {
     return {ErrorCode::InvalidArgument, "box: " + text};
@@ -87,6 +90,50 @@ std::string group_name(FitBoxGroups groups, int axes) {
     return (count == 1 ? "edges " : "diagonals ") + letters;
 }
 
+ElasticMaterial material_of(const FitBox& box) {
+    return {.young_modulus_pa = box.young_modulus_pa,
+            .poisson_ratio = box.poisson_ratio,
+            .fibre = box.fibre,
+            .fibre_young_modulus_pa = box.fibre_young_modulus_pa,
+            .fibre_poisson_ratio = box.fibre_poisson_ratio,
+            .fibre_shear_modulus_pa = box.fibre_shear_modulus_pa};
+}
+
+bool has_box_fibres(const FitBox& box) {
+    return box.fibre.x != 0 || box.fibre.y != 0 || box.fibre.z != 0;
+}
+
+/// Young's modulus of a pull along r, relative to that across the fibres. With c the cosine between
+/// the two, 1/E(r) = c⁴/E_a + (1 − c²)²/E + c² (1 − c²) (1/G_a − 2 ν_a/E_a) [Ting1996].
+double stiffening_along(const FitBox& box, Vec3d r) {
+    const double cosine = dot(r, box.fibre) / (norm(r) * norm(box.fibre));
+    const double c2 = cosine * cosine, s2 = 1 - c2;
+    const double compliance = c2 * c2 / box.fibre_young_modulus_pa +
+                              s2 * s2 / box.young_modulus_pa +
+                              c2 * s2 *
+                                  (1 / box.fibre_shear_modulus_pa -
+                                   2 * box.fibre_poisson_ratio / box.fibre_young_modulus_pa);
+    return 1 / (compliance * box.young_modulus_pa);
+}
+
+/// Multiplies the starts of the groups of links with the mean stiffening along their links.
+void stiffen_along_fibres(const FitBox& box, const SpringParts& parts,
+                          std::vector<FitGroup>& groups) {
+    for (FitGroup& group : groups) {
+        if (group.links.empty()) continue;
+        double sum = 0;
+        for (const std::int32_t l : group.links) {
+            const SpringLink& link = parts.links[std::size_t(l)];
+            sum += stiffening_along(
+                box, parts.nodes[std::size_t(link.b)].rest - parts.nodes[std::size_t(link.a)].rest);
+        }
+        const double factor = sum / double(group.links.size());
+        group.start *= factor;
+        group.low *= factor;
+        group.high *= factor;
+    }
+}
+
 std::vector<FitGroup> groups_of(const FitBox& box, const SpringParts& parts, double stiffness,
                                 double bulk) {
     std::vector<FitGroup> groups;
@@ -118,7 +165,7 @@ Status check(const FitBox& box) {
     if (box.damping && !(std::isfinite(box.damping_start_kg_s) && box.damping_start_kg_s > 0))
         return bad_box("damping_start_kg_s: expected a number above 0, found " +
                        std::to_string(box.damping_start_kg_s));
-    if (box.volume_energy && !(box.poisson_ratio > 0.25))
+    if (box.volume_energy && !has_box_fibres(box) && !(box.poisson_ratio > 0.25))
         return bad_box("poisson_ratio: expected more than 0.25 for a volume energy, found " +
                        std::to_string(box.poisson_ratio));
     return Ok{};
@@ -127,7 +174,7 @@ Status check(const FitBox& box) {
 /// Cholesky up to some thousand nodes, conjugate gradients beyond.
 Result<ElasticSolver> reference_solver(const FitBox& box, const HexLattice& lattice,
                                        std::span<const std::int32_t> held, const TaskArena& arena) {
-    const ElasticMaterial material{box.young_modulus_pa, box.poisson_ratio};
+    const ElasticMaterial material = material_of(box);
     std::vector<Support> supports;
     for (const std::int32_t n : held) supports.push_back({.node = n});
     ElasticSettings settings{.element = box.element};
@@ -137,7 +184,7 @@ Result<ElasticSolver> reference_solver(const FitBox& box, const HexLattice& latt
                                      settings, arena);
     settings.method = ElasticMethod::ConjugateGradients;
     settings.tolerance = kReferenceTolerance;
-    if (box.element == HexElement::Trilinear)
+    if (box.element == HexElement::Trilinear && !has_box_fibres(box))
         return ElasticSolver::create(ElasticLattice{lattice, {material}}, supports, settings,
                                      arena);
     return ElasticSolver::create(ElasticSolid{hex_mesh(lattice), {material}}, supports, settings,
@@ -182,8 +229,14 @@ Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena) {
     const Vec3d h = kMetres * box.spacing_mm;
     const double side = std::cbrt(h.x * h.y * h.z);
     SpringMaterial material{0.4 * box.young_modulus_pa * side, 0};
-    if (box.volume_energy) material = closed_form(box.young_modulus_pa, box.poisson_ratio, side);
+    if (box.volume_energy)
+        material = closed_form(
+            box.young_modulus_pa,
+            has_box_fibres(box) ? std::clamp(box.poisson_ratio, kMinStartPoisson, kMaxStartPoisson)
+                                : box.poisson_ratio,
+            side);
     std::vector<FitGroup> groups = groups_of(box, *parts, material.stiffness, material.bulk);
+    if (has_box_fibres(box)) stiffen_along_fibres(box, *parts, groups);
     std::vector<double> start;
     for (const FitGroup& group : groups) start.push_back(group.start);
     auto problem =

@@ -126,6 +126,13 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
     for (int a = 0; a < 3; ++a) add_changed(3 + std::uint64_t(a), w.gravity_mm_s2[a], 0);
     add_changed(6, double(s.box_index), double(BoxIndex::Linear));
     add_changed(7, double(s.boxes_near), double(BoxWaker::Catheter));
+    add_changed(8, double(w.iterations), 1);
+    add_changed(9, double(w.alternates), 0);
+    if (vessel.has_own_ghost) {
+        hash.add_word(10);
+        hash.add(std::span<const Vec3d>(vessel.wall.ghost.nodes_mm));
+        hash.add(std::span<const std::array<std::int32_t, 3>>(vessel.wall.ghost.cells));
+    }
     for (const Vec3d v : {s.entry.position_mm, s.entry.direction})
         for (int a = 0; a < 3; ++a) hash.add_word(std::bit_cast<std::uint64_t>(v[a]));
     return hash.value();

@@ -23,7 +23,10 @@ constexpr double kNetworkFoldShare = 0.1;
 constexpr double kMaxNetworkMotion_mm = 500;
 constexpr double kNetworkSettled_mm_s = 0.05;
 constexpr double kNetworkBack_mm = 0.02;  ///< a settled network nearer to rest is moved to it
-constexpr double kNetworkNewton = 1e-6;   ///< N per µN
+constexpr const char* kFliesApart =
+    "the network flies apart, a node is more than 500 mm from its place at rest; check its "
+    "fixed nodes, stiffness, damping and time step";
+constexpr double kNetworkNewton = 1e-6;  ///< N per µN
 
 double tet_volume(const std::array<Vec3d, 4>& x) {
     return dot(x[1] - x[0], cross(x[2] - x[0], x[3] - x[0])) / 6;
@@ -104,7 +107,9 @@ Result<std::unique_ptr<MeshTissue>> NetworkTissue::create(const Volume& scan, Sp
                                   "tetrahedron " + std::to_string(c));
     }
     auto carried = EmbeddedScan::create(scan, mesh, {.reach_mm = settings.reach_mm}, arena);
-    if (!carried.ok()) return carried.error();
+    if (!carried.ok())
+        return carried.error().field == "mesh" ? renamed(carried.error(), "network")
+                                               : carried.error();
     auto tissue =
         SpringTissue::create(std::move(*network), {.solver = SpringSolver::ImplicitEuler,
                                                    .time_step = settings.time_step_s,
@@ -404,7 +409,9 @@ Result<PushReport> NetworkTissue::push_nodes(std::uint32_t tool, const Push& pus
         const bool was_folded = folds();
         const Status went = stride(tool, shift);
         if (!went.ok() && is_out_of_memory(went.error())) return went.error();
-        if (went.ok() && !is_far() && (was_folded || !folds())) continue;
+        const bool is_lost = !went.ok() || is_far();
+        if (!is_lost && (was_folded || !folds())) continue;
+        if (is_lost) report.message = went.ok() ? kFliesApart : went.error().message;
         put(m_positions);
         break;
     }
@@ -467,17 +474,20 @@ Result<Sweep> NetworkTissue::sweep() noexcept {
         if (m_settled) return Sweep{true, ms_since(start)};
         for (std::size_t n = 0; n < m_positions.size(); ++n)
             m_positions[n] = m_tissue.position(std::int32_t(n));
-        if (const Status stepped = step(); !stepped.ok()) return stepped.error();
+        const Status stepped = step();
+        if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
         m_is_shown = false;
         double fastest = 0;
         for (std::int32_t n = 0; n < std::int32_t(m_positions.size()); ++n)
             fastest = std::max(fastest, norm(m_tissue.velocity(n)));
         // A network that would fly apart stops where it was.
-        const bool is_lost = is_far();
+        const bool is_lost = !stepped.ok() || is_far();
         if (is_lost) put(m_positions);
         m_settled = is_lost || fastest < kNetworkSettled_mm_s;
         if (m_settled) come_to_rest();
-        return Sweep{m_settled, ms_since(start)};
+        Sweep sweep{m_settled, ms_since(start)};
+        if (is_lost) sweep.message = stepped.ok() ? kFliesApart : stepped.error().message;
+        return sweep;
     });
 }
 

@@ -44,10 +44,10 @@ std::optional<Vec3d> SpringScanTissue::force_n(std::uint32_t tool) noexcept {
 }
 
 Result<Sweep> SpringScanTissue::sweep() noexcept {
-    const Result<SpringMotion> motion = m_model->step(kStepsPerSweep);
+    Result<SpringMotion> motion = m_model->step(kStepsPerSweep);
     if (!motion.ok()) return motion.error();
     if (motion->active_nodes > 0) m_active_nodes = motion->active_nodes;
-    return Sweep{motion->settled, motion->solve_ms};
+    return Sweep{motion->settled, motion->solve_ms, std::move(motion->message)};
 }
 
 Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {

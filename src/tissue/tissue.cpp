@@ -75,8 +75,9 @@ std::optional<Vec3d> Tissue::force_n(std::uint32_t) noexcept {
 Result<AdvanceReport> Tissue::advance(const Budget& budget) noexcept {
     AdvanceReport report;
     while (!report.settled && report.steps < budget.max_steps && report.ms < budget.max_ms) {
-        const Result<Sweep> swept = sweep();
+        Result<Sweep> swept = sweep();
         if (!swept) return swept.error();
+        if (!swept->message.empty()) report.message = std::move(swept->message);
         ++report.steps;
         report.settled = swept->settled;
         report.ms += swept->ms;

@@ -108,8 +108,23 @@ TEST_F(FitMeshProgram, TissuesAreFittedToElementsAndTheNetworkMovesAScan) {
     ASSERT_EQ(run("phantom cube --size 32 --out scan.nrrd"), 0) << said();
     ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --push 15,15,39:0,0,-4 "
                   "--tool sphere:9 --out o.nrrd --report d.json --save-state s.plst"),
-              2);
-    EXPECT_NE(said().find("--save-state"), std::string::npos) << said();
+              0)
+        << said();
+    const Json saved = Json::parse(bytes_of(m_folder / "d.json"));
+    ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --load-state s.plst "
+                  "--steps 0 --out p.nrrd --report e.json"),
+              0)
+        << said();
+    EXPECT_EQ(Json::parse(bytes_of(m_folder / "e.json"))["max_movement_mm"],
+              saved["max_movement_mm"]);
+    // A sphere from above touches the block's upper face, and tissue slides off it.
+    ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --slide 15,15,52:0,0,-8 "
+                  "--tool sphere:6 --out o.nrrd --report e.json"),
+              0)
+        << said();
+    const Json slid = Json::parse(bytes_of(m_folder / "e.json"));
+    EXPECT_GT(double(slid["max_movement_mm"]), 1);
+    EXPECT_GT(double(slid["springs"]["force_n"][2]), 0.01);
     ASSERT_EQ(run("deform scan.nrrd --model springs --network n.json --push 15,15,39:0,0,-4 "
                   "--tool sphere:9 --out o.nrrd --report d.json"),
               0)
@@ -252,6 +267,94 @@ TEST_F(FitMeshProgram, ABoxHasIntervalsInTheUnitsOfItsNetwork) {
     EXPECT_LT(high / low, 1.5);
     ASSERT_EQ(run(box + "--report r.json"), 0) << said();
     EXPECT_FALSE(report()["methods"][0].contains("intervals_95"));
+}
+
+TEST_F(FitMeshProgram, AnnealingFindsTwoTissues) {
+    const std::string tissues =
+        "fit --mesh organ.vtu --regions label --material 1:9000 --material 2:36000 " + kPlaces +
+        kAside + "--report r.json --threads 2 ";
+    ASSERT_EQ(run(tissues + "--method gauss-newton"), 0) << said();
+    const Json best = report()["methods"][0];
+    for (const int seed : {1, 2, 3}) {
+        SCOPED_TRACE(seed);
+        ASSERT_EQ(
+            run(tissues + "--method annealing --evaluations 1500 --seed " + std::to_string(seed)),
+            0)
+            << said();
+        const Json found = report()["methods"][0];
+        EXPECT_LT(double(found["cost"]), 1.05 * double(best["cost"]));
+        const double soft = found["values"]["links 1"], hard = found["values"]["links 2"];
+        EXPECT_NEAR(soft / double(best["values"]["links 1"]), 1, 0.05);
+        EXPECT_NEAR(hard / double(best["values"]["links 2"]), 1, 0.25);
+        // Of the materials: 4.
+        EXPECT_GT(hard / soft, 3);
+        EXPECT_LT(hard / soft, 5.5);
+    }
+}
+
+TEST_F(FitMeshProgram, ABoxWithFibresNeedsSpringsByDirection) {
+    const std::string box =
+        "fit --size 5,5,5 --spacing 5 --young 12500 --poisson 0.25 --fibre 1,0,0 "
+        "--fibre-young 33600 --fibre-poisson 0.4 --fibre-shear 8000 --by-cells "
+        "--load +z:0,0,0.01:0.5,0.5:5 --load +z:0.01,0,0:0.5,0.5:5 --load +z:0,0.01,0:0.5,0.5:5 "
+        "--load +x:0.01,0,0:0.5,0.7:4 --load +y:0,0.01,0:0.5,0.7:4 "
+        "--held-out +z:-0.005,-0.005,-0.01:0.8,0.8:2 --report r.json ";
+    ASSERT_EQ(run(box + "--groups directions"), 0) << said();
+    EXPECT_NE(out().find("with fibres it is only a start"), std::string::npos) << out();
+    const Json by_direction = report();
+    EXPECT_EQ(by_direction["reference"]["fibre_young_modulus_pa"], 33600);
+    EXPECT_EQ(by_direction["reference"]["young_modulus_pa"], 12500);
+    const Json& found = by_direction["methods"][1];
+    EXPECT_EQ(found["values"].size(), 6u);
+    EXPECT_GT(double(found["values"]["edges x"]), 4 * double(found["values"]["edges y"]));
+    EXPECT_NEAR(double(found["values"]["edges y"]) / double(found["values"]["edges z"]), 1, 0.3);
+    ASSERT_EQ(run(box + "--groups uniform"), 0) << said();
+    const auto held_out = [](const Json& method) {
+        return double(method["cases"].back()["average_percent"]);
+    };
+    EXPECT_TRUE(found["cases"].back()["held_out"].get<bool>());
+    EXPECT_LT(held_out(found), 0.5 * held_out(report()["methods"][1]));
+
+    const std::string small = "fit --size 3,3,3 --report no.json ";
+    for (const auto& [arguments, text] :
+         {std::pair<std::string, const char*>{
+              small + "--fibre 1,0,0", "--fibre-young: expected a number beside --fibre, found "},
+          {small + "--fibre 1,0,0 --fibre-young 5 --fibre-poisson 0.3",
+           "--fibre-shear: expected a number beside --fibre, found none"},
+          {small + "--fibre-young 5", "--fibre-young: expected --fibre X,Y,Z too, found none"},
+          {small + "--fibre 1,0 --fibre-young 5 --fibre-poisson 0.3 --fibre-shear 2",
+           "--fibre: expected a direction of three numbers, found '1,0'"},
+          {small + "--fibre 0,0,0 --fibre-young 5 --fibre-poisson 0.3 --fibre-shear 2",
+           "--fibre: expected a direction of three numbers, found '0,0,0'"},
+          {small + "--fibre 1,0,0 --fibre-young -5 --fibre-poisson 0.3 --fibre-shear 2",
+           "--fibre-young: expected a modulus above 0, found -5"},
+          {small + "--fibre 1,0,0 --fibre-young 5 --fibre-poisson 9 --fibre-shear 2",
+           "fibre_poisson_ratio is 9"},
+          {"fit --mesh organ.vtu " + kPlaces + kAside + "--fibre 1,0,0", "--fibre"}}) {
+        EXPECT_EQ(run(arguments), 2) << arguments;
+        EXPECT_NE(said().find(text), std::string::npos) << arguments << ": " << said();
+    }
+    EXPECT_FALSE(names().count("no.json"));
+}
+
+TEST_F(FitMeshProgram, WarnsOfLoadsThatAreTooLargeForLinearElements) {
+    const std::string small =
+        "fit --size 4,4,4 --spacing 10 --young 10000 --method closed-form "
+        "--report r.json --load +z:0,0,-0.02 ";
+    ASSERT_EQ(run(small), 0) << said();
+    EXPECT_EQ(out().find("warning: "), std::string::npos) << out();
+    EXPECT_FALSE(report().contains("warnings"));
+    ASSERT_EQ(run(small + "--load +z:2,0,0"), 0) << said();
+    EXPECT_NE(out().find("warning: load +z:2,0,0: moves up to "), std::string::npos) << out();
+    EXPECT_NE(out().find("too far for linear elements"), std::string::npos) << out();
+    ASSERT_EQ(report()["warnings"].size(), 1u);
+    ASSERT_EQ(run("fit --mesh organ.vtu --young 9000 --method closed-form --report r.json " +
+                  kPlaces + "--held-out 29,-1,15:31,31,35:20,0,0"),
+              0)
+        << said();
+    ASSERT_EQ(report()["warnings"].size(), 1u) << report()["warnings"];
+    EXPECT_EQ(report()["warnings"][0].get<std::string>().find("load 29,-1,15:31,31,35:20,0,0: "),
+              0u);
 }
 
 TEST_F(FitMeshProgram, ASurfaceIsFilled) {

@@ -447,6 +447,22 @@ TEST(CatheterScene, VolumeConstraintsKeepTheVolumesOfAWallOfDistances) {
     EXPECT_GT(without, 2 * with);
 }
 
+TEST(CatheterScene, IterationsToAndFroKeepTheVolumesOfAHardWall) {
+    const VesselWall wall = bent_tube();
+    CatheterSettings s = with_distances(100);
+    const Journey once = journey(wall, s, 300, false, 1, 50);
+    s.wall.iterations = 4;
+    s.wall.alternates = true;
+    const Journey more = journey(wall, s, 300, false, 1, 50);
+    EXPECT_LT(more.volume_mean, 0.7 * once.volume_mean);
+    EXPECT_NE(more.hash, once.hash);
+    s.wall.iterations = 3;
+    const auto odd = CatheterScene::create(wall, s);
+    ASSERT_FALSE(odd.ok());
+    EXPECT_EQ(odd.error().message,
+              "[wall] iterations: expected an even number beside alternates, found 3");
+}
+
 // Weight over support: ρ g V = k A d, for the outer surface A.
 TEST(CatheterScene, AWallSagsByItsWeightOnItsSupport) {
     const CentrePoint way[] = {{{0, 0, 0}, 4}, {{0, 0, 60}, 4}};

@@ -131,6 +131,23 @@ std::array<std::array<double, 12>, 12> strain_stiffness(const std::array<Vec3d, 
     return k;
 }
 
+TEST(Annealing, ByTurnsTheLessSharpTissueDoesNotStayBehind) {
+    FitMesh f = set_up(1);
+    f.volume_energy = false;
+    const auto fitted = must(fit_mesh(f, two()));
+    const double best = must(fit(fitted.problem, GaussNewton{}, two())).values[1];
+    double farthest[2] = {0, 0};
+    for (const bool by_turns : {false, true})
+        for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+            const auto found =
+                must(fit(fitted.problem, Annealing{.seed = seed, .by_turns = by_turns}, two()));
+            double& most = farthest[by_turns];
+            most = std::max(most, std::abs(std::log(found.values[1] / best)));
+        }
+    EXPECT_GT(farthest[0], 1);
+    EXPECT_LT(farthest[1], 0.5);
+}
+
 TEST(ElasticTetrahedra, MoveAsStrainMatricesSay) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         SCOPED_TRACE(seed);

@@ -381,6 +381,33 @@ TEST_F(Networks, RefuseBadInputInALineAndKeepTheirState) {
     EXPECT_NE(message(broken, m_settings), "accepted");
 }
 
+TEST_F(Networks, OneThatFliesApartSaysSo) {
+    // Free and undamped: a push sets it drifting for ever.
+    SpringParts parts = box_parts();
+    for (SpringNode& node : parts.nodes) {
+        node.fixed = false;
+        node.damping = 0;
+    }
+    auto made = make_network(m_scan, parts, m_settings, m_arena);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    const auto pushed = (*made)->push(kLeft, kDown);
+    ASSERT_TRUE(pushed.ok());
+    (*made)->release(kLeft);
+    const auto report = (*made)->advance({.max_steps = 20000});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_TRUE(report->settled);
+    EXPECT_NE(report->message.find("flies apart"), std::string::npos) << report->message;
+    for (const double x : numbers_of(**made)) EXPECT_LT(std::abs(x), 540);
+    // One that comes to rest doesn't.
+    const auto held = make();
+    ASSERT_TRUE(held->push(kLeft, kDown).ok());
+    held->release(kLeft);
+    const auto calm = held->advance({.max_steps = 20000});
+    ASSERT_TRUE(calm.ok());
+    EXPECT_TRUE(calm->settled);
+    EXPECT_EQ(calm->message, "");
+}
+
 TEST_F(Networks, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
     const auto make = [&] {
         auto tissue = this->make();
