@@ -101,6 +101,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
     );
     const text = h('small', { class: 'quiet springs' });
     const lines = h('ul', { class: 'quiet organs' });
+    const trouble = h('small', { class: 'quiet', role: 'alert' });
     const cells = parts.slider({
         label: 'Cell',
         unit: 'mm',
@@ -168,6 +169,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
         false,
         tissue(model, cells, stiffness, ratio, depth, byTime, find),
         lines,
+        trouble,
         text,
     );
     session.store.watch(
@@ -186,6 +188,9 @@ export function tissuePanel(parts: Parts): HTMLElement {
             cells.hidden = stiffness.hidden = ratio.hidden = state?.model === 'own';
             own.hidden = !state?.has_own;
             text.textContent = springsText(state);
+            const stopped = state?.trouble ? `motion stopped: ${state.trouble}` : '';
+            if (stopped && stopped !== trouble.textContent) session.warn(stopped);
+            trouble.textContent = stopped;
             lines.replaceChildren(...organLines(state).map((line) => h('li', {}, line)));
             if (state?.model === 'own' && shown !== 'own') element.setAttribute('open', '');
             shown = state?.model;
