@@ -54,8 +54,8 @@ class MeshTissue : public NodeTissue {
     virtual const CutMesh* cut_mesh() const { return nullptr; }
 };
 
-/// Copies the elastic tissues of ChainMail's settings: the moduli of labels, and `elastic` instead
-/// of the default modulus and Poisson's ratio.
+/// Copies the elastic tissues of ChainMail's settings: the moduli of labels, and `elastic` as
+/// modulus and Poisson's ratio. Values of the user's own are assigned afterwards.
 Status take_materials(const ChainMailSettings& materials,
                       SpringDeformationSettings& settings) noexcept;
 

@@ -4,6 +4,7 @@
 // Clients' messages from and to JSON. The type of every field is checked before its use (a wrong
 // type is rubbish), then its range.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -55,7 +56,11 @@ class Fields {
     Fields(const Json& object, std::string name) : m_object(object), m_name(std::move(name)) {}
 
     const std::optional<ParseFailure>& failure() const { return m_failure; }
-    bool has(const char* key) const { return m_object.contains(key); }
+    const Json& object() const { return m_object; }
+    bool has(const char* key) {
+        know(key);
+        return m_object.contains(key);
+    }
 
     double number(const char* key, double low, double high, std::optional<double> missing = {}) {
         const Json* value = find(key, missing.has_value());
@@ -127,6 +132,7 @@ class Fields {
     }
     /// Reads and checks the value of a setting; nullopt if absent.
     std::optional<SettingValue> setting(const SettingInfo& row) {
+        know(std::string(row.name));
         const auto found = m_object.find(std::string(row.name));
         if (found == m_object.end()) return {};
         auto value = value_of_kind(row, value_of_json(*found));
@@ -145,24 +151,38 @@ class Fields {
         for (const Setting<T>& row : rows)
             if (const auto value = setting(row)) row.set(object, *value);
     }
-    /// Fails for every field except these, "do", "id" and those of a session's lines.
+    /// Declares fields that are allowed and have no effect.
+    void allow(std::initializer_list<const char*> keys) {
+        for (const char* key : keys) know(key);
+    }
     template <class T>
-    void only(SettingRows<T> rows) {
-        std::string expected;
-        for (const Setting<T>& row : rows)
-            expected.append(expected.empty() ? "" : ", ").append(row.name);
+    void allow(SettingRows<T> rows) {
+        for (const Setting<T>& row : rows) know(std::string(row.name));
+    }
+    /// Fails for a field that was neither read nor allowed, except "do", "id" and those of a
+    /// session's lines.
+    void refuse_others() {
         for (const auto& field : m_object.items()) {
             const std::string& key = field.key();
-            const bool is_known = key == "do" || key == "id" || key == "client" ||
-                                  key == "refused" || find_setting<T>(key, rows);
-            if (!is_known)
-                fail(false, short_text(Json(key)) + ": found an unknown field, expected one of " +
-                                expected);
+            if (key == "do" || key == "id" || key == "client" || key == "refused" || knows(key))
+                continue;
+            std::string expected;
+            for (const std::string& known : m_known)
+                expected.append(expected.empty() ? "" : ", ").append(known);
+            fail(false, short_text(Json(key)) + ": found an unknown field, expected " +
+                            (expected.empty() ? "none" : "one of " + expected));
         }
     }
 
   private:
+    bool knows(const std::string& key) const {
+        return std::find(m_known.begin(), m_known.end(), key) != m_known.end();
+    }
+    void know(std::string key) {
+        if (!knows(key)) m_known.push_back(std::move(key));
+    }
     const Json* find(const char* key, bool optional) {
+        know(key);
         const auto found = m_object.find(key);
         if (found != m_object.end()) return &*found;
         if (!optional) fail(true, std::string(key) + ": expected this field, found none");
@@ -196,6 +216,7 @@ class Fields {
 
     const Json& m_object;
     std::string m_name;
+    std::vector<std::string> m_known;  ///< fields that were read or looked for
     std::optional<ParseFailure> m_failure;
 };
 
@@ -239,11 +260,18 @@ Action read_tissue(Fields& f) {
     TissueCommand tissue;
     TissueChoice& choice = tissue.choice;
     choice.model = TissueModel(f.choice("model", {"chainmail", "springs", "vessel", "own"}));
-    if (choice.model != TissueModel::Springs) return tissue;
+    if (choice.model != TissueModel::Springs) {
+        f.allow({"centre", kExplicit});
+        f.allow(tissue_rows());
+        f.allow(spring_rows());
+        return tissue;
+    }
     tissue.is_centred = f.has("centre");
     if (tissue.is_centred) choice.centre_mm = f.vector("centre", kMaxPlaceMm);
     f.settings(tissue_rows(), choice);
     f.settings(spring_rows(), choice.springs);
+    f.flag(kExplicit, false);
+    set_given(f.object(), choice);
     return tissue;
 }
 Action read_depth(Fields& f) {
@@ -255,7 +283,6 @@ Action read_depth(Fields& f) {
 Action read_drive(Fields& f) {
     DriveCommand drive;
     f.settings(drive_rows(), drive);
-    f.only(drive_rows());
     return drive;
 }
 Action read_hello(Fields& f) {
@@ -275,6 +302,7 @@ Vec3f float_vector(Vec3d v) {
 Action read_tool(Fields& f) {
     ToolMessage tool;
     tool.pose.kind = ToolKind(f.choice("kind", {"none", "endoscope", "sphere"}));
+    f.allow({"position", "direction", "up", "radius"});
     if (tool.pose.kind == ToolKind::None) return tool;
     tool.pose.position_mm = float_vector(f.vector("position", kMaxPlaceMm));
     tool.pose.direction = float_vector(f.vector("direction", kMaxPlaceMm));
@@ -290,6 +318,7 @@ Action read_seen(Fields& f) {
     return seen;
 }
 Action read_camera(Fields& f) {
+    f.allow({"look", "up"});
     if (!f.has("eye")) return CameraMessage{};
     return CameraMessage{CameraMessage::Pose{.eye_mm = f.vector("eye", kMaxPlaceMm),
                                              .look = f.direction("look"),
@@ -317,6 +346,7 @@ Action read_path(Fields& f) {
 Action read_haptics(Fields& f) {
     HapticsMessage haptics;
     haptics.wish = HapticWish(f.choice("wish", {"start", "stop", "go", "end"}));
+    f.allow({"device", "position", "look", "up", "scale", "radius"});
     if (haptics.wish != HapticWish::Start) return haptics;
     haptics.device = f.text("device", 200, {});
     haptics.position_mm = f.vector("position", kMaxPlaceMm);
@@ -336,6 +366,7 @@ Action read_mark(Fields& f) {
     mark.key = f.text("key", 64, {});
     const std::size_t kind = f.choice("kind", {"none", "point", "ruler", "angle", "curve"});
     mark.kind = MarkKind(kind);
+    f.allow({"name", "points", "shown"});
     if (mark.kind == MarkKind::None) return mark;
     mark.name = f.text("name", 320, "");
     mark.rest_mm = f.line("points", kCounts[kind].first, kCounts[kind].second);
@@ -458,7 +489,7 @@ void write(Json& o, const TissueCommand& c) {
     if (c.choice.model != TissueModel::Springs) return;
     if (c.is_centred) o["centre"] = json_of(c.choice.centre_mm);
     put(o, c.choice, tissue_rows());
-    put(o, c.choice.springs, spring_rows());
+    put_springs(o, c.choice);
 }
 void write(Json& o, const DepthCommand& c) {
     put(o, c, depth_rows());
@@ -569,6 +600,8 @@ std::variant<Message, ParseFailure> parse_message(std::string_view text) {
         if (name != known) continue;
         Fields fields(json, name);
         Message message{.id = id, .action = read(fields)};
+        // A newer client's hello may have more fields.
+        if (name != "hello") fields.refuse_others();
         if (!fields.failure()) return message;
         ParseFailure failure = *fields.failure();
         failure.id = id;

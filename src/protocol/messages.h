@@ -65,9 +65,10 @@ struct SharedState {
     bool has_own = false;     ///< likewise a tissue of the scene's own, such as organs
     TissueTraits traits{};
     std::optional<VesselState> vessel{};
-    double pace = 0;       ///< simulated time per real time at the last motion; 0: unknown
-    Record figures{};      ///< of the tissue, by name
-    double update_hz = 0;  ///< rate of node updates at the last motion
+    double pace = 0;        ///< simulated time per real time at the last motion; 0: unknown
+    Record figures{};       ///< of the tissue, by name
+    std::string trouble{};  ///< reason why the tissue was stopped; empty: none
+    double update_hz = 0;   ///< rate of node updates at the last motion
     double line_mb_s = 0;  ///< rate of the line that limits an automatic depth [MB/s]; 0: none does
     std::uint32_t step = 0;
     double iso_hu = -500;

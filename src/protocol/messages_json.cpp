@@ -146,6 +146,7 @@ Json json_of(const SharedState& s) {
     tissue["takes"] = json_of(s.traits);
     if (s.has_vessel) tissue["has_vessel"] = true;
     if (s.has_own) tissue["has_own"] = true;
+    if (!s.trouble.empty()) tissue["trouble"] = s.trouble;
     if (s.vessel) json["vessel"] = json_of(*s.vessel, s.pace);
     if (t.model == TissueModel::Springs) {
         put(tissue, t.springs, spring_rows());

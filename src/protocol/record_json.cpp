@@ -42,4 +42,26 @@ Json json_of_value(const SettingValue& value) {
     return std::visit(json, value);
 }
 
+void put_springs(Json& object, const TissueChoice& choice) {
+    for (const Setting<SpringDeformationSettings>& row : spring_rows())
+        if (!follows_scan(choice, row.name))
+            object[std::string(row.name)] = json_of_value(value_of(choice.springs, row));
+    object[kExplicit] = true;
+}
+
+void set_given(const Json& object, TissueChoice& choice) {
+    choice.given.clear();
+    for (const std::string_view name : kFollowing)
+        if (object.contains(std::string(name))) choice.given.emplace_back(name);
+}
+
+void set_given_of_session(const Json& object, TissueChoice& choice) {
+    set_given(object, choice);
+    if (object.contains(kExplicit)) return;
+    const SpringDeformationSettings usual;
+    for (const Setting<SpringDeformationSettings>& row : spring_rows())
+        if (value_of(choice.springs, row) == value_of(usual, row))
+            std::erase(choice.given, row.name);
+}
+
 }  // namespace pliant::serve

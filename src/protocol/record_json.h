@@ -10,7 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "protocol/tissue_choice.h"
+
 namespace pliant::serve {
+
+/// Field that a session writes beside the settings of springs: those that follow the scan are
+/// absent. Without it (older sessions) they are those that equal their defaults.
+inline constexpr const char* kExplicit = "explicit";
 
 /// Converts the value of a setting; monostate for other JSON types, such as objects.
 SettingValue value_of_json(const nlohmann::json& json);
@@ -36,5 +42,12 @@ Status read(const nlohmann::json& object, std::type_identity_t<SettingRows<T>> r
     }
     return Ok{};
 }
+
+/// Writes the settings of springs for a session, without those that follow the scan.
+void put_springs(nlohmann::json& object, const TissueChoice& choice);
+/// Names the settings that an object has and that would otherwise follow the scan.
+void set_given(const nlohmann::json& object, TissueChoice& choice);
+/// The same for the object of a session, which may lack kExplicit.
+void set_given_of_session(const nlohmann::json& object, TissueChoice& choice);
 
 }  // namespace pliant::serve

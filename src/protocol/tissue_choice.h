@@ -9,9 +9,19 @@
 #include <pliant/tissue.h>
 #include <pliant/vec.h>
 
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
 namespace pliant::serve {
 
 enum class TissueModel { ChainMail, Springs, Vessel, Own };
+
+/// Settings of springs that follow the scan's values and materials unless they are given.
+inline constexpr std::array<std::string_view, 4> kFollowing = {"young_modulus_pa", "poisson_ratio",
+                                                               "air_threshold_hu", "fixed_hu"};
 
 struct TissueChoice {
     TissueModel model = TissueModel::ChainMail;
@@ -21,9 +31,16 @@ struct TissueChoice {
     int nodes = 20;
     bool depth_by_time = false;  ///< the server adapts the depth of forces to time and lines
     SpringDeformationSettings springs{};
+    std::vector<std::string> given{};  ///< names of kFollowing, in its order
 
     friend bool operator==(const TissueChoice&, const TissueChoice&) = default;
 };
+
+/// Whether a setting of springs follows the scan, whatever `springs` has.
+inline bool follows_scan(const TissueChoice& choice, std::string_view name) {
+    return std::find(kFollowing.begin(), kFollowing.end(), name) != kFollowing.end() &&
+           std::find(choice.given.begin(), choice.given.end(), name) == choice.given.end();
+}
 
 constexpr const char* name_of(TissueModel model) {
     constexpr const char* kNames[] = {"chainmail", "springs", "vessel", "own"};

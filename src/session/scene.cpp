@@ -62,15 +62,13 @@ Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const L
         if (!model.ok()) return model.error();
         return MadeTissue{std::move(*model)};
     }
-    SpringDeformationSettings settings = choice.springs;
-    // Defaults are those of CT.
-    const SpringDeformationSettings missing;
-    const ValueDefaults& values = loaded.info.values;
-    if (settings.fixed_hu == missing.fixed_hu) settings.fixed_hu = values.bone_threshold;
-    if (settings.air_threshold_hu == missing.air_threshold_hu)
-        settings.air_threshold_hu = values.air_threshold;
-    settings.region = region_of(choice, loaded.volume.grid);
+    SpringDeformationSettings settings;
+    settings.fixed_hu = loaded.info.values.bone_threshold;
+    settings.air_threshold_hu = loaded.info.values.air_threshold;
     if (const Status s = take_materials(loaded.settings, settings); !s.ok()) return s.error();
+    for (const Setting<SpringDeformationSettings>& row : spring_rows())
+        if (!follows_scan(choice, row.name)) row.set(settings, value_of(choice.springs, row));
+    settings.region = region_of(choice, loaded.volume.grid);
     auto model = make_springs(loaded.volume, settings, arena);
     if (!model.ok()) return model.error();
     return MadeTissue{std::move(*model)};
@@ -161,6 +159,7 @@ Status Scene::choose(const TissueChoice& choice, const std::filesystem::path& st
     m_unreachable = 0;
     m_relaxing = tissue().traits().moves_by_itself;
     m_settled = true;
+    m_trouble.clear();
     tissue_changed();
     return Ok{};
 }
@@ -190,6 +189,7 @@ void Scene::describe(SharedState& state) const {
     if (has_setting(kMaterial))
         (void)apply(tissue().settings(), chainmail_material_rows(), state.materials);
     state.figures = tissue().figures();
+    state.trouble = m_trouble;
     if (const VesselTissue* v = catheter())
         state.vessel = VesselState{.hand = v->hand(),
                                    .measures = v->measures(),

@@ -214,6 +214,7 @@ class Scene {
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;
+    std::string m_trouble;  ///< reason why the last sweep stopped the tissue; empty: none
     std::uint32_t m_last_client = 0;
     std::uint32_t m_holder = 0;
     Vec3d m_drag_mm{0, 0, 0};  ///< offset of the holder's drag

@@ -214,7 +214,7 @@ Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
 
 Result<double> Scene::sweep() noexcept {
     const bool opens = !m_open;
-    const Result<Sweep> sweep = attempt([&]() -> Result<Sweep> {
+    Result<Sweep> sweep = attempt([&]() -> Result<Sweep> {
         if (opens) begin_step("relax", 0, 0);
         measure_energy();
         return tissue().sweep();
@@ -225,6 +225,7 @@ Result<double> Scene::sweep() noexcept {
     }
     tissue_changed();
     m_settled = sweep->settled;
+    m_trouble = std::move(sweep->message);
     if (m_settled && m_open && m_open->name == "relax") end_step();
     return sweep->ms;
 }
@@ -235,6 +236,7 @@ Outcome Scene::act(std::uint32_t, const ResetCommand&) {
     const Status reset = tissue().reset();
     if (!reset.ok()) return refused(reset.error());
     end_step();
+    m_trouble.clear();
     tissue_changed();
     return {};
 }

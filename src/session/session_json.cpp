@@ -70,6 +70,7 @@ std::optional<TissueChoice> tissue_of(const Json& json) {
     }
     if (!read(*springs, tissue_rows(), choice) || !read(*springs, spring_rows(), choice.springs))
         return {};
+    set_given_of_session(*springs, choice);
     return choice;
 }
 
@@ -77,7 +78,7 @@ Json json_of(const TissueChoice& choice) {
     const Vec3d c = choice.centre_mm;
     Json json = {{"x", c.x}, {"y", c.y}, {"z", c.z}};
     put(json, choice, tissue_rows());
-    put(json, choice.springs, spring_rows());
+    put_springs(json, choice);
     return json;
 }
 
@@ -295,6 +296,9 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
     if (const auto* failure = std::get_if<ParseFailure>(&message))
         return bad_session(failure->message);
     auto& action = std::get_if<Message>(&message)->action;
+    if (auto* tissue = std::get_if<TissueCommand>(&action))
+        if (tissue->choice.model == TissueModel::Springs)
+            set_given_of_session(json, tissue->choice);
     if (!is_command(action)) return bad_session("do: expected a command, found " + name);
     const int client = whole_at(json, "client", 0);
     if (client < 0) return bad_session("client: expected 0 or more");

@@ -70,11 +70,8 @@ Status take_materials(const ChainMailSettings& materials,
         settings.label_materials = materials.label_materials;
         settings.labels = materials.labels;
         if (!materials.elastic) return Ok{};
-        const SpringDeformationSettings usual;
-        if (settings.young_modulus_pa == usual.young_modulus_pa)
-            settings.young_modulus_pa = kPaPerKpa * materials.elastic->young_modulus_kpa;
-        if (settings.poisson_ratio == usual.poisson_ratio)
-            settings.poisson_ratio = materials.elastic->poisson_ratio;
+        settings.young_modulus_pa = kPaPerKpa * materials.elastic->young_modulus_kpa;
+        settings.poisson_ratio = materials.elastic->poisson_ratio;
         return Ok{};
     });
 }

@@ -37,8 +37,10 @@ std::string description_of(const Scene& scene) {
 
 TissueCommand springs() {
     TissueCommand command;
-    command.choice = {
-        .model = TissueModel::Springs, .nodes = 6, .springs = {.cell_mm = 5, .fixed_hu = 3000}};
+    command.choice = {.model = TissueModel::Springs,
+                      .nodes = 6,
+                      .springs = {.cell_mm = 5, .fixed_hu = 3000},
+                      .given = {"fixed_hu"}};
     return command;
 }
 

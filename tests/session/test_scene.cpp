@@ -182,7 +182,8 @@ TEST(Scene, NamesWhatIsOutOfRange) {
 
 const TissueCommand kSprings{.choice = {.model = TissueModel::Springs,
                                         .nodes = 9,
-                                        .springs = {.cell_mm = 8, .fixed_hu = 3000, .depth = 4}}};
+                                        .springs = {.cell_mm = 8, .fixed_hu = 3000, .depth = 4},
+                                        .given = {"fixed_hu"}}};
 
 /// Random pushes and drags of springs, with a change of the tissue here and there.
 std::vector<SessionRecord> play_springs(Scene& scene, Random& random, int count) {

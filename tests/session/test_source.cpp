@@ -6,12 +6,20 @@
 #include "session/source.h"
 
 #include <gtest/gtest.h>
+#include <pliant/mesh.h>
+#include <pliant/vessel.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
+#include "protocol/commands.h"
 #include "session/scene.h"
+#include "session/session_log.h"
 #include "support/made.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
@@ -93,22 +101,103 @@ TEST_F(SourceTest, ThePageIsToldTheKindAndTheDefaults) {
 }
 
 TEST_F(SourceTest, SpringsOfAnMrAreHeldAsThoseOfCt) {
-    const auto fixed_nodes = [&](std::int16_t dark, std::int16_t bright, double fixed_hu) {
+    const auto fixed_nodes = [&](std::int16_t dark, std::int16_t bright,
+                                 std::optional<double> fixed_hu) {
         const auto scene = made(Scene::open({.file = write_ball(dark, bright)}, m_arena));
         serve::TissueCommand springs;
         springs.choice.model = serve::TissueModel::Springs;
         springs.choice.nodes = 8;
-        springs.choice.springs.fixed_hu = fixed_hu;
+        if (fixed_hu) {
+            springs.choice.springs.fixed_hu = *fixed_hu;
+            springs.choice.given = {"fixed_hu"};
+        }
         if (!scene->carry_out(1, springs).ok()) return std::int64_t(-1);
         for (const NamedValue& value : scene->tissue().report())
             if (value.name == "springs.fixed_nodes") return std::get<std::int64_t>(value.value);
         return std::int64_t(-1);
     };
-    const double missing = SpringDeformationSettings{}.fixed_hu;
-    const std::int64_t ct = fixed_nodes(-1000, 40, missing);
+    const std::int64_t ct = fixed_nodes(-1000, 40, {});
     EXPECT_GT(ct, 0);
-    EXPECT_EQ(fixed_nodes(20, 7000, missing), ct);
+    EXPECT_EQ(fixed_nodes(20, 7000, {}), ct);
     EXPECT_EQ(fixed_nodes(20, 7000, 5000), -1);  // the user's bone: no node could move
+    // The default of CT counts if it is given.
+    EXPECT_EQ(fixed_nodes(20, 7000, SpringDeformationSettings{}.fixed_hu), -1);
+}
+
+serve::TissueChoice choice_of(const std::string& line) {
+    const auto record = serve::parse_session_record(line);
+    EXPECT_TRUE(record.ok()) << line;
+    const auto& command = std::get<serve::SessionCommand>(*record);
+    return std::get<serve::TissueCommand>(command.action).choice;
+}
+
+TEST_F(SourceTest, ModuliThatAreGivenCountEvenIfTheyAreTheDefaults) {
+    m_folder.write("c.toml", "[material]\nelastic = [40, 0.4]\n");
+    const std::string scan = write_ball(-1000, 40);
+    const auto modulus = [&](const std::string& fields) {
+        const auto scene =
+            made(Scene::open({.file = scan, .config = (m_folder / "c.toml").string()}, m_arena));
+        const auto read =
+            serve::parse_message(R"({"do":"tissue","model":"springs","nodes":8)" + fields + "}");
+        const auto& springs = std::get<serve::TissueCommand>(std::get<serve::Message>(read).action);
+        EXPECT_TRUE(scene->carry_out(1, springs).ok());
+        std::pair<double, double> found;
+        for (const NamedValue& value : scene->tissue().report()) {
+            if (value.name == "springs.young_modulus_pa")
+                found.first = std::get<double>(value.value);
+            if (value.name == "springs.poisson_ratio") found.second = std::get<double>(value.value);
+        }
+        return found;
+    };
+    EXPECT_EQ(modulus(""), std::pair(40e3, 0.4));
+    EXPECT_EQ(modulus(R"(,"young_modulus_pa":15000)"), std::pair(15e3, 0.4));
+    EXPECT_EQ(modulus(R"(,"poisson_ratio":0.25)"), std::pair(40e3, 0.25));
+    EXPECT_EQ(modulus(R"(,"young_modulus_pa":2e4,"poisson_ratio":0.3)"), std::pair(20e3, 0.3));
+}
+
+TEST_F(SourceTest, SessionsTellWhichSettingsWereGiven) {
+    const auto read = serve::parse_message(
+        R"({"do":"tissue","model":"springs","young_modulus_pa":15000,"fixed_hu":300})");
+    const auto& springs = std::get<serve::TissueCommand>(std::get<serve::Message>(read).action);
+    const std::vector<std::string> given{"young_modulus_pa", "fixed_hu"};
+    EXPECT_EQ(springs.choice.given, given);
+    const serve::TissueChoice back =
+        choice_of(serve::text_of(serve::SessionRecord(serve::SessionCommand{1, springs})));
+    EXPECT_EQ(back, springs.choice);
+    // Older sessions have every setting; those with their defaults were not given.
+    const serve::TissueChoice old = choice_of(
+        R"({"client":1,"do":"tissue","model":"springs","nodes":8,"cell_mm":8,)"
+        R"("young_modulus_pa":15000,"poisson_ratio":0.25,"air_threshold_hu":-500,"fixed_hu":400})");
+    EXPECT_EQ(old.given, std::vector<std::string>{"fixed_hu"});
+}
+
+TEST_F(SourceTest, AnotherGhostOfAVesselIsAnotherScene) {
+    std::vector<CentrePoint> way;
+    for (double z = 0; z <= 40; z += 2) way.push_back({{0, 0, z}, 4});
+    const VesselWall wall = made(swept_tube(way, {.thickness_mm = 1.5, .layers = 1}));
+    const auto path = [&](const char* name) { return m_folder / name; };
+    ASSERT_TRUE(write_vtu(path("wall.vtu"), wall.mesh, {}).ok());
+    TriangleMesh ghost = wall.ghost;
+    ASSERT_TRUE(write_surface(path("one.vtp"), ghost).ok());
+    for (Vec3d& node : ghost.nodes_mm)
+        if (node.z > 10 && node.z < 30) {
+            node.x *= 0.99;
+            node.y *= 0.99;
+        }
+    ASSERT_TRUE(write_surface(path("other.vtp"), ghost).ok());
+    const auto hash = [&](const std::string& keys) {
+        m_folder.write("s.toml",
+                       "[vessel]\nmesh = \"wall.vtu\"\n" + keys + "[catheter]\nlength_mm = 60\n");
+        return load(path("s.toml").string()).hash;
+    };
+    const std::string one = "ghost = \"one.vtp\"\n", other = "ghost = \"other.vtp\"\n";
+    EXPECT_EQ(hash(one), hash(one));
+    EXPECT_NE(hash(one), hash(other));
+    EXPECT_NE(hash(""), hash(other));
+    // So are the sweeps through the wall's constraints.
+    EXPECT_NE(hash(""), hash("[wall]\niterations = 2\n"));
+    EXPECT_NE(hash("[wall]\niterations = 2\n"),
+              hash("[wall]\niterations = 2\nalternates = true\n"));
 }
 
 }  // namespace

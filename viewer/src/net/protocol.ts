@@ -34,6 +34,7 @@ export interface TissueState extends Partial<SpringSettings> {
     takes?: readonly ('push' | 'slide' | 'cut' | 'carve')[]; ///< commands
     has_vessel?: boolean; ///< the scene offers the model vessel
     has_own?: boolean; ///< likewise own, such as organs
+    trouble?: string; ///< reason why the tissue was stopped before it came to rest
     centre?: Vec3;
     nodes?: Vec3;
     active_nodes?: number;

@@ -105,6 +105,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
     );
     const text = h('small', { class: 'quiet springs' });
     const lines = h('ul', { class: 'quiet organs' });
+    const trouble = h('small', { class: 'quiet', role: 'alert' });
     const cells = parts.slider({
         label: 'Cell',
         unit: 'mm',
@@ -181,6 +182,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
         tissue(model, cells, stiffness, ratio, depth, byTime, find),
         contact,
         lines,
+        trouble,
         text,
     );
     /// Lists the bodies, each with its colour in the views.
@@ -218,6 +220,9 @@ export function tissuePanel(parts: Parts): HTMLElement {
             cells.hidden = stiffness.hidden = ratio.hidden = state?.model === 'own';
             own.hidden = !state?.has_own;
             text.textContent = springsText(state);
+            const stopped = state?.trouble ? `motion stopped: ${state.trouble}` : '';
+            if (stopped && stopped !== trouble.textContent) session.warn(stopped);
+            trouble.textContent = stopped;
             listOrgans();
             if (state?.model === 'own' && shown !== 'own') element.setAttribute('open', '');
             shown = state?.model;
