@@ -40,10 +40,10 @@ Image picture_of(const Bend& bend, const BendRun& run, const CornerValues& value
     return cutaway.image(title);
 }
 
-Image moved_bar(double largest, int width) {
+Image moved_bar(double darkest, int width, double largest = 0) {
     const LegendEntry entries[] = {{"edge of the cut at rest", {kRed, 1.4}},
                                    {"catheter", {kCatheter, 4}}};
-    const Image parts[] = {shade_bar(largest, 0, "displacement of the wall [mm]"),
+    const Image parts[] = {shade_bar(darkest, 0, "displacement of the wall [mm]", largest),
                            legend_of(entries, width)};
     return row_of(parts);
 }
@@ -89,7 +89,7 @@ void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
                                      kLargest_mm, "before: the tip at the bend"),
                           picture_of(bend, run, displacements_of(bend.mesh(), run.wall_mm),
                                      kLargest_mm, "after: the wire round the bend")};
-    const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
+    const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420, run.moved_mm)};
     page.picture("bend", "the bend cut open, before and after the wire has gone round it",
                  column_of(parts));
     page.paragraph(
@@ -106,14 +106,16 @@ Image boxes_picture(const Bend& bend, const BendRun& all, const BendRun& boxes, 
     const LegendEntry held[] = {{"held", {kHeld, 1}, LegendEntry::Mark::Box}};
     const Image first[] = {picture_of(bend, all, displacements_of(bend.mesh(), all.wall_mm),
                                       kLargest_mm, "all of the wall moves", kSmall_px_mm),
-                           shade_bar(kLargest_mm, 0, "displacement [mm]"), legend_of(lines, 420)};
+                           shade_bar(kLargest_mm, 0, "displacement [mm]", all.moved_mm),
+                           legend_of(lines, 420)};
     const Image second[] = {picture_of(bend, boxes, with_held(bend.mesh(), boxes, moved),
                                        kLargest_mm, "boxes near the wire move", kSmall_px_mm),
-                            shade_bar(kLargest_mm, 0, "displacement [mm]"), legend_of(held, 420)};
+                            shade_bar(kLargest_mm, 0, "displacement [mm]", boxes.moved_mm),
+                            legend_of(held, 420)};
     const Image third[] = {
         picture_of(bend, boxes, distances_of(bend.mesh(), all.wall_mm, boxes.wall_mm),
                    full_um / 1000, "difference of the two", kSmall_px_mm),
-        shade_bar(full_um, 0, "distance [µm]")};
+        shade_bar(full_um, 0, "distance [µm]", 1000 * farthest_mm(all.wall_mm, boxes.wall_mm))};
     const Image columns[] = {column_of(first, 4), column_of(second, 4), column_of(third, 4)};
     return row_of(columns);
 }
@@ -155,7 +157,8 @@ void add_models(Page& page, const Bend& bend, const BendRun& rod, const BendRun&
         picture_of(bend, rod, displacements_of(bend.mesh(), rod.wall_mm), kLargest_mm, "rod"),
         picture_of(bend, body, displacements_of(bend.mesh(), body.wall_mm), kLargest_mm,
                    "tetrahedra")};
-    const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
+    const Image parts[] = {row_of(pair),
+                           moved_bar(kLargest_mm, 420, std::max(rod.moved_mm, body.moved_mm))};
     page.picture("bend-models", "a rod and a body of tetrahedra in the same bend",
                  column_of(parts));
     page.paragraph(
@@ -175,9 +178,12 @@ struct WallCase {
 
 /// Columns of pictures: displacements above changes of volume.
 Image walls_picture(const Bend& bend, std::span<const WallCase> walls) {
-    constexpr double kSmall_px_mm = 4.8, kFull_percent = 5, kMoved_mm = 5;
+    constexpr double kSmall_px_mm = 4.8, kFull_percent = 5, kMoved_mm = 6;
     std::vector<Image> moved, volumes;
+    double moved_mm = 0, changed = 0;
     for (const WallCase& wall : walls) {
+        moved_mm = std::max(moved_mm, wall.run.moved_mm);
+        changed = std::max(changed, wall.run.measures.volume.largest);
         moved.push_back(picture_of(bend, wall.run, displacements_of(bend.mesh(), wall.run.wall_mm),
                                    kMoved_mm, wall.name, kSmall_px_mm));
         Camera camera = kBend;
@@ -190,8 +196,8 @@ Image walls_picture(const Bend& bend, std::span<const WallCase> walls) {
         cutaway.outline(bend.mesh(), bend.mesh().nodes_mm);
         volumes.push_back(cutaway.image(wall.name));
     }
-    const Image parts[] = {row_of(moved), moved_bar(kMoved_mm, 420), row_of(volumes),
-                           signed_bar(kFull_percent, 0, "change of volume [%]")};
+    const Image parts[] = {row_of(moved), moved_bar(kMoved_mm, 420, moved_mm), row_of(volumes),
+                           signed_bar(kFull_percent, 0, "change of volume [%]", 100 * changed)};
     return column_of(parts);
 }
 

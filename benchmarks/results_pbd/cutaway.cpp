@@ -113,10 +113,11 @@ Colouring signed_to(double largest) {
     };
 }
 
-Image signed_bar(double largest, int decimals, std::string_view name) {
+Image signed_bar(double full, int decimals, std::string_view name, double largest) {
     constexpr int kHeight_px = 26, kBar_px = 140;
-    const std::string low = "-" + text_of(largest, decimals),
-                      high = "+" + text_of(largest, decimals);
+    const bool is_cut = largest > full;
+    const std::string low = (is_cut ? "\u2264-" : "-") + text_of(full, decimals),
+                      high = (is_cut ? "\u2265+" : "+") + text_of(full, decimals);
     const double texts_px = text_width_px(name) + text_width_px(low) + text_width_px(high);
     Plot plot(int(texts_px) + kBar_px + 46, kHeight_px, {0, 0},
               {texts_px + kBar_px + 46, double(kHeight_px)});

@@ -50,8 +50,10 @@ inline constexpr Rgb8 kHeld{196, 192, 184};
 Colouring shaded_to(double largest);
 /// Red: smaller; blue: larger; saturated at `largest`.
 Colouring signed_to(double largest);
-/// The colours of signed_to with the ends of their scale. @param name  with its unit
-Image signed_bar(double largest, int decimals, std::string_view name);
+/// The colours of signed_to with the ends of their scale.
+/// @param full  value of the full colours. @param name  with its unit
+/// @param largest  of the picture's values, without sign: beyond `full`, the ends are marked
+Image signed_bar(double full, int decimals, std::string_view name, double largest = 0);
 
 class Cutaway {
   public:

@@ -3,21 +3,28 @@
 
 // Writes the page that compares position-based vessels with their paper:
 //
-//   results_pbd FOLDER SCENES
+//   results_pbd FOLDER SCENES [PART…]
 //
-// FOLDER gets README.md and its pictures, SCENES has the scene files of vessels. Pictures and
-// errors are reproducible; ratios of times are not.
+// FOLDER gets README.md and its pictures, SCENES has the scene files of vessels; parts are
+// catheters, models, volumes, pressure, push, vessels, cases and cantilever, by default all.
+// Pictures and errors are reproducible; ratios of times are not.
 
 #include <pliant/tasks.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <functional>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "figures.h"
 
 int main(int argc, char** argv) {
     using namespace pliant::results;
-    if (argc != 3) {
-        std::fprintf(stderr, "results: expected a folder to write to and that of the scenes\n");
+    if (argc < 3) {
+        std::fprintf(stderr,
+                     "results: expected a folder to write to, that of the scenes, and parts\n");
         return 2;
     }
     const pliant::TaskArena arena(1);
@@ -35,14 +42,18 @@ int main(int argc, char** argv) {
         "vary; the other numbers are the same on each run.");
     page.origin("./dev results pbd");
     const std::string scenes = argv[2];
-    add_catheters(page, scenes, arena);
-    add_wall_models(page, scenes, arena);
-    add_volumes(page, arena);
-    add_pressure(page, arena);
-    add_push(page, arena);
-    add_walls(page, scenes, arena);
-    add_published(page);
-    add_cantilever(page, arena);
+    const std::pair<std::string_view, std::function<void()>> parts[] = {
+        {"catheters", [&] { add_catheters(page, scenes, arena); }},
+        {"models", [&] { add_wall_models(page, scenes, arena); }},
+        {"volumes", [&] { add_volumes(page, arena); }},
+        {"pressure", [&] { add_pressure(page, arena); }},
+        {"push", [&] { add_push(page, arena); }},
+        {"vessels", [&] { add_walls(page, scenes, arena); }},
+        {"cases", [&] { add_published(page); }},
+        {"cantilever", [&] { add_cantilever(page, arena); }}};
+    const std::vector<std::string_view> wanted(argv + 3, argv + argc);
+    for (const auto& [name, add] : parts)
+        if (wanted.empty() || std::count(wanted.begin(), wanted.end(), name) > 0) add();
     if (const pliant::Status status = page.finish(); !status.ok()) {
         std::fprintf(stderr, "results: %s\n", status.error().message.c_str());
         return 1;

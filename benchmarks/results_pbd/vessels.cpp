@@ -242,7 +242,8 @@ void draw_push(Page& page, const Push& push, const PushRun& all, const PushRun& 
         along(push.mesh, local.positions.back(),
               distances_of(push.mesh, all.positions.back(), local.positions.back()),
               kFull_um / 1000, "difference from all active"),
-        shade_bar(kFull_um, 0, "distance [µm]")};
+        shade_bar(kFull_um, 0, "distance [µm]",
+                  1000 * farthest_of(all.positions.back(), local.positions.back()))};
     const Image both[] = {column_of(left), column_of(right)};
     const Image parts[] = {row_of(both), legend_of(entries, 600)};
     page.picture("push-local", "boxes within 12 mm active, and the difference from all",
@@ -271,12 +272,14 @@ void add_pressure(Page& page, const TaskArena& arena) {
         auto body =
             value_of(PbdBody::create(parts, {.time_step = kStep, .sub_steps = 20, .damping = 20}));
         std::vector<Image> pictures;
+        double largest = 0;
         for (const double pressure : pressures) {
             press(tube, parts, pressure, body);
             must(body.step(128, arena));
             const std::vector<Vec3d> positions = places_of(body);
             pictures.push_back(across(tube, mesh, positions, text_of(pressure, 0) + " Pa"));
             const VolumeChange change = volume_change(all, positions);
+            largest = std::max(largest, change.largest);
             const Radii radii = radii_of(tube, positions);
             rows.push_back({volumes ? "with" : "without", text_of(pressure, 0),
                             text_of(radii.inner, 2), text_of(radii.outer - radii.inner, 2),
@@ -286,7 +289,8 @@ void add_pressure(Page& page, const TaskArena& arena) {
         page.picture(volumes ? "pressure-with-volumes" : "pressure-without-volumes",
                      volumes ? "cuts across the tube with volume conservation, 0 to 120 Pa"
                              : "the same without",
-                     with_legend(pictures, signed_bar(kFull_percent, 0, "change of volume [%]")));
+                     with_legend(pictures, signed_bar(kFull_percent, 0, "change of volume [%]",
+                                                      100 * largest)));
     }
     page.table({"volumes", "pressure [Pa]", "inner radius [mm]", "wall [mm]", "volume: total [%]",
                 "mean of tetrahedra [%]", "largest [%]"},

@@ -3,6 +3,8 @@
 
 // The paper's constraints under a catheter's tip, with and without volume constraints.
 
+#include <algorithm>
+
 #include "cutaway.h"
 #include "figures.h"
 #include "pressed.h"
@@ -60,9 +62,11 @@ void add_volumes(Page& page, const TaskArena& arena) {
                            picture_of(vessel, without, false, "without volume constraints")};
     const LegendEntry entries[] = {{"edge of the cut at rest", {kRed, 1.4}},
                                    {"catheter", {kCatheter, 4}}};
-    const Image legends[] = {shade_bar(kLargest_mm, 0, "displacement [mm]"),
-                             signed_bar(kLargest_percent, 0, "volume [%]"),
-                             legend_of(entries, moved[0].width)};
+    const Image legends[] = {
+        shade_bar(kLargest_mm, 0, "displacement [mm]", std::max(with.moved_mm, without.moved_mm)),
+        signed_bar(kLargest_percent, 0, "change of volume [%]",
+                   100 * std::max(with.change.largest, without.change.largest)),
+        legend_of(entries, moved[0].width)};
     const Image changed[] = {column_of(legends),
                              picture_of(vessel, with, true, "with: change of volume"),
                              picture_of(vessel, without, true, "without: change of volume")};

@@ -446,21 +446,25 @@ void Hub::resample() {
     m_timing.moved_elements = m_moved_elements;
 }
 
-/// Marks the blocks of voxels for all clients that have other values. If there are none, the
-/// clients' voxels are those of this step already.
+/// Marks the blocks of voxels for all clients that have other values; if there are none, a block as
+/// it was, so that the clients follow each step.
 void Hub::mark_changes(std::span<const Box3i> boxes) {
+    const auto mark = [&](std::span<const Box3i> some) {
+        for (Client& client : m_clients)
+            for (const Box3i& box : some) client.delivery.mark(box);
+    };
+    ++m_step;
     try {
         const std::span<const Box3i> changed =
             m_changes.find(m_scene->deformed(), boxes, m_scene->tissue().arena());
-        if (changed.empty()) return;
-        for (Client& client : m_clients)
-            for (const Box3i& box : changed) client.delivery.mark(box);
+        if (!changed.empty()) return mark(changed);
+        const Vec3i first = boxes.front().begin;
+        const Box3i voxel[] = {{first, first + Vec3i{1, 1, 1}}};
+        mark(voxel);
     } catch (const std::bad_alloc&) {
         m_changes.forget();
-        for (Client& client : m_clients)
-            for (const Box3i& box : boxes) client.delivery.mark(box);
+        mark(boxes);
     }
-    ++m_step;
 }
 
 void Hub::checkpoint() {

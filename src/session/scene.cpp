@@ -149,11 +149,13 @@ Status Scene::choose(const TissueChoice& choice, const std::filesystem::path& st
     if (!made.ok()) return made.error();
     if (!state.empty())
         if (const Status s = made->made->load_state(state); !s.ok()) return s;
+    TissueChoice kept = choice;
+    // Nothing fails from here on.
     end_step();
     // The old steps don't apply to the new tissue.
     m_live->start_over();
     m_tissue = std::move(*made);
-    m_choice = choice;
+    m_choice = std::move(kept);
     m_done.clear();
     m_undone.clear();
     m_unreachable = 0;
