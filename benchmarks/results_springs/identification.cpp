@@ -162,7 +162,7 @@ void add_table_1(Page& page, const TaskArena& arena) {
     Chart chart(760, 460, {"evaluations of the model", 0, 250, 50},
                 {.name = "best cost so far, above the least of all [%], 0.01 or less at the foot",
                  .low = std::log10(kShown_percent),
-                 .high = std::ceil(std::log10(highest)),
+                 .high = std::ceil(2 * std::log10(highest)) / 2,
                  .step = 1,
                  .is_logarithmic = true});
     const auto curve = [&](const FitResult& r, Rgb8 colour, double width, const char* name) {

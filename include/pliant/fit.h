@@ -157,8 +157,8 @@ struct Annealing {
     /// determined more sharply than another, moves of all are refused because of the former, and
     /// the latter stays where it is (docs/fit.md).
     bool by_turns = false;
-    int evaluations = 400;         ///< maximum, without those of the preparation
-    int preparation = 16;          ///< random moves beforehand
+    int evaluations = 400;  ///< maximum, without those of the preparation
+    int preparation = 16;   ///< random moves beforehand
     /// false: the answer is the last point, as in the paper; true: the best point of the search.
     bool best_seen = false;
 };

@@ -51,8 +51,8 @@ constexpr Setting<A> kAnnealing[] = {
                                 .high = 1,
                                 .above_low = true,
                                 .text = "largest move of a logarithm, in parts of its range"}),
-    setting<&A::by_turns>({.name = "by_turns",
-                           .text = "a neighbour differs in one value, by turns, instead of in all"}),
+    setting<&A::by_turns>(
+        {.name = "by_turns", .text = "a neighbour differs in one value, by turns, not in all"}),
     setting<&A::evaluations>({.name = "evaluations", .low = 1, .text = "of the cost, at most"}),
     setting<&A::preparation>({.name = "preparation", .low = 1, .text = "random moves beforehand"}),
     setting<&A::best_seen>(

@@ -93,7 +93,8 @@ class Hub final : private FeedHost {
     void load_state(std::filesystem::path file, std::string recorded,
                     std::function<void(Status loaded)> done);
 
-    /// Shows a label map to all clients; null: the scene's bodies. Calls back on the owner's thread.
+    /// Shows a label map to all clients; null: the scene's bodies. Calls back on the owner's
+    /// thread.
     /// @param done  with whether it is on the scene's grid; else nothing changes
     void show_labels(std::shared_ptr<const LabelMap> map, std::function<void(bool)> done);
     /// Grid of the present scan. Thread-safe.

@@ -371,7 +371,7 @@ TEST_F(Networks, RefuseBadInputInALineAndKeepTheirState) {
     SpringParts away = m_parts;
     for (SpringNode& node : away.nodes) node.rest.x += 100;
     EXPECT_EQ(message(away, m_settings),
-              "mesh: expected a body inside of the scan, found one beside it");
+              "network: expected a body inside of the scan, found one beside it");
     SpringParts branched = m_parts;
     branched.links[2].branch_stiffness = branched.links[2].branch_time = 1;
     EXPECT_EQ(message(branched, m_settings),

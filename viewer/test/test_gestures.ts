@@ -197,7 +197,8 @@ test('standard views: keypad 1, 3 and 7, with Ctrl from the other side', async (
         const value = await page.evaluate((p) => {
             const { volume } = (window as never as { pliant: Session }).pliant;
             const { grid } = volume!;
-            return volume!.sample(p.map((x, a) => (x - grid.origin[a]!) / grid.spacing[a]!) as never);
+            const at = p.map((x, a) => (x - grid.origin[a]!) / grid.spacing[a]!);
+            return volume!.sample(at as never);
         }, point);
         const off = Math.abs(dot(sub(point, camera.eye), facing.direction));
         if (value > -400 && off < 1e-6) ++onFace;

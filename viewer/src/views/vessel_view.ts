@@ -9,7 +9,13 @@ import type { Vessel } from '../net/vessel.ts';
 import { kVesselFragment, kVesselVertex } from './shaders.ts';
 
 const kWarmMm = 1;
-const kWall = { own: [0.93, 0.62, 0.55], warm: [1, 0.9, 0.3], clear: 0.1, rim: 0.55, dense: 0.7 } as const;
+const kWall = {
+    own: [0.93, 0.62, 0.55],
+    warm: [1, 0.9, 0.3],
+    clear: 0.1,
+    rim: 0.55,
+    dense: 0.7,
+} as const;
 
 export class VesselView {
     private readonly uniforms: Record<string, THREE.IUniform> = {
