@@ -26,7 +26,7 @@ std::vector<Vec3d> square(double y, double half = 20) {
     return {{-half, y, -half}, {half, y, -half}, {half, y, half}, {-half, y, half}};
 }
 const Triangles kSquare{{0, 1, 2}, {0, 2, 3}};
-constexpr SurfaceView kFront{.look = {0, 1, 0}};
+const SurfaceView kFront{.look = {0, 1, 0}};
 
 TEST(SurfaceView, TheNearerSurfaceHidesTheFartherInAnyOrder) {
     const auto near = square(0), far = square(10);
