@@ -68,6 +68,20 @@ bool Arena::is_interrupted() const {
     return m_is_interrupted = PyErr_CheckSignals() != 0;
 }
 
+nb::object points_of(std::vector<Vec3d> points) {
+    auto* const kept = new std::vector<Vec3d>(std::move(points));
+    const nb::capsule owner(kept,
+                            [](void* p) noexcept { delete static_cast<std::vector<Vec3d>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, double, nb::shape<-1, 3>>(
+        reinterpret_cast<double*>(kept->data()), {kept->size(), 3}, owner));
+}
+
+std::vector<double> numbers_of(const std::optional<nb::object>& nested) {
+    if (!nested) return {};
+    const nb::object flat = nb::module_::import_("numpy").attr("ravel")(*nested);
+    return nb::cast<std::vector<double>>(flat.attr("tolist")());
+}
+
 bool vector_from(nb::handle from, Vec3d& to) noexcept {
     PyObject* const fast = PySequence_Fast(from.ptr(), "");
     if (!fast) {

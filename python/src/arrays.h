@@ -104,6 +104,10 @@ inline std::string shown(const nb::object& object) {
 inline nb::object exchange(const char* name) {
     return nb::module_::import_("pliant._exchange").attr(name);
 }
+/// An array (n, 3) that keeps the points.
+nb::object points_of(std::vector<Vec3d> points);
+/// The numbers of a nested sequence or an array, by rows; none without one.
+std::vector<double> numbers_of(const std::optional<nb::object>& nested);
 /// Three numbers of any sequence.
 bool vector_from(nb::handle from, Vec3d& to) noexcept;
 

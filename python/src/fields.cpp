@@ -47,20 +47,15 @@ nb::object apply_to_points(const VectorField& field, const nb::object& given) {
         raise({ErrorCode::InvalidArgument,
                "points_mm: expected axes (n, 3), found " + shown(memory.attr("shape")),
                "points_mm"});
-    auto moved = std::make_unique<std::vector<Vec3d>>(points.shape(0));
+    std::vector<Vec3d> moved(points.shape(0));
     {
         const nb::gil_scoped_release without_lock;
-        for (std::size_t n = 0; n < moved->size(); ++n) {
+        for (std::size_t n = 0; n < moved.size(); ++n) {
             const double* const p = points.data() + 3 * n;
-            const Vec3d from{p[0], p[1], p[2]};
-            (*moved)[n] = from + sample_field(field, from);
+            moved[n] = Vec3d{p[0], p[1], p[2]} + sample_field(field, {p[0], p[1], p[2]});
         }
     }
-    auto* const kept = moved.release();
-    const nb::capsule owner(kept,
-                            [](void* p) noexcept { delete static_cast<std::vector<Vec3d>*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, double, nb::shape<-1, 3>>(
-        reinterpret_cast<double*>(kept->data()), {kept->size(), 3}, owner));
+    return points_of(std::move(moved));
 }
 
 }  // namespace
@@ -76,11 +71,8 @@ void bind_fields(nb::module_& m) {
          "__init__",
          [](VectorField* self, const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
             const std::optional<nb::object>& direction, const std::string& kind) {
-             std::vector<double> numbers;
-             if (direction)
-                 numbers = nb::cast<std::vector<double>>(
-                     nb::module_::import_("numpy").attr("ravel")(*direction).attr("tolist")());
-             new (self) VectorField(field_of(array, spacing_mm, origin_mm, numbers, kind));
+             new (self)
+                 VectorField(field_of(array, spacing_mm, origin_mm, numbers_of(direction), kind));
          },
          nb::arg("array"), nb::arg("spacing_mm") = Vec3d{1, 1, 1},
          nb::arg("origin_mm") = Vec3d{0, 0, 0}, nb::arg("direction") = nb::none(),

@@ -5,7 +5,7 @@
 
 #include <pliant/mesh.h>
 
-#include "meshes.h"
+#include "arrays.h"
 
 namespace pliant::python {
 namespace {
@@ -38,14 +38,6 @@ TetMesh mesh_of(const nb::object& nodes_mm, const nb::object& cells) {
 }
 
 }  // namespace
-
-nb::object points_of(std::vector<Vec3d> points) {
-    auto* const kept = new std::vector<Vec3d>(std::move(points));
-    const nb::capsule owner(kept,
-                            [](void* p) noexcept { delete static_cast<std::vector<Vec3d>*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, double, nb::shape<-1, 3>>(
-        reinterpret_cast<double*>(kept->data()), {kept->size(), 3}, owner));
-}
 
 void bind_meshes(nb::module_& m) {
     nb::class_<TetMesh>(m, "TetMesh", "Tetrahedra: nodes (n, 3) [mm, LPS], cells (m, 4).")

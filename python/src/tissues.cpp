@@ -4,11 +4,11 @@
 // Tissues: the interface of tissue.h, with the scan, the threads and the deformed scan that belong
 // to it.
 
+#include <pliant/mesh.h>
 #include <pliant/resample.h>
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
-#include "meshes.h"
 #include "volumes.h"
 
 namespace pliant::python {

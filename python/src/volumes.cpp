@@ -170,11 +170,8 @@ void bind_volumes(nb::module_& m) {
          "__init__",
          [](PyVolume* self, const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
             const std::optional<nb::object>& direction, std::optional<double> background) {
-             std::vector<double> numbers;
-             if (direction)
-                 numbers = nb::cast<std::vector<double>>(
-                     nb::module_::import_("numpy").attr("ravel")(*direction).attr("tolist")());
-             new (self) PyVolume(volume_of(array, spacing_mm, origin_mm, numbers, background));
+             new (self) PyVolume(
+                 volume_of(array, spacing_mm, origin_mm, numbers_of(direction), background));
          },
          nb::arg("array"), nb::arg("spacing_mm") = Vec3d{1, 1, 1},
          nb::arg("origin_mm") = Vec3d{0, 0, 0}, nb::arg("direction") = nb::none(),
