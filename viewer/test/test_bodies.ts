@@ -50,6 +50,9 @@ bodyTest('each body has its name and a colour, in the panel and in the sections'
             ['back', 2],
         ],
     );
+    // Plain at first.
+    assert.equal(await panel().locator('.organs li i').count(), 0);
+    await panel().getByLabel('bodies in colours').check();
     const colours = await panel()
         .locator('.organs li i')
         .evaluateAll((marks) => marks.map((mark) => (mark as HTMLElement).style.background));

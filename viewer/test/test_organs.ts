@@ -109,7 +109,10 @@ organTest('a push by the mouse is felt, and taken back', async () => {
     await page.keyboard.press('Control+z');
     await untilState(page, ({ shared }) => shared!.undo.steps === 0 && shared!.settled);
     const pace = panel('Tissue').locator('.organs li').last();
-    assert.match((await pace.textContent())!, /^(pace: \d\.\d\d × real time|not moved yet)$/);
+    assert.match(
+        (await pace.textContent())!,
+        /^(pace of the last motion: \d\.\d\d × real time|not moved yet)$/,
+    );
     await page.keyboard.press('Digit1');
 });
 

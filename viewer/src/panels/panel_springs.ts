@@ -6,7 +6,7 @@
 import { cssOf } from '../maths/colour_map.ts';
 import type { TissueState } from '../net/protocol.ts';
 import { springRows } from '../net/settings.ts';
-import { haveBodies, lookOf } from '../state/labels.ts';
+import { haveBodies, isOfBodies, lookOf } from '../state/labels.ts';
 import { lengthFor } from '../state/units.ts';
 import { button, checkbox, choice, h } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
@@ -14,7 +14,6 @@ import { type Parts, section, tissue } from './panel_parts.ts';
 const kCell = 8; // in a body [mm]
 const kNodes = 20; ///< of the control lattice, along each axis
 const kYoung = 15; ///< [kPa]
-const kWithin = 0.1; ///< change by one more layer beside which a depth is enough [mm]
 
 /// Summary of springs: number of nodes, depth with the line that limits it, and update rate.
 export function springsText(state: TissueState | undefined): string {
@@ -23,7 +22,8 @@ export function springsText(state: TissueState | undefined): string {
     const hz = state.update_hz!;
     const rate = hz > 0 ? `${hz.toFixed(0)} updates/s` : 'not moved yet';
     const line = state.line_mb_s ? ` (line takes ${state.line_mb_s} MB/s)` : '';
-    return `${nodes} nodes, ${state.active_nodes!} within ${state.depth!} layers${line}, ${rate}`;
+    const layers = state.depth === 1 ? '1 layer' : `${state.depth!} layers`;
+    return `${nodes} nodes, ${state.active_nodes!} within ${layers}${line}, ${rate}`;
 }
 
 /// Lines about organs: each body, the number of held nodes, and the pace.
@@ -35,7 +35,7 @@ export function organLines(state: TissueState | undefined): string[] {
         ...state.bodies.split('\n'),
         `${particles} nodes, ${fixed_particles} of them held; ` +
             `edges of ${edge_mm.toPrecision(2)} mm`,
-        pace > 0 ? `pace: ${pace.toFixed(2)} × real time` : 'not moved yet',
+        pace > 0 ? `pace of the last motion: ${pace.toFixed(2)} × real time` : 'not moved yet',
     ];
 }
 
@@ -96,12 +96,8 @@ export function tissuePanel(parts: Parts): HTMLElement {
     );
     const find = button(
         'Find depth',
-        () => {
-            void session.ask({ do: 'depth', within_mm: kWithin }).then((done) => {
-                if (done) session.say(`one more layer moves nothing by more than ${kWithin} mm`);
-            });
-        },
-        'for the tissue that is held now: the least depth that changes little',
+        () => void session.findDepth(),
+        'for the tissue that is held now: the least depth that changes little (Shift+X)',
     );
     const text = h('small', { class: 'quiet springs' });
     const lines = h('ul', { class: 'quiet organs' });
@@ -168,6 +164,14 @@ export function tissuePanel(parts: Parts): HTMLElement {
         ),
     );
     const own = model.querySelector('[value=own]')!.parentElement!;
+    const coloured = parts.add(
+        checkbox(
+            'bodies in colours',
+            () => parts.state.labels.coloured,
+            (on) => session.store.set({ labels: { coloured: on } }),
+            'tints each body in all views',
+        ),
+    );
     const contact = parts.add(
         checkbox(
             'show where bodies touch',
@@ -180,6 +184,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
         'Tissue',
         false,
         tissue(model, cells, stiffness, ratio, depth, byTime, find),
+        coloured,
         contact,
         lines,
         trouble,
@@ -198,10 +203,11 @@ export function tissuePanel(parts: Parts): HTMLElement {
                 return h('li', {}, swatch, line);
             }),
         );
+        coloured.hidden = !isOfBodies(labels);
         contact.hidden = now()?.model !== 'own' || !haveBodies(labels);
     };
     session.store.watch(
-        ({ labels: { list, looks } }) => [list, looks],
+        ({ labels: { list, looks, coloured } }) => [list, looks, coloured],
         () => listOrgans(),
     );
     session.store.watch(

@@ -34,6 +34,7 @@ export interface Labels {
     readonly names: Readonly<Record<number, string>>; ///< of a table, by value
     readonly opacity: number;
     readonly outline: boolean; ///< in the sections
+    readonly coloured: boolean; ///< whether the scene's own map of bodies is drawn
     readonly contact: boolean; ///< of bodies, in two shades that move with the tissue
     readonly version: number; ///< grows with each change of the label field
     readonly touched: readonly string[]; ///< names of structures at risk that a tool touches
@@ -43,8 +44,16 @@ export interface State {
     readonly labels: Labels;
 }
 
-export const lookOf = ({ looks }: Labels, { value, isShown }: Label): LabelLook =>
-    looks[value] ?? { shown: isShown, risk: false, target: false };
+const kBodies = 'bodies'; // name of that map
+
+export const isOfBodies = ({ file }: Labels): boolean => file === kBodies;
+
+export const lookOf = (labels: Labels, { value, isShown }: Label): LabelLook =>
+    labels.looks[value] ?? {
+        shown: isShown && (labels.coloured || !isOfBodies(labels)),
+        risk: false,
+        target: false,
+    };
 
 /// Tests whether some labels are of different bodies, which may touch each other.
 export const haveBodies = ({ list }: Labels): boolean =>
@@ -60,6 +69,7 @@ export const initialLabels: Labels = {
     names: {},
     opacity: 0.4,
     outline: true,
+    coloured: false,
     contact: false,
     version: 0,
     touched: [],

@@ -29,6 +29,7 @@ export interface HelpLine {
 }
 
 const watches = ({ replay }: State): boolean => replay.isOn;
+const isOfSprings = ({ shared }: State): boolean => shared?.tissue?.model === 'springs';
 const inSection = (state: State): boolean => !inEndoscope(state);
 
 export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
@@ -87,6 +88,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             },
             { keys: '[ ]', text: 'smaller, larger' },
             { keys: 'X', text: 'tissue springs back by itself, or stays' },
+            { keys: 'Shift+X', text: 'springs: find the depth of forces for the held tissue' },
             { keys: 'L', text: 'release the tissue' },
             { keys: ', .', text: 'threshold lower, higher' },
             { keys: 'H', text: 'stop the device’s force; again: resume' },
@@ -214,6 +216,7 @@ export class Keymap {
             { code: 'KeyI', run: () => session.ride.toggle() },
             { code: 'KeyJ', run: () => actions.endoscopeTo(store.state.sections.cursor) },
             { code: 'KeyC', run: () => actions.cycleWall() },
+            { code: 'KeyX', shift: true, when: isOfSprings, run: () => void session.findDepth() },
             { code: 'KeyX', run: () => actions.relax() },
             { code: 'KeyL', run: () => void session.ask({ do: 'release' }) },
             { code: 'KeyG', run: toggleSpace },

@@ -98,6 +98,9 @@ function distanceOfWhole(grid: Grid): number {
     return Math.max(x / kAspect, z) / Math.tan((kOutsideField * Math.PI) / 360) + y;
 }
 
+/// Change by one more layer beside which a depth is enough [mm].
+const kWithin = 0.1;
+
 export interface SessionParts extends SceneParts {
     /// The tab's storage, which outlives a reload.
     readonly memory: Memory;
@@ -433,6 +436,13 @@ export class Session extends Scene implements Listener {
                 !flying && (this.follow.tick(seconds, now) || this.ride.tick(seconds));
             if (!isLed) this.path.follow(seconds);
         }
+    }
+
+    /// Sets the least depth of forces of springs that changes little for the held tissue.
+    async findDepth(): Promise<void> {
+        const done = await this.ask({ do: 'depth', within_mm: kWithin });
+        if (done) this.say(`one more layer moves nothing by more than ${kWithin} mm`);
+        else this.warn('to find the depth, hold tissue with the mouse and press Shift+X');
     }
 
     /// Compares the voxels of the page with the server's, by their checksum.
