@@ -318,7 +318,7 @@ test('a scan of 20 µm has lengths of its size', async (t) => {
     await page.locator('.view.axial').focus();
     await page.keyboard.press('u');
     assert.equal((await stateOf(page)).sections.slab, 0.07);
-    assert.match((await caption.textContent())!, /maximum of 0\.07 mm$/);
+    await caption.filter({ hasText: /maximum of 0\.07 mm$/ }).waitFor({ timeout: 5000 });
     await page.evaluate(() => {
         const { marks, store } = (window as never as { pliant: Session }).pliant;
         const [x, y, z] = store.state.sections.cursor;
