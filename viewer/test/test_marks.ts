@@ -61,7 +61,10 @@ test('a shaft is outlined in the sections', async () => {
     const { strength } = start.tool;
     const setStrength = (value: number): Promise<void> =>
         page.evaluate((v) => {
-            (window as never as { pliant: Session }).pliant.store.set({ tool: { strength: v } });
+            (window as never as { pliant: Session }).pliant.store.set({
+                // Sections that follow the tool would leave the slices chosen here.
+                tool: { strength: v, follow: v > 0 },
+            });
         }, value);
     await setStrength(0);
     const [x, y] = await spot(page, 'endoscope', 0.6, 0.4);
