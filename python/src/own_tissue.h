@@ -9,8 +9,7 @@
 
 namespace pliant::python {
 
-/// A tissue whose methods are those of an object of Python, which must outlive it, as scan and arena
-/// must.
+/// A tissue whose methods are those of an object of Python. Object, scan and arena must outlive it.
 std::unique_ptr<Tissue> make_own_tissue(nb::handle self, const Volume& scan,
                                         const TaskArena& arena);
 

@@ -63,7 +63,7 @@ struct ClaimPass {
     CellFaces faces;
 };
 
-/// The first cell of a strip that surely holds a voxel, for the voxels of a box: later cells' claims
+/// For each voxel of a box, the first cell of a strip that surely holds it: later cells' claims
 /// would lose. Notes nothing in a box that is too large.
 class FirstCells {
   public:
