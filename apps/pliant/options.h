@@ -221,6 +221,7 @@ struct ServeOptions {
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
     std::string host = "127.0.0.1", certificate, key, url;
+    std::vector<std::string> embed_in;  ///< origins that may show the page in a frame
     std::string session, replay;
     double checkpoint_s = 30;
     int spring_nodes = 32;

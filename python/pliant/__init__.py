@@ -33,6 +33,7 @@ from pliant._core import (
 )
 from pliant._core import version as __version__
 from pliant._error import Error
+from pliant._show import Page, program, show
 
 __all__ = [
     "AdvanceReport",
@@ -40,6 +41,7 @@ __all__ = [
     "CutReport",
     "Error",
     "Field",
+    "Page",
     "PushReport",
     "SlideReport",
     "TetMesh",
@@ -50,8 +52,10 @@ __all__ = [
     "make_chainmail",
     "make_phantom",
     "make_springs",
+    "program",
     "read_field",
     "read_tetrahedra",
     "read_volume",
     "settings_of",
+    "show",
 ]
