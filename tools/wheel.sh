@@ -21,6 +21,7 @@ environment() { # NAME [FOLDER]
 # With the compiler and the warnings of the build that ccache may have.
 wheel() {
     need_packages build wheel
+    build_viewer
     environment build
     local bin=$root/build/python-build/bin raw wheel
     rm -rf "$root/build/wheels" "$root/build/dist"

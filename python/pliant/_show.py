@@ -10,6 +10,7 @@ import queue
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import threading
 import weakref
@@ -42,6 +43,12 @@ def program() -> pathlib.Path:
             "not_found",
         )
     return pathlib.Path(found)
+
+
+def main() -> None:
+    """The command `pliant` of the wheel."""
+    path = pathlib.Path(__file__).parent / "bin" / "pliant"
+    os.execv(path, [str(path), *sys.argv[1:]])
 
 
 def _end(server: subprocess.Popen[str], folder: tempfile.TemporaryDirectory[str]) -> None:
