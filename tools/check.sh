@@ -193,6 +193,9 @@ run_tests() { # [--sanitize]
     step "gcc: build without warnings, tests" compile_and_test gcc
     step "clang: build without warnings, tests" compile_and_test_with_clang
     step "python: wheel, empty environment, tests, types" test_wheel
+    if [[ ${PLIANT_LARGE:-ON} != OFF ]]; then
+        step "python: beside large packages, notebooks" test_beside_large_packages
+    fi
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"

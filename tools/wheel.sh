@@ -69,3 +69,8 @@ test_beside_large_packages() {
         grep -iE '^(pliant|torch|torchio|monai|batchgenerators|gymnasium|stable_baselines3)'
     (cd "$root/python/tests/large" && "$bin/python" -m pytest -q -p no:cacheprovider .)
 }
+
+# Runs the notebooks of docs/ and keeps their results in them. @pre test_beside_large_packages ran
+notebooks() { # [NAME…]
+    "${PLIANT_CACHE:-$root/build}/python-large/bin/python" "$root/python/notebooks.py" "$@"
+}
