@@ -77,8 +77,11 @@ def test_names_the_program_that_is_missing(
 
 @needs_program
 def test_ends_with_the_interpreter() -> None:
-    program = "import pliant; page = pliant.show(pliant.make_phantom('cube', (16, 16, 16)), " \
-        "threads=1); print(page.url, flush=True)"
+    program = (
+        "import pliant\n"
+        "page = pliant.show(pliant.make_phantom('cube', (16, 16, 16)), threads=1)\n"
+        "print(page.url, flush=True)"
+    )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     url = run.stdout.strip()
     assert url.startswith("http://")
