@@ -82,7 +82,8 @@ def test_ends_with_the_interpreter() -> None:
         "page = pliant.show(pliant.make_phantom('cube', (16, 16, 16)), threads=1)\n"
         "print(page.url, flush=True)"
     )
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    command = [sys.executable, "-c", program]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
     url = run.stdout.strip()
     assert url.startswith("http://")
     deadline = time.monotonic() + 10
