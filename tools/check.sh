@@ -186,6 +186,11 @@ run_tests() { # [--sanitize]
         *) fail "test: expected --sanitize or nothing, found '$1'" ;;
     esac
     need_packages build test lint
+    if [[ ${PLIANT_LARGE:-ON} != OFF ]]; then
+        need_packages wheel
+        mkdir -p "$root/build"
+        (large_environment) >"$root/build/python-large.log" 2>&1 &  # the network's time, not ours
+    fi
     step "lint: layers, bibliography, files, format" lint
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: bundle, types" check_viewer

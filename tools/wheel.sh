@@ -7,9 +7,13 @@
 
 readonly most_wheel_mb=25
 
-# Makes a virtual environment with the packages of a list, anew if the list has changed.
+# Makes a virtual environment with the packages of a list, anew if the list has changed. Another
+# shell that does so is waited for.
 environment() { # NAME [FOLDER]
-    local list=$root/python/requirements/$1.txt folder=${2:-$root/build/python-$1}
+    local list=$root/python/requirements/$1.txt folder=${2:-$root/build/python-$1} lock
+    mkdir -p "$(dirname "$folder")"
+    exec {lock}>"$folder.lock"
+    flock "$lock"
     cmp -s "$list" "$folder/requirements.txt" && return
     say "virtual environment ${folder#"$root/"}"
     rm -rf "$folder"
@@ -60,10 +64,13 @@ test_wheel() {
 
 # Beside the packages that people use it with, which take gigabytes: PLIANT_LARGE=OFF leaves this
 # out, and PLIANT_CACHE names a folder that keeps them for other checkouts.
+large_environment() {
+    environment large "${PLIANT_CACHE:-$root/build}/python-large"
+}
+
 test_beside_large_packages() {
-    local folder=${PLIANT_CACHE:-$root/build}/python-large wheels=("$root"/build/dist/*.whl)
-    environment large "$folder"
-    local bin=$folder/bin
+    local bin=${PLIANT_CACHE:-$root/build}/python-large/bin wheels=("$root"/build/dist/*.whl)
+    large_environment
     "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "${wheels[0]}"
     "$bin/pip" list --disable-pip-version-check 2>/dev/null |
         grep -iE '^(pliant|torch|torchio|monai|batchgenerators|gymnasium|stable_baselines3)'

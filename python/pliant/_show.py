@@ -105,7 +105,7 @@ class Page:
             if line is None:
                 self.close()
                 text = "".join(e for e in self._errors if e).strip()
-                raise Error(text or f"pliant serve: expected a link in {_START_S:.0f} s, found none")
+                raise Error(text or f"pliant serve: expected a link in {_START_S:.0f} s")
             found = re.match(rf"{name}\s+(\S+)", line)
             if found:
                 return found[1]
