@@ -31,9 +31,13 @@ struct Pushed {
     explicit Pushed(Random& random)
         : scan(turned_noise(random, {24, 20, 17}, {1.0, 1.3, 0.8})),
           tissue(make_tissue(scan, arena)) {
-        for (int n = 0; n < 4; ++n) {
-            const auto report = tissue.push(random_push(random, scan.grid, 6));
+        std::int64_t moved = 0;
+        for (int n = 0; n < 4 || moved < 2000; ++n) {
+            Push push = random_push(random, scan.grid, 6);
+            push.sphere_radius_mm = 3;
+            const auto report = tissue.push(push);
             EXPECT_TRUE(report.ok());
+            moved = std::max(moved, report->moved_elements);
         }
         auto made = Warp::create(tissue, &deformed);
         EXPECT_TRUE(made.ok());
@@ -157,7 +161,7 @@ TEST(Warp, TheScanItselfIsThatOfTheTissue) {
         EXPECT_NEAR(moved[n], deformed[n], 1);
         changed += scan[n] != deformed[n];
     }
-    EXPECT_GT(changed, 500);
+    EXPECT_GT(changed, 300);
 }
 
 TEST(Warp, PointsGoThereAndBack) {
@@ -181,7 +185,7 @@ TEST(Warp, PointsGoThereAndBack) {
             EXPECT_LT(norm(*back - point), 1e-8);
             farthest = std::max(farthest, norm(moved - point));
         }
-        EXPECT_GT(farthest, 0.1);
+        EXPECT_GT(farthest, 0.05);
     }
 }
 

@@ -386,7 +386,8 @@ class _Sampler:
             drawn = self.rng.integers(0, self.size, (_DRAWN, 3))
             fits = numpy.flatnonzero(self.fits(drawn, is_wall))
             if len(fits):
-                return drawn[fits[0]]
+                found: Array = drawn[fits[0]]
+                return found
         # Such voxels are rare: all are looked at.
         soft = (self.array >= self.air) & (self.array <= self.bone)
         if self.labels is not None:
@@ -394,7 +395,10 @@ class _Sampler:
         drawn = numpy.argwhere(soft)
         if is_wall:
             drawn = drawn[self.fits(drawn, is_wall)]
-        return drawn[self.rng.integers(len(drawn))] if len(drawn) else None
+        if len(drawn) == 0:
+            return None
+        rare: Array = drawn[self.rng.integers(len(drawn))]
+        return rare
 
     def normal(self, at: Array) -> Array | None:
         """From tissue to air [LPS], from differences over two voxels."""
