@@ -391,6 +391,10 @@ void bind_warp(nb::module_& m) {
                 return nb::make_tuple(self.attr("__class__"), nb::make_tuple(self.attr("state")));
             },
             nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
+        .def(
+            "__deepcopy__", [](nb::handle self, nb::handle) { return nb::borrow(self); },
+            nb::arg("memo"), nb::sig("def __deepcopy__(self, memo: typing.Any) -> Warp"),
+            "The same: a warp doesn't change.")
         .def("__repr__", [](const PyWarp& w) {
             return "Warp(" + std::to_string(w.warp.moved_elements()) + " voxels moved)";
         });
