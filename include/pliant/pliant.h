@@ -60,3 +60,4 @@
 #include <pliant/version.h>
 #include <pliant/vessel.h>
 #include <pliant/volume.h>
+#include <pliant/warp.h>

@@ -14,6 +14,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
@@ -117,6 +118,7 @@ void bind_volumes(nb::module_& m);
 void bind_fields(nb::module_& m);
 void bind_meshes(nb::module_& m);
 void bind_tissues(nb::module_& m);
+void bind_augment(nb::module_& m);
 
 }  // namespace pliant::python
 
