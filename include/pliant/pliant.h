@@ -13,6 +13,7 @@
 //                     (fem.h) or measurements; network_file.h: their file
 //   a view            render.h
 //   a hand            haptics.h
+//   learning          gym.h
 //   a scene           session.h, serve.h
 //
 // Each class names its thread safety:
@@ -35,6 +36,7 @@
 #include <pliant/files.h>
 #include <pliant/fit.h>
 #include <pliant/fit_mesh.h>
+#include <pliant/gym.h>
 #include <pliant/haptics.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>

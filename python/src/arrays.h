@@ -119,6 +119,7 @@ void bind_fields(nb::module_& m);
 void bind_meshes(nb::module_& m);
 void bind_tissues(nb::module_& m);
 void bind_augment(nb::module_& m);
+void bind_gym(nb::module_& m);
 
 }  // namespace pliant::python
 

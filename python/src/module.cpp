@@ -14,4 +14,5 @@ NB_MODULE(_core, m) {
     pliant::python::bind_meshes(m);
     pliant::python::bind_tissues(m);
     pliant::python::bind_augment(m);
+    pliant::python::bind_gym(m);
 }
