@@ -14,6 +14,7 @@
 //   a view            render.h
 //   a hand            haptics.h
 //   a scene           session.h, serve.h
+//   a data set        truth.h: pairs of scans for registration
 //
 // Each class names its thread safety:
 //
@@ -56,6 +57,7 @@
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 #include <pliant/tool.h>
+#include <pliant/truth.h>
 #include <pliant/vec.h>
 #include <pliant/version.h>
 #include <pliant/vessel.h>
