@@ -123,6 +123,7 @@ if(PLIANT_BUILD_APP)
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp
                              test_program.cpp test_readers.cpp test_serve.cpp
+                             test_truth.cpp
                              test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
     target_compile_definitions(test_apps PRIVATE

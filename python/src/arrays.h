@@ -117,6 +117,7 @@ void bind_volumes(nb::module_& m);
 void bind_fields(nb::module_& m);
 void bind_meshes(nb::module_& m);
 void bind_tissues(nb::module_& m);
+void bind_truth(nb::module_& m);
 
 }  // namespace pliant::python
 

@@ -13,4 +13,5 @@ NB_MODULE(_core, m) {
     pliant::python::bind_fields(m);
     pliant::python::bind_meshes(m);
     pliant::python::bind_tissues(m);
+    pliant::python::bind_truth(m);
 }
