@@ -54,6 +54,7 @@ pliant_test(tissue
             test_giving_up.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp)
+pliant_test(truth SOURCES test_cases.cpp test_exact_map.cpp)
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
@@ -123,6 +124,7 @@ if(PLIANT_BUILD_APP)
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp
                              test_program.cpp test_readers.cpp test_serve.cpp
+                             test_truth.cpp
                              test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
     target_compile_definitions(test_apps PRIVATE

@@ -15,6 +15,7 @@
 //   a hand            haptics.h
 //   learning          gym.h
 //   a scene           session.h, serve.h
+//   a data set        truth.h: pairs of scans for registration
 //
 // Each class names its thread safety:
 //
@@ -58,6 +59,7 @@
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 #include <pliant/tool.h>
+#include <pliant/truth.h>
 #include <pliant/vec.h>
 #include <pliant/version.h>
 #include <pliant/vessel.h>

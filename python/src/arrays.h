@@ -120,6 +120,7 @@ void bind_meshes(nb::module_& m);
 void bind_tissues(nb::module_& m);
 void bind_augment(nb::module_& m);
 void bind_gym(nb::module_& m);
+void bind_truth(nb::module_& m);
 
 }  // namespace pliant::python
 

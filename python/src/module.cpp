@@ -15,4 +15,5 @@ NB_MODULE(_core, m) {
     pliant::python::bind_tissues(m);
     pliant::python::bind_augment(m);
     pliant::python::bind_gym(m);
+    pliant::python::bind_truth(m);
 }
