@@ -15,8 +15,9 @@
 //
 // The tip turns, then advances along its new optical axis (backwards for a negative speed). A wall
 // in its way makes way, or stops it if it is rigid. Tissue that the tip has left returns by
-// relaxation, a fixed number of sweeps for each step. There is no clock: the same actions from the
-// same poses give the same bits for any number of threads. The eye is never in tissue.
+// relaxation, a fixed number of sweeps after a fixed number of steps. There is no clock: the same
+// actions from the same poses give the same bits for any number of threads. The eye is never in
+// tissue.
 //
 // Flow is exact for the material of the walls. The wall's point p that a pixel of one picture shows
 // is tissue that rested at X = φ⁻¹(p). At the next picture it is at q = φ'(X), and its pixel is the
@@ -67,7 +68,8 @@ struct EndoscopeArenaSettings {
     double control_hz = 20;  ///< steps per second of the endoscope's motion, above 0
     bool deforms = true;     ///< false: walls are rigid, and stop the tip or let it slide along
     double radius_mm = 1.4;  ///< of the tip, above 0
-    int relax_sweeps = 1;    ///< relaxation of the tissue after each step, 0…1000
+    int relax_sweeps = 1;    ///< sweeps of a relaxation of the tissue, 0…1000
+    int relax_every = 1;     ///< steps from one relaxation to the next, 1…1000
     /// Of the walls, for the estimate of the force [Pa], above 0.
     double young_modulus_pa = 15e3;
     double iso_hu = -500;  ///< threshold of the wall

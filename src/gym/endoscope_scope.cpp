@@ -198,6 +198,7 @@ Status Scope::push_through(Vec3d wanted_mm) {
 
 Status Scope::settle() {
     const EndoscopeArenaSettings& s = m_scan.settings;
+    if ((m_state.steps + 1) % s.relax_every != 0) return Ok{};
     if (s.relax_sweeps == 0 || m_tissue->deformation().field().resident_brick_count() == 0)
         return Ok{};
     const Vec3d eye = m_state.pose.eye_mm;
