@@ -149,8 +149,8 @@ class EndoscopeArena {
     /// @param actions  four numbers for each endoscope: mm/s, rad/s, rad/s, rad/s
     /// @param moves    one for each: 0 if it keeps position, tissue and picture; empty: all move
     /// @returns InvalidArgument for another count, or numbers that are not finite: nothing has
-    ///          changed. LimitExceeded if memory runs out: the endoscopes have moved or not, each
-    ///          as a whole
+    ///          changed. LimitExceeded if memory runs out: tissue has moved or not, and tips are
+    ///          where they were or where they should be
     Status step(std::span<const double> actions, std::span<const std::uint8_t> moves = {}) noexcept;
     /// Makes the pictures of endoscopes that were placed or loaded since their last one.
     Status look() noexcept;

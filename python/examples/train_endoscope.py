@@ -29,8 +29,8 @@ import pliant.gym
 
 GUIDE_SCALE = numpy.array([10, 10, 10, 50, 50, 50, 100], numpy.float32)
 DEPTH_MM = 60.0
-FLIGHT: dict[str, Any] = {"max_steps": 400, "max_force_n": 0.2, "relax_every": 5}
-SIZE = (16, 16)
+FLIGHT: dict[str, Any] = {"max_steps": 400, "max_force_n": 0.2}
+SIZE = (12, 12)
 
 
 class EndoscopeVecEnv(VecEnv):
