@@ -4,6 +4,7 @@
 
 Example:
     >>> import gymnasium
+    >>> import pliant.gym  # registers; or gymnasium.make("pliant.gym:pliant/Endoscope-v0")
     >>> env = gymnasium.make("pliant/Endoscope-v0", obs=("depth", "guide"))
     >>> observation, info = env.reset(seed=1)
     >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
@@ -541,11 +542,11 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
         return tuple(self.arena.picture(n, self._render_size) for n in range(self.num_envs))
 
 
-def register(namespace: str = "pliant/") -> None:
-    """Registers the environments, once."""
+def register() -> None:
+    """Registers the environments with Gymnasium, once; importing this module does."""
     if "pliant/Endoscope-v0" not in gymnasium.registry:
         gymnasium.register(
-            id=f"{namespace}Endoscope-v0",
+            id="pliant/Endoscope-v0",
             entry_point="pliant.gym:EndoscopeEnv",
             vector_entry_point="pliant.gym:EndoscopeVectorEnv",
         )
