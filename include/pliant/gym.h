@@ -15,8 +15,9 @@
 //
 // The tip turns, then advances along its new optical axis (backwards for a negative speed). A wall
 // in its way makes way, or stops it if it is rigid. Tissue that the tip has left returns by
-// relaxation, a fixed number of sweeps for each step. There is no clock: the same actions from the
-// same poses give the same bits for any number of threads. The eye is never in tissue.
+// relaxation, a fixed number of sweeps after a fixed number of steps. There is no clock: the same
+// actions from the same poses give the same bits for any number of threads. The eye is never in
+// tissue.
 //
 // Flow is exact for the material of the walls. The wall's point p that a pixel of one picture shows
 // is tissue that rested at X = φ⁻¹(p). At the next picture it is at q = φ'(X), and its pixel is the
@@ -67,7 +68,8 @@ struct EndoscopeArenaSettings {
     double control_hz = 20;  ///< steps per second of the endoscope's motion, above 0
     bool deforms = true;     ///< false: walls are rigid, and stop the tip or let it slide along
     double radius_mm = 1.4;  ///< of the tip, above 0
-    int relax_sweeps = 1;    ///< relaxation of the tissue after each step, 0…1000
+    int relax_sweeps = 1;    ///< sweeps of a relaxation of the tissue, 0…1000
+    int relax_every = 1;     ///< steps from one relaxation to the next, 1…1000
     /// Of the walls, for the estimate of the force [Pa], above 0.
     double young_modulus_pa = 15e3;
     double iso_hu = -500;  ///< threshold of the wall
@@ -147,8 +149,8 @@ class EndoscopeArena {
     /// @param actions  four numbers for each endoscope: mm/s, rad/s, rad/s, rad/s
     /// @param moves    one for each: 0 if it keeps position, tissue and picture; empty: all move
     /// @returns InvalidArgument for another count, or numbers that are not finite: nothing has
-    ///          changed. LimitExceeded if memory runs out: the endoscopes have moved or not, each
-    ///          as a whole
+    ///          changed. LimitExceeded if memory runs out: tissue has moved or not, and tips are
+    ///          where they were or where they should be
     Status step(std::span<const double> actions, std::span<const std::uint8_t> moves = {}) noexcept;
     /// Makes the pictures of endoscopes that were placed or loaded since their last one.
     Status look() noexcept;

@@ -4,6 +4,7 @@
 
 Example:
     >>> import gymnasium
+    >>> import pliant.gym  # registers; or gymnasium.make("pliant.gym:pliant/Endoscope-v0")
     >>> env = gymnasium.make("pliant/Endoscope-v0", obs=("depth", "guide"))
     >>> observation, info = env.reset(seed=1)
     >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
@@ -43,6 +44,7 @@ _WINDOW = 12  # points of the path around the last nearest one that are looked a
 _PER_STEP = 0.02  # reward for a step, for a newton, and for success
 _PER_NEWTON = 1.0
 _FOR_SUCCESS = 20.0
+_FOR_FORCE = 10.0  # penalty for one above max_force_n
 _EYE, _LOOK, _UP, _FORCE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)  # of arena.states
 _DISPLACEMENT, _TOUCHING, _STOPPED = 12, 13, 14
 
@@ -148,6 +150,8 @@ class _Flights:
         max_steps: int,
         generation: int | None,
         split: str,
+        targets: Sequence[int] | None,
+        max_force_n: float | None,
         reward: str | Reward,
         threads: int,
         settings: dict[str, Any],
@@ -160,8 +164,12 @@ class _Flights:
         if not callable(reward) and reward != "path":
             raise Error(f"reward: expected path or a function, found {reward}", field="reward")
         self.lumen = _lumen_from(scan)
-        self.targets = self.lumen.targets(generation, split)
+        if targets is None:
+            self.targets = self.lumen.targets(generation, split)
+        else:
+            self.targets = [self._known(n) for n in targets]
         self.obs, self.size, self.max_steps = tuple(obs), size, max_steps
+        self.max_force_n = numpy.inf if max_force_n is None else max_force_n
         self.reward = reward
         pictures = [name for name in ("rgb", "depth", "normals", "flow") if name in obs]
         self.arena = EndoscopeArena(
@@ -188,6 +196,13 @@ class _Flights:
         extent = numpy.array(self.lumen.scan.size) * numpy.array(self.lumen.scan.spacing_mm)
         self._far_mm = float(numpy.linalg.norm(extent))
 
+    def _known(self, target: int) -> int:
+        if not 0 <= int(target) < len(self.lumen.ends):
+            raise Error(
+                f"target: expected 0 to {len(self.lumen.ends) - 1}, found {target}", field="target"
+            )
+        return int(target)
+
     def space(self) -> gymnasium.spaces.Dict:
         width, height = self.size
         box = gymnasium.spaces.Box
@@ -210,9 +225,7 @@ class _Flights:
         target = options.get("target")
         chosen = int(self.targets[rng.integers(len(self.targets))])
         offset_mm, turn, roll = rng.uniform(0, 6), rng.normal(0, 0.1, 3), rng.uniform(-0.5, 0.5)
-        self.target[n] = chosen if target is None else int(target)
-        if not 0 <= self.target[n] < len(self.lumen.ends):
-            raise Error(f"target: expected 0 to {len(self.lumen.ends) - 1}, found {target}")
+        self.target[n] = chosen if target is None else self._known(target)
         path = self._paths[self.target[n]]
         first = int(offset_mm)
         eye = numpy.asarray(options.get("eye_mm", path[first]), float)
@@ -245,19 +258,22 @@ class _Flights:
         self.is_success = numpy.linalg.norm(self.to_target_mm, axis=1) <= SUCCESS_MM
 
     def step(self, actions: Array, moves: Array | None = None) -> tuple[Array, Array]:
-        """Returns rewards, and whether the targets are reached."""
+        """Returns rewards, and whether the ways have ended, at the target or by force."""
         before = self.left_mm.copy()
         infos = [self.info(n) for n in range(len(before))] if callable(self.reward) else []
         self.arena.step(actions, moves)
         self._measure()
+        force = numpy.linalg.norm(self.states[:, _FORCE], axis=1)
+        is_forced = force > self.max_force_n
+        is_over = self.is_success | is_forced
         if callable(self.reward):
             rewards = [
                 self.reward(infos[n], self.info(n), actions[n]) for n in range(len(before))
             ]
-            return numpy.array(rewards, float), self.is_success
-        force = numpy.linalg.norm(self.states[:, _FORCE], axis=1)
+            return numpy.array(rewards, float), is_over
         reward = before - self.left_mm - _PER_STEP - _PER_NEWTON * force
-        return reward + _FOR_SUCCESS * self.is_success, self.is_success
+        reward = reward - _FOR_FORCE * (is_forced & ~self.is_success)
+        return reward + _FOR_SUCCESS * self.is_success, is_over
 
     def observation(self) -> Observation:
         """Copies, with the endoscopes as first axis."""
@@ -332,6 +348,8 @@ class EndoscopeEnv(gymnasium.Env[Observation, Array]):
         wall: "deforming" or "rigid".
         generation: Of the targets' branches; None: all. A trachea has 0.
         split: "train", "test" or "all" targets.
+        targets: Numbers of ends instead of these two.
+        max_force_n: A larger force of the wall ends the way, with a penalty; None: no limit.
         reward: "path": progress along the path [mm], less force and time; or a function of the
             infos before and after a step and the action.
         render_mode: "rgb_array" or None; render_size: width and height of these pictures.
@@ -350,6 +368,8 @@ class EndoscopeEnv(gymnasium.Env[Observation, Array]):
         max_steps: int = 600,
         generation: int | None = None,
         split: str = "all",
+        targets: Sequence[int] | None = None,
+        max_force_n: float | None = None,
         reward: str | Reward = "path",
         render_mode: str | None = None,
         render_size: tuple[int, int] = (256, 256),
@@ -357,8 +377,8 @@ class EndoscopeEnv(gymnasium.Env[Observation, Array]):
         **settings: Any,
     ) -> None:
         self._flights = _Flights(
-            1, scan, obs, size, wall, control_hz, max_steps, generation, split, reward, threads,
-            settings,
+            1, scan, obs, size, wall, control_hz, max_steps, generation, split, targets,
+            max_force_n, reward, threads, settings,
         )  # fmt: skip
         self.render_mode, self._render_size = render_mode, render_size
         self.observation_space: Any = self._flights.space()
@@ -390,11 +410,11 @@ class EndoscopeEnv(gymnasium.Env[Observation, Array]):
 
     def step(self, action: Array) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Moves for 1 / control_hz seconds."""
-        rewards, successes = self._flights.step(numpy.asarray(action, float)[None])
+        rewards, ends = self._flights.step(numpy.asarray(action, float)[None])
         self._steps += 1
         is_truncated = self._steps >= self._flights.max_steps
         info = self._flights.info(0)
-        return self._observation(), float(rewards[0]), bool(successes[0]), is_truncated, info
+        return self._observation(), float(rewards[0]), bool(ends[0]), is_truncated, info
 
     def render(self) -> Any:
         """A picture (h, w, 3) of render_size."""
@@ -425,7 +445,7 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
     """Several endoscopes in one arena, for gymnasium.make_vec. Arguments as EndoscopeEnv.
 
     An endoscope whose way has ended begins a new one in the next step
-    (AutoresetMode.NEXT_STEP).
+    (AutoresetMode.NEXT_STEP), or when reset(options={"reset_mask": …}) says so (DISABLED).
     """
 
     metadata: dict[str, Any] = {
@@ -444,15 +464,22 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
         max_steps: int = 600,
         generation: int | None = None,
         split: str = "all",
+        targets: Sequence[int] | None = None,
+        max_force_n: float | None = None,
         reward: str | Reward = "path",
         render_mode: str | None = None,
         render_size: tuple[int, int] = (256, 256),
         threads: int = 0,
+        autoreset_mode: gymnasium.vector.AutoresetMode = gymnasium.vector.AutoresetMode.NEXT_STEP,
         **settings: Any,
     ) -> None:
+        if autoreset_mode == gymnasium.vector.AutoresetMode.SAME_STEP:
+            raise Error("autoreset_mode: expected NEXT_STEP or DISABLED, found SAME_STEP")
+        self.metadata = {**self.metadata, "autoreset_mode": autoreset_mode}
+        self._is_autoreset = autoreset_mode == gymnasium.vector.AutoresetMode.NEXT_STEP
         self._flights = _Flights(
-            num_envs, scan, obs, size, wall, control_hz, max_steps, generation, split, reward,
-            threads, settings,
+            num_envs, scan, obs, size, wall, control_hz, max_steps, generation, split, targets,
+            max_force_n, reward, threads, settings,
         )  # fmt: skip
         self.num_envs = num_envs
         self.render_mode, self._render_size = render_mode, render_size
@@ -475,29 +502,34 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begins all ways. A seed s gives endoscope n the random numbers of an EndoscopeEnv with
-        s + n."""
+        """Begins ways. A seed s gives endoscope n the random numbers of an EndoscopeEnv with s + n.
+
+        Options: as EndoscopeEnv; "reset_mask": flags (n,) of the endoscopes that begin anew, all
+        without it.
+        """
+        options = dict(options or {})
+        mask = numpy.asarray(options.pop("reset_mask", numpy.ones(self.num_envs, bool)), bool)
         if seed is not None:
             seeds = [seed + n for n in range(self.num_envs)] if isinstance(seed, int) else seed
             for n, s in enumerate(seeds):
                 if s is not None:
                     self._rngs[n] = gymnasium.utils.seeding.np_random(s)[0]
-        for n in range(self.num_envs):
-            self._flights.reset(n, self._rngs[n], options or {})
+        for n in numpy.flatnonzero(mask).tolist():
+            self._flights.reset(n, self._rngs[n], options)
         self._flights.look()
-        self._steps[:] = 0
-        self._is_over[:] = False
+        self._steps[mask] = 0
+        self._is_over[mask] = False
         return self._flights.observation(), self._flights.infos()
 
     def step(self, actions: Array) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
         """Moves all endoscopes for 1 / control_hz seconds."""
-        starts = self._is_over.copy()
-        for n in numpy.flatnonzero(starts):
-            self._flights.reset(int(n), self._rngs[n], {})
-        rewards, successes = self._flights.step(numpy.asarray(actions, float), ~starts)
+        starts = self._is_over & self._is_autoreset
+        for n in numpy.flatnonzero(starts).tolist():
+            self._flights.reset(n, self._rngs[n], {})
+        rewards, ends = self._flights.step(numpy.asarray(actions, float), ~starts)
         rewards = numpy.where(starts, 0.0, rewards)
         self._steps = numpy.where(starts, 0, self._steps + 1)
-        terminated = successes & ~starts
+        terminated = ends & ~starts
         truncated = (self._steps >= self._flights.max_steps) & ~starts
         self._is_over = terminated | truncated
         observation = self._flights.observation()
@@ -510,11 +542,11 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
         return tuple(self.arena.picture(n, self._render_size) for n in range(self.num_envs))
 
 
-def register(namespace: str = "pliant/") -> None:
-    """Registers the environments, once."""
+def register() -> None:
+    """Registers the environments with Gymnasium, once; importing this module does."""
     if "pliant/Endoscope-v0" not in gymnasium.registry:
         gymnasium.register(
-            id=f"{namespace}Endoscope-v0",
+            id="pliant/Endoscope-v0",
             entry_point="pliant.gym:EndoscopeEnv",
             vector_entry_point="pliant.gym:EndoscopeVectorEnv",
         )

@@ -171,11 +171,11 @@ void bind_pictures(nb::class_<PyArena>& c) {
 
 void make_arena(PyArena* self, const nb::object& scan, int count, std::pair<int, int> size,
                 double control_hz, const std::string& wall, double radius_mm, int relax_sweeps,
-                double young_modulus_pa, double iso_hu, const std::string& polarity,
-                double field_of_view_deg, double barrel_distortion, const std::string& style,
-                const std::string& lining, const std::string& field_stop, bool is_smooth,
-                const std::vector<std::string>& pictures, const std::optional<nb::object>& labels,
-                int threads, const nb::kwargs& materials) {
+                int relax_every, double young_modulus_pa, double iso_hu,
+                const std::string& polarity, double field_of_view_deg, double barrel_distortion,
+                const std::string& style, const std::string& lining, const std::string& field_stop,
+                bool is_smooth, const std::vector<std::string>& pictures,
+                const std::optional<nb::object>& labels, int threads, const nb::kwargs& materials) {
     EndoscopeArenaSettings s;
     s.count = count;
     s.width = size.first;
@@ -184,6 +184,7 @@ void make_arena(PyArena* self, const nb::object& scan, int count, std::pair<int,
     s.deforms = choice<bool, 2>("wall", wall, {{{"deforming", true}, {"rigid", false}}});
     s.radius_mm = radius_mm;
     s.relax_sweeps = relax_sweeps;
+    s.relax_every = relax_every;
     s.young_modulus_pa = young_modulus_pa;
     s.iso_hu = iso_hu;
     s.polarity = polarity_of(polarity);
@@ -242,16 +243,17 @@ void bind_arena(nb::module_& m) {
     c.def("__init__", &make_arena, nb::arg("scan"), nb::arg("count") = 1,
           nb::arg("size") = std::pair<int, int>{64, 64}, nb::arg("control_hz") = 20.0,
           nb::arg("wall") = "deforming", nb::arg("radius_mm") = 1.4, nb::arg("relax_sweeps") = 1,
-          nb::arg("young_modulus_pa") = 15e3, nb::arg("iso_hu") = -500.0,
-          nb::arg("polarity") = "rising", nb::arg("field_of_view_deg") = 80.0,
-          nb::arg("barrel_distortion") = 0.15, nb::arg("style") = "real",
-          nb::arg("lining") = "airway", nb::arg("field_stop") = "full",
+          nb::arg("relax_every") = 1, nb::arg("young_modulus_pa") = 15e3,
+          nb::arg("iso_hu") = -500.0, nb::arg("polarity") = "rising",
+          nb::arg("field_of_view_deg") = 80.0, nb::arg("barrel_distortion") = 0.15,
+          nb::arg("style") = "real", nb::arg("lining") = "airway", nb::arg("field_stop") = "full",
           nb::arg("is_smooth") = false,
           nb::arg("pictures") = std::vector<std::string>{"rgb", "depth"},
           nb::arg("labels") = nb::none(), nb::arg("threads") = 0, nb::arg("materials"),
           nb::sig("def __init__(self, scan: Volume, count: int = 1, "
                   "size: tuple[int, int] = (64, 64), control_hz: float = 20.0, "
                   "wall: str = \"deforming\", radius_mm: float = 1.4, relax_sweeps: int = 1, "
+                  "relax_every: int = 1, "
                   "young_modulus_pa: float = 15000.0, iso_hu: float = -500.0, "
                   "polarity: str = \"rising\", field_of_view_deg: float = 80.0, "
                   "barrel_distortion: float = 0.15, style: str = \"real\", "
@@ -266,7 +268,8 @@ void bind_arena(nb::module_& m) {
           "    size: Width and height of the pictures.\n"
           "    wall: \"deforming\" or \"rigid\".\n"
           "    radius_mm: Of the tip.\n"
-          "    relax_sweeps: Relaxation of the tissue after each step.\n"
+          "    relax_sweeps: Of a relaxation of the tissue; relax_every: steps from one to the "
+          "next.\n"
           "    young_modulus_pa: Of the walls, for the estimate of the force.\n"
           "    style: \"real\" or \"plain\"; lining: \"airway\", \"colon\", \"sinus\" or "
           "\"vessel\"; field_stop: \"full\", \"round\" or \"octagon\".\n"

@@ -30,6 +30,7 @@ Status check_arena(const Volume& scan, const EndoscopeArenaSettings& s) {
                                  check_range("control_hz", s.control_hz, 1e-3, 1e6),
                                  check_range("radius_mm", s.radius_mm, 1e-3, 100),
                                  check_range("relax_sweeps", s.relax_sweeps, 0, 1000),
+                                 check_range("relax_every", s.relax_every, 1, 1000),
                                  check_range("young_modulus_pa", s.young_modulus_pa, 1, 1e9),
                                  check_range("field_of_view_deg", s.field_of_view_deg, 1, 170),
                                  check_range("barrel_distortion", s.barrel_distortion, 0, 2),

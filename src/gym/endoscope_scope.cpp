@@ -167,15 +167,18 @@ Vec3d Scope::end_in_scan(Vec3d end_mm) const {
 }
 
 Status Scope::step(const double* action) {
+    const EndoscopeState before = m_state;
     turn(action);
     const double way_mm = action[0] / m_scan.settings.control_hz;
     const Vec3d meant = m_state.pose.eye_mm + way_mm * m_state.pose.look;
     const Vec3d wanted = end_in_scan(meant);
     m_state.is_stopped = wanted != meant;
-    if (!m_tissue)
+    if (!m_tissue) {
         slide_along(wanted);
-    else if (const Status s = push_through(wanted); !s.ok())
+    } else if (const Status s = push_through(wanted); !s.ok()) {
+        m_state = before;
         return s;
+    }
     feel(wanted);
     measure();
     ++m_state.steps;
@@ -198,6 +201,7 @@ Status Scope::push_through(Vec3d wanted_mm) {
 
 Status Scope::settle() {
     const EndoscopeArenaSettings& s = m_scan.settings;
+    if ((m_state.steps + 1) % s.relax_every != 0) return Ok{};
     if (s.relax_sweeps == 0 || m_tissue->deformation().field().resident_brick_count() == 0)
         return Ok{};
     const Vec3d eye = m_state.pose.eye_mm;

@@ -70,7 +70,7 @@ class Camera {
             if (!(slope > 0)) return std::nullopt;
             const double move = (bent - r * (1 + m_barrel * r * r)) / slope;
             r += move;
-            if (std::abs(move) <= 1e-12 * r) break;
+            if (std::abs(move) <= 1e-7 * r) break;  // the next one is about its square
         }
         if (!(1 + 3 * m_barrel * r * r > 0) ||
             !(std::abs(r * (1 + m_barrel * r * r) - bent) <= 1e-9 * (1 + bent)))
