@@ -22,7 +22,7 @@
 // @code
 //   auto maker = TruthMaker::create(scan, {}, {.motions = 2}, arena);
 //   auto truth = maker->make(7);                         // seed 7: the same bits everywhere
-//   auto score = score_field(*truth, registered, arena);  // fixed point → moving point
+//   auto score = score_field(*truth, truth->forward, arena);  // a registration's field instead
 // @endcode
 
 #pragma once

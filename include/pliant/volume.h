@@ -405,8 +405,8 @@ using FieldSlices = std::function<void(int k, std::span<Vec3f> vectors_mm)>;
 /// Writes a field that is generated slice by slice, and never in memory as a whole.
 Status write_vector_field(const std::filesystem::path& path, const Grid& grid, FieldKind kind,
                           const FieldSlices& fill_slice, Encoding encoding = Encoding::Gzip);
-/// Reads NRRD, MetaImage, or NIfTI with a fifth axis of three: vectors in LPS, or displacements (intent 1006)
-/// in RAS, as ITK takes them. A file that doesn't tell its kind is Resampling.
+/// Reads NRRD, MetaImage, or NIfTI with a fifth axis of three: vectors in LPS, or displacements
+/// (intent 1006) in RAS, as ITK takes them. A file that doesn't tell its kind is Resampling.
 Result<VectorField> read_vector_field(const std::filesystem::path& path);
 
 // Test scans from analytic shapes, in Hounsfield units, identical on every machine.

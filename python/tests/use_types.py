@@ -6,6 +6,7 @@ import numpy
 import numpy.typing
 
 import pliant
+from pliant import truth
 
 
 def moved(path: str) -> numpy.typing.NDArray[numpy.float64]:
@@ -16,3 +17,10 @@ def moved(path: str) -> numpy.typing.NDArray[numpy.float64]:
         raise pliant.Error(report.message)
     tissue.volume().save("pushed.nrrd")
     return tissue.displacement_field().apply_to_points([scan.origin_mm])
+
+
+def scored(path: str) -> float:
+    case = truth.make_case(pliant.read_volume(path), seed=7, threads=1, kinds="slide")
+    points: numpy.typing.NDArray[numpy.float64] = case.moving_from_fixed([(0, 0, 0)])
+    assert points.shape == (1, 3)
+    return float(truth.score(case, case.forward)["moved"]["mean_mm"])

@@ -336,8 +336,8 @@ void read_rescale(const NiftiFields& fields, DataPlace& data) {
 
 namespace {
 
-/// The components of vectors are the slowest axis. Those of displacements are in RAS; those of other
-/// vectors are taken as LPS, as by ITK, whose writers and ANTs' leave them so.
+/// The components of vectors are the slowest axis. Those of displacements are in RAS; those of
+/// other vectors are taken as LPS, as by ITK, whose writers and ANTs' leave them so.
 void take_vectors(const NiftiFields& fields, ImageHeader& header) {
     constexpr int kDisplacements = 1006;
     std::uint64_t voxels = 1;

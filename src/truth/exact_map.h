@@ -5,9 +5,9 @@
 // uniqueness where it is cheap.
 //
 // A cell is regular if the 64 triple products of its edges along x, y and z are positive: the
-// Jacobian of its trilinear map is a convex combination of them, so it is positive everywhere. Other
-// cells may be folded. A cell with a void corner, or with a cut that has opened, is broken: it has
-// no image.
+// Jacobian of its trilinear map is a convex combination of them, so it is positive everywhere.
+// Other cells may be folded. A cell with a void corner, or with a cut that has opened, is broken:
+// it has no image.
 //
 // Were broken cells stretched instead of missing, φ would be continuous, and the identity far away.
 // Then the signs of the Jacobian at all points that φ maps to y add up to 1. So a point y that lies

@@ -12,8 +12,9 @@
 namespace pliant::truth {
 namespace {
 
-constexpr int kTries = 40;         ///< places for one motion
-constexpr double kLeast_mm = 0.2;  ///< a shorter motion is drawn again
+constexpr int kTries = 40;           ///< places for one motion
+constexpr double kLeast_mm = 0.2;    ///< a shorter motion is drawn again
+constexpr double kLeastOfCut = 0.5;  ///< share of its motion; a cut that opens less is undone
 
 bool is_memory(const Error& error) {
     return error.code == ErrorCode::LimitExceeded;
@@ -118,6 +119,7 @@ Result<bool> Motions::cut(Draws& draws, TruthKind kind) {
     motion.depth_mm = 0.5 * motion.length_mm;
     const Vec3d start = motion.point_mm - (0.5 * motion.depth_mm) * deep;
     const Vec3d half = (0.5 * motion.length_mm) * along;
+    const int steps = m_tissue.undo_steps();
     const Result<CutReport> cut =
         m_tissue.cut({.line_mm = {start - half, start + half}, .depth_mm = motion.depth_mm * deep});
     if (!cut.ok()) return cut.error();
@@ -140,8 +142,9 @@ Result<bool> Motions::cut(Draws& draws, TruthKind kind) {
         motion.fraction += 0.5 * report->step_fraction;
         motion.moved_elements += report->moved_elements;
     }
-    if (motion.fraction * norm(motion.motion_mm) < kLeast_mm && motion.moved_elements == 0) {
-        if (const Status s = m_tissue.undo(); !s.ok()) return s.error();
+    if (motion.fraction < kLeastOfCut) {
+        while (m_tissue.undo_steps() > steps)
+            if (const Status s = m_tissue.undo(); !s.ok()) return s.error();
         return false;
     }
     note_cuts(kind == TruthKind::Cut ? TruthLabel::Cut : TruthLabel::Interface);

@@ -8,54 +8,13 @@
 #include <limits>
 #include <type_traits>
 
+#include "render/line_transform.h"
 #include "volume/boxes.h"
 
 namespace pliant::truth {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-
-/// Lower envelope of parabolas over one line of squared distances.
-class Envelope {
-  public:
-    /// Replaces f(q) by min over p of (h·(q − p))² + f(p).
-    void apply(float* line, std::size_t stride, int count, double spacing) {
-        m_f.resize(std::size_t(count));
-        m_apex.resize(std::size_t(count));
-        m_begin.resize(std::size_t(count) + 1);
-        int last = -1;
-        const double h2 = spacing * spacing;
-        for (int q = 0; q < count; ++q) {
-            const double f = line[std::size_t(q) * stride];
-            m_f[std::size_t(q)] = f;
-            if (!(f < double(kFar))) continue;
-            double begin = -std::numeric_limits<double>::infinity();
-            while (last >= 0) {
-                const int p = m_apex[std::size_t(last)];
-                begin = ((f - m_f[std::size_t(p)]) / h2 + double(q) * q - double(p) * p) /
-                        (2.0 * (q - p));
-                if (begin > m_begin[std::size_t(last)]) break;
-                --last;
-                begin = -std::numeric_limits<double>::infinity();
-            }
-            ++last;
-            m_apex[std::size_t(last)] = q;
-            m_begin[std::size_t(last)] = begin;
-        }
-        if (last < 0) return;
-        int at = 0;
-        for (int q = 0; q < count; ++q) {
-            while (at < last && m_begin[std::size_t(at) + 1] < q) ++at;
-            const int p = m_apex[std::size_t(at)];
-            line[std::size_t(q) * stride] =
-                float(h2 * double(q - p) * double(q - p) + m_f[std::size_t(p)]);
-        }
-    }
-
-  private:
-    std::vector<double> m_f, m_begin;
-    std::vector<int> m_apex;
-};
 
 }  // namespace
 
@@ -69,11 +28,11 @@ std::vector<float> distances_mm(const Grid& grid, const std::vector<std::uint8_t
         const int b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
         const std::int64_t nb = grid.size[b];
         arena.for_each(nb * grid.size[c], 64, [&](std::int64_t begin, std::int64_t end) {
-            Envelope envelope;
+            render::LineTransform transform(grid.size[axis]);
             for (; begin < end; ++begin)
-                envelope.apply(squares.data() + std::size_t(begin % nb) * strides[b] +
-                                   std::size_t(begin / nb) * strides[c],
-                               strides[axis], grid.size[axis], grid.spacing_mm[axis]);
+                transform.run(squares.data() + std::size_t(begin % nb) * strides[b] +
+                                  std::size_t(begin / nb) * strides[c],
+                              strides[axis], grid.size[axis], grid.spacing_mm[axis]);
         });
     }
     for (float& square : squares) square = std::sqrt(square);

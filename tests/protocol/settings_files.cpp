@@ -14,6 +14,7 @@
 #include <pliant/pbd.h>
 #include <pliant/serve.h>
 #include <pliant/tissues.h>
+#include <pliant/truth.h>
 #include <pliant/vessel.h>
 #include <pliant/volume.h>
 
@@ -182,6 +183,7 @@ std::map<std::string, std::string> settings_tables() {
             {"servo", table_of(haptic_servo_rows())},
             {"server", table_of(server_rows())},
             {"depth", table_of(serve::depth_rows())},
+            {"truth", table_of(truth_rows())},
             {"relax", table_of(relax_rows())}};
 }
 
