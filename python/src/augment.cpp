@@ -8,8 +8,10 @@
 #include <pliant/warp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <type_traits>
 
 #include "volumes.h"
@@ -24,6 +26,62 @@ using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::
 struct PyWarp {
     Warp warp;
 };
+
+/// A ball that grows: its surface moves outwards, and what is around it by less.
+struct Swelling {
+    Vec3d centre;
+    double growth, radius;
+    static constexpr double kReach = 2.5;  ///< of the radius
+
+    Vec3d at(Vec3d x) const {
+        const Vec3d away = x - centre;
+        const double r = norm(away);
+        if (r >= kReach * radius) return {0, 0, 0};
+        if (r <= radius) return growth / radius * away;
+        return growth / r * (kReach * radius - r) / ((kReach - 1) * radius) * away;
+    }
+    Box3i box(const Grid& grid) const {
+        const Vec3d middle = voxel_from_world(grid, centre);
+        Box3i box;
+        for (int a = 0; a < 3; ++a) {
+            const double reach = kReach * radius / grid.spacing_mm[a];
+            const double most = grid.size[a];
+            box.begin[a] = int(std::clamp(std::floor(middle[a] - reach), 0.0, most));
+            box.end[a] = int(std::clamp(std::ceil(middle[a] + reach) + 1, 0.0, most));
+        }
+        return box;
+    }
+};
+
+/// A breath: the diaphragm's level moves, and what is above and below it by less (a squared
+/// cosine). Its motion along y grows from the spine to the belly.
+struct Breath {
+    Vec3d diaphragm, by;
+    double above, below, depth;
+
+    Vec3d at(Vec3d x) const {
+        const double z = x.z - diaphragm.z;
+        const double t = z > 0 ? z / above : -z / below;
+        if (t >= 1) return {0, 0, 0};
+        const double wave = std::cos(0.5 * M_PI * t);
+        const double belly = std::clamp((diaphragm.y - x.y) / depth, 0.0, 1.0);
+        return wave * wave * Vec3d{by.x, belly * by.y, by.z};
+    }
+};
+
+Box3i hull_of(const Box3i& a, const Box3i& b) {
+    if (is_empty(a)) return b;
+    if (is_empty(b)) return a;
+    Box3i both;
+    for (int n = 0; n < 3; ++n) {
+        both.begin[n] = std::min(a.begin[n], b.begin[n]);
+        both.end[n] = std::max(a.end[n], b.end[n]);
+    }
+    return both;
+}
+
+using SwellingNumbers = std::tuple<Vec3d, double, double>;
+using BreathNumbers = std::tuple<Vec3d, Vec3d, double, double, double>;
 
 /// City-block distances from bone, in blocks of voxels: how far tissue can move follows from them.
 class BoneDistance {
@@ -121,6 +179,35 @@ class PreparedScan {
     }
     SlideReport slide(Vec3d point_mm, Vec3d way_mm, double radius_mm) {
         return run([&] { return slide_sphere(*m_tissue, {point_mm, way_mm, radius_mm}); });
+    }
+    FollowReport follow(const std::vector<SwellingNumbers>& swellings,
+                        const std::vector<BreathNumbers>& breaths) {
+        std::vector<Swelling> balls;
+        for (const auto& [centre, growth, radius] : swellings) {
+            if (!(radius > 0))
+                raise({ErrorCode::InvalidArgument, "radius_mm: expected more than 0", "radius_mm"});
+            balls.push_back({centre, growth, radius});
+        }
+        std::vector<Breath> waves;
+        for (const auto& [diaphragm, by, above, below, depth] : breaths) {
+            if (!(above > 0 && below > 0 && depth > 0))
+                raise({ErrorCode::InvalidArgument,
+                       "breath: expected above_mm, below_mm and depth_mm above 0", "breath"});
+            waves.push_back({diaphragm, by, above, below, depth});
+        }
+        const Grid& grid = m_tissue->volume().grid;
+        Box3i box;
+        for (const Swelling& ball : balls) box = hull_of(box, ball.box(grid));
+        if (!waves.empty()) box = voxel_box(grid);
+        if (is_empty(box)) return {.fraction = 1};
+        return run([&] {
+            return m_tissue->follow(box, [&](Vec3d x) {
+                Vec3d u{0, 0, 0};
+                for (const Swelling& ball : balls) u = u + ball.at(x);
+                for (const Breath& wave : waves) u = u + wave.at(x);
+                return u;
+            });
+        });
     }
     /// @returns the warp and the deformed scan; the tissue is at rest again
     std::pair<PyWarp, PyVolume> finish() {
@@ -405,6 +492,11 @@ void bind_warp(nb::module_& m) {
 
 void bind_augment(nb::module_& m) {
     bind_warp(m);
+    nb::class_<FollowReport>(m, "FollowReport", "Result of a motion that follows a field.")
+        .def_ro("fraction", &FollowReport::fraction, "Part of the field that was made, 0…1.")
+        .def_ro("held_elements", &FollowReport::held_elements, "Voxels that bone holds back.")
+        .def_ro("moved_elements", &FollowReport::moved_elements)
+        .def_ro("solve_ms", &FollowReport::solve_ms);
     nb::class_<PreparedScan>(m, "PreparedScan",
                              "A scan that is prepared for motions, one set after the other. One "
                              "thread at a time.")
@@ -430,6 +522,9 @@ void bind_augment(nb::module_& m) {
                      "Below 1: no motion can fold this scan.")
         .def("bone_distance_mm", &PreparedScan::bone_distance_mm, nb::arg("point_mm"),
              "About the distance from bone along the grid's axes, which bounds motions there.")
+        .def("follow", &PreparedScan::follow, nb::arg("swellings"), nb::arg("breaths"),
+             "Swellings (centre, growth, radius) and breaths (diaphragm, motion, above, below, "
+             "depth) of a scan at rest, as one motion.")
         .def("push", &PreparedScan::push, nb::arg("point_mm"), nb::arg("push_mm"),
              nb::arg("sphere_radius_mm"))
         .def("slide", &PreparedScan::slide, nb::arg("point_mm"), nb::arg("way_mm"),

@@ -19,7 +19,8 @@ ALL = {
     "pushes": (0, 3),
     "pulls": (0, 2),
     "slides": (0, 1),
-    "at": "soft",
+    "swellings": (0, 1),
+    "breathing": 0.3,
 }
 
 
