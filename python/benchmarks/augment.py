@@ -168,7 +168,9 @@ def main() -> None:
     print("median wall-clock time, its range, median processor time, ratio of the latter")
     for name, (median, used) in medians.items():
         low, high = min(wall[name]), max(wall[name])
-        print(f"{name:36} {median:8.1f} ms ({low:.1f}...{high:.1f}) {used:8.1f} {used / base:6.1f} x")
+        print(
+            f"{name:36} {median:8.1f} ms ({low:.1f}...{high:.1f}) {used:8.1f} {used / base:6.1f} x"
+        )
 
 
 if __name__ == "__main__":
