@@ -203,6 +203,8 @@ def test_other_bad_input(airway, rng, tmp_path):
         Plan.from_json("{")
     with pytest.raises(pliant.Error, match="missing"):
         Plan.load(tmp_path / "missing.json")
+    with pytest.raises(pliant.Error, match="state"):
+        Warp(())
     nothing = pliant.Volume(numpy.full((8, 8, 8), -1000, numpy.int16))
     assert motions.sample(nothing, rng).motions == ()
     still = motions.apply(nothing, Plan((), motions.tissue_settings), points=[(1, 2, 3)])
