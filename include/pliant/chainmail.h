@@ -54,6 +54,15 @@ struct LatticeState : DeformationState {
     std::int64_t excused_links = 0;  ///< components of links that are outside of their limits
 };
 
+/// Result of a motion that follows a field.
+struct FollowReport {
+    double fraction = 0;             ///< executed part of the field away from bone, 0…1
+    std::int64_t held_elements = 0;  ///< elements that bone or the box's end holds back
+    std::int64_t moved_elements = 0;
+    double solve_ms = 0;
+    int forgotten_steps = 0;  ///< oldest steps that were dropped from the history
+};
+
 class Lattice;
 class ObjectSpace;
 
@@ -76,6 +85,18 @@ class ChainMail final : public MovingScan {
 
     /// Moves the given elements together. @param push_mm  LPS, multiplied by the scale setting
     Result<PushReport> push_elements(std::span<const Vec3i> elements, Vec3d push_mm);
+
+    /// Moves the elements of a box from rest by a field, such as that of breathing or swelling, as
+    /// far as the limits allow: by u = min(max(f·T, −D), D) for each component along the lattice's
+    /// axes. f is the largest fraction for which f·T is within the tightest limits of the
+    /// materials in the box, D the displacement that they allow beside bone and the box's outside,
+    /// which don't move. The lattice stays valid, and can be pushed afterwards.
+    /// @param displacement_mm  T at a position at rest [mm, LPS]; called for each element
+    /// @returns InvalidArgument if the tissue is not at rest, or cut, carved or bounded, or a
+    ///          displacement isn't finite or exceeds 500 mm; LimitExceeded. Then nothing has
+    ///          changed
+    Result<FollowReport> follow(const Box3i& elements,
+                                const std::function<Vec3d(Vec3d point_mm)>& displacement_mm);
 
     /// Grabs the elements that a push with this tool would grab (its push_mm is ignored) and
     /// precomputes the elements that can follow. Each step of the drag then costs one pass over

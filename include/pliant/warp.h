@@ -106,7 +106,7 @@ class Warp {
 
     WarpState m_state;
     Box3i m_changed;
-    std::vector<Vec3f> m_back;  ///< φ⁻¹(p) − p over m_changed [voxels]
+    std::vector<Vec3f> m_back;  ///< φ⁻¹(p) − p over m_changed [mm, LPS]
     bool m_has_inverse = false;
 };
 

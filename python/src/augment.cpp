@@ -8,8 +8,10 @@
 #include <pliant/warp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <type_traits>
 
 #include "volumes.h"
@@ -24,6 +26,62 @@ using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::
 struct PyWarp {
     Warp warp;
 };
+
+/// A ball that grows: its surface moves outwards, and what is around it by less.
+struct Swelling {
+    Vec3d centre;
+    double growth, radius;
+    static constexpr double kReach = 2.5;  ///< of the radius
+
+    Vec3d at(Vec3d x) const {
+        const Vec3d away = x - centre;
+        const double r = norm(away);
+        if (r >= kReach * radius) return {0, 0, 0};
+        if (r <= radius) return growth / radius * away;
+        return growth / r * (kReach * radius - r) / ((kReach - 1) * radius) * away;
+    }
+    Box3i box(const Grid& grid) const {
+        const Vec3d middle = voxel_from_world(grid, centre);
+        Box3i box;
+        for (int a = 0; a < 3; ++a) {
+            const double reach = kReach * radius / grid.spacing_mm[a];
+            const double most = grid.size[a];
+            box.begin[a] = int(std::clamp(std::floor(middle[a] - reach), 0.0, most));
+            box.end[a] = int(std::clamp(std::ceil(middle[a] + reach) + 1, 0.0, most));
+        }
+        return box;
+    }
+};
+
+/// A breath: the diaphragm's level moves, and what is above and below it by less (a squared
+/// cosine). Its motion along y grows from the spine to the belly.
+struct Breath {
+    Vec3d diaphragm, by;
+    double above, below, depth;
+
+    Vec3d at(Vec3d x) const {
+        const double z = x.z - diaphragm.z;
+        const double t = z > 0 ? z / above : -z / below;
+        if (t >= 1) return {0, 0, 0};
+        const double wave = std::cos(0.5 * M_PI * t);
+        const double belly = std::clamp((diaphragm.y - x.y) / depth, 0.0, 1.0);
+        return wave * wave * Vec3d{by.x, belly * by.y, by.z};
+    }
+};
+
+Box3i hull_of(const Box3i& a, const Box3i& b) {
+    if (is_empty(a)) return b;
+    if (is_empty(b)) return a;
+    Box3i both;
+    for (int n = 0; n < 3; ++n) {
+        both.begin[n] = std::min(a.begin[n], b.begin[n]);
+        both.end[n] = std::max(a.end[n], b.end[n]);
+    }
+    return both;
+}
+
+using SwellingNumbers = std::tuple<Vec3d, double, double>;
+using BreathNumbers = std::tuple<Vec3d, Vec3d, double, double, double>;
 
 /// City-block distances from bone, in blocks of voxels: how far tissue can move follows from them.
 class BoneDistance {
@@ -121,6 +179,35 @@ class PreparedScan {
     }
     SlideReport slide(Vec3d point_mm, Vec3d way_mm, double radius_mm) {
         return run([&] { return slide_sphere(*m_tissue, {point_mm, way_mm, radius_mm}); });
+    }
+    FollowReport follow(const std::vector<SwellingNumbers>& swellings,
+                        const std::vector<BreathNumbers>& breaths) {
+        std::vector<Swelling> balls;
+        for (const auto& [centre, growth, radius] : swellings) {
+            if (!(radius > 0))
+                raise({ErrorCode::InvalidArgument, "radius_mm: expected more than 0", "radius_mm"});
+            balls.push_back({centre, growth, radius});
+        }
+        std::vector<Breath> waves;
+        for (const auto& [diaphragm, by, above, below, depth] : breaths) {
+            if (!(above > 0 && below > 0 && depth > 0))
+                raise({ErrorCode::InvalidArgument,
+                       "breath: expected above_mm, below_mm and depth_mm above 0", "breath"});
+            waves.push_back({diaphragm, by, above, below, depth});
+        }
+        const Grid& grid = m_tissue->volume().grid;
+        Box3i box;
+        for (const Swelling& ball : balls) box = hull_of(box, ball.box(grid));
+        if (!waves.empty()) box = voxel_box(grid);
+        if (is_empty(box)) return {.fraction = 1};
+        return run([&] {
+            return m_tissue->follow(box, [&](Vec3d x) {
+                Vec3d u{0, 0, 0};
+                for (const Swelling& ball : balls) u = u + ball.at(x);
+                for (const Breath& wave : waves) u = u + wave.at(x);
+                return u;
+            });
+        });
     }
     /// @returns the warp and the deformed scan; the tissue is at rest again
     std::pair<PyWarp, PyVolume> finish() {
@@ -260,41 +347,116 @@ nb::object points(const PyWarp& self, const nb::object& given, bool back) {
     return points_of(std::move(moved));
 }
 
-/// (size, spacing, origin, direction, first element, displacements (3, k, j, i), has an inverse)
+/// Elements along the edge of a block of a state.
+constexpr int kStateBlock = 8;
+
+Vec3i blocks_of(const Box3i& box) {
+    const Vec3i n = box.end - box.begin;
+    return {(n.x + kStateBlock - 1) / kStateBlock, (n.y + kStateBlock - 1) / kStateBlock,
+            (n.z + kStateBlock - 1) / kStateBlock};
+}
+
+/// Calls visit(first of a row in the box's arrays, first in the block, length) for a block.
+template <class Visit>
+void for_rows_of_block(const Box3i& box, int number, const Visit& visit) {
+    const Vec3i n = box.end - box.begin, blocks = blocks_of(box);
+    const Vec3i first{kStateBlock * (number % blocks.x),
+                      kStateBlock * (number / blocks.x % blocks.y),
+                      kStateBlock * (number / (blocks.x * blocks.y))};
+    const int length = std::min(kStateBlock, n.x - first.x);
+    for (int z = 0; z < std::min(kStateBlock, n.z - first.z); ++z)
+        for (int y = 0; y < std::min(kStateBlock, n.y - first.y); ++y)
+            visit(std::size_t(first.x) +
+                      std::size_t(n.x) *
+                          (std::size_t(first.y + y) + std::size_t(n.y) * std::size_t(first.z + z)),
+                  std::size_t(kStateBlock * (y + kStateBlock * z)), std::size_t(length));
+}
+
+/// (size, spacing, origin, direction, box, numbers of blocks of 8³ elements that move, their
+/// displacements (n, 3, 8, 8, 8), has an inverse)
 nb::tuple state_of(const PyWarp& self) {
     const WarpState& state = self.warp.state();
     const Grid& g = state.grid;
-    const Vec3i n = is_empty(state.box) ? Vec3i{0, 0, 0} : state.box.end - state.box.begin;
-    auto* const kept = new std::vector<std::int32_t>(state.units);
-    const nb::capsule owner(
-        kept, [](void* p) noexcept { delete static_cast<std::vector<std::int32_t>*>(p); });
-    const auto units = nb::cast(nb::ndarray<nb::numpy, std::int32_t, nb::ndim<4>>(
-        kept->data(), {3, std::size_t(n.z), std::size_t(n.y), std::size_t(n.x)}, owner));
-    const Vec3i first = state.box.begin;
-    return nb::make_tuple(nb::make_tuple(g.size.x, g.size.y, g.size.z), g.spacing_mm, g.origin_mm,
-                          direction_of(g), nb::make_tuple(first.x, first.y, first.z), units,
-                          self.warp.has_inverse());
+    const Box3i& box = state.box;
+    constexpr std::size_t kElements = kStateBlock * kStateBlock * kStateBlock;
+    auto* const numbers = new std::vector<std::int32_t>;
+    auto* const kept = new std::vector<std::int32_t>;
+    const auto owner = [](auto* memory) {
+        return nb::capsule(
+            memory, [](void* p) noexcept { delete static_cast<std::vector<std::int32_t>*>(p); });
+    };
+    const nb::capsule own_numbers = owner(numbers), own_kept = owner(kept);
+    if (!state.units.empty()) {
+        const nb::gil_scoped_release without_lock;
+        const Vec3i blocks = blocks_of(box);
+        const std::size_t count = state.units.size() / 3;
+        for (int number = 0; number < blocks.x * blocks.y * blocks.z; ++number) {
+            bool moves = false;
+            for_rows_of_block(box, number, [&](std::size_t from, std::size_t, std::size_t length) {
+                for (std::size_t a = 0; a < 3 && !moves; ++a)
+                    for (std::size_t i = 0; i < length; ++i)
+                        moves |= state.units[a * count + from + i] != 0;
+            });
+            if (!moves) continue;
+            numbers->push_back(number);
+            const std::size_t first = kept->size();
+            kept->resize(first + 3 * kElements, 0);
+            for_rows_of_block(
+                box, number, [&](std::size_t from, std::size_t to, std::size_t length) {
+                    for (std::size_t a = 0; a < 3; ++a)
+                        std::copy_n(state.units.begin() + std::ptrdiff_t(a * count + from), length,
+                                    kept->begin() + std::ptrdiff_t(first + a * kElements + to));
+                });
+        }
+    }
+    const auto list = nb::cast(nb::ndarray<nb::numpy, std::int32_t, nb::ndim<1>>(
+        numbers->data(), {numbers->size()}, own_numbers));
+    const auto units = nb::cast(nb::ndarray<nb::numpy, std::int32_t, nb::ndim<5>>(
+        kept->data(), {numbers->size(), 3, kStateBlock, kStateBlock, kStateBlock}, own_kept));
+    return nb::make_tuple(
+        nb::make_tuple(g.size.x, g.size.y, g.size.z), g.spacing_mm, g.origin_mm, direction_of(g),
+        nb::make_tuple(box.begin.x, box.begin.y, box.begin.z, box.end.x, box.end.y, box.end.z),
+        list, units, self.warp.has_inverse());
+}
+
+[[noreturn]] void raise_about_state() {
+    raise({ErrorCode::InvalidArgument, "warp: expected the state of another warp", "warp"});
 }
 
 Warp warp_of(const nb::tuple& state) {
-    using Units = nb::ndarray<const std::int32_t, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
-    const auto whole = [&](std::size_t n) {
-        const auto v = nb::cast<std::vector<int>>(state[n]);
-        if (v.size() != 3)
-            raise({ErrorCode::InvalidArgument, "warp: expected three numbers", "warp"});
-        return Vec3i{v[0], v[1], v[2]};
-    };
-    if (nb::len(state) != 7)
-        raise({ErrorCode::InvalidArgument, "warp: expected seven parts of a state", "warp"});
-    const auto units = nb::cast<Units>(state[5]);
+    using List = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+    using Units = nb::ndarray<const std::int32_t, nb::ndim<5>, nb::c_contig, nb::device::cpu>;
+    if (nb::len(state) != 8) raise_about_state();
+    std::vector<int> size, box;
+    List list;
+    Units units;
+    if (!nb::try_cast(state[0], size) || !nb::try_cast(state[4], box) ||
+        !nb::try_cast(state[5], list) || !nb::try_cast(state[6], units) || size.size() != 3 ||
+        box.size() != 6 || units.shape(0) != list.shape(0) || units.shape(1) != 3 ||
+        units.size() != 3 * 512 * list.size())
+        raise_about_state();
     WarpState made;
-    made.grid = grid_from(whole(0), nb::cast<Vec3d>(state[1]), nb::cast<Vec3d>(state[2]),
-                          numbers_of(nb::cast<nb::object>(state[3])));
-    made.box.begin = whole(4);
-    made.box.end =
-        made.box.begin + Vec3i{int(units.shape(3)), int(units.shape(2)), int(units.shape(1))};
-    made.units.assign(units.data(), units.data() + units.size());
-    const bool with_inverse = nb::cast<bool>(state[6]);
+    made.grid = grid_from({size[0], size[1], size[2]}, nb::cast<Vec3d>(state[1]),
+                          nb::cast<Vec3d>(state[2]), numbers_of(nb::cast<nb::object>(state[3])));
+    made.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
+    for (int a = 0; a < 3; ++a)
+        if (made.box.end[a] < made.box.begin[a] || made.box.end[a] - made.box.begin[a] > 100000)
+            raise_about_state();
+    const Vec3i n = made.box.end - made.box.begin, blocks = blocks_of(made.box);
+    const std::size_t count = std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z);
+    made.units.assign(3 * count, 0);
+    for (std::size_t m = 0; m < list.size(); ++m) {
+        const int number = list.data()[m];
+        if (number < 0 || number >= blocks.x * blocks.y * blocks.z) raise_about_state();
+        const std::int32_t* const block = units.data() + 3 * 512 * m;
+        for_rows_of_block(made.box, number,
+                          [&](std::size_t to, std::size_t from, std::size_t length) {
+                              for (std::size_t a = 0; a < 3; ++a)
+                                  std::copy_n(block + 512 * a + from, length,
+                                              made.units.begin() + std::ptrdiff_t(a * count + to));
+                          });
+    }
+    const bool with_inverse = nb::cast<bool>(state[7]);
     const Arena arena(1);
     return take(
         arena.run([&] { return Warp::create(std::move(made), arena.tasks(), with_inverse); }));
@@ -405,6 +567,11 @@ void bind_warp(nb::module_& m) {
 
 void bind_augment(nb::module_& m) {
     bind_warp(m);
+    nb::class_<FollowReport>(m, "FollowReport", "Result of a motion that follows a field.")
+        .def_ro("fraction", &FollowReport::fraction, "Part of the field that was made, 0…1.")
+        .def_ro("held_elements", &FollowReport::held_elements, "Voxels that bone holds back.")
+        .def_ro("moved_elements", &FollowReport::moved_elements)
+        .def_ro("solve_ms", &FollowReport::solve_ms);
     nb::class_<PreparedScan>(m, "PreparedScan",
                              "A scan that is prepared for motions, one set after the other. One "
                              "thread at a time.")
@@ -430,6 +597,9 @@ void bind_augment(nb::module_& m) {
                      "Below 1: no motion can fold this scan.")
         .def("bone_distance_mm", &PreparedScan::bone_distance_mm, nb::arg("point_mm"),
              "About the distance from bone along the grid's axes, which bounds motions there.")
+        .def("follow", &PreparedScan::follow, nb::arg("swellings"), nb::arg("breaths"),
+             "Swellings (centre, growth, radius) and breaths (diaphragm, motion, above, below, "
+             "depth) of a scan at rest, as one motion.")
         .def("push", &PreparedScan::push, nb::arg("point_mm"), nb::arg("push_mm"),
              nb::arg("sphere_radius_mm"))
         .def("slide", &PreparedScan::slide, nb::arg("point_mm"), nb::arg("way_mm"),

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many random samples of pliant.augment, each checked: folds, bone, landmarks, image and label.
 
-    python augment_samples.py --count 10000 --size 48
+python augment_samples.py --count 10000 --size 48
 """
 
 import argparse
@@ -19,7 +19,8 @@ ALL = {
     "pushes": (0, 3),
     "pulls": (0, 2),
     "slides": (0, 1),
-    "at": "soft",
+    "swellings": (0, 1),
+    "breathing": 0.3,
 }
 
 
@@ -29,7 +30,9 @@ def ramps(scan: pliant.Volume) -> numpy.ndarray:
     return numpy.stack([*numpy.meshgrid(*axes, indexing="ij"), numpy.ones(scan.array.shape, "f4")])
 
 
-def check(scan: pliant.Volume, motions: TissueMotions, rng: numpy.random.Generator) -> dict[str, Any]:
+def check(
+    scan: pliant.Volume, motions: TissueMotions, rng: numpy.random.Generator
+) -> dict[str, Any]:
     """Measures one sample; asserts nothing."""
     size = numpy.array(scan.size)
     points = numpy.array([scan.world_from_voxel(p) for p in rng.uniform(0, size - 1, (50, 3))])

@@ -67,7 +67,11 @@ def test_image_labels_and_points_are_those_of_the_fields(airway, rng):
     points = [airway.world_from_voxel(p) for p in rng.uniform(0, 63, (50, 3))]
     labels = (airway.array > -300).astype(numpy.uint8)
     moved = motions.apply(
-        airway, plan, labels={"wall": labels, "mask": labels > 0}, images=[labels * 1.0], points=points
+        airway,
+        plan,
+        labels={"wall": labels, "mask": labels > 0},
+        images=[labels * 1.0],
+        points=points,
     )
     resampled = moved.inverse.apply_to_volume(airway).array
     assert numpy.abs(resampled.astype(int) - moved.image.array).max() <= 1
@@ -172,7 +176,10 @@ def test_bad_settings_are_named(settings, field):
     [
         ({"pliant_plan": 2}, "version 1"),
         ({"motions": [{"kind": "jump"}]}, "kind"),
-        ({"motions": [{"kind": "push", "point_mm": [1, 2], "by_mm": [0, 0, 1], "radius_mm": 3}]}, "point_mm"),
+        (
+            {"motions": [{"kind": "push", "point_mm": [1, 2], "by_mm": [0, 0, 1], "radius_mm": 3}]},
+            "point_mm",
+        ),
         ({"motions": [{"kind": "push"}]}, "point_mm"),
         ({"tissue": 3}, "tissue"),
     ],
@@ -196,6 +203,8 @@ def test_other_bad_input(airway, rng, tmp_path):
         Plan.from_json("{")
     with pytest.raises(pliant.Error, match="missing"):
         Plan.load(tmp_path / "missing.json")
+    with pytest.raises(pliant.Error, match="state"):
+        Warp(())
     nothing = pliant.Volume(numpy.full((8, 8, 8), -1000, numpy.int16))
     assert motions.sample(nothing, rng).motions == ()
     still = motions.apply(nothing, Plan((), motions.tissue_settings), points=[(1, 2, 3)])

@@ -89,6 +89,8 @@ struct ChainMail::Impl {
     void yield_to_push();
     Result<RelaxReport> relax(const RelaxOptions& given);
     double elastic_energy_mm2();
+    Result<FollowReport> follow(const Box3i& elements,
+                                const std::function<Vec3d(Vec3d)>& displacement_mm);
     Result<CutReport> cut(const CutSurface& surface);
     Result<CarveReport> carve(const CarveTool& tool);
     Status undo();

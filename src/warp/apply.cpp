@@ -12,13 +12,21 @@
 namespace pliant {
 namespace {
 
-/// Calls visit(ijk, offset) for the voxels whose value comes from ijk + offset; offset ≠ 0 [voxels].
+/// Calls visit(ijk, offset) for the voxels whose value comes from ijk + offset ≠ ijk [voxels].
+/// @param back  φ⁻¹(p) − p over the box [mm, LPS]
 template <class Visit>
-void for_sources(const Box3i& changed, const Vec3f* back, const Visit& visit) {
+void for_sources(const Grid& grid, const Box3i& changed, const Vec3f* back, const Visit& visit) {
+    const Mat3d turn = inverse(grid.direction);
+    Vec3f rows[3];
+    for (int a = 0; a < 3; ++a)
+        rows[a] = {float(turn.columns[0][a] / grid.spacing_mm[a]),
+                   float(turn.columns[1][a] / grid.spacing_mm[a]),
+                   float(turn.columns[2][a] / grid.spacing_mm[a])};
     for_each_row(changed, [&](Vec3i p) {
         for (; p.x < changed.end.x; ++p.x) {
-            const Vec3f offset = *back++;
-            if (offset != Vec3f{0, 0, 0}) visit(p, offset);
+            const Vec3f b = *back++;
+            if (b != Vec3f{0, 0, 0})
+                visit(p, Vec3f{dot(rows[0], b), dot(rows[1], b), dot(rows[2], b)});
         }
     });
 }
@@ -61,7 +69,7 @@ template <class T>
 void Warp::warp_image(std::span<const T> from, std::span<T> to, T beyond) const {
     std::copy(from.begin(), from.end(), to.begin());
     const Sampled<T> image(from.data(), grid().size, beyond);
-    for_sources(m_changed, m_back.data(), [&](Vec3i p, Vec3f offset) {
+    for_sources(grid(), m_changed, m_back.data(), [&](Vec3i p, Vec3f offset) {
         to[voxel_index(grid(), p)] = image.linear(p, offset);
     });
 }
@@ -70,7 +78,9 @@ template <class T>
 void Warp::warp_labels(std::span<const T> from, std::span<T> to, LabelSampling sampling,
                        T beyond) const {
     std::copy(from.begin(), from.end(), to.begin());
-    const auto visit_all = [&](const auto& visit) { for_sources(m_changed, m_back.data(), visit); };
+    const auto visit_all = [&](const auto& visit) {
+        for_sources(grid(), m_changed, m_back.data(), visit);
+    };
     write_labels({from.data(), grid().size, beyond}, sampling, visit_all, to.data(), grid());
 }
 

@@ -82,18 +82,6 @@ Result<Deformation> deformation_of(const WarpState& state) {
     return deformation;
 }
 
-/// Turns φ⁻¹(p) − p from LPS millimetres to voxels.
-void turn_to_voxels(const Grid& grid, std::vector<Vec3f>& back) {
-    const Mat3d turn = inverse(grid.direction);
-    Vec3f rows[3];
-    for (int a = 0; a < 3; ++a)
-        rows[a] = {float(turn.columns[0][a] / grid.spacing_mm[a]),
-                   float(turn.columns[1][a] / grid.spacing_mm[a]),
-                   float(turn.columns[2][a] / grid.spacing_mm[a])};
-    for (Vec3f& b : back)
-        if (b != Vec3f{0, 0, 0}) b = {dot(rows[0], b), dot(rows[1], b), dot(rows[2], b)};
-}
-
 }  // namespace
 
 /// A cell that holds a point, with the displacements of its corners [voxels].
@@ -156,7 +144,6 @@ Result<Warp> Warp::create(const MovingScan& scan, Volume* deformed) noexcept {
         warp.m_state = state_of_field(field);
         warp.m_changed = made->dirty_box;
         warp.m_back = std::move(made->inverse_mm);
-        turn_to_voxels(warp.grid(), warp.m_back);
         warp.m_has_inverse = true;
         if (deformed) *deformed = std::move(made->volume);
         return warp;
@@ -237,12 +224,12 @@ Result<VectorField> Warp::inverse_field() const noexcept {
     return attempt([&]() -> Result<VectorField> {
         VectorField field{grid(), FieldKind::Resampling,
                           std::vector<Vec3f>(voxel_count(grid()), {0, 0, 0})};
-        const Vec3d h = grid().spacing_mm;
         auto back = m_back.begin();
-        for_each_in(m_changed, [&](Vec3i ijk) {
-            const Vec3f b = *back++;
-            const Vec3d mm = world_from_lattice_vector(grid(), {h.x * b.x, h.y * b.y, h.z * b.z});
-            field.vectors_mm[voxel_index(grid(), ijk)] = {float(mm.x), float(mm.y), float(mm.z)};
+        for_each_row(m_changed, [&](Vec3i first) {
+            const auto count = m_changed.end.x - first.x;
+            std::copy_n(back, count,
+                        field.vectors_mm.begin() + std::ptrdiff_t(voxel_index(grid(), first)));
+            back += count;
         });
         return field;
     });

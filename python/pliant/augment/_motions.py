@@ -113,8 +113,9 @@ class TissueMotions:
         slide_mm, slide_tool_mm: Length of their way, and their radius.
         swellings: Number of balls that grow.
         swelling_mm, swelling_radius_mm: Growth of a ball's radius, and the radius.
-        breathing: Probability of a breath, 0...1.
-        breath_mm: Motion of the diaphragm.
+        breathing: Probability of a breath, 0...1: in or out.
+        breath_mm: Motion of the diaphragm. Swellings and breaths come first, fade out towards bone
+            and the scan's border, and are made smaller as a whole where they could fold.
         at: Where motions begin: "soft" (any soft tissue), "wall" (beside air), or a label or
             several, for which sample() needs the label map.
         bone_hu: Voxels above it don't move; None: all move.
@@ -287,10 +288,36 @@ class TissueMotions:
         return self.apply(scan, plan, labels=labels, images=images, points=points)
 
 
+def _follow(prepared: PreparedScan, plan: Plan) -> dict[str, Any] | None:
+    """Makes the swellings and breaths, which come first, as one motion."""
+    swellings = [
+        (m["point_mm"], m["by_mm"], m["radius_mm"]) for m in plan.motions if m["kind"] == "swelling"
+    ]
+    breaths = [
+        (m["point_mm"], m["by_mm"], m["above_mm"], m["below_mm"], m["depth_mm"])
+        for m in plan.motions
+        if m["kind"] == "breath"
+    ]
+    if not swellings and not breaths:
+        return None
+    followed = prepared.follow(swellings, breaths)
+    done = followed.fraction
+    return {
+        "status": "applied" if done == 1 else "limited" if done > 0 else "rejected",
+        "limited_by": "none" if done == 1 else "fold",
+        "fraction": done,
+        "moved_voxels": followed.moved_elements,
+    }
+
+
 def _report(prepared: PreparedScan, plan: Plan) -> list[dict[str, Any]]:
     report: list[dict[str, Any]] = []
+    followed = _follow(prepared, plan)
     for motion in plan.motions:
         kind = motion["kind"]
+        if followed is not None and kind in ("swelling", "breath"):
+            report.append({"kind": kind, **followed})
+            continue
         if kind == "slide":
             slid = prepared.slide(motion["point_mm"], motion["by_mm"], motion["radius_mm"])
             done = slid.way_fraction
@@ -345,6 +372,9 @@ class _Sampler:
     def plan(self) -> Plan:
         m = self.motions
         drawn: list[dict[str, Any] | None] = []
+        if m.breathing > 0 and self.rng.random() < m.breathing:
+            drawn.append(self.breath())
+        drawn += [self.swelling() for _ in range(self.number(m.swellings))]
         for kind, count in (("push", m.pushes), ("pull", m.pulls)):
             drawn += [self.push(kind) for _ in range(self.number(count))]
         drawn += [self.slide() for _ in range(self.number(m.slides))]
@@ -454,6 +484,39 @@ class _Sampler:
         """About the part of a push that bone allows."""
         room = self.prepared.bone_distance_mm(point) - radius
         return min(1.0, self.motions.offset * max(room, 0.0) / max(length, 1e-6))
+
+    def swelling(self) -> dict[str, Any] | None:
+        at = self.voxel(is_wall=False)
+        if at is None:
+            return None
+        return {
+            "kind": "swelling",
+            "point_mm": self.point(at).tolist(),
+            "by_mm": self.length(self.motions.swelling_mm),
+            "radius_mm": self.length(self.motions.swelling_radius_mm),
+        }
+
+    def breath(self) -> dict[str, Any]:
+        """The diaphragm goes down, or up, and the belly forwards, or back."""
+        corners = numpy.array(
+            [
+                self.scan.world_from_voxel(numpy.where(ends, self.size[::-1] - 1, 0).astype(float))
+                for ends in numpy.ndindex(2, 2, 2)
+            ]
+        )
+        low, high = corners.min(0), corners.max(0)
+        extent = high - low
+        middle = low + extent * (0.5, 1.0, self.rng.uniform(0.35, 0.65))
+        length = self.length(self.motions.breath_mm) * (1 if self.rng.random() < 0.5 else -1)
+        above, below = (float(a) for a in extent[2] * self.rng.uniform(0.35, 0.65, 2))
+        return {
+            "kind": "breath",
+            "point_mm": middle.tolist(),
+            "by_mm": [0.0, -0.4 * length, -length],
+            "above_mm": max(above, 1.0),
+            "below_mm": max(below, 1.0),
+            "depth_mm": max(float(extent[1]), 1.0),
+        }
 
     def slide(self) -> dict[str, Any] | None:
         for _ in range(_TRIES):

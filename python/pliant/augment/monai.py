@@ -39,7 +39,7 @@ def _affine_of(item: Any) -> numpy.typing.NDArray[Any]:
     """Voxels to RAS."""
     if not isinstance(item, MetaTensor):
         return numpy.eye(4)
-    affine = item.affine.detach().cpu().numpy().astype(float)
+    affine: numpy.typing.NDArray[Any] = item.affine.detach().cpu().numpy().astype(float)
     return _LPS_TO_RAS @ affine if str(item.meta.get("space", "RAS")) == "LPS" else affine
 
 
@@ -146,7 +146,7 @@ class RandTissueMotiond(RandomizableTransform, MapTransform, InvertibleTransform
     @staticmethod
     def _array(item: Any) -> numpy.typing.NDArray[Any]:
         if isinstance(item, torch.Tensor):
-            return item.detach().cpu().numpy()
+            item = item.detach().cpu()
         return numpy.asarray(item)
 
     def _moved(

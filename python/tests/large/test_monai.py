@@ -28,9 +28,13 @@ def test_versions(capsys):
 
 def item_of(case):
     return {
-        "image": MetaTensor(torch.as_tensor(case.xyz[None]).float(), affine=torch.tensor(case.affine)),
+        "image": MetaTensor(
+            torch.as_tensor(case.xyz[None]).float(), affine=torch.tensor(case.affine)
+        ),
         "label": MetaTensor(torch.as_tensor(case.labels[None]), affine=torch.tensor(case.affine)),
-        "ramp": MetaTensor(torch.as_tensor(ramps(case.xyz.shape)), affine=torch.tensor(case.affine)),
+        "ramp": MetaTensor(
+            torch.as_tensor(ramps(case.xyz.shape)), affine=torch.tensor(case.affine)
+        ),
         "points": torch.as_tensor(case.points),
         "name": "airway",
     }
@@ -89,7 +93,9 @@ def test_invertd_takes_predictions_back(case):
     pipeline = Compose(
         [
             RandFlipd(["image", "label", "ramp"], prob=1.0, spatial_axis=1),
-            RandTissueMotiond(["image", "label", "ramp"], mode=("bilinear", "nearest", "bilinear"), **SETTINGS),
+            RandTissueMotiond(
+                ["image", "label", "ramp"], mode=("bilinear", "nearest", "bilinear"), **SETTINGS
+            ),
             Flipd(["image", "label", "ramp"], spatial_axis=0),
         ]
     ).set_random_state(5)
@@ -126,7 +132,9 @@ def test_the_inverse_of_points_is_exact(case):
 def test_data_loaders_collate_and_decollate(case, workers):
     items = [{k: v for k, v in item_of(case).items() if k != "points"} for _ in range(4)]
     transform = RandTissueMotiond(
-        ["image", "label", "ramp"], mode=("bilinear", "nearest", "bilinear"), **{**SETTINGS, "prob": 0.5}
+        ["image", "label", "ramp"],
+        mode=("bilinear", "nearest", "bilinear"),
+        **{**SETTINGS, "prob": 0.5},
     )
     transform.set_random_state(1)
     loader = DataLoader(
@@ -169,7 +177,9 @@ def test_missing_keys_pickle_and_bad_settings(case):
     moved = transform_of(allow_missing_keys=True)(item)
     assert "label" not in moved
     again = pickle.loads(pickle.dumps(transform_of().set_random_state(9)))
-    assert (again(item_of(case))["image"] == transform_of().set_random_state(9)(item_of(case))["image"]).all()
+    assert (
+        again(item_of(case))["image"] == transform_of().set_random_state(9)(item_of(case))["image"]
+    ).all()
     with pytest.raises(pliant.Error, match="mode"):
         RandTissueMotiond("image", mode="bicubic")
     with pytest.raises(TypeError, match="pushs"):
