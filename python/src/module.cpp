@@ -13,4 +13,11 @@ NB_MODULE(_core, m) {
     pliant::python::bind_fields(m);
     pliant::python::bind_meshes(m);
     pliant::python::bind_tissues(m);
+    pliant::python::bind_render(m);
+    pliant::python::bind_surfaces(m);
+    pliant::python::bind_vessels(m);
+    pliant::python::bind_springs(m);
+    pliant::python::bind_elastic(m);
+    pliant::python::bind_fits(m);
+    pliant::python::bind_organs(m);
 }

@@ -9,6 +9,7 @@
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
+#include "made_tissue.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -273,6 +274,15 @@ void bind_results(nb::class_<PyTissue>& c) {
 }
 
 }  // namespace
+
+nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make) {
+    return nb::cast(PyTissue::made(scan, threads, make));
+}
+
+Tissue* find_tissue(nb::handle object) {
+    const PyTissue* found = nullptr;
+    return nb::try_cast(object, found) && found ? &found->tissue() : nullptr;
+}
 
 void bind_tissues(nb::module_& m) {
     bind_reports(m);
