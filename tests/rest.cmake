@@ -54,6 +54,7 @@ pliant_test(tissue
             test_giving_up.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp)
+pliant_test(truth SOURCES test_cases.cpp test_exact_map.cpp)
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
@@ -63,6 +64,7 @@ pliant_test(vessel
             test_soundness.cpp test_wall.cpp)
 pliant_test(scenes SOURCES test_unsteered_tips.cpp)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
+pliant_test(gym SOURCES test_endoscope_arena.cpp test_scene_flow.cpp)
 pliant_test(haptics
     SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp
@@ -122,6 +124,7 @@ if(PLIANT_BUILD_APP)
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp
                              test_program.cpp test_readers.cpp test_serve.cpp
+                             test_truth.cpp
                              test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
     target_compile_definitions(test_apps PRIVATE

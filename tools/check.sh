@@ -186,6 +186,11 @@ run_tests() { # [--sanitize]
         *) fail "test: expected --sanitize or nothing, found '$1'" ;;
     esac
     need_packages build test lint
+    if [[ ${PLIANT_LARGE:-ON} != OFF ]]; then
+        need_packages wheel
+        mkdir -p "$root/build"
+        (large_environment) >"$root/build/python-large.log" 2>&1 &  # the network's time, not ours
+    fi
     step "lint: layers, bibliography, files, format" lint
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: bundle, types" check_viewer
@@ -193,6 +198,9 @@ run_tests() { # [--sanitize]
     step "gcc: build without warnings, tests" compile_and_test gcc
     step "clang: build without warnings, tests" compile_and_test_with_clang
     step "python: wheel, empty environment, tests, types" test_wheel
+    if [[ ${PLIANT_LARGE:-ON} != OFF ]]; then
+        step "python: beside large packages, notebooks" test_beside_large_packages
+    fi
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"

@@ -7,11 +7,15 @@
 
 readonly most_wheel_mb=25
 
-# Makes a virtual environment with the packages of a list, anew if the list has changed.
-environment() { # NAME
-    local list=$root/python/requirements/$1.txt folder=$root/build/python-$1
+# Makes a virtual environment with the packages of a list, anew if the list has changed. Another
+# shell that does so is waited for.
+environment() { # NAME [FOLDER]
+    local list=$root/python/requirements/$1.txt folder=${2:-$root/build/python-$1} lock
+    mkdir -p "$(dirname "$folder")"
+    exec {lock}>"$folder.lock"
+    flock "$lock"
     cmp -s "$list" "$folder/requirements.txt" && return
-    say "virtual environment build/python-$1"
+    say "virtual environment ${folder#"$root/"}"
     rm -rf "$folder"
     python3 -m venv "$folder"
     "$folder/bin/pip" install -q --disable-pip-version-check -r "$list"
@@ -21,6 +25,7 @@ environment() { # NAME
 # With the compiler and the warnings of the build that ccache may have.
 wheel() {
     need_packages build wheel
+    build_viewer
     environment build
     local bin=$root/build/python-build/bin raw wheel
     rm -rf "$root/build/wheels" "$root/build/dist"
@@ -51,8 +56,28 @@ test_wheel() {
         'import pliant; print("empty environment: pliant", pliant.__version__)')
     "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "${wheels[0]}"
     "$bin/pip" list --disable-pip-version-check 2>/dev/null | grep -iE 'pliant|numpy|itk|nibabel'
-    (cd "$root/python/tests" && "$bin/python" -m pytest -q -p no:cacheprovider .)
+    (cd "$root/python/tests" && "$bin/python" -m pytest -q -p no:cacheprovider --ignore=large .)
     # pliant's own code, and a user's.
     (cd "$root/python/tests" && "$bin/mypy" --strict --cache-dir="$empty/mypy" -p pliant &&
         "$bin/mypy" --strict --cache-dir="$empty/mypy" use_types.py)
+}
+
+# Beside the packages that people use it with, which take gigabytes: PLIANT_LARGE=OFF leaves this
+# out, and PLIANT_CACHE names a folder that keeps them for other checkouts.
+large_environment() {
+    environment large "${PLIANT_CACHE:-$root/build}/python-large"
+}
+
+test_beside_large_packages() {
+    local bin=${PLIANT_CACHE:-$root/build}/python-large/bin wheels=("$root"/build/dist/*.whl)
+    large_environment
+    "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "${wheels[0]}"
+    "$bin/pip" list --disable-pip-version-check 2>/dev/null |
+        grep -iE '^(pliant|torch|torchio|monai|batchgenerators|gymnasium|stable_baselines3)'
+    (cd "$root/python/tests/large" && "$bin/python" -m pytest -q -p no:cacheprovider .)
+}
+
+# Runs the notebooks of docs/ and keeps their results in them. @pre test_beside_large_packages ran
+notebooks() { # [NAME…]
+    "${PLIANT_CACHE:-$root/build}/python-large/bin/python" "$root/python/notebooks.py" "$@"
 }

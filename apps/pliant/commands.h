@@ -27,5 +27,6 @@ void add_replay(CLI::App& app, ReplayOptions& options);
 void add_bench(CLI::App& app, BenchOptions& options);
 void add_vessel(CLI::App& app, VesselOptions& options);
 void add_haptics(CLI::App& app, HapticsOptions& options);
+void add_truth(CLI::App& app, TruthOptions& options);
 
 }  // namespace pliant::app

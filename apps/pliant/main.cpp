@@ -50,6 +50,7 @@ int run(int argc, char** argv) {
     FitOptions fit;
     HapticsOptions haptics;
     VesselOptions vessel;
+    TruthOptions truth;
     add_info(app, info);
     add_convert(app, convert);
     add_phantom(app, phantom);
@@ -64,11 +65,12 @@ int run(int argc, char** argv) {
     add_fit(app, fit);
     add_haptics(app, haptics);
     add_vessel(app, vessel);
+    add_truth(app, truth);
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
                          "', expected info, convert, phantom, deform, body, render, mesh, path, "
-                         "serve, replay, bench, fit, haptics or vessel");
+                         "serve, replay, bench, fit, haptics, vessel or truth");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -89,6 +91,9 @@ int run(int argc, char** argv) {
     if (app.got_subcommand("fit")) return run_fit(fit);
     if (app.got_subcommand("haptics")) return run_haptics(haptics);
     if (app.got_subcommand("vessel")) return run_vessel(vessel);
+    if (app.got_subcommand("truth"))
+        return app.get_subcommand("truth")->got_subcommand("make") ? run_truth_make(truth.make)
+                                                                   : run_truth_score(truth.score);
     return run_render(render);
 }
 

@@ -221,6 +221,7 @@ struct ServeOptions {
     int port = 8765;
     bool port_given = false;  ///< false: a free port may replace it
     std::string host = "127.0.0.1", certificate, key, url;
+    std::vector<std::string> embed_in;  ///< origins that may show the page in a frame
     std::string session, replay;
     double checkpoint_s = 30;
     int spring_nodes = 32;
@@ -307,6 +308,32 @@ struct HapticsOptions {
     int threads = 0;
 };
 
+struct TruthMakeOptions {
+    std::string file;
+    ScanChoice scan;
+    std::string out;
+    int cases = 1;
+    std::uint64_t seed = 1;
+    Record given;  ///< settings of TruthSettings
+    std::string config;
+    std::string format = "nrrd";
+    bool raw = false;
+    int threads = 0;
+};
+
+struct TruthScoreOptions {
+    std::string folder;
+    std::vector<std::string> fields, transforms, points;  ///< [NAME=]PATTERN
+    bool ras = false;
+    std::string csv, report, markdown, page;
+    int threads = 0;
+};
+
+struct TruthOptions {
+    TruthMakeOptions make;
+    TruthScoreOptions score;
+};
+
 int run_info(const InfoOptions& options);
 int run_convert(const ConvertOptions& options);
 int run_phantom(const PhantomOptions& options);
@@ -321,6 +348,8 @@ int run_replay(const ReplayOptions& options);
 int run_bench(const BenchOptions& options);
 int run_fit(const FitOptions& options);
 int run_haptics(const HapticsOptions& options);
+int run_truth_make(const TruthMakeOptions& options);
+int run_truth_score(const TruthScoreOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);

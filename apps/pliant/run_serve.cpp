@@ -124,6 +124,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .certificate = options.certificate,
                             .key = options.key,
                             .url = options.url,
+                            .embed_in = options.embed_in,
                             .session = options.session,
                             .replay = options.replay,
                             .checkpoint_s = options.checkpoint_s,

@@ -49,6 +49,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->add_option("--key", o.key, "PEM file with its private key")->group(network);
     c->add_option("--url", o.url, "address of the page if a proxy stands in front of the server")
         ->group(network);
+    c->add_option("--embed-in", o.embed_in,
+                  "origin whose pages may show this one in a frame, such as a notebook's: "
+                  "http://localhost:8888, or http://localhost:* for any port. May be repeated")
+        ->group(network);
     c->add_option("--session", o.session,
                   "record the session in this file, or continue it. Scans that are opened in the "
                   "page are kept beside it, in SESSION.scans");

@@ -13,7 +13,9 @@
 //                     (fem.h) or measurements; network_file.h: their file
 //   a view            render.h
 //   a hand            haptics.h
+//   learning          gym.h
 //   a scene           session.h, serve.h
+//   a data set        truth.h: pairs of scans for registration
 //
 // Each class names its thread safety:
 //
@@ -35,6 +37,7 @@
 #include <pliant/files.h>
 #include <pliant/fit.h>
 #include <pliant/fit_mesh.h>
+#include <pliant/gym.h>
 #include <pliant/haptics.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
@@ -56,7 +59,9 @@
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 #include <pliant/tool.h>
+#include <pliant/truth.h>
 #include <pliant/vec.h>
 #include <pliant/version.h>
 #include <pliant/vessel.h>
 #include <pliant/volume.h>
+#include <pliant/warp.h>

@@ -132,6 +132,29 @@ struct RayHit {
     Vec3d normal;        ///< unit, towards the side of the camera
 };
 
+/// Pictures of an endoscope with their measurements. A span is empty (not wanted), or has one
+/// element for each pixel, rows from the top. A pixel's measurements are those of the ray through
+/// its middle. Pixels without a wall, or outside of the field stop, have 0.
+struct EndoscopeFrame {
+    std::span<Rgb8> colour{};      ///< as endoscope_view
+    std::span<float> depth_mm{};   ///< along the optical axis, as in a pin-hole camera's depth map
+    std::span<Vec3f> normals{};    ///< unit, towards the camera, in its axes: right, down, ahead
+    std::span<Vec3d> points_mm{};  ///< position on the wall [LPS]; infinite without a wall
+    /// Four rays for each pixel at an edge, as in endoscope_view; else one for each pixel.
+    bool is_smooth = true;
+};
+
+/// Pixel coordinates, from the top left corner: the middle of the first pixel is at (0.5, 0.5).
+struct PicturePoint {
+    double x, y;
+};
+
+/// Projects a point on the picture of an endoscope: the inverse of the rays of its pixels. It may
+/// lie outside of the picture.
+/// @returns nullopt for points beside or behind the eye
+std::optional<PicturePoint> project(const Endoscope& endoscope, int width, int height,
+                                    Vec3d point_mm);
+
 /// Casts rays at one volume; a volume that check_volume refuses counts as air. The constructor
 /// builds the min/max bricks for empty-space skipping; a change of the threshold needs no rebuild.
 /// Keeps references: volume and arena must outlive it, at a constant address.
@@ -172,6 +195,10 @@ class RayCaster {
                     Polarity polarity, std::span<double> distances) const;
 
     Image endoscope_view(const Endoscope& endoscope, int width, int height) const;
+    /// The picture with depth, normals and positions of the wall, in one pass.
+    /// @pre spans as EndoscopeFrame describes
+    void endoscope_frame(const Endoscope& endoscope, int width, int height,
+                         const EndoscopeFrame& frame) const;
 
     /// Surface point under a point of the endoscope's picture [pixels, from the top left corner].
     std::optional<RayHit> pick(const Endoscope& endoscope, int width, int height, double x,

@@ -59,6 +59,9 @@ struct ServerSettings {
     /// URL of the page if a proxy stands in front of the server: https://name[:port][/path].
     /// Requests for this name are answered too, and the links begin with it.
     std::string url{};
+    /// Origins whose pages may show this one in a frame: http(s)://name[:port], port * for any, as
+    /// for a notebook: http://localhost:*. None: no page may.
+    std::vector<std::string> embed_in{};
     /// File of the session: it is continued and recorded there. Its links stay the same. Empty: no
     /// recording.
     std::filesystem::path session{};

@@ -393,7 +393,8 @@ struct VectorField {
 Status check_field(const VectorField& field, const std::string& name = "field");
 
 /// Writes a NRRD vector image (float32, `kinds: vector domain domain domain`) with the key
-/// `displacement field type`, which 3D Slicer opens as a transform.
+/// `displacement field type`, which 3D Slicer opens as a transform. A name that ends in .nii or
+/// .nii.gz: NIfTI with the intent of vectors, whose components are LPS as in ITK's and ANTs' files.
 Status write_vector_field(const std::filesystem::path& path, const VectorField& field,
                           Encoding encoding = Encoding::Gzip);
 
@@ -404,6 +405,8 @@ using FieldSlices = std::function<void(int k, std::span<Vec3f> vectors_mm)>;
 /// Writes a field that is generated slice by slice, and never in memory as a whole.
 Status write_vector_field(const std::filesystem::path& path, const Grid& grid, FieldKind kind,
                           const FieldSlices& fill_slice, Encoding encoding = Encoding::Gzip);
+/// Reads NRRD, MetaImage, or NIfTI with a fifth axis of three: vectors in LPS, or displacements (intent 1006)
+/// in RAS, as ITK takes them. A file that doesn't tell its kind is Resampling.
 Result<VectorField> read_vector_field(const std::filesystem::path& path);
 
 // Test scans from analytic shapes, in Hounsfield units, identical on every machine.

@@ -16,6 +16,7 @@ from pliant._core import (
     AdvanceReport,
     CarveReport,
     CutReport,
+    EndoscopeArena,
     Field,
     PushReport,
     SlideReport,
@@ -46,6 +47,7 @@ from pliant._core import (
     fluoroscopy_view,
     four_up_view,
     outline_tool,
+    project,
     section_view,
     side_by_side,
     view_directions,
@@ -141,13 +143,16 @@ from pliant._core import (
 )
 from pliant._core import version as __version__
 from pliant._error import Error
+from pliant._show import Page, program, show
 
 __all__ = [
     "AdvanceReport",
     "CarveReport",
     "CutReport",
+    "EndoscopeArena",
     "Error",
     "Field",
+    "Page",
     "PushReport",
     "SlideReport",
     "TetMesh",
@@ -158,10 +163,12 @@ __all__ = [
     "make_chainmail",
     "make_phantom",
     "make_springs",
+    "program",
     "read_field",
     "read_tetrahedra",
     "read_volume",
     "settings_of",
+    "show",
 ]
 
 __all__ += [
@@ -179,6 +186,7 @@ __all__ += [
     "fluoroscopy_view",
     "four_up_view",
     "outline_tool",
+    "project",
     "section_view",
     "side_by_side",
     "view_directions",

@@ -5,12 +5,16 @@
 from __future__ import annotations
 
 import importlib
+import pathlib
+import tempfile
 from typing import Any
 
 import numpy
 import numpy.typing
 
-from pliant._core import Field, TetMesh, Volume
+import pliant._core
+from pliant._core import Field, TetMesh, Tissue, Volume
+from pliant._error import Error
 
 _RAS = numpy.diag([-1.0, -1.0, 1.0])
 
@@ -125,3 +129,58 @@ def reduced_field(field: Field) -> tuple[Any, ...]:
 def reduced_mesh(mesh: TetMesh) -> tuple[Any, ...]:
     """For pickle and copy.deepcopy."""
     return TetMesh, (numpy.array(mesh.nodes_mm), numpy.array(mesh.cells))
+
+
+def _state_of(tissue: Tissue) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder, "state")
+        tissue.save_state(path)
+        return path.read_bytes()
+
+
+def _take_state(tissue: Tissue, state: bytes) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder, "state")
+        path.write_bytes(state)
+        tissue.load_state(path)
+
+
+def _remade_tissue(
+    maker: tuple[str, tuple[Any, ...], dict[str, Any]], changes: list[dict[str, Any]], state: bytes
+) -> Any:
+    function, arguments, settings = maker
+    tissue = getattr(pliant._core, function)(*arguments, **settings)
+    for change in changes:
+        tissue.configure(**change)
+    _take_state(tissue, state)
+    return tissue
+
+
+def _remade_own_tissue(
+    kind: type[Tissue], scan: Volume, threads: int, attributes: dict[str, Any], state: bytes
+) -> Any:
+    tissue = kind.__new__(kind)
+    Tissue.__init__(tissue, scan, threads)
+    tissue.__dict__.update(attributes)
+    _take_state(tissue, state)
+    return tissue
+
+
+def reduced_tissue(
+    tissue: Tissue, maker: Any, changes: list[dict[str, Any]]
+) -> tuple[Any, ...]:
+    """For pickle and copy.deepcopy: the scan and the state, without history; tools have let go."""
+    if maker is None:
+        raise Error(
+            "pickle: expected a tissue of make_chainmail, make_springs or make_body, or one of "
+            "your own",
+            "unsupported",
+        )
+    return _remade_tissue, (maker, changes, _state_of(tissue))
+
+
+def reduced_own_tissue(tissue: Tissue, *_: Any) -> tuple[Any, ...]:
+    """Likewise, with the object's attributes."""
+    attributes = dict(tissue.__dict__)
+    state = _state_of(tissue)
+    return _remade_own_tissue, (type(tissue), tissue.scan, tissue.threads, attributes, state)

@@ -14,6 +14,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
@@ -131,6 +132,9 @@ void bind_springs(nb::module_& m);
 void bind_elastic(nb::module_& m);
 void bind_fits(nb::module_& m);
 void bind_organs(nb::module_& m);
+void bind_augment(nb::module_& m);
+void bind_gym(nb::module_& m);
+void bind_truth(nb::module_& m);
 
 }  // namespace pliant::python
 

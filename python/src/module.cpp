@@ -20,4 +20,7 @@ NB_MODULE(_core, m) {
     pliant::python::bind_elastic(m);
     pliant::python::bind_fits(m);
     pliant::python::bind_organs(m);
+    pliant::python::bind_augment(m);
+    pliant::python::bind_gym(m);
+    pliant::python::bind_truth(m);
 }

@@ -79,15 +79,14 @@ class PyCaster {
         return work(*m_caster);
     }
 
-    nb::object endoscope_view(const Endoscope& endoscope, int width, int height) {
-        check_size(width, height);
+    /// Calls work(caster, endoscope) likewise, with the rest field that the style needs.
+    template <class Work>
+    auto look(const Endoscope& endoscope, const Work& work) {
         follow(endoscope.style == Style::Real);
         Endoscope e = endoscope;
         if (m_rest) e.rest = &*m_rest;
-        return picture_of([&] {
-            const nb::gil_scoped_release without_lock;
-            return m_caster->endoscope_view(e, width, height);
-        }());
+        const nb::gil_scoped_release without_lock;
+        return work(*m_caster, e);
     }
 
   private:
@@ -220,16 +219,28 @@ nb::object first_hits(PyCaster& caster, Vec3d eye_mm, const nb::object& given, d
     return array_owning<double>(std::move(distances), directions.leading_shape());
 }
 
-nb::object depth_view(PyCaster& caster, const Endoscope& e, int width, int height) {
+nb::object endoscope_frame(PyCaster& caster, const Endoscope& e, int width, int height,
+                           bool is_smooth) {
     check_size(width, height);
-    std::vector<double> distances(std::size_t(width) * std::size_t(height));
-    caster.run([&](const RayCaster& c) {
-        c.first_hits(e.eye_mm, view_directions(e, width, height), e.iso_hu, e.polarity, distances);
+    const std::size_t count = std::size_t(width) * std::size_t(height);
+    std::vector<Rgb8> colour(count);
+    std::vector<float> depth(count);
+    std::vector<Vec3f> normals(count);
+    std::vector<Vec3d> points(count);
+    caster.look(e, [&](const RayCaster& c, const Endoscope& with_rest) {
+        c.endoscope_frame(with_rest, width, height,
+                          {.colour = colour,
+                           .depth_mm = depth,
+                           .normals = normals,
+                           .points_mm = points,
+                           .is_smooth = is_smooth});
         return true;
     });
-    std::vector<float> depth(distances.begin(), distances.end());
-    return array_owning<float>(std::move(depth),
-                               std::array{std::size_t(height), std::size_t(width)});
+    const std::array shape{std::size_t(height), std::size_t(width), std::size_t(3)};
+    return nb::make_tuple(array_owning<std::uint8_t>(std::move(colour), shape),
+                          array_owning<float>(std::move(depth), std::span(shape).first(2)),
+                          array_owning<float>(std::move(normals), shape),
+                          array_owning<double>(std::move(points), shape));
 }
 
 constexpr const char* kIsoAndPolarity =
@@ -246,25 +257,40 @@ void bind_caster(nb::module_& m) {
         "    >>> caster = pliant.RayCaster(tissue)\n"
         "    >>> endoscope = pliant.find_endoscope(tissue.scan)\n"
         "    >>> picture = caster.endoscope_view(endoscope, 512, 512)    # (512, 512, 3), uint8\n"
-        "    >>> depth_mm = caster.depth_view(endoscope, 512, 512)")
+        "    >>> colour, depth_mm, normals, points_mm = caster.endoscope_frame(endoscope)")
         .def(nb::init<const nb::object&, int>(), nb::arg("scan"), nb::arg("threads") = 0,
              nb::sig("def __init__(self, scan: Volume | Tissue, threads: int = 0) -> None"),
              "Args:\n    scan: A Volume or a Tissue, which it keeps.\n"
              "    threads: 0: one for each core; 1: the caller's alone.")
         .def_prop_ro("scan", &PyCaster::scan, nb::sig("def scan(self, /) -> Volume | Tissue"),
                      "The Volume or Tissue at which it casts rays.")
-        .def("endoscope_view", &PyCaster::endoscope_view, nb::arg("endoscope"),
-             nb::arg("width") = 512, nb::arg("height") = 512,
-             nb::sig("def endoscope_view(self, endoscope: Endoscope, width: int = 512, "
-                     "height: int = 512) -> numpy.typing.NDArray[numpy.uint8]"),
-             "Picture (height, width, 3), rows from the top. In the style \"real\", vessels and "
-             "folds move with a tissue, and raw faces of cuts show.")
-        .def("depth_view", &depth_view, nb::arg("endoscope"), nb::arg("width") = 512,
-             nb::arg("height") = 512,
-             nb::sig("def depth_view(self, endoscope: Endoscope, width: int = 512, "
-                     "height: int = 512) -> numpy.typing.NDArray[numpy.float32]"),
-             "Distances (height, width) from the eye to the surface along the rays through the "
-             "pixels' middles [mm]; infinite without a hit. first_hits() of view_directions().")
+        .def(
+            "endoscope_view",
+            [](PyCaster& caster, const Endoscope& endoscope, int width, int height) {
+                check_size(width, height);
+                return picture_of(
+                    caster.look(endoscope, [&](const RayCaster& c, const Endoscope& e) {
+                        return c.endoscope_view(e, width, height);
+                    }));
+            },
+            nb::arg("endoscope"), nb::arg("width") = 512, nb::arg("height") = 512,
+            nb::sig("def endoscope_view(self, endoscope: Endoscope, width: int = 512, "
+                    "height: int = 512) -> numpy.typing.NDArray[numpy.uint8]"),
+            "Picture (height, width, 3), rows from the top. In the style \"real\", vessels and "
+            "folds move with a tissue, and raw faces of cuts show.")
+        .def(
+            "endoscope_frame", &endoscope_frame, nb::arg("endoscope"), nb::arg("width") = 512,
+            nb::arg("height") = 512, nb::arg("is_smooth") = true,
+            nb::sig("def endoscope_frame(self, endoscope: Endoscope, width: int = 512, height: int "
+                    "= 512, is_smooth: bool = True) -> tuple[numpy.typing.NDArray[numpy.uint8], "
+                    "numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.float32], "
+                    "numpy.typing.NDArray[numpy.float64]]"),
+            "The picture with its measurements, those of the rays through the pixels' middles.\n\n"
+            "Args:\n    is_smooth: Four rays for each pixel at an edge of the picture.\n\n"
+            "Returns:\n"
+            "    Colour (height, width, 3); depth along the optical axis (height, width) [mm], 0 "
+            "without a wall; unit normals (height, width, 3) in the camera's axes right, down, "
+            "ahead; positions on the wall (height, width, 3) [mm, LPS], infinite without one.")
         .def(
             "blended_view",
             [](PyCaster& c, const Endoscope& e, const TransferFunction& t, int width, int height) {
@@ -423,6 +449,27 @@ void bind_aims(nb::module_& m) {
         nb::sig("def view_directions(endoscope: Endoscope, width: int = 512, height: int = 512) -> "
                 "numpy.typing.NDArray[numpy.float64]"),
         "Unit directions (height, width, 3) of the rays through the pixels' middles [LPS].");
+    m.def(
+        "project",
+        [](const Endoscope& e, int width, int height, const nb::object& points_mm) {
+            check_size(width, height);
+            const Points points(points_mm, "points_mm");
+            std::vector<double> pixels;
+            for (const Vec3d& point : points.vectors()) {
+                constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+                const auto found = project(e, width, height, point);
+                pixels.push_back(found ? found->x : kNone);
+                pixels.push_back(found ? found->y : kNone);
+            }
+            std::vector<std::size_t> shape = points.leading_shape();
+            shape.push_back(2);
+            return array_owning<double>(std::move(pixels), shape);
+        },
+        nb::arg("endoscope"), nb::arg("width"), nb::arg("height"), nb::arg("points_mm"),
+        nb::sig("def project(endoscope: Endoscope, width: int, height: int, points_mm: "
+                "numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+        "Projects points (..., 3) [mm, LPS] on an endoscope's picture: x and y (..., 2) [pixels, "
+        "from the top left corner], not a number beside or behind the eye.");
 }
 
 void bind_pictures(nb::module_& m) {

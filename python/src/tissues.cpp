@@ -10,6 +10,7 @@
 #include <pliant/tissues.h>
 
 #include "made_tissue.h"
+#include "own_tissue.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -20,17 +21,36 @@ class PyTissue {
   public:
     PyTissue(nb::object scan, int threads)
         : m_scan(std::move(scan)), m_arena(std::make_unique<Arena>(threads)) {}
+    /// A tissue of a class of Python. @param self  the object that will hold this
+    PyTissue(nb::handle self, nb::object scan, int threads) : PyTissue(std::move(scan), threads) {
+        m_tissue = make_own_tissue(self, rest(), m_arena->tasks());
+        m_is_own = true;
+    }
 
     template <class Make>
     static std::unique_ptr<PyTissue> made(nb::object scan, int threads, const Make& make) {
         auto made = std::make_unique<PyTissue>(std::move(scan), threads);
-        const Volume& volume = nb::cast<const PyVolume&>(made->m_scan).volume;
+        const Volume& volume = made->rest();
         made->m_tissue =
             take(made->m_arena->run([&] { return make(volume, made->m_arena->tasks()); }));
         return made;
     }
 
     nb::object scan() const { return m_scan; }
+    const Volume& rest() const { return nb::cast<const PyVolume&>(m_scan).volume; }
+    bool is_own() const { return m_is_own; }
+    /// Notes the call that made it, for copies.
+    void note_maker(const char* function, nb::tuple arguments, nb::dict settings) {
+        settings["threads"] = threads();
+        m_maker = nb::make_tuple(function, std::move(arguments), std::move(settings));
+    }
+    /// The call that made it: function, arguments, settings; none without one.
+    nb::object maker() const { return m_maker; }
+    void configure(const nb::dict& changes) {
+        take(m_tissue->configure(record_of(changes)));
+        m_changes.append(changes);
+    }
+    nb::list changes() const { return m_changes; }
     Tissue& tissue() const { return *m_tissue; }
     template <class Work>
     auto run(const Work& work) const {
@@ -55,16 +75,22 @@ class PyTissue {
     std::unique_ptr<Arena> m_arena;
     std::unique_ptr<Tissue> m_tissue;
     std::optional<LiveDeformation> m_live;
+    bool m_is_own = false;
+    nb::object m_maker = nb::none();
+    nb::list m_changes;  ///< of settings, in order
 };
 
 template <class T>
 std::unique_ptr<PyTissue> tissue_of_settings(
-    const nb::object& scan, int threads, const nb::kwargs& settings, SettingRows<T> rows,
+    const char* name, const nb::object& scan, int threads, const nb::kwargs& settings,
+    SettingRows<T> rows,
     Result<std::unique_ptr<Tissue>> (*make)(const Volume&, const T&, const TaskArena&) noexcept) {
     const T chosen = settings_from<T>(settings, rows);
-    return PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
+    auto made = PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
         return make(volume, chosen, arena);
     });
+    made->note_maker(name, nb::make_tuple(scan), settings);
+    return made;
 }
 
 Result<std::unique_ptr<Tissue>> chainmail_of(const Volume& volume,
@@ -73,8 +99,30 @@ Result<std::unique_ptr<Tissue>> chainmail_of(const Volume& volume,
     return make_chainmail(volume, settings, arena);
 }
 
+PushStatus status_of(const std::string& name) {
+    for (const PushStatus status : {PushStatus::Applied, PushStatus::Limited, PushStatus::Rejected})
+        if (name_of(status) == name) return status;
+    raise({ErrorCode::InvalidArgument,
+           "status: expected \"applied\", \"limited\" or \"rejected\", found \"" + name + "\"",
+           "status", "applied, limited or rejected", name});
+}
+
 void bind_reports(nb::module_& m) {
     nb::class_<PushReport>(m, "PushReport", "Result of a push or a step of a drag.")
+        .def(
+            "__init__",
+            [](PushReport* report, const std::string& status, double step_fraction,
+               std::int64_t grabbed, std::int64_t moved, const std::string& message) {
+                PushReport made{.step_fraction = step_fraction,
+                                .grabbed_elements = grabbed,
+                                .moved_elements = moved,
+                                .message = message};
+                made.status = status_of(status);
+                new (report) PushReport(std::move(made));
+            },
+            nb::arg("status") = "applied", nb::arg("step_fraction") = 1.0,
+            nb::arg("grabbed_elements") = 0, nb::arg("moved_elements") = 0, nb::arg("message") = "",
+            "For a tissue of one's own.")
         .def_prop_ro(
             "status", [](const PushReport& r) { return std::string(name_of(r.status)); },
             "\"applied\", \"limited\" or \"rejected\".")
@@ -116,6 +164,46 @@ void bind_reports(nb::module_& m) {
         .def_ro("ms", &AdvanceReport::ms, "Wall-clock time.")
         .def_ro("message", &AdvanceReport::message,
                 "Reason why the motion was stopped before it was at rest.");
+}
+
+void bind_own(nb::class_<PyTissue>& c) {
+    c.def(
+         "__init__",
+         [](nb::pointer_and_handle<PyTissue> self, const nb::object& scan, int threads) {
+             if (self.h.type().is(nb::type<PyTissue>()))
+                 raise({ErrorCode::Unsupported,
+                        "Tissue: expected a class of your own that derives from it, or "
+                        "make_chainmail, make_springs, make_body"});
+             if (!nb::isinstance<PyVolume>(scan))
+                 raise({ErrorCode::InvalidArgument,
+                        "scan: expected a Volume, found " + shown(nb::borrow(scan.type())), "scan",
+                        "a Volume", shown(nb::borrow(scan.type()))});
+             new (self.p) PyTissue(self.h, scan, threads);
+         },
+         nb::arg("scan"), nb::arg("threads") = 0,
+         nb::sig("def __init__(self, scan: Volume, threads: int = 0) -> None"),
+         "For classes of one's own. docs/python.md lists the methods that they have.")
+        .def(
+            "displace",
+            [](const PyTissue& t, const nb::object& displacements_mm, const Vec3d& first) {
+                displace_own(t.tissue(), {int(first.x), int(first.y), int(first.z)},
+                             displacements_mm);
+            },
+            nb::arg("displacements_mm"), nb::arg("first") = Vec3d{0, 0, 0},
+            nb::sig("def displace(self, displacements_mm: numpy.typing.NDArray[typing.Any], "
+                    "first: collections.abc.Sequence[int] = (0, 0, 0)) -> None"),
+            "Displaces elements of a tissue of one's own; the others stay as they are.\n\n"
+            "Args:\n"
+            "    displacements_mm: Array (k, j, i, 3) [mm, LPS].\n"
+            "    first: Voxel (i, j, k) of its first vector; may lie beyond the scan.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                const PyTissue& tissue = nb::cast<const PyTissue&>(self);
+                return exchange(tissue.is_own() ? "reduced_own_tissue" : "reduced_tissue")(
+                    self, tissue.maker(), tissue.changes());
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"));
 }
 
 void bind_tools(nb::class_<PyTissue>& c) {
@@ -189,10 +277,7 @@ void bind_motion(nb::class_<PyTissue>& c) {
             "reset", [](const PyTissue& t) { take(t.tissue().reset()); },
             "Returns all tissue to rest.")
         .def(
-            "configure",
-            [](const PyTissue& t, const nb::kwargs& changes) {
-                take(t.tissue().configure(record_of(changes)));
-            },
+            "configure", [](PyTissue& t, const nb::kwargs& changes) { t.configure(changes); },
             nb::sig("def configure(self, **changes: typing.Any) -> None"),
             "Changes settings, all or none.")
         .def(
@@ -303,14 +388,15 @@ void bind_tissues(nb::module_& m) {
                            "former states can be restored.\n\n"
                            "A call that raises has changed nothing, Ctrl-C included. One thread at "
                            "a time.");
+    bind_own(c);
     bind_tools(c);
     bind_motion(c);
     bind_results(c);
     m.def(
         "make_chainmail",
         [](const nb::object& scan, int threads, const nb::kwargs& settings) {
-            return tissue_of_settings<ChainMailSettings>(scan, threads, settings, chainmail_rows(),
-                                                         &chainmail_of);
+            return tissue_of_settings<ChainMailSettings>("make_chainmail", scan, threads, settings,
+                                                         chainmail_rows(), &chainmail_of);
         },
         nb::arg("scan"), nb::arg("threads") = 0, nb::arg("settings"),
         nb::sig("def make_chainmail(scan: Volume, threads: int = 0, **settings: typing.Any) -> "
@@ -319,8 +405,8 @@ void bind_tissues(nb::module_& m) {
     m.def(
         "make_springs",
         [](const nb::object& scan, int threads, const nb::kwargs& settings) {
-            return tissue_of_settings<SpringDeformationSettings>(scan, threads, settings,
-                                                                 spring_rows(), &make_springs);
+            return tissue_of_settings<SpringDeformationSettings>(
+                "make_springs", scan, threads, settings, spring_rows(), &make_springs);
         },
         nb::arg("scan"), nb::arg("threads") = 0, nb::arg("settings"),
         nb::sig("def make_springs(scan: Volume, threads: int = 0, **settings: typing.Any) -> "
@@ -328,11 +414,16 @@ void bind_tissues(nb::module_& m) {
         "A mass-spring lattice over the scan. Settings: settings_of(\"springs\").");
     m.def(
         "make_body",
-        [](const nb::object& scan, const TetMesh& mesh, int threads, const nb::kwargs& settings) {
+        [](const nb::object& scan, const nb::object& mesh, int threads,
+           const nb::kwargs& settings) {
             const auto chosen = settings_from<BodySettings>(settings, body_rows());
-            return PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
-                return make_body(volume, mesh, chosen, arena);
-            });
+            const TetMesh& tetrahedra = nb::cast<const TetMesh&>(mesh);
+            auto made =
+                PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
+                    return make_body(volume, tetrahedra, chosen, arena);
+                });
+            made->note_maker("make_body", nb::make_tuple(scan, mesh), settings);
+            return made;
         },
         nb::arg("scan"), nb::arg("mesh"), nb::arg("threads") = 0, nb::arg("settings"),
         nb::sig("def make_body(scan: Volume, mesh: TetMesh, threads: int = 0, **settings: "

@@ -108,18 +108,29 @@ def test_depth_and_picture_agree():
     scan = tube()
     caster = pliant.RayCaster(scan, threads=2)
     e = pliant.Endoscope(look=(0.3, 0, 1), fog=(0, 255, 0))
-    picture, depth = caster.endoscope_view(e, 96, 64), caster.depth_view(e, 96, 64)
+    picture = caster.endoscope_view(e, 96, 64)
+    colour, depth, normals, points = caster.endoscope_frame(e, 96, 64)
+    assert (colour == picture).all()
     assert picture.shape == (64, 96, 3)
     assert picture.dtype == numpy.uint8
     assert depth.dtype == numpy.float32
     rays = pliant.view_directions(e, 96, 64)
-    assert depth == pytest.approx(caster.first_hits((0, 0, 0), rays), rel=1e-6)
+    distance = caster.first_hits((0, 0, 0), rays)
+    away = numpy.isinf(distance)
+    along = distance[~away] * (rays[~away] @ (e.look / numpy.linalg.norm(e.look)))
+    assert depth[~away] == pytest.approx(along, rel=1e-5)
+    assert (depth[away] == 0).all()
+    assert points[~away] == pytest.approx(distance[~away][:, None] * rays[~away], abs=1e-6)
+    assert numpy.isinf(points[away]).all()
+    assert numpy.linalg.norm(normals[~away], axis=-1) == pytest.approx(1, abs=1e-5)
+    seen = pliant.project(e, 96, 64, points[~away])
+    assert seen == pytest.approx(numpy.argwhere(~away)[:, ::-1] + 0.5, abs=1e-6)
+    assert numpy.isnan(pliant.project(e, 96, 64, (-3.0, 0, -10))).all()
     # An infinite cylinder; its ends are open at +-23.5 mm.
     expected = 6 / numpy.hypot(rays[..., 0], rays[..., 1])
     inside = numpy.abs(expected * rays[..., 2]) < 23
     assert inside.sum() > 1000
-    assert depth[inside] == pytest.approx(expected[inside], rel=0.02)
-    away = numpy.isinf(depth)
+    assert distance[inside] == pytest.approx(expected[inside], rel=0.02)
     # Away from edges, that are averaged.
     flat = away.copy()
     flat[1:] &= away[:-1]
@@ -130,7 +141,7 @@ def test_depth_and_picture_agree():
     assert (picture[flat] == (0, 255, 0)).all()
     assert (picture[~away][:, 0] > picture[~away][:, 1] * 0.9).mean() > 0.9
     hit = caster.pick(e, 96, 64, 20.5, 30.5)
-    assert hit.distance_mm == pytest.approx(depth[30, 20], abs=1e-4)
+    assert hit.distance_mm == pytest.approx(distance[30, 20], abs=1e-4)
     assert (picture == pliant.RayCaster(scan, threads=1).endoscope_view(e, 96, 64)).all()
 
 
@@ -147,9 +158,8 @@ def test_a_caster_follows_its_tissue(airway, style):
     assert (pushed != before).sum() > 100
     made_now = pliant.RayCaster(tissue).endoscope_view(e, 64, 64)
     assert (pushed == made_now).all()
-    assert (
-        caster.depth_view(e, 64, 64) == pliant.RayCaster(tissue.volume()).depth_view(e, 64, 64)
-    ).all()
+    depth = pliant.RayCaster(tissue.volume()).endoscope_frame(e, 64, 64)[1]
+    assert (caster.endoscope_frame(e, 64, 64)[1] == depth).all()
     tissue.undo()
     assert (caster.endoscope_view(e, 64, 64) == before).all()
     # The caster keeps its tissue.

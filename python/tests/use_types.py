@@ -24,7 +24,7 @@ def seen(scan: pliant.Volume) -> numpy.typing.NDArray[numpy.uint8]:
     endoscope.eye_mm = numpy.array(endoscope.eye_mm) + 1
     path = pliant.find_lumen_path(scan, endoscope.eye_mm, (0, 0, 0))
     caster = pliant.RayCaster(scan, threads=1)
-    depth = caster.depth_view(endoscope.replaced(iso_hu=-400), 64, 64)
+    _, depth, _, _ = caster.endoscope_frame(endoscope.replaced(iso_hu=-400), 64, 64)
     if not numpy.isfinite(depth).any() or path.length_mm > 100:
         return pliant.section_view(scan, pliant.Section(point_mm=endoscope.eye_mm))
     return caster.endoscope_view(endoscope)

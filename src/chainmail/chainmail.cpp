@@ -149,6 +149,7 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
     const StepLimit own = limit_of_grabbed(lattice, elements, shift);
     const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
     work.may_share = guard == nullptr;
+    work.may_skip_cancelled = guard == nullptr;  // a guard looks at the whole push
     if (!propagate(elements, tried)) return too_large(settings);
     const StepLimit reached = limit_of_reached(lattice, work, kernels(), tried, arena);
     StepGuard::Verdict verdict{reached.fraction, fraction_of(tried, reached.fraction),

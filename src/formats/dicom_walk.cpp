@@ -269,7 +269,9 @@ bool DicomWalk::take_value(const Element& element) {
                                    [&](const auto& k) { return k.first == element.tag; });
     if (kept == std::end(kKept)) return element.nests ? skip_nested(element) : skip(element.length);
     const std::string_view type = kept->second;
-    if (!type.empty() && !element.type.empty() && element.type != type) return false;
+    // Writers that don't know the type of an implicit file's element make it UN.
+    const bool is_known = !element.type.empty() && element.type != "UN";
+    if (is_known && !type.empty() && element.type != type) return false;
     if (type == "US" && element.length != 2) return false;
     std::string& value = m_values[element.tag];
     if (element.nests) return skip_nested(element);

@@ -14,10 +14,11 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Adds the folder of a program or library, and an installation's locations relative to bin, lib or
-/// lib/ARCHITECTURE.
+/// Adds the folder of a program or library, and an installation's locations relative to bin, lib,
+/// lib/ARCHITECTURE or the folder of the Python module.
 void add_places_near(const fs::path& folder, std::vector<fs::path>& positions) {
-    for (const char* way : {".", "../libexec/pliant", "../lib/pliant", "../../libexec/pliant"}) {
+    for (const char* way :
+         {".", "bin", "../libexec/pliant", "../lib/pliant", "../../libexec/pliant"}) {
         const fs::path place = (folder / way / kDecoderName).lexically_normal();
         if (std::find(positions.begin(), positions.end(), place) == positions.end())
             positions.push_back(place);

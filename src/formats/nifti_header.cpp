@@ -56,7 +56,7 @@ struct Bytes {
 struct NiftiFields {
     int version = 1;
     bool swapped = false;
-    int datatype = 0, units = 0, qform_code = 0, sform_code = 0;
+    int datatype = 0, intent = 0, units = 0, qform_code = 0, sform_code = 0;
     std::array<std::int64_t, 8> dim{};
     std::array<double, 8> pixdim{};
     double vox_offset = 0, slope = 0, intercept = 0;
@@ -66,6 +66,7 @@ struct NiftiFields {
 
 NiftiFields fields_1(const Bytes& bytes) {
     NiftiFields f;
+    f.intent = bytes.get<std::int16_t>(68);
     f.datatype = bytes.get<std::int16_t>(70);
     f.units = bytes.bytes[123];
     f.qform_code = bytes.get<std::int16_t>(252);
@@ -94,6 +95,7 @@ NiftiFields fields_2(const Bytes& bytes) {
     bytes.get_all<double>(352, f.qform);
     bytes.get_all<double>(400, f.srow);
     f.units = bytes.get<std::int32_t>(500) & 255;
+    f.intent = bytes.get<std::int32_t>(504);
     return f;
 }
 
@@ -332,6 +334,20 @@ void read_rescale(const NiftiFields& fields, DataPlace& data) {
 
 }  // namespace
 
+namespace {
+
+/// The components of vectors are the slowest axis. Those of displacements are in RAS; those of other
+/// vectors are taken as LPS, as by ITK, whose writers and ANTs' leave them so.
+void take_vectors(const NiftiFields& fields, ImageHeader& header) {
+    constexpr int kDisplacements = 1006;
+    std::uint64_t voxels = 1;
+    for (const std::int64_t size : header.sizes) voxels *= std::uint64_t(size);
+    header.data.voxels_before_component = voxels;
+    if (fields.intent == kDisplacements) header.vector_sign = {-1, -1, 1};
+}
+
+}  // namespace
+
 Result<ImageHeader> read_nifti_header(const fs::path& path) {
     auto fields = read_nifti_fields(path);
     if (!fields) return fields.error();
@@ -339,7 +355,9 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     header.format = ImageFormat::Nifti;
     if (Status status = read_type_and_sizes(path, *fields, header); !status) return status.error();
     if (Status status = check_size(path, header.sizes); !status) return status.error();
-    if (header.components != 1 && !header.has_frames) return header;  // refused later
+    const bool is_vector = header.components == 3 && !header.has_frames;
+    if (header.components != 1 && !header.has_frames && !is_vector) return header;  // refused later
+    if (is_vector) take_vectors(*fields, header);
     if (fields->dim[0] < 3 && fields->pixdim[3] == 0) fields->pixdim[3] = 1;
     if (Status status = check_geometry(path, *fields); !status) return status.error();
     if (Status status = find_data(path, *fields, header.data); !status) return status.error();

@@ -90,6 +90,20 @@ bool OwnOrigins::add_url(std::string_view url) {
     return true;
 }
 
+bool OwnOrigins::add_frame(std::string_view origin) {
+    const std::string_view scheme = origin.starts_with(kHttps) ? kHttps : kHttp;
+    if (!origin.starts_with(scheme)) return false;
+    std::string_view host = origin.substr(scheme.size());
+    if (host.ends_with(":*")) host.remove_suffix(2);
+    if (host.empty() || !std::all_of(host.begin(), host.end(), is_host_character)) return false;
+    m_frames += (m_frames.empty() ? "" : " ") + std::string(origin);
+    return true;
+}
+
+std::string OwnOrigins::frames() const {
+    return m_frames.empty() ? "'none'" : m_frames;
+}
+
 bool OwnOrigins::has_host(std::string_view host) const {
     return !host.empty() && (has(origin_of(kHttp, host)) || has(origin_of(kHttps, host)));
 }

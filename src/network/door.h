@@ -39,11 +39,17 @@ class OwnOrigins {
     bool has_host(std::string_view host) const;
     /// Whether an Origin header names a page of this server.
     bool has(std::string_view origin) const;
+    /// Lets pages of an origin show this server's in a frame. Port '*': any.
+    /// @returns false if it isn't http(s)://host[:port]
+    bool add_frame(std::string_view origin);
+    /// Sources of a content security policy that may show the page in a frame.
+    std::string frames() const;
     /// WebSocket sources of a content security policy; some browsers don't count them to 'self'.
     std::string websockets() const;
 
   private:
     std::vector<std::string> m_origins;  ///< in lower case, without a scheme's own port
+    std::string m_frames;
 };
 /// Constant-time comparison.
 bool is_same_secret(std::string_view a, std::string_view b);

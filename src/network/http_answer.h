@@ -21,7 +21,8 @@ inline void set_common_fields(boost::beast::http::fields& fields, const OwnOrigi
                "data:; media-src 'self' blob:; worker-src 'self' blob:; connect-src 'self' " +
                    own.websockets() +
                    "; object-src 'none'; base-uri 'none'; form-action 'none'; "
-                   "frame-ancestors 'none'");
+                   "frame-ancestors " +
+                   own.frames());
     fields.set("X-Content-Type-Options", "nosniff");
     fields.set("Cross-Origin-Resource-Policy", "same-origin");
     fields.set("Referrer-Policy", "no-referrer");

@@ -444,6 +444,10 @@ Result<std::unique_ptr<Network>> Network::listen(Address address, Tokens tokens,
     if (!address.url.empty() && !impl->own->add_url(address.url))
         return about("url", ErrorCode::InvalidArgument,
                      "expected http(s)://name[:port][/path], found " + address.url);
+    for (const std::string& origin : address.embed_in)
+        if (!impl->own->add_frame(origin))
+            return about("embed_in", ErrorCode::InvalidArgument,
+                         "expected http(s)://name[:port], found " + origin);
     impl->url = page_url(address.url, impl->tls.get(), place, impl->port);
     impl->accept();
     return std::unique_ptr<Network>(new Network(std::move(impl)));

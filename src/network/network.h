@@ -32,10 +32,11 @@ struct TransferSettings {
 
 /// Where the server listens, and the names under which browsers reach it.
 struct Address {
-    std::string host = "127.0.0.1";  ///< an address of this machine
-    int port = 0;                    ///< 0: a free port
-    std::unique_ptr<Tls> tls{};      ///< null: plain HTTP
-    std::string url{};               ///< of the page, if a proxy stands in front of the server
+    std::string host = "127.0.0.1";       ///< an address of this machine
+    int port = 0;                         ///< 0: a free port
+    std::unique_ptr<Tls> tls{};           ///< null: plain HTTP
+    std::string url{};                    ///< of the page, if a proxy stands in front of the server
+    std::vector<std::string> embed_in{};  ///< origins whose pages may show it in a frame
 };
 
 class Network final : public Outlet {

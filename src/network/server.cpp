@@ -270,8 +270,11 @@ SettingRows<ServerSettings> server_rows() noexcept {
 namespace {
 
 Result<serve::Address> address_of(const ServerSettings& settings) {
-    serve::Address address{
-        .host = settings.host, .port = settings.port, .tls = {}, .url = settings.url};
+    serve::Address address{.host = settings.host,
+                           .port = settings.port,
+                           .tls = {},
+                           .url = settings.url,
+                           .embed_in = settings.embed_in};
     if (settings.certificate.empty() != settings.key.empty())
         return about(settings.key.empty() ? "key" : "certificate", ErrorCode::InvalidArgument,
                      "expected a file, since certificate and key belong together, found none");

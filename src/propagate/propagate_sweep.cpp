@@ -140,8 +140,31 @@ class SweepSolver {
             relax_uniform(brick, w, lags.uniform(push), dirty);
         else
             m_kernels.relax(w, size, lags.inside(push), dirty);
-        for (int side = 0; side < 6; ++side)
-            wakes.offer(side, offer(brick, c, side, push, lags), 1u << c);
+        if (m_work.may_skip_cancelled && brick.traits & kFixedTrait)
+            wakes.cancelled = std::max(wakes.cancelled, cancelled_by(brick, c, push));
+        const Fixed skipped = cancelled_of(push);
+        for (int side = 0; side < 6; ++side) {
+            const Fixed offered = offer(brick, c, side, push, lags);
+            if (offered > skipped) wakes.offer(side, offered, 1u << c);
+        }
+    }
+
+    /// Part of the push that the fixed elements of a brick cancel: the raise that they would have.
+    double cancelled_by(const Brick& brick, std::size_t c, const ComponentPush& push) const {
+        Fixed highest = 0;
+        const std::uint8_t* traits = m_lattice.materials().traits();
+        for (std::size_t n = 0; n < std::size_t(m_lattice.elements_per_brick()); ++n) {
+            if (!(traits[brick.material[n]] & kFixedTrait)) continue;
+            const Fixed before = m_work.shared ? 0 : push.sign * brick.u[c][n];
+            highest = std::max(highest, brick.raised[c][n] - before);
+        }
+        return highest / double(push.amount);
+    }
+
+    /// Raises up to this one are surely cancelled: what they would raise in turn, too.
+    Fixed cancelled_of(const ComponentPush& push) const {
+        constexpr double kRoundingMargin = 4;
+        return Fixed(std::max(0.0, m_work.cancelled * push.amount - kRoundingMargin));
     }
 
     void relax_uniform(const Brick& brick, Fixed* w, const UniformLags& lags,

@@ -77,6 +77,7 @@ struct SweepWork {
         std::array<Fixed, 6> raise{};
         std::array<std::uint8_t, 6> fields{};
         bool refused = false;  ///< the brick can't take part in a shared solve
+        double cancelled = 0;  ///< part of the push that its bone cancels
 
         void offer(int side, Fixed offered, unsigned of) {
             if (offered <= 0) return;
@@ -116,6 +117,11 @@ struct SweepWork {
     bool may_share = true;     ///< set before a solve: false keeps the components separate
     bool shared = false;       ///< one field serves all components, from a state of rest
     Fixed shared_amount = 0;   ///< raise of the grabbed elements in a shared solve
+    /// Set before a solve: whether raises that bone will cancel needn't be found. The push is then
+    /// shortened to its largest valid fraction (step.h).
+    bool may_skip_cancelled = false;
+    /// Part of the push that bone cancels, as far as the solve has seen it.
+    double cancelled = 0;
 
     std::vector<Node> nodes;  ///< by brick index
     std::vector<int> active;  ///< bricks with pending > 0

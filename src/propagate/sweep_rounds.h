@@ -25,6 +25,7 @@ class SweepRounds {
     SweepRounds(Lattice& lattice, SweepWork& work) : m_lattice(lattice), m_work(work) {
         work.touched.clear();
         work.active.clear();
+        work.cancelled = 0;
     }
 
     /// Puts a brick into the list. @param raise  > 0
@@ -51,6 +52,7 @@ class SweepRounds {
                 for (std::size_t n = 0; n < round.size(); ++n) {
                     wake_neighbours(round[n], m_work.wakes[n], amount);
                     refused |= m_work.wakes[n].refused;
+                    m_work.cancelled = std::max(m_work.cancelled, m_work.wakes[n].cancelled);
                 }
                 after_round(refused);
             }

@@ -13,6 +13,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace pliant::render {
 
@@ -55,7 +56,31 @@ class Camera {
         return normalized(m_forward + scale * u * m_right + scale * v * m_up);
     }
 
+    /// Position in the picture [pixels] of a point, given from the eye: the inverse of direction().
+    std::optional<PicturePoint> project(Vec3d from_eye) const {
+        constexpr int kMaxSteps = 60;
+        const double ahead = dot(from_eye, m_forward);
+        if (!(ahead > 0)) return std::nullopt;
+        const double scale = 1 / (ahead * m_slope);
+        const double u = scale * dot(from_eye, m_right), v = scale * dot(from_eye, m_up);
+        const double bent = std::sqrt(u * u + v * v);
+        double r = bent;  // r·(1 + k·r²) = bent, convex for k > 0: Newton's steps don't overshoot
+        for (int step = 0; step < kMaxSteps; ++step) {
+            const double slope = 1 + 3 * m_barrel * r * r;
+            if (!(slope > 0)) return std::nullopt;
+            const double move = (bent - r * (1 + m_barrel * r * r)) / slope;
+            r += move;
+            if (std::abs(move) <= 1e-12 * r) break;
+        }
+        if (!(1 + 3 * m_barrel * r * r > 0) ||
+            !(std::abs(r * (1 + m_barrel * r * r) - bent) <= 1e-9 * (1 + bent)))
+            return std::nullopt;
+        const double straight = bent > 0 ? r / bent : 1, half = 0.5 * m_height;
+        return PicturePoint{0.5 * m_width + half * straight * u, half - half * straight * v};
+    }
+
     double aspect() const { return double(m_width) / m_height; }  ///< width / height
+    Vec3d forward() const { return m_forward; }
     Vec3d right() const { return m_right; }
     Vec3d up() const { return m_up; }
 

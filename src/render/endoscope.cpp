@@ -28,9 +28,7 @@ struct Sample {
     float depth_mm;  ///< infinite: no hit
 };
 
-struct Point {
-    double x, y;
-};
+using Point = PicturePoint;
 struct Pixel {
     int x, y;
 };
@@ -52,14 +50,37 @@ class Painter {
     /// Samples points of the picture [pixels] in an order of neighbours.
     void look(std::span<const Point> points, std::vector<Sample>& samples) const {
         std::vector<Vec3d> directions;
-        for (const Point& p : points)  // outside of the field stop: no direction, so no hit
-            directions.push_back(field(p) > 0 ? m_camera.direction(p.x, p.y) : Vec3d{0, 0, 0});
-        std::vector<double> distances(points.size());
-        m_rays.hit_distances(directions, distances.data());
+        std::vector<double> distances;
+        cast(points, directions, distances);
         samples.resize(points.size());
         for (std::size_t n = 0; n < points.size(); ++n)
             samples[n] = seen(distances[n], directions[n], field(points[n]));
     }
+
+    /// Rays through points of the picture. @param[out] distances  infinite: no hit
+    void cast(std::span<const Point> points, std::vector<Vec3d>& directions,
+              std::vector<double>& distances) const {
+        directions.clear();
+        for (const Point& p : points)  // outside of the field stop: no direction, so no hit
+            directions.push_back(field(p) > 0 ? m_camera.direction(p.x, p.y) : Vec3d{0, 0, 0});
+        distances.resize(points.size());
+        m_rays.hit_distances(directions, distances.data());
+    }
+
+    /// Normal of the wall at a hit.
+    Vec3d normal_at(double t, Vec3d direction) const {
+        return m_caster.normal(m_endoscope.eye_mm + t * direction, direction, m_endoscope.polarity);
+    }
+    /// @param normal  at the hit, if there is one
+    Sample sample(double t, Vec3d direction, Vec3d normal, Point p) const {
+        return seen(t, direction, normal, field(p));
+    }
+    /// A vector in the camera's axes: right, down, ahead.
+    Vec3f in_camera(Vec3d v) const {
+        return to_float(
+            {dot(v, m_camera.right()), -dot(v, m_camera.up()), dot(v, m_camera.forward())});
+    }
+    const render::Camera& camera() const { return m_camera; }
 
   private:
     double field(Point p) const {
@@ -69,11 +90,15 @@ class Painter {
     }
 
     Sample seen(double t, Vec3d direction, double field) const {
+        const Vec3d normal = std::isinf(t) ? Vec3d{0, 0, 0} : normal_at(t, direction);
+        return seen(t, direction, normal, field);
+    }
+
+    Sample seen(double t, Vec3d direction, Vec3d normal, double field) const {
         if (std::isinf(t))
             return {to_float(m_real ? Vec3d{0, 0, 0} : m_fog),
                     std::numeric_limits<float>::infinity()};
         const Vec3d point = m_endoscope.eye_mm + t * direction;
-        const Vec3d normal = m_caster.normal(point, direction, m_endoscope.polarity);
         if (m_real) return {to_float(field * m_real->shade(t, point, normal, direction)), float(t)};
         return {to_float(shade(t, point, normal, direction)), float(t)};
     }
@@ -164,24 +189,52 @@ bool at_edge(const std::vector<Sample>& samples, int x, int y, int width, int he
 
 }  // namespace
 
-Image RayCaster::endoscope_view(const Endoscope& endoscope, int width, int height) const {
+void RayCaster::endoscope_frame(const Endoscope& endoscope, int width, int height,
+                                const EndoscopeFrame& frame) const {
     width = std::max(width, 1);
     height = std::max(height, 1);
     const Painter painter(m_impl->rays, endoscope, width, height);
+    const bool has_colour = !frame.colour.empty();
+    const bool is_smooth = has_colour && frame.is_smooth;
     const std::size_t count = std::size_t(width) * std::size_t(height);
-    std::vector<Sample> samples(count);
-    Image image{width, height, std::vector<Rgb8>(count)};
-    const auto index = [&](int x, int y) {
-        return std::size_t(y) * std::size_t(width) + std::size_t(x);
+    std::vector<Sample> samples(is_smooth ? count : 0);
+    const auto index = [&](Pixel p) {
+        return std::size_t(p.y) * std::size_t(width) + std::size_t(p.x);
+    };
+    const auto colour_of = [](Vec3f light) {
+        return render::srgb_from_linear(Vec3d{double(light.x), double(light.y), double(light.z)});
     };
     for_each_tile(width, height, m_impl->rays.arena, [&](const std::vector<Pixel>& pixels) {
         std::vector<Point> points;
+        std::vector<Vec3d> directions;
+        std::vector<double> distances;
         for (const Pixel& p : pixels) points.push_back({p.x + 0.5, p.y + 0.5});
-        std::vector<Sample> seen;
-        painter.look(points, seen);
-        for (std::size_t n = 0; n < pixels.size(); ++n)
-            samples[index(pixels[n].x, pixels[n].y)] = seen[n];
+        painter.cast(points, directions, distances);
+        for (std::size_t n = 0; n < pixels.size(); ++n) {
+            const std::size_t at = index(pixels[n]);
+            const double t = distances[n];
+            const bool is_hit = !std::isinf(t);
+            if (!frame.depth_mm.empty())
+                frame.depth_mm[at] =
+                    is_hit ? float(t * dot(directions[n], painter.camera().forward())) : 0;
+            Vec3d normal{0, 0, 0};
+            if (is_hit && (has_colour || !frame.normals.empty()))
+                normal = painter.normal_at(t, directions[n]);
+            if (!frame.normals.empty()) frame.normals[at] = painter.in_camera(normal);
+            if (!frame.points_mm.empty()) {
+                constexpr double kNowhere = std::numeric_limits<double>::infinity();
+                frame.points_mm[at] = is_hit ? endoscope.eye_mm + t * directions[n]
+                                             : Vec3d{kNowhere, kNowhere, kNowhere};
+            }
+            if (!has_colour) continue;
+            const Sample sample = painter.sample(t, directions[n], normal, points[n]);
+            if (is_smooth)
+                samples[at] = sample;
+            else
+                frame.colour[at] = colour_of(sample.light);
+        }
     });
+    if (!is_smooth) return;
     for_each_tile(width, height, m_impl->rays.arena, [&](const std::vector<Pixel>& pixels) {
         std::vector<Point> points;
         std::vector<Sample> seen;
@@ -192,17 +245,29 @@ Image RayCaster::endoscope_view(const Endoscope& endoscope, int width, int heigh
         painter.look(points, seen);
         std::size_t next = 0;
         for (const Pixel& p : pixels) {
-            Vec3f light = samples[index(p.x, p.y)].light;
+            Vec3f light = samples[index(p)].light;
             if (is_edge(p)) {
                 light = {0, 0, 0};
                 for (int part = 0; part < 4; ++part) light = light + seen[next++].light;
                 light = 0.25f * light;
             }
-            image.pixels[index(p.x, p.y)] =
-                render::srgb_from_linear(Vec3d{double(light.x), double(light.y), double(light.z)});
+            frame.colour[index(p)] = colour_of(light);
         }
     });
+}
+
+Image RayCaster::endoscope_view(const Endoscope& endoscope, int width, int height) const {
+    width = std::max(width, 1);
+    height = std::max(height, 1);
+    Image image{width, height, std::vector<Rgb8>(std::size_t(width) * std::size_t(height))};
+    endoscope_frame(endoscope, width, height, {.colour = image.pixels});
     return image;
+}
+
+std::optional<PicturePoint> project(const Endoscope& endoscope, int width, int height,
+                                    Vec3d point_mm) {
+    const render::Camera camera(endoscope, std::max(width, 1), std::max(height, 1));
+    return camera.project(point_mm - endoscope.eye_mm);
 }
 
 }  // namespace pliant

@@ -182,6 +182,7 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
         part.box = m_open[0];
         for (const Box3i& box : m_open) part.box = hull(part.box, box);
         m_left.strip = int(n);
+        m_first.begin(part.box);
         if (m_strip.is_wild() || job.mapping != Mapping::Cells) {
             write_all_cells(job, part, pass.mapping);
             continue;
@@ -193,6 +194,10 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
         if (pass.mapping == Mapping::Tetrahedra) {
             m_left.claims.resize(count);
             if (any_shared(part, part.box)) write_shared(job, part, pass.mapping);
+        }
+        for (std::size_t c = count; c < m_left.claims.size(); ++c) {
+            const Claim& claim = m_left.claims[c];
+            if (!claim.is_edge) m_first.note(voxel_place(part, claim.voxel), claim.cell);
         }
         write_leftovers(job, part, pass.mapping);
     }
@@ -279,12 +284,13 @@ void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Ma
     if (is_empty(candidates) || !any_open(target, candidates)) return;
     const CellPlanes planes(points);
     const TrilinearCell map(points);
+    const bool claims = m_left.writes == Writes::None;
     for_each_in(candidates, [&](Vec3i p) {
         const Vec3i d = p - first;
         const Vec3d place{double(d.x), double(d.y), double(d.z)};
         const Open open = *open_at(target, p);
         if (!target.turn.is_open(open) || (only_shared && open != target.turn.shared()) ||
-            !planes.may_hold(place))
+            (claims && m_first.is_before(p, cell)) || !planes.may_hold(place))
             return;
         const auto source = find_source(points, map, job.original, first, place, mapping);
         if (!source) return;
@@ -295,10 +301,12 @@ void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Ma
             cell,
             source->value,
             {float(source->t.x - d.x), float(source->t.y - d.y), float(source->t.z - d.z)}};
-        if (m_left.writes == Writes::None)
+        if (claims) {
             m_left.claims.push_back(claim);
-        else
+            m_first.note(p, cell);
+        } else {
             write_claim(claim, target);
+        }
     });
 }
 

@@ -63,6 +63,34 @@ struct ClaimPass {
     CellFaces faces;
 };
 
+/// For each voxel of a box, the first cell of a strip that surely holds it: later cells' claims
+/// would lose. Notes nothing in a box that is too large.
+class FirstCells {
+  public:
+    void begin(const Box3i& box) {
+        m_box = box;
+        const std::size_t count = dense_count(box.end - box.begin);
+        m_cell.assign(count <= kMostVoxels ? count : 0, INT32_MAX);
+    }
+    /// @pre p is in the box
+    bool is_before(Vec3i p, int cell) const { return !m_cell.empty() && m_cell[place(p)] < cell; }
+    void note(Vec3i p, int cell) {
+        if (m_cell.empty()) return;
+        std::int32_t& first = m_cell[place(p)];
+        first = std::min(first, cell);
+    }
+
+  private:
+    static constexpr std::size_t kMostVoxels = 1 << 17;
+
+    std::size_t place(Vec3i p) const {
+        return dense_index(p - m_box.begin, m_box.end - m_box.begin);
+    }
+
+    Box3i m_box;
+    std::vector<std::int32_t> m_cell;
+};
+
 class StripWriter {
   public:
     /// Writes strips until none are left. Voxels on edges remain as claims, and boxes around cells
@@ -107,6 +135,7 @@ class StripWriter {
     StripNodes m_strip;
     Leftovers m_left;
     Ahead m_ahead;
+    FirstCells m_first;  ///< of the strip that is claiming
     std::vector<Box3i> m_contested, m_open;
 };
 

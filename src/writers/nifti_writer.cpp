@@ -94,14 +94,18 @@ NiftiWriter::NiftiWriter(const fs::path& path, const NrrdLayout& layout, Encodin
     NiftiHead head{};
     put(head, 0, std::int32_t(348));
     put(head, 38, 'r');
-    const std::int16_t sizes[] = {3,
+    // Vectors are a fifth axis, and along it the data.
+    const bool is_vector = layout.components == 3;
+    const std::int16_t sizes[] = {std::int16_t(is_vector ? 5 : 3),
                                   std::int16_t(layout.grid.size.x),
                                   std::int16_t(layout.grid.size.y),
                                   std::int16_t(layout.grid.size.z),
                                   1,
-                                  1,
+                                  std::int16_t(layout.components),
                                   1,
                                   1};
+    constexpr std::int16_t kVector = 1007;
+    if (is_vector) put(head, 68, kVector);
     for (std::size_t n = 0; n < std::size(sizes); ++n) put(head, 40 + 2 * n, sizes[n]);
     put(head, 70, is_short ? kInt16 : kFloat32);
     put(head, 72, std::int16_t(is_short ? 16 : 32));

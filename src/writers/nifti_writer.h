@@ -21,7 +21,8 @@ Status check_nifti_size(const std::filesystem::path& path, const Grid& grid);
 
 class NiftiWriter {
   public:
-    /// Starts a file in RAS. Data are compressed if, and only if, the name ends in .gz.
+    /// Starts a file in RAS. With three components the intent is that of vectors, which ITK takes
+    /// as LPS; all numbers of one component come before those of the next. Data are compressed if, and only if, the name ends in .gz.
     NiftiWriter(const std::filesystem::path& path, const NrrdLayout& layout, Encoding);
 
     /// Adds numbers in the byte order of this machine. Does nothing after a failure.

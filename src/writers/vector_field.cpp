@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Displacement fields and grid transforms: NRRD with three numbers per voxel.
+// Displacement fields and grid transforms: NRRD, NIfTI or MetaImage with three numbers per voxel.
 
 #include "core/errors.h"
 #include "core/memory_budget.h"
@@ -23,9 +23,13 @@ namespace {
 
 Result<ImageHeader> read_field_header(const fs::path& path) {
     if (Status status = check_file(path); !status) return status.error();
-    if (format_by_name(path) != ImageFormat::Nrrd)
-        return unsupported(path, "expected a vector field in NRRD (.nrrd or .nhdr)");
-    auto header = read_image_header(path, ImageFormat::Nrrd);
+    const auto format = format_by_name(path);
+    if (format != ImageFormat::Nrrd && format != ImageFormat::Nifti &&
+        format != ImageFormat::MetaImage)
+        return unsupported(path,
+                           "expected a vector field in NRRD (.nrrd or .nhdr), NIfTI (.nii or "
+                           ".nii.gz) or MetaImage (.mha or .mhd)");
+    auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 3, *header); !status) return status.error();
     if (header->stored != Component::Float32 && header->stored != Component::Float64)

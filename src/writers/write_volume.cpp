@@ -116,8 +116,32 @@ Status write_vector_field(const fs::path& path, const Grid& grid, FieldKind kind
         });
 }
 
+namespace {
+
+/// One component after the other.
+Status write_nifti_field(const fs::path& path, const VectorField& field, Encoding encoding) {
+    if (Status s = check_nifti_size(path, field.grid); !s) return s;
+    const KeyValues none;
+    const NrrdLayout layout{field.grid, Component::Float32, 3, none};
+    return write_staged<NiftiWriter>(path, layout, encoding, [&](NiftiWriter& writer) {
+        std::vector<float> piece(std::min<std::size_t>(field.vectors_mm.size(), 1 << 16));
+        for (int a = 0; a < 3; ++a)
+            for (std::size_t done = 0; done < field.vectors_mm.size();) {
+                const std::size_t count = std::min(piece.size(), field.vectors_mm.size() - done);
+                for (std::size_t n = 0; n < count; ++n) piece[n] = field.vectors_mm[done + n][a];
+                writer.add(std::as_bytes(std::span<const float>(piece.data(), count)));
+                done += count;
+            }
+        return true;
+    });
+}
+
+}  // namespace
+
 Status write_vector_field(const fs::path& path, const VectorField& field, Encoding encoding) {
     if (Status s = check_field(field, path.string()); !s) return s;
+    if (const std::string_view ending = ending_of(path); ending == ".nii" || ending == ".nii.gz")
+        return write_nifti_field(path, field, encoding);
     const std::size_t count = std::size_t(field.grid.size.x) * std::size_t(field.grid.size.y);
     const auto copy_slice = [&](int k, std::span<Vec3f> vectors_mm) {
         std::copy_n(field.vectors_mm.data() + std::size_t(k) * count, count, vectors_mm.data());

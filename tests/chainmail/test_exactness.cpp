@@ -150,5 +150,64 @@ TEST(Exactness, LargeHeterogeneousPushIsTheSameForEverySolverBrickSizeAndThreadC
     EXPECT_GT(std::get<0>(*reports.begin()), 5000);
 }
 
+/// Tissue of a few materials with some balls of bone.
+Instance instance_with_bone(Random& random) {
+    Instance instance = random_instance(random, 36, 44, false);
+    const Grid& grid = instance.volume.grid;
+    constexpr std::int16_t kBone = 1000;
+    auto& voxels = std::get<VoxelArray<std::int16_t>>(instance.volume.voxels);
+    for (int ball = 0; ball < 5; ++ball) {
+        const Vec3i centre{random.whole(0, grid.size.x - 1), random.whole(0, grid.size.y - 1),
+                           random.whole(0, grid.size.z - 1)};
+        const int radius = random.whole(1, 5);
+        for (int z = 0; z < grid.size.z; ++z)
+            for (int y = 0; y < grid.size.y; ++y)
+                for (int x = 0; x < grid.size.x; ++x) {
+                    const Vec3i d = Vec3i{x, y, z} - centre;
+                    if (d.x * d.x + d.y * d.y + d.z * d.z <= radius * radius)
+                        voxels[voxel_index(grid, {x, y, z})] = kBone;
+                }
+    }
+    instance.law = [law = instance.law](int value) {
+        ElementLimits limits = law(value);
+        limits.fixed = value == kBone;
+        limits.max_movement_mm = 500;
+        return limits;
+    };
+    return instance;
+}
+
+/// Sweeps leave out the raises that bone cancels; the heap doesn't.
+TEST(Exactness, PushesThatBoneShortensAreThoseOfTheHeap) {
+    int shortened = 0;
+    for (std::uint64_t n = 0; n < 6 && !::testing::Test::HasFailure(); ++n) {
+        SCOPED_TRACE("seed " + std::to_string(kExactnessSeed + n));
+        Random random(kExactnessSeed + n);
+        const Instance instance = instance_with_bone(random);
+        const TaskArena one(1), two(2);
+        ChainMail heap = make_tissue(instance, ChainMailSolver::Heap, 8, one);
+        std::vector<ChainMail> sweeps;
+        sweeps.push_back(make_tissue(instance, ChainMailSolver::Sweep, 8, one));
+        sweeps.push_back(make_tissue(instance, ChainMailSolver::Sweep, 8, two));
+        sweeps.push_back(make_tissue(instance, ChainMailSolver::PlainSweep, 5, two));
+        for (int step = 0; step < 4; ++step) {
+            const std::vector<Vec3i> grabbed = random_grab(random, instance.volume.grid);
+            const Vec3d push_mm = random.vector(step % 2 ? 4 : 20);
+            const auto expected = heap.push_elements(grabbed, push_mm);
+            ASSERT_TRUE(expected.ok());
+            shortened += expected->limited_by == LimitedBy::Bone && expected->step_fraction > 0;
+            for (ChainMail& sweep : sweeps) {
+                const auto report = sweep.push_elements(grabbed, push_mm);
+                ASSERT_TRUE(report.ok());
+                EXPECT_EQ(sweep.hash(), heap.hash());
+                EXPECT_EQ(report->step_fraction, expected->step_fraction);
+                EXPECT_EQ(report->moved_elements, expected->moved_elements);
+                EXPECT_EQ(report->message, expected->message);
+            }
+        }
+    }
+    EXPECT_GE(shortened, 10);
+}
+
 }  // namespace
 }  // namespace pliant::test

@@ -54,6 +54,17 @@ TEST(DicomSeries, IsSortedByPositionAndSpacedByIt) {
     EXPECT_TRUE(volume->key_values.empty());
 }
 
+TEST(DicomSeries, UnknownTypesAreReadAsThoseOfTheirElements) {
+    const test::TemporaryFolder folder;
+    DicomFile pattern;
+    pattern.unknown_types = true;
+    write_slices(folder, {4, -2, 1}, pattern);
+    const auto volume = read_volume(folder.path());
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.spacing_mm, (Vec3d{0.25, 0.5, 3}));
+    EXPECT_EQ(volume->at({0, 0, 1}), 2);
+}
+
 TEST(DicomSeries, ModalityAndRescaleTypeAreNoted) {
     const auto notes_of = [](const DicomFile& pattern) {
         const test::TemporaryFolder folder;

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <limits>
 #include <span>
 
@@ -38,6 +39,38 @@ TEST(VectorField, ComesBackAsItWas) {
                 EXPECT_EQ(again->kind, field.kind);
                 EXPECT_EQ(again->vectors_mm, field.vectors_mm);
             }
+}
+
+TEST(VectorField, ComesBackFromNifti) {
+    const test::TemporaryFolder folder;
+    for (const char* name : {"u.nii", "u.nii.gz"}) {
+        const VectorField field = some_field(FieldKind::Resampling);
+        const auto path = folder.path() / name;
+        ASSERT_TRUE(write_vector_field(path, field).ok());
+        const auto again = read_vector_field(path);
+        ASSERT_TRUE(again.ok()) << again.error().message;
+        EXPECT_EQ(again->grid, field.grid);
+        EXPECT_EQ(again->vectors_mm, field.vectors_mm);
+        EXPECT_EQ(read_volume(path).error().code, ErrorCode::Unsupported);
+    }
+}
+
+TEST(VectorField, DisplacementsOfNiftiAreRas) {
+    const test::TemporaryFolder folder;
+    const VectorField field = some_field(FieldKind::Resampling);
+    ASSERT_TRUE(write_vector_field(folder / "u.nii", field).ok());
+    {
+        std::fstream file(folder / "u.nii", std::ios::in | std::ios::out | std::ios::binary);
+        const std::int16_t displacements = 1006;
+        file.seekp(68);
+        file.write(reinterpret_cast<const char*>(&displacements), 2);
+    }
+    const auto again = read_vector_field(folder / "u.nii");
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    for (std::size_t n = 0; n < field.vectors_mm.size(); ++n) {
+        const Vec3f v = field.vectors_mm[n];
+        EXPECT_EQ(again->vectors_mm[n], (Vec3f{-v.x, -v.y, v.z}));
+    }
 }
 
 TEST(VectorField, IsTheSameSliceBySlice) {
@@ -121,7 +154,8 @@ TEST(VectorField, OtherFilesAreRefused) {
     };
     std::vector<float> numbers(72, 1.f);
     refused("scan.nrrd", test::NrrdFile().bytes(), "holds 1 numbers per voxel, expected 3");
-    refused("scan.mha", test::MetaFile().bytes(), "expected a vector field in NRRD");
+    refused("scan.mha", test::MetaFile().bytes(), "holds 1 numbers per voxel, expected 3");
+    refused("scan.vti", "<VTKFile/>", "expected a vector field in NRRD");
     auto shorts = field_file("LPS", numbers);
     shorts.type = "short";
     refused("short.nrrd", shorts.bytes(), "expected vectors of float or double");

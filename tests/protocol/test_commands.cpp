@@ -335,6 +335,13 @@ TEST(Door, OpensForThisMachineOnly) {
     for (const char* url : {"", "class.example.org", "ftp://class.example.org", "https://",
                             "https://a b/", "https://a;b/", "https:///path"})
         EXPECT_FALSE(proxied.add_url(url)) << url;
+    EXPECT_EQ(proxied.frames(), "'none'");
+    for (const char* origin : {"http://localhost:*", "https://lab.example.org"})
+        EXPECT_TRUE(proxied.add_frame(origin)) << origin;
+    for (const char* origin : {"", "*", "localhost:8888", "http://*", "http://:*", "http://a/b",
+                               "https://a; script-src *", "http://a\r\nX: y"})
+        EXPECT_FALSE(proxied.add_frame(origin)) << origin;
+    EXPECT_EQ(proxied.frames(), "http://localhost:* https://lab.example.org");
     EXPECT_TRUE(is_same_secret("abc", "abc"));
     EXPECT_FALSE(is_same_secret("abd", "abc"));
     EXPECT_FALSE(is_same_secret("", "abc"));

@@ -85,6 +85,7 @@ TEST_F(HostileTest, StrangersStayOutside) {
     const std::string page = browser.get("/", own_host());
     EXPECT_TRUE(page.starts_with("HTTP/1.1 200")) << page.substr(0, 100);
     EXPECT_NE(page.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
+    EXPECT_NE(page.find("; frame-ancestors 'none'\r\n"), std::string::npos);
     EXPECT_EQ(page.find(token), std::string::npos);
     EXPECT_TRUE(browser.get("/../../etc/passwd", own_host()).starts_with("HTTP/1.1 404"));
     EXPECT_TRUE(browser.get("/", "evil.example").starts_with("HTTP/1.1 403"));

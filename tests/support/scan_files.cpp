@@ -58,7 +58,7 @@ struct DicomSyntax {
                       std::uint32_t length) const {
         const std::string tag = number(group) + number(name);
         if (implicit || group == 0xfffe) return tag + number(length);
-        if (vr == "OW" || vr == "OB" || vr == "SQ")
+        if (vr == "OW" || vr == "OB" || vr == "SQ" || vr == "UN")
             return tag + vr + std::string(2, '\0') + number(length);
         return tag + vr + number(std::uint16_t(length));
     }
@@ -155,7 +155,7 @@ std::string DicomFile::bytes() const {
              plain.element(2, 0, "UL", packed<std::uint32_t>({std::uint32_t(meta.size())})) + meta;
     const auto add = [&](std::uint16_t group, std::uint16_t number, const char* vr,
                          const std::string& value) {
-        bytes += body.element(group, number, vr, value);
+        bytes += body.element(group, number, unknown_types && group < 0x7fe0 ? "UN" : vr, value);
     };
     const auto add_number = [&](std::uint16_t number, std::uint16_t value) {
         add(0x28, number, "US", body.number(value));

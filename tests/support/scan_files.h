@@ -75,6 +75,7 @@ struct DicomFile {
     std::string window = {}, level = {};             ///< Window Width and Center; the same
     std::uint16_t bits_allocated = 16, bits_stored = 16, high_bit = 15, is_signed = 1;
     bool with_position = true, implicit = false;
+    bool unknown_types = false;  ///< VR UN, as converters write elements of implicit files
     std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  ///< CT
     std::string photometric = {};   ///< empty: as the number of samples suggests
     std::string syntax = {};        ///< UID of the transfer syntax; empty: as `implicit` says

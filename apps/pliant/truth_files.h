@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The folder of `pliant truth`: docs/truth.md lists its files.
+
+#pragma once
+
+#include <pliant/truth.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace pliant::app {
+
+using TruthJson = nlohmann::ordered_json;
+
+/// A data set: truth.json.
+struct TruthIndex {
+    TruthJson json;
+    std::string ending;              ///< of images: ".nrrd" or ".nii.gz"
+    std::vector<std::string> cases;  ///< folders
+};
+
+/// Writes the files of a case to a folder. Two at a time where there are threads.
+Status write_truth_case(const TruthCase& made, const TruthJson& record,
+                        const std::filesystem::path& folder, const std::string& ending,
+                        Encoding encoding, const TaskArena& arena);
+/// The record of a case: case.json.
+TruthJson truth_record(const TruthCase& made, const TruthSettings& settings);
+
+/// @returns NotFound; Unreadable that names the file and the field
+Result<TruthIndex> read_truth_index(const std::filesystem::path& folder);
+/// Reads the parts of a case that scores need.
+Result<TruthData> read_truth_data(const std::filesystem::path& folder, const std::string& ending);
+/// Reads points: lines of three numbers x, y, z [mm, LPS] separated by commas or blanks, or six
+/// with the fixed point first; lines that begin with a letter or '#' are skipped.
+Result<std::vector<Vec3d>> read_points(const std::filesystem::path& path);
+
+/// Writes a text to a file. @returns Unwritable
+Status write_text(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace pliant::app

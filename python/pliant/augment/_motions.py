@@ -1,0 +1,481 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+"""Random motions of soft tissue: drawn as a plan, applied to a scan and all that belongs to it."""
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy
+import numpy.typing
+
+from pliant._core import Field, PreparedScan, Volume, Warp
+from pliant._error import Error
+from pliant.augment._plan import Plan
+
+Array = numpy.typing.NDArray[Any]
+Range = float | Sequence[float]
+
+# Tries to find a position, and values that are looked at in each.
+_TRIES, _DRAWN = 12, 256
+# A position is good if bone is so far that at least this part of the push is possible.
+_GOOD_SHARE = 0.5
+# The share is a guess: pushes are planned longer by this factor.
+_SPARE = 1.5
+
+
+def _expected(field: str, expected: str, found: object) -> Error:
+    return Error(
+        f"{field}: expected {expected}, found {found}",
+        field=field,
+        expected=expected,
+        found=str(found),
+    )
+
+
+def _range(name: str, given: Range, low: float = 0.0) -> tuple[float, float]:
+    numbers = (given, given) if isinstance(given, (int, float)) else tuple(given)
+    if len(numbers) != 2 or not low <= numbers[0] <= numbers[1] < float("inf"):
+        raise _expected(name, f"a number or two that grow, from {low:g} upwards", given)
+    return float(numbers[0]), float(numbers[1])
+
+
+def _count(name: str, given: Range) -> tuple[int, int]:
+    low, high = _range(name, given)
+    if low != int(low) or high != int(high):
+        raise _expected(name, "whole numbers", given)
+    return int(low), int(high)
+
+
+def _each(given: Any, work: Callable[[Any], Any]) -> Any:
+    """The results for one array, or for those of a sequence or a mapping."""
+    if given is None:
+        return None
+    if isinstance(given, Mapping):
+        return {name: work(value) for name, value in given.items()}
+    if isinstance(given, (list, tuple)) and not numpy.isscalar(given[0]):
+        return type(given)(work(value) for value in given)
+    return work(given)
+
+
+class Applied:
+    """A sample: a scan and all that belongs to it, after the motions of a plan.
+
+    Attributes:
+        image: The moved scan.
+        labels, images, points: As they were given, moved by the same field; None if not given.
+        warp: The map, for more of them, and for the way back.
+        report: A dictionary for each motion: kind, status ("applied", "limited", "rejected"),
+            limited_by, fraction that was done, moved_voxels.
+        plan: The motions.
+    """
+
+    def __init__(
+        self,
+        image: Volume,
+        labels: Any,
+        images: Any,
+        points: Array | None,
+        warp: Warp,
+        report: list[dict[str, Any]],
+        plan: Plan,
+    ) -> None:
+        self.image, self.labels, self.images, self.points = image, labels, images, points
+        self.warp, self.report, self.plan = warp, report, plan
+
+    @functools.cached_property
+    def forward(self) -> Field:
+        """Displacements [mm, LPS] at rest voxel centres."""
+        return self.warp.forward_field()
+
+    @functools.cached_property
+    def inverse(self) -> Field:
+        """The exact inverse, on the scan's grid."""
+        return self.warp.inverse_field()
+
+    @functools.cached_property
+    def smallest_jacobian(self) -> float:
+        """Smallest volume ratio at a corner of a cell; above 0: nothing is folded."""
+        return self.warp.smallest_jacobian
+
+
+class TissueMotions:
+    """Random pushes, pulls, slides, swellings and breaths, which can't fold tissue.
+
+    Counts and lengths are a number, or two between which they are drawn.
+
+    Args:
+        pushes, pulls: Number of spheres that carry tissue along. From a wall (at="wall") pushes go
+            into the tissue and pulls out of it; elsewhere they go anywhere.
+        push_mm: Length of a push or pull. Bone nearby shortens it.
+        tool_mm: Radius of the sphere.
+        slides: Number of spheres that move along a wall of air without friction.
+        slide_mm, slide_tool_mm: Length of their way, and their radius.
+        swellings: Number of balls that grow.
+        swelling_mm, swelling_radius_mm: Growth of a ball's radius, and the radius.
+        breathing: Probability of a breath, 0...1.
+        breath_mm: Motion of the diaphragm.
+        at: Where motions begin: "soft" (any soft tissue), "wall" (beside air), or a label or
+            several, for which sample() needs the label map.
+        bone_hu: Voxels above it don't move; None: all move.
+        air_hu: Voxels below it are air, which tools don't take.
+        offset: Largest change of a voxel's length, and its largest shear, as a fraction of it,
+            above 0 and below 1/3. No volume shrinks below 1 - 3 * offset of itself.
+        label_sampling: "nearest", or "majority": the label with the largest trilinear weight.
+        label_beyond: Label of space outside of the scan.
+        threads: 1: the caller's alone, as in data loaders' workers; 0: one for each core.
+        tissue: More settings, of pliant.settings_of("chainmail"). Those that could fold are
+            refused.
+    """
+
+    def __init__(
+        self,
+        *,
+        pushes: Range = (1, 3),
+        pulls: Range = 0,
+        push_mm: Range = (2.0, 12.0),
+        tool_mm: Range = (3.0, 15.0),
+        slides: Range = 0,
+        slide_mm: Range = (3.0, 10.0),
+        slide_tool_mm: Range = (2.0, 5.0),
+        swellings: Range = 0,
+        swelling_mm: Range = (1.0, 4.0),
+        swelling_radius_mm: Range = (8.0, 25.0),
+        breathing: float = 0.0,
+        breath_mm: Range = (3.0, 12.0),
+        at: str | int | Sequence[int] = "soft",
+        bone_hu: float | None = 300.0,
+        air_hu: float = -500.0,
+        offset: float = 0.25,
+        label_sampling: str = "nearest",
+        label_beyond: float = 0,
+        threads: int = 1,
+        tissue: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.pushes, self.pulls = _count("pushes", pushes), _count("pulls", pulls)
+        self.push_mm, self.tool_mm = _range("push_mm", push_mm), _range("tool_mm", tool_mm)
+        self.slides = _count("slides", slides)
+        self.slide_mm = _range("slide_mm", slide_mm)
+        self.slide_tool_mm = _range("slide_tool_mm", slide_tool_mm)
+        self.swellings = _count("swellings", swellings)
+        self.swelling_mm = _range("swelling_mm", swelling_mm)
+        self.swelling_radius_mm = _range("swelling_radius_mm", swelling_radius_mm)
+        if not 0 <= breathing <= 1:
+            raise _expected("breathing", "a probability, 0...1", breathing)
+        self.breathing, self.breath_mm = float(breathing), _range("breath_mm", breath_mm)
+        if isinstance(at, str):
+            if at not in ("soft", "wall"):
+                raise _expected("at", "soft, wall or labels", at)
+            self.at: str | tuple[int, ...] = at
+        else:
+            self.at = (int(at),) if isinstance(at, (int, numpy.integer)) else tuple(map(int, at))
+        if not 0 < offset < 1 / 3:
+            raise _expected("offset", "above 0 and below 1/3", offset)
+        if label_sampling not in ("nearest", "majority"):
+            raise _expected("label_sampling", "nearest or majority", label_sampling)
+        if threads < 0:
+            raise _expected("threads", "0 (one for each core) or more", threads)
+        self.bone_hu, self.air_hu, self.offset = bone_hu, float(air_hu), float(offset)
+        self.label_sampling, self.label_beyond = label_sampling, label_beyond
+        self.threads = int(threads)
+        self.tissue = dict(tissue or {})
+
+    def __repr__(self) -> str:
+        return f"TissueMotions({', '.join(f'{k}={v!r}' for k, v in vars(self).items())})"
+
+    @property
+    def tissue_settings(self) -> dict[str, Any]:
+        """The settings of a plan's tissue."""
+        return {
+            "offset": self.offset,
+            "bone_threshold_hu": 1e6 if self.bone_hu is None else float(self.bone_hu),
+            "max_movement_mm": 500.0,
+            "air_enabled": False,
+            "air_threshold_hu": self.air_hu,
+            **self.tissue,
+        }
+
+    def prepare(self, scan: Volume) -> PreparedScan:
+        """Prepares a scan for several samples; sample() and apply() take it in place of the scan.
+
+        The scan's voxels must not change meanwhile.
+        """
+        return self._prepared(scan, self.tissue_settings)
+
+    def _prepared(self, scan: Volume, settings: Mapping[str, Any]) -> PreparedScan:
+        prepared = PreparedScan(scan, self.threads, **settings)
+        if not prepared.fold_number < 1:
+            raise _expected(
+                "tissue", "settings that can't fold (a fold number below 1)", prepared.fold_number
+            )
+        return prepared
+
+    def sample(
+        self, scan: Volume | PreparedScan, rng: numpy.random.Generator, labels: Any = None
+    ) -> Plan:
+        """Draws motions for a scan.
+
+        Args:
+            labels: The label map (k, j, i), if `at` names labels.
+
+        Returns:
+            A plan. It has fewer motions where the scan has no position for them: no soft tissue, no
+            wall, no voxel of the labels.
+        """
+        prepared = scan if isinstance(scan, PreparedScan) else self.prepare(scan)
+        return _Sampler(self, prepared, rng, labels).plan()
+
+    def apply(
+        self,
+        scan: Volume | PreparedScan,
+        plan: Plan,
+        *,
+        labels: Any = None,
+        images: Any = None,
+        points: numpy.typing.ArrayLike | None = None,
+    ) -> Applied:
+        """Moves a scan, and all that belongs to it, by a plan.
+
+        Args:
+            labels: Label map (..., k, j, i), or a list or dictionary of them.
+            images: Likewise, of other images on the scan's grid; 0 outside of it.
+            points: Landmarks (n, 3) [mm, LPS].
+        """
+        if isinstance(scan, PreparedScan):
+            if plan.tissue != scan.settings:
+                raise _expected("plan", "the tissue of the prepared scan", plan.tissue)
+            prepared = scan
+        else:
+            prepared = self._prepared(scan, plan.tissue)
+        try:
+            report = _report(prepared, plan)
+        except BaseException:
+            prepared.reset()
+            raise
+        warp, image = prepared.finish()
+        return Applied(
+            image,
+            _each(labels, lambda array: self.warp_labels(warp, array)),
+            _each(images, warp.warp_image),
+            None if points is None else warp.warp_points(points),
+            warp,
+            report,
+            plan,
+        )
+
+    def warp_labels(self, warp: Warp, array: Any) -> Any:
+        """Moves a label map as apply() does."""
+        if numpy.asarray(array).dtype == bool:
+            moved = warp.warp_labels(numpy.asarray(array).view(numpy.uint8), self.label_sampling)
+            return moved.view(bool)
+        return warp.warp_labels(array, self.label_sampling, self.label_beyond)
+
+    def __call__(
+        self,
+        scan: Volume | PreparedScan,
+        rng: numpy.random.Generator,
+        *,
+        labels: Any = None,
+        images: Any = None,
+        points: numpy.typing.ArrayLike | None = None,
+    ) -> Applied:
+        """Draws a plan and applies it."""
+        at_labels = None
+        if not isinstance(self.at, str):
+            at_labels = labels
+        plan = self.sample(scan, rng, at_labels)
+        return self.apply(scan, plan, labels=labels, images=images, points=points)
+
+
+def _report(prepared: PreparedScan, plan: Plan) -> list[dict[str, Any]]:
+    report: list[dict[str, Any]] = []
+    for motion in plan.motions:
+        kind = motion["kind"]
+        if kind == "slide":
+            slid = prepared.slide(motion["point_mm"], motion["by_mm"], motion["radius_mm"])
+            done = slid.way_fraction
+            status = "applied" if done == 1 else "limited" if done > 0 else "rejected"
+            report.append(
+                {
+                    "kind": kind,
+                    "status": status,
+                    "limited_by": slid.limited_by,
+                    "fraction": done,
+                    "moved_voxels": None,
+                }
+            )
+            continue
+        pushed = prepared.push(motion["point_mm"], motion["by_mm"], motion["radius_mm"])
+        report.append(
+            {
+                "kind": kind,
+                "status": pushed.status,
+                "limited_by": pushed.limited_by,
+                "fraction": pushed.step_fraction,
+                "moved_voxels": pushed.moved_elements,
+            }
+        )
+    return report
+
+
+class _Sampler:
+    """Draws the motions of one plan."""
+
+    def __init__(
+        self,
+        motions: TissueMotions,
+        prepared: PreparedScan,
+        rng: numpy.random.Generator,
+        labels: Any,
+    ) -> None:
+        self.motions, self.prepared, self.rng = motions, prepared, rng
+        self.scan = prepared.scan
+        self.array: Array = self.scan.array
+        self.size = numpy.array(self.array.shape)
+        self.labels: Array | None = None
+        if not isinstance(motions.at, str):
+            if labels is None:
+                raise _expected("labels", "a label map, since at names labels", "none")
+            self.labels = numpy.asarray(labels)
+            if self.labels.shape != self.array.shape:
+                raise _expected("labels", f"axes {self.array.shape}", self.labels.shape)
+        settings = prepared.settings
+        self.bone, self.air = settings["bone_threshold_hu"], settings["air_threshold_hu"]
+
+    def plan(self) -> Plan:
+        m = self.motions
+        drawn: list[dict[str, Any] | None] = []
+        for kind, count in (("push", m.pushes), ("pull", m.pulls)):
+            drawn += [self.push(kind) for _ in range(self.number(count))]
+        drawn += [self.slide() for _ in range(self.number(m.slides))]
+        return Plan(tuple(one for one in drawn if one), self.prepared.settings)
+
+    def number(self, between: tuple[int, int]) -> int:
+        return int(self.rng.integers(between[0], between[1] + 1))
+
+    def length(self, between: tuple[float, float]) -> float:
+        return float(self.rng.uniform(*between))
+
+    def direction(self) -> Array:
+        while True:
+            vector = self.rng.normal(size=3)
+            length = float(numpy.linalg.norm(vector))
+            if length > 1e-3:
+                return vector / length
+
+    def fits(self, at: Array, is_wall: bool) -> numpy.typing.NDArray[numpy.bool_]:
+        """Which of some voxels (n, 3) motions can begin at."""
+        k, j, i = at.T
+        values = self.array[k, j, i]
+        fits: numpy.typing.NDArray[numpy.bool_] = (values >= self.air) & (values <= self.bone)
+        if self.labels is not None:
+            fits &= numpy.isin(self.labels[k, j, i], self.motions.at)
+        if is_wall:
+            beside = numpy.zeros(len(at), bool)
+            for axis in range(3):
+                for step in (-1, 1):
+                    other = at.copy()
+                    other[:, axis] = numpy.clip(at[:, axis] + step, 0, self.size[axis] - 1)
+                    beside |= self.array[tuple(other.T)] < self.air
+            fits &= beside
+        return fits
+
+    def voxel(self, is_wall: bool) -> Array | None:
+        """A random voxel (k, j, i) that fits."""
+        for _ in range(_TRIES):
+            drawn = self.rng.integers(0, self.size, (_DRAWN, 3))
+            fits = numpy.flatnonzero(self.fits(drawn, is_wall))
+            if len(fits):
+                found: Array = drawn[fits[0]]
+                return found
+        # Such voxels are rare: all are looked at.
+        soft = (self.array >= self.air) & (self.array <= self.bone)
+        if self.labels is not None:
+            soft &= numpy.isin(self.labels, self.motions.at)
+        drawn = numpy.argwhere(soft)
+        if is_wall:
+            drawn = drawn[self.fits(drawn, is_wall)]
+        if len(drawn) == 0:
+            return None
+        rare: Array = drawn[self.rng.integers(len(drawn))]
+        return rare
+
+    def normal(self, at: Array) -> Array | None:
+        """From tissue to air [LPS], from differences over two voxels."""
+        slope = numpy.zeros(3)
+        for axis in range(3):
+            low, high = at.copy(), at.copy()
+            low[axis], high[axis] = max(at[axis] - 2, 0), min(at[axis] + 2, self.size[axis] - 1)
+            step = (high[axis] - low[axis]) * self.scan.spacing_mm[2 - axis]
+            if step > 0:
+                difference = float(self.array[tuple(high)]) - float(self.array[tuple(low)])
+                slope[2 - axis] = difference / step
+        outward = -(self.scan.direction @ slope)
+        length = float(numpy.linalg.norm(outward))
+        return outward / length if length > 0 else None
+
+    def point(self, at: Array) -> Array:
+        # A border voxel's centre may lie outside of an oblique scan by rounding.
+        inside = numpy.clip(at.astype(float), 1e-6, self.size - 1 - 1e-6)
+        return numpy.array(self.scan.world_from_voxel(inside[::-1]))
+
+    def is_inside(self, point: Array) -> bool:
+        ijk = numpy.array(self.scan.voxel_from_world(point))
+        return bool((ijk >= 0).all() and (ijk <= self.size[::-1] - 1).all())
+
+    def push(self, kind: str) -> dict[str, Any] | None:
+        best: dict[str, Any] | None = None
+        best_share = -1.0
+        for _ in range(_TRIES):
+            at = self.voxel(self.motions.at == "wall")
+            if at is None:
+                return None
+            radius, length = self.length(self.motions.tool_mm), self.length(self.motions.push_mm)
+            way = self.direction()
+            if self.motions.at == "wall" and (normal := self.normal(at)) is not None:
+                way = way + 2 * (normal if kind == "pull" else -normal)
+                way /= numpy.linalg.norm(way)
+            point = self.point(at)
+            share = self.possible_share(point, radius, length)
+            if share > best_share:
+                best_share = share
+                length *= min(1.0, _SPARE * share)  # the rest would be computed in vain
+                best = {
+                    "kind": kind,
+                    "point_mm": point.tolist(),
+                    "by_mm": (length * way).tolist(),
+                    "radius_mm": radius,
+                }
+            if share >= _GOOD_SHARE:
+                break
+        return best
+
+    def possible_share(self, point: Array, radius: float, length: float) -> float:
+        """About the part of a push that bone allows."""
+        room = self.prepared.bone_distance_mm(point) - radius
+        return min(1.0, self.motions.offset * max(room, 0.0) / max(length, 1e-6))
+
+    def slide(self) -> dict[str, Any] | None:
+        for _ in range(_TRIES):
+            at = self.voxel(is_wall=True)
+            if at is None:
+                return None
+            normal = self.normal(at)
+            if normal is None:
+                continue
+            radius = self.length(self.motions.slide_tool_mm)
+            start = self.point(at) + (radius + max(self.scan.spacing_mm)) * normal
+            # Mostly along the wall, and into it.
+            way = self.direction()
+            way = way - (way @ normal) * normal
+            way = way / max(float(numpy.linalg.norm(way)), 1e-6) - 0.6 * normal
+            way *= self.length(self.motions.slide_mm) / numpy.linalg.norm(way)
+            if not (self.is_inside(start) and self.is_inside(start + way)):
+                continue
+            return {
+                "kind": "slide",
+                "point_mm": start.tolist(),
+                "by_mm": way.tolist(),
+                "radius_mm": radius,
+            }
+        return None

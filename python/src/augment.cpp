@@ -1,0 +1,442 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Augmentation: a scan that is prepared for motions, and the warp that they make. The plans of
+// motions are Python's (pliant/augment).
+
+#include <pliant/chainmail.h>
+#include <pliant/warp.h>
+
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <type_traits>
+
+#include "volumes.h"
+
+namespace pliant::python {
+namespace {
+
+using Numbers = nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>;
+using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+/// A warp, with the threads that find its inverse.
+struct PyWarp {
+    Warp warp;
+};
+
+/// City-block distances from bone, in blocks of voxels: how far tissue can move follows from them.
+class BoneDistance {
+  public:
+    BoneDistance(const Volume& volume, double bone_hu) : m_grid(volume.grid) {
+        for (int a = 0; a < 3; ++a) m_size[a] = (m_grid.size[a] + kBlock - 1) / kBlock;
+        m_mm.assign(std::size_t(m_size.x) * std::size_t(m_size.y) * std::size_t(m_size.z), kFar);
+        std::visit([&](const auto& voxels) { find_bone(voxels.data(), bone_hu); }, volume.voxels);
+        for (int a = 0; a < 3; ++a) spread(a);
+    }
+    double at(Vec3d point_mm) const {
+        const Vec3d ijk = voxel_from_world(m_grid, point_mm);
+        Vec3i block;
+        for (int a = 0; a < 3; ++a)
+            block[a] = int(std::clamp(ijk[a] / kBlock, 0.0, double(m_size[a] - 1)));
+        return m_mm[index(block)];
+    }
+
+  private:
+    static constexpr int kBlock = 4;
+    static constexpr float kFar = 1e6f;
+
+    std::size_t index(Vec3i b) const {
+        return std::size_t(b.x) + std::size_t(m_size.x) *
+                                      (std::size_t(b.y) + std::size_t(m_size.y) * std::size_t(b.z));
+    }
+    template <class T>
+    void find_bone(const T* voxels, double bone_hu) {
+        const Vec3i n = m_grid.size;
+        const auto limit = float(bone_hu);
+        for (int k = 0; k < n.z; ++k)
+            for (int j = 0; j < n.y; ++j, voxels += n.x) {
+                float* to = m_mm.data() + index({0, j / kBlock, k / kBlock});
+                for (int i = 0; i < n.x; i += kBlock, ++to) {
+                    T most = voxels[i];
+                    const int end = std::min(i + kBlock, n.x);
+                    for (int m = i + 1; m < end; ++m) most = std::max(most, voxels[m]);
+                    if (float(most) > limit) *to = 0;
+                }
+            }
+    }
+    void spread(int axis) {
+        const float step = float(kBlock * m_grid.spacing_mm[axis]);
+        Vec3i b;
+        const auto pass = [&](int begin, int end, int way) {
+            for (b[axis] = begin; b[axis] != end; b[axis] += way) {
+                Vec3i before = b;
+                before[axis] -= way;
+                float& to = m_mm[index(b)];
+                to = std::min(to, m_mm[index(before)] + step);
+            }
+        };
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        for (b[u] = 0; b[u] < m_size[u]; ++b[u])
+            for (b[v] = 0; b[v] < m_size[v]; ++b[v]) {
+                pass(1, m_size[axis], 1);
+                pass(m_size[axis] - 2, -1, -1);
+            }
+    }
+
+    const Grid m_grid;
+    Vec3i m_size{0, 0, 0};
+    std::vector<float> m_mm;
+};
+
+/// The members are destroyed in reverse order: each refers to those above it.
+class PreparedScan {
+    template <class Work>
+    auto run(const Work& work) const {
+        return take(m_arena->run(work));
+    }
+
+  public:
+    PreparedScan(nb::object scan, int threads, const nb::kwargs& given)
+        : m_scan(std::move(scan)), m_given(given), m_arena(std::make_unique<Arena>(threads)) {
+        ChainMailSettings settings = settings_from<ChainMailSettings>(given, chainmail_rows());
+        settings.history_max_steps = 0;
+        const Volume& volume = nb::cast<const PyVolume&>(m_scan).volume;
+        m_tissue.emplace(take(
+            m_arena->run([&] { return ChainMail::create(volume, settings, m_arena->tasks()); })));
+    }
+
+    nb::object scan() const { return m_scan; }
+    nb::dict settings() const { return m_given; }
+    double bone_distance_mm(Vec3d point_mm) {
+        if (!m_bone) {
+            const nb::gil_scoped_release without_lock;
+            m_bone.emplace(m_tissue->volume(), m_tissue->settings().bone_threshold_hu);
+        }
+        return m_bone->at(point_mm);
+    }
+    double fold_number() const { return m_tissue->fold_certificate().all; }
+    PushReport push(Vec3d point_mm, Vec3d push_mm, double radius_mm) {
+        return run([&] { return m_tissue->push({point_mm, push_mm, radius_mm}); });
+    }
+    SlideReport slide(Vec3d point_mm, Vec3d way_mm, double radius_mm) {
+        return run([&] { return slide_sphere(*m_tissue, {point_mm, way_mm, radius_mm}); });
+    }
+    /// @returns the warp and the deformed scan; the tissue is at rest again
+    std::pair<PyWarp, PyVolume> finish() {
+        PyVolume deformed;
+        auto warp = run([&] { return Warp::create(*m_tissue, &deformed.volume); });
+        m_tissue->reset();
+        return {PyWarp{std::move(warp)}, std::move(deformed)};
+    }
+    void reset() { m_tissue->reset(); }
+
+  private:
+    nb::object m_scan;
+    nb::dict m_given;
+    std::unique_ptr<Arena> m_arena;
+    std::optional<ChainMail> m_tissue;
+    std::optional<BoneDistance> m_bone;
+};
+
+LabelSampling sampling_of(const std::string& name) {
+    if (name == "nearest") return LabelSampling::Nearest;
+    if (name == "majority") return LabelSampling::Majority;
+    raise({ErrorCode::InvalidArgument, "sampling: expected nearest or majority, found " + name,
+           "sampling", "nearest or majority", name});
+}
+
+/// Calls work(T) with a value of the array's number type.
+template <class Work>
+void for_type(const Numbers& array, const Work& work) {
+    const nb::dlpack::dtype type = array.dtype();
+    const auto is = [&]<class T>(T) { return type == nb::dtype<T>(); };
+    const auto call = [&]<class T>(T zero) {
+        if (!is(zero)) return false;
+        work(zero);
+        return true;
+    };
+    const bool is_known = call(std::int8_t{}) || call(std::int16_t{}) || call(std::int32_t{}) ||
+                          call(std::int64_t{}) || call(std::uint8_t{}) || call(std::uint16_t{}) ||
+                          call(std::uint32_t{}) || call(std::uint64_t{}) || call(float{}) ||
+                          call(double{});
+    if (!is_known)
+        raise({ErrorCode::InvalidArgument,
+               "array: expected whole numbers, float32 or float64, found another type", "array"});
+}
+
+/// A new array of the same shape and type, of which each channel is written by write(from, to).
+template <class Write>
+nb::object each_channel(const Grid& grid, const nb::object& given, const Write& write) {
+    const nb::module_ numpy = nb::module_::import_("numpy");
+    const nb::object memory = numpy.attr("ascontiguousarray")(given);
+    Numbers from;
+    const auto fits = [&] {
+        const std::size_t n = from.ndim();
+        return n >= 3 && from.shape(n - 1) == std::size_t(grid.size.x) &&
+               from.shape(n - 2) == std::size_t(grid.size.y) &&
+               from.shape(n - 3) == std::size_t(grid.size.z);
+    };
+    if (!nb::try_cast<Numbers>(memory, from) || !fits()) {
+        const std::string expected = "axes (…, " + std::to_string(grid.size.z) + ", " +
+                                     std::to_string(grid.size.y) + ", " +
+                                     std::to_string(grid.size.x) + ")";
+        const std::string found = shown(memory.attr("shape"));
+        raise({ErrorCode::InvalidArgument, "array: expected " + expected + ", found " + found,
+               "array", expected, found});
+    }
+    nb::object made = numpy.attr("empty_like")(memory);
+    const auto to = nb::cast<nb::ndarray<nb::c_contig, nb::device::cpu>>(made);
+    const std::size_t voxels = voxel_count(grid);
+    for_type(from, [&]<class T>(T) {
+        const auto* const source = static_cast<const T*>(from.data());
+        auto* const target = static_cast<T*>(to.data());
+        const nb::gil_scoped_release without_lock;
+        for (std::size_t first = 0; first < from.size(); first += voxels)
+            write(std::span<const T>(source + first, voxels), std::span<T>(target + first, voxels));
+    });
+    return made;
+}
+
+/// A background as a number of any type.
+template <class T>
+T number(double value) {
+    if constexpr (std::is_integral_v<T>)
+        return T(std::clamp(value, double(std::numeric_limits<T>::min()),
+                            double(std::numeric_limits<T>::max() / 2) * 2));
+    else
+        return T(value);
+}
+
+nb::object image(const PyWarp& self, const nb::object& array, double beyond, bool back) {
+    if (!back && !self.warp.has_inverse())
+        raise({ErrorCode::InvalidArgument, "warp: expected one with an inverse", "warp"});
+    return each_channel(self.warp.grid(), array,
+                        [&]<class T>(std::span<const T> from, std::span<T> to) {
+                            if (back)
+                                self.warp.unwarp_image(from, to, number<T>(beyond));
+                            else
+                                self.warp.warp_image(from, to, number<T>(beyond));
+                        });
+}
+
+nb::object labels(const PyWarp& self, const nb::object& array, const std::string& sampling,
+                  double beyond, bool back) {
+    const LabelSampling how = sampling_of(sampling);
+    if (!back && !self.warp.has_inverse())
+        raise({ErrorCode::InvalidArgument, "warp: expected one with an inverse", "warp"});
+    return each_channel(self.warp.grid(), array,
+                        [&]<class T>(std::span<const T> from, std::span<T> to) {
+                            if (back)
+                                self.warp.unwarp_labels(from, to, how, number<T>(beyond));
+                            else
+                                self.warp.warp_labels(from, to, how, number<T>(beyond));
+                        });
+}
+
+nb::object points(const PyWarp& self, const nb::object& given, bool back) {
+    const nb::object memory =
+        nb::module_::import_("numpy").attr("ascontiguousarray")(given, "float64");
+    Points from;
+    if (!nb::try_cast<Points>(memory, from) || from.shape(1) != 3)
+        raise({ErrorCode::InvalidArgument,
+               "points_mm: expected axes (n, 3), found " + shown(memory.attr("shape")),
+               "points_mm"});
+    std::vector<Vec3d> moved(from.shape(0));
+    bool is_found = true;
+    {
+        const nb::gil_scoped_release without_lock;
+        for (std::size_t n = 0; n < moved.size(); ++n) {
+            const double* const p = from.data() + 3 * n;
+            const Vec3d at{p[0], p[1], p[2]};
+            const auto to = back ? self.warp.inverse(at) : self.warp.forward(at);
+            is_found &= to.has_value();
+            moved[n] = to.value_or(at);
+        }
+    }
+    if (!is_found)
+        raise(
+            {ErrorCode::InvalidArgument, "points_mm: a point has no unique inverse", "points_mm"});
+    return points_of(std::move(moved));
+}
+
+/// (size, spacing, origin, direction, first element, displacements (3, k, j, i), has an inverse)
+nb::tuple state_of(const PyWarp& self) {
+    const WarpState& state = self.warp.state();
+    const Grid& g = state.grid;
+    const Vec3i n = is_empty(state.box) ? Vec3i{0, 0, 0} : state.box.end - state.box.begin;
+    auto* const kept = new std::vector<std::int32_t>(state.units);
+    const nb::capsule owner(
+        kept, [](void* p) noexcept { delete static_cast<std::vector<std::int32_t>*>(p); });
+    const auto units = nb::cast(nb::ndarray<nb::numpy, std::int32_t, nb::ndim<4>>(
+        kept->data(), {3, std::size_t(n.z), std::size_t(n.y), std::size_t(n.x)}, owner));
+    const Vec3i first = state.box.begin;
+    return nb::make_tuple(nb::make_tuple(g.size.x, g.size.y, g.size.z), g.spacing_mm, g.origin_mm,
+                          direction_of(g), nb::make_tuple(first.x, first.y, first.z), units,
+                          self.warp.has_inverse());
+}
+
+Warp warp_of(const nb::tuple& state) {
+    using Units = nb::ndarray<const std::int32_t, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
+    const auto whole = [&](std::size_t n) {
+        const auto v = nb::cast<std::vector<int>>(state[n]);
+        if (v.size() != 3)
+            raise({ErrorCode::InvalidArgument, "warp: expected three numbers", "warp"});
+        return Vec3i{v[0], v[1], v[2]};
+    };
+    if (nb::len(state) != 7)
+        raise({ErrorCode::InvalidArgument, "warp: expected seven parts of a state", "warp"});
+    const auto units = nb::cast<Units>(state[5]);
+    WarpState made;
+    made.grid = grid_from(whole(0), nb::cast<Vec3d>(state[1]), nb::cast<Vec3d>(state[2]),
+                          numbers_of(nb::cast<nb::object>(state[3])));
+    made.box.begin = whole(4);
+    made.box.end =
+        made.box.begin + Vec3i{int(units.shape(3)), int(units.shape(2)), int(units.shape(1))};
+    made.units.assign(units.data(), units.data() + units.size());
+    const bool with_inverse = nb::cast<bool>(state[6]);
+    const Arena arena(1);
+    return take(
+        arena.run([&] { return Warp::create(std::move(made), arena.tasks(), with_inverse); }));
+}
+
+void bind_warp(nb::module_& m) {
+    nb::class_<PyWarp> c(
+        m, "Warp",
+        "One map for images, labels and points on a scan's grid, there and back.\n\n"
+        "Arrays are (…, k, j, i): any number of channels before the grid's axes. Results are new "
+        "arrays of the same shape and type. The interpreter's lock is free meanwhile.");
+    c.def(
+         "warp_image",
+         [](const PyWarp& w, const nb::object& array, double beyond) {
+             return image(w, array, beyond, false);
+         },
+         nb::arg("array"), nb::arg("beyond") = 0.0,
+         nb::sig("def warp_image(self, array: numpy.typing.ArrayLike, beyond: float = 0.0) -> "
+                 "numpy.typing.NDArray[typing.Any]"),
+         "Moves an image: trilinear at the exact inverse.\n\n"
+         "Args:\n    beyond: Value outside of the grid.")
+        .def(
+            "warp_labels",
+            [](const PyWarp& w, const nb::object& array, const std::string& sampling,
+               double beyond) { return labels(w, array, sampling, beyond, false); },
+            nb::arg("array"), nb::arg("sampling") = "nearest", nb::arg("beyond") = 0.0,
+            nb::sig("def warp_labels(self, array: numpy.typing.ArrayLike, sampling: str = "
+                    "\"nearest\", beyond: float = 0.0) -> numpy.typing.NDArray[typing.Any]"),
+            "Moves a label map by the same inverse.\n\n"
+            "Args:\n    sampling: \"nearest\", or \"majority\": the label with the largest "
+            "trilinear weight.")
+        .def(
+            "warp_points", [](const PyWarp& w, const nb::object& p) { return points(w, p, false); },
+            nb::arg("points_mm"),
+            nb::sig("def warp_points(self, points_mm: numpy.typing.ArrayLike) -> "
+                    "numpy.typing.NDArray[numpy.float64]"),
+            "Moves points (n, 3) [mm, LPS].")
+        .def(
+            "unwarp_image",
+            [](const PyWarp& w, const nb::object& array, double beyond) {
+                return image(w, array, beyond, true);
+            },
+            nb::arg("array"), nb::arg("beyond") = 0.0,
+            nb::sig("def unwarp_image(self, array: numpy.typing.ArrayLike, beyond: float = 0.0) "
+                    "-> numpy.typing.NDArray[typing.Any]"),
+            "Takes a moved image, such as a prediction, back to the scan at rest.")
+        .def(
+            "unwarp_labels",
+            [](const PyWarp& w, const nb::object& array, const std::string& sampling,
+               double beyond) { return labels(w, array, sampling, beyond, true); },
+            nb::arg("array"), nb::arg("sampling") = "nearest", nb::arg("beyond") = 0.0,
+            nb::sig("def unwarp_labels(self, array: numpy.typing.ArrayLike, sampling: str = "
+                    "\"nearest\", beyond: float = 0.0) -> numpy.typing.NDArray[typing.Any]"),
+            "Takes a moved label map back.")
+        .def(
+            "unwarp_points",
+            [](const PyWarp& w, const nb::object& p) { return points(w, p, true); },
+            nb::arg("points_mm"),
+            nb::sig("def unwarp_points(self, points_mm: numpy.typing.ArrayLike) -> "
+                    "numpy.typing.NDArray[numpy.float64]"),
+            "Takes moved points back.")
+        .def(
+            "forward_field", [](const PyWarp& w) { return take(w.warp.forward_field()); },
+            "The displacement field, at rest voxel centres.")
+        .def(
+            "inverse_field",
+            [](const PyWarp& w) {
+                if (!w.warp.has_inverse())
+                    raise(
+                        {ErrorCode::InvalidArgument, "warp: expected one with an inverse", "warp"});
+                return take(w.warp.inverse_field());
+            },
+            "Its inverse, for resampling filters.")
+        .def_prop_ro(
+            "smallest_jacobian",
+            [](const PyWarp& w) {
+                const nb::gil_scoped_release without_lock;
+                return w.warp.smallest_jacobian();
+            },
+            "Smallest determinant at the corners of all cells; above 0: nothing is folded.")
+        .def_prop_ro(
+            "moved_voxels", [](const PyWarp& w) { return w.warp.moved_elements(); },
+            "Voxels away from their rest position, those beyond the grid included.")
+        .def(
+            "__init__",
+            [](PyWarp* self, const nb::tuple& state) { new (self) PyWarp{warp_of(state)}; },
+            nb::arg("state"), nb::sig("def __init__(self, state: tuple[typing.Any, ...]) -> None"),
+            "Of another warp's state.")
+        .def_prop_ro("state", &state_of, nb::sig("def state(self, /) -> tuple[typing.Any, ...]"),
+                     "Grid and displacements: numbers and arrays that give the same warp again.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                return nb::make_tuple(self.attr("__class__"), nb::make_tuple(self.attr("state")));
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
+        .def(
+            "__deepcopy__", [](nb::handle self, nb::handle) { return nb::borrow(self); },
+            nb::arg("memo"), nb::sig("def __deepcopy__(self, memo: typing.Any) -> Warp"),
+            "The same: a warp doesn't change.")
+        .def("__repr__", [](const PyWarp& w) {
+            return "Warp(" + std::to_string(w.warp.moved_elements()) + " voxels moved)";
+        });
+    bind_grid(c, [](const PyWarp& w) -> const Grid& { return w.warp.grid(); });
+}
+
+}  // namespace
+
+void bind_augment(nb::module_& m) {
+    bind_warp(m);
+    nb::class_<PreparedScan>(m, "PreparedScan",
+                             "A scan that is prepared for motions, one set after the other. One "
+                             "thread at a time.")
+        .def(
+            "__init__",
+            [](PreparedScan* self, const nb::object& scan, int threads,
+               const nb::kwargs& settings) {
+                if (!nb::isinstance<PyVolume>(scan))
+                    raise({ErrorCode::InvalidArgument,
+                           "scan: expected a Volume, found " + shown(nb::borrow(scan.type())),
+                           "scan"});
+                new (self) PreparedScan(scan, threads, settings);
+            },
+            nb::arg("scan"), nb::arg("threads") = 1, nb::arg("settings"),
+            nb::sig("def __init__(self, scan: Volume, threads: int = 1, **settings: typing.Any) "
+                    "-> None"),
+            "Args:\n    settings: Those of settings_of(\"chainmail\").")
+        .def_prop_ro("scan", &PreparedScan::scan, nb::sig("def scan(self, /) -> Volume"))
+        .def_prop_ro("settings", &PreparedScan::settings,
+                     nb::sig("def settings(self, /) -> dict[str, typing.Any]"),
+                     "The settings that were given.")
+        .def_prop_ro("fold_number", &PreparedScan::fold_number,
+                     "Below 1: no motion can fold this scan.")
+        .def("bone_distance_mm", &PreparedScan::bone_distance_mm, nb::arg("point_mm"),
+             "About the distance from bone along the grid's axes, which bounds motions there.")
+        .def("push", &PreparedScan::push, nb::arg("point_mm"), nb::arg("push_mm"),
+             nb::arg("sphere_radius_mm"))
+        .def("slide", &PreparedScan::slide, nb::arg("point_mm"), nb::arg("way_mm"),
+             nb::arg("sphere_radius_mm"))
+        .def("finish", &PreparedScan::finish,
+             "The warp of all motions and the deformed scan. The tissue is at rest again.")
+        .def("reset", &PreparedScan::reset, "Takes all motions back.");
+}
+
+}  // namespace pliant::python

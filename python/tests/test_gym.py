@@ -1,0 +1,248 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+"""Environments in a lumen."""
+
+import pathlib
+import re
+import subprocess
+import sys
+import warnings
+
+import gymnasium
+import numpy
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import pliant
+import pliant.gym
+
+
+@pytest.fixture(scope="module")
+def lumen() -> pliant.gym.Lumen:
+    """The phantom's airway, coarse, for speed."""
+    return pliant.gym.find_lumen(pliant.make_phantom("airway", (96, 96, 96)))
+
+
+def flight(lumen, threads, steps=12, count=3, seed=5, **settings):
+    """All that a vector environment answers to random actions."""
+    env = gymnasium.make_vec(
+        "pliant/Endoscope-v0", num_envs=count, vectorization_mode="vector_entry_point",
+        scan=lumen, obs=pliant.gym.OBSERVATIONS, size=(16, 12), threads=threads, **settings,
+    )  # fmt: skip
+    env.action_space.seed(seed)
+    answers = [env.reset(seed=seed)]
+    for _ in range(steps):
+        answers.append(env.step(env.action_space.sample()))
+    hashes = [env.unwrapped.arena.hash(n) for n in range(count)]
+    return answers, hashes
+
+
+def same(a, b) -> bool:
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
+    if isinstance(a, (tuple, list)):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b))
+    return numpy.array_equal(a, b)
+
+
+def test_importing_pliant_imports_no_gymnasium():
+    code = "import pliant, sys; assert 'gymnasium' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("wall", ["deforming", "rigid"])
+def test_gymnasiums_checker_passes(lumen, wall):
+    env = gymnasium.make(
+        "pliant/Endoscope-v0", scan=lumen, wall=wall, obs=pliant.gym.OBSERVATIONS,
+        size=(24, 20), render_mode="rgb_array", render_size=(40, 30),
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # ranges without bounds
+        check_env(env.unwrapped)
+    env.reset(seed=1)
+    assert env.render().shape == (30, 40, 3)
+    assert env.render().std() > 5
+
+
+def test_the_documents_example_runs():
+    document = pathlib.Path(__file__).resolve().parents[2] / "docs/gym.md"
+    names: dict[str, object] = {}
+    blocks = re.findall(r"^```python\n(.*?)^```", document.read_text(), re.M | re.S)
+    for block in blocks:
+        exec(compile(block, document.name, "exec"), names)
+    assert names["picture"].shape == (256, 256, 3)
+
+
+def test_it_is_found_by_its_name_alone():
+    code = "import gymnasium; assert 'pliant/Endoscope-v0' in gymnasium.registry, 'no plug-in'"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    if found.returncode and "no plug-in" in found.stderr:
+        import importlib.metadata
+
+        names = [d.metadata["Name"] for d in importlib.metadata.distributions()]
+        if "pliant" not in names:
+            pytest.skip("pliant is not installed")
+    assert found.returncode == 0, found.stderr
+
+
+def test_the_same_seed_gives_the_same_bits_on_any_number_of_threads(lumen):
+    first = flight(lumen, 1)
+    assert same(first, flight(lumen, 2))
+    assert same(first, flight(lumen, 3))
+    assert not same(first, flight(lumen, 1, seed=6))
+
+
+def test_a_vectors_endoscope_is_the_single_one(lumen):
+    obs = ("depth", "state", "guide")
+    many = pliant.gym.EndoscopeVectorEnv(2, lumen, obs, (16, 12))
+    one = pliant.gym.EndoscopeEnv(lumen, obs, (16, 12))
+    observed, _ = many.reset(seed=7)
+    alone, _ = one.reset(seed=8)
+    rng = numpy.random.default_rng(1)
+    for _ in range(10):
+        assert same({k: v[1] for k, v in observed.items()}, alone)
+        actions = rng.uniform(-1, 1, (2, 4)) * many.single_action_space.high
+        observed, rewards, *_ = many.step(actions)
+        alone, reward, *_ = one.step(actions[1])
+        assert rewards[1] == reward
+
+
+def test_ends_of_the_phantoms_airway(lumen):
+    generations = [end.generation for end in lumen.ends]
+    assert 10 <= len(generations) <= 14
+    assert generations.count(5) == 2  # right lower lobe
+    for end in lumen.ends:
+        assert len(end.branches_mm) == end.generation
+        steps = numpy.linalg.norm(numpy.diff(end.path_mm, axis=0), axis=1)
+        assert steps.max() < 1.2
+        values = [
+            lumen.scan.array[tuple(numpy.round(lumen.scan.voxel_from_world(p)).astype(int)[::-1])]
+            for p in end.path_mm
+        ]
+        assert max(values) < 0
+    train, test = lumen.targets(split="train"), lumen.targets(split="test")
+    assert sorted(train + test) == lumen.targets()
+    assert not set(train) & set(test)
+    with pytest.raises(pliant.Error, match="generation: expected"):
+        lumen.targets(generation=9)
+
+
+def guided(guide: numpy.ndarray) -> numpy.ndarray:
+    """Turns to the next point of the path, and goes there."""
+    ahead = guide[:, :3] / numpy.linalg.norm(guide[:, :3], axis=1, keepdims=True)
+    actions = numpy.zeros((len(guide), 4))
+    actions[:, 3] = numpy.clip(4 * ahead[:, 0], -1.5, 1.5)
+    actions[:, 2] = numpy.clip(-4 * ahead[:, 1], -1.5, 1.5)
+    actions[:, 0] = 20 * numpy.maximum(ahead[:, 2], 0) ** 2
+    return actions
+
+
+@pytest.mark.parametrize("wall", ["deforming", "rigid"])
+def test_following_the_guide_reaches_the_targets(lumen, wall):
+    count = len(lumen.ends)
+    env = pliant.gym.EndoscopeVectorEnv(
+        count, lumen, ("guide",), (4, 4), wall=wall, max_steps=400, radius_mm=1.0
+    )
+    env.reset(seed=3)
+    for n in range(count):
+        env._flights.reset(n, numpy.random.default_rng(n), {"target": n})
+    env._flights.look()
+    observed = env._flights.observation()
+    reached, total = numpy.zeros(count, bool), numpy.zeros(count)
+    for _ in range(300):
+        observed, rewards, terminated, _, infos = env.step(guided(observed["guide"]))
+        total += rewards * ~reached
+        reached |= terminated
+        if reached.all():
+            break
+        assert numpy.array_equal(infos["is_success"], terminated)
+    assert reached.all()
+    assert (total > 60).all()  # the way's length in millimetres, and more
+
+
+def test_walls_give_way_or_stop_the_tip(lumen):
+    for wall in ("deforming", "rigid"):
+        env = pliant.gym.EndoscopeEnv(lumen, ("depth", "state"), (16, 16), wall=wall)
+        _, before = env.reset(seed=2)
+        moved, touched = 0.0, False
+        for n in range(60):
+            turn = 1.5 if n < 15 else 0.0
+            _, _, _, _, info = env.step(numpy.array([15, 0, 0, turn]))
+            moved = max(moved, info["displacement_max_mm"])
+            touched = touched or info["wall_force_n"] > 0
+        assert touched
+        assert (moved > 1) == (wall == "deforming")
+
+
+def test_a_saved_state_continues_in_the_same_way(lumen):
+    env = pliant.gym.EndoscopeEnv(lumen, ("depth", "guide", "state"), (16, 16))
+    env.reset(seed=4)
+    act = numpy.array([15, 0.2, 0.4, 0.8])
+    for _ in range(25):
+        env.step(act)
+    state = env.save_state()
+    first = [env.step(act) for _ in range(5)]
+    env.reset(seed=9)
+    env.load_state(state)
+    assert same(first, [env.step(act) for _ in range(5)])
+
+
+def test_ways_begin_anew_when_they_end(lumen):
+    env = pliant.gym.EndoscopeVectorEnv(2, lumen, ("guide",), (4, 4), max_steps=5)
+    env.reset(seed=1)
+    act = numpy.zeros((2, 4))
+    ended = [env.step(act)[3].tolist() for _ in range(12)]
+    assert ended == [[n % 6 == 4] * 2 for n in range(12)]
+    assert gymnasium.vector.AutoresetMode.NEXT_STEP == env.metadata["autoreset_mode"]
+
+
+def test_a_reward_of_ones_own(lumen):
+    def reward(before, after, action):
+        return before["left_mm"] - after["left_mm"] + float(action[0])
+
+    env = pliant.gym.EndoscopeEnv(lumen, ("guide",), (4, 4), reward=reward)
+    _, before = env.reset(seed=1)
+    _, value, _, _, after = env.step(numpy.array([3.0, 0, 0, 0]))
+    assert value == before["left_mm"] - after["left_mm"] + 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"obs": ("smell",)}, "obs: expected"),
+        ({"wall": "soft"}, "wall: expected one of deforming, rigid"),
+        ({"split": "half"}, "split: expected"),
+        ({"reward": "much"}, "reward: expected"),
+        ({"radius_mm": -1.0}, "radius_mm: expected"),
+        ({"colour_of_the_sky": 1}, "colour_of_the_sky"),
+    ],
+)
+def test_bad_arguments_are_named(lumen, arguments, message):
+    with pytest.raises(pliant.Error, match=message):
+        pliant.gym.EndoscopeEnv(lumen, **arguments)
+
+
+def test_bad_calls_are_named(lumen):
+    env = pliant.gym.EndoscopeEnv(lumen, ("guide",), (4, 4))
+    with pytest.raises(pliant.Error, match="options: expected"):
+        env.reset(options={"colour": 1})
+    voxel = numpy.argwhere(lumen.scan.array > 0)[0][::-1]
+    with pytest.raises(pliant.Error, match="eye_mm: expected a position in a lumen"):
+        env.reset(options={"eye_mm": lumen.scan.world_from_voxel(voxel.tolist())})
+    env.reset(seed=0)
+    with pytest.raises(pliant.Error, match="actions: expected finite"):
+        env.step(numpy.array([numpy.nan, 0, 0, 0]))
+    with pytest.raises(pliant.Error, match="endoscope: expected 0 to 0"):
+        env.arena.hash(1)
+
+
+def test_a_scan_file_and_ones_own_start(tmp_path, lumen):
+    lumen.scan.save(tmp_path / "airway.nrrd")
+    env = gymnasium.make("pliant/Endoscope-v0", scan=tmp_path / "airway.nrrd", obs=("guide",))
+    observed, info = env.reset(seed=1)
+    assert info["left_mm"] > 50
+    voxel = numpy.argwhere(lumen.scan.array > 0)[0][::-1]
+    with pytest.raises(pliant.Error, match="start_mm: expected a position in a lumen"):
+        pliant.gym.find_lumen(lumen.scan, lumen.scan.world_from_voxel(voxel.tolist()))
+    with pytest.raises(pliant.Error, match="expected a lumen"):
+        pliant.gym.find_lumen(pliant.Volume(numpy.zeros((8, 8, 8), numpy.int16)))

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// One endoscope of an arena: its tip and its tissue.
+
+#pragma once
+
+#include <pliant/gym.h>
+
+#include <memory>
+#include <optional>
+
+namespace pliant {
+
+/// The parts that all endoscopes of an arena share.
+struct ArenaScan {
+    ArenaScan(const Volume& v, const EndoscopeArenaSettings& s, const TaskArena& t)
+        : volume(v), settings(s), threads(t), rest(v, t) {}
+
+    const Volume& volume;
+    EndoscopeArenaSettings settings;
+    const TaskArena& threads;
+    TaskArena one{HostJobs{}};  ///< a tissue's own loops: the endoscopes are the parallel part
+    RayCaster rest;             ///< of the scan at rest
+};
+
+class Scope {
+  public:
+    static Result<std::unique_ptr<Scope>> create(const ArenaScan& scan);
+
+    /// @returns InvalidArgument, with nothing changed
+    Status place(const EndoscopePose& pose);
+    Status step(const double* action);
+    Result<PushReport> push(const Push& push);
+    Status save(std::vector<std::byte>& bytes) const;
+    Status load(std::span<const std::byte> bytes);
+
+    const EndoscopeState& state() const { return m_state; }
+    const Volume& volume() const { return m_live ? m_live->volume() : m_scan.volume; }
+    const RayCaster& rays() const { return m_rays ? *m_rays : m_scan.rest; }
+    /// Null: rigid.
+    const ChainMail* tissue() const { return m_tissue ? &*m_tissue : nullptr; }
+    Endoscope camera() const;
+    std::uint64_t hash() const;
+
+  private:
+    explicit Scope(const ArenaScan& scan) : m_scan(scan) {}
+
+    bool is_free(Vec3d position_mm) const;
+    void turn(const double* action);
+    Vec3d end_in_scan(Vec3d end_mm) const;
+    Status push_through(Vec3d wanted_mm);
+    void slide_along(Vec3d wanted_mm);
+    Status settle();
+    Status follow();
+    void feel(Vec3d wanted_mm);
+    void measure();
+
+    const ArenaScan& m_scan;
+    std::optional<ChainMail> m_tissue;
+    std::optional<LiveDeformation> m_live;
+    std::optional<RayCaster> m_rays;
+    EndoscopeState m_state;
+    std::uint64_t m_seen_version = 0;  ///< of the deformation at the last update of the volume
+};
+
+}  // namespace pliant

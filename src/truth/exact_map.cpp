@@ -1,0 +1,440 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "truth/exact_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "field/field.h"
+#include "volume/boxes.h"
+
+namespace pliant::truth {
+namespace {
+
+constexpr double kPositive = 1e-6;  ///< smallest triple product of a regular cell [voxels]
+constexpr double kSettled = 1e-12;  ///< last step of Newton's method [cell coordinates]
+constexpr double kOnFace = 1e-7;    ///< a point this far outside is in the cell, too
+constexpr double kNearFace = 1e-5;  ///< likewise, for points at rest, which are rounded
+constexpr double kSame = 1e-5;      ///< sources closer than this are one [voxels]
+constexpr double kFit = 1e-9;       ///< |φ(x) − y| of a solution [voxels]
+constexpr int kNewtonSteps = 24, kCellMoves = 12;
+
+Vec3i floor_of(Vec3d v) {
+    return {int(std::floor(v.x)), int(std::floor(v.y)), int(std::floor(v.z))};
+}
+Vec3d real(Vec3i v) {
+    return {double(v.x), double(v.y), double(v.z)};
+}
+
+}  // namespace
+
+CellMap::CellMap(const std::array<Vec3d, 8>& p)
+    : m_0(p[0]),
+      m_x(p[1] - p[0]),
+      m_y(p[2] - p[0]),
+      m_z(p[4] - p[0]),
+      m_xy(p[3] - p[1] - p[2] + p[0]),
+      m_xz(p[5] - p[1] - p[4] + p[0]),
+      m_yz(p[6] - p[2] - p[4] + p[0]),
+      m_xyz(p[7] - p[6] - p[5] - p[3] + p[1] + p[2] + p[4] - p[0]) {}
+
+Vec3d CellMap::at(Vec3d t) const {
+    return m_0 + t.x * m_x + t.y * m_y + t.z * m_z + t.x * t.y * m_xy + t.x * t.z * m_xz +
+           t.y * t.z * m_yz + t.x * t.y * t.z * m_xyz;
+}
+
+bool CellMap::solve(Vec3d point, Vec3d& t) const {
+    for (int step = 0; step < kNewtonSteps; ++step) {
+        const Vec3d miss = point - at(t);
+        const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
+        const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
+        const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
+        const Vec3d across = cross(dy, dz);
+        const double det = dot(dx, across);
+        if (!(det > 1e-12)) return false;
+        const Vec3d turned = cross(dx, miss);
+        const double scale = 1 / det;
+        const Vec3d move{scale * dot(miss, across), scale * dot(dz, turned),
+                         -scale * dot(dy, turned)};
+        t = t + move;
+        const double length = dot(move, move);
+        if (length < kSettled * kSettled) return true;
+        if (!(dot(t, t) < 64)) return false;
+    }
+    return dot(point - at(t), point - at(t)) < kFit * kFit;
+}
+
+CellState state_of_shape(const std::array<Vec3d, 8>& p) {
+    // Edges along each axis, by the two other coordinates.
+    std::array<Vec3d, 4> x, y, z;
+    for (std::size_t n = 0; n < 4; ++n) {
+        x[n] = p[2 * n + 1] - p[2 * n];
+        const std::size_t low = (n & 1) + 4 * (n >> 1);
+        y[n] = p[low + 2] - p[low];
+        z[n] = p[n + 4] - p[n];
+    }
+    for (const Vec3d& dx : x)
+        for (const Vec3d& dy : y) {
+            const Vec3d across = cross(dx, dy);
+            for (const Vec3d& dz : z)
+                if (!(dot(across, dz) > kPositive)) return CellState::Folded;
+        }
+    return CellState::Regular;
+}
+
+ExactMap::ExactMap(const Deformation& deformation, const TaskArena& arena)
+    : m_grid(deformation.grid()) {
+    const Field& field = deformation.field();
+    for (int a = 0; a < 3; ++a) m_voxels_per_unit[a] = 1 / (m_grid.spacing_mm[a] * kUnitsPerMm);
+    m_elements = deformation.moved_box();
+    const int size = field.brick_size();
+    for (const auto& [coord, edits] : field.all_edits()) {
+        const Vec3i first = size * coord;
+        m_elements = hull(m_elements, {first, first + Vec3i{size, size, size}});
+    }
+    if (is_empty(m_elements)) return;
+    m_elements = {m_elements.begin - Vec3i{1, 1, 1}, m_elements.end + Vec3i{1, 1, 1}};
+    m_cells = {m_elements.begin, m_elements.end - Vec3i{1, 1, 1}};
+    load(field, arena);
+    find_states(arena);
+    list_blocks(arena);
+}
+
+std::size_t ExactMap::index_of(Vec3i e) const {
+    return dense_index(e - m_elements.begin, m_elements.end - m_elements.begin);
+}
+std::size_t ExactMap::cell_index(Vec3i c) const {
+    return dense_index(c - m_cells.begin, m_cells.end - m_cells.begin);
+}
+bool ExactMap::Bounds::hold(Vec3d y) const {
+    for (int a = 0; a < 3; ++a)
+        if (y[a] < low[a] - kOnFace || y[a] > high[a] + kOnFace) return false;
+    return true;
+}
+
+void ExactMap::load(const Field& field, const TaskArena& arena) {
+    m_u.assign(dense_count(m_elements.end - m_elements.begin), {0, 0, 0});
+    if (!field.all_edits().empty()) m_edits.assign(m_u.size(), 0);
+    const int size = field.brick_size();
+    const std::vector<int> bricks = field.resident_bricks();
+    arena.for_each(std::int64_t(bricks.size()), 16, [&](std::int64_t begin, std::int64_t end) {
+        for (; begin < end; ++begin) {
+            const FieldBrick& brick = field.brick(bricks[std::size_t(begin)]);
+            const Vec3i first = size * brick.coord;
+            const Box3i part = overlap({first, first + Vec3i{size, size, size}}, m_elements);
+            if (brick.is_unplaced || is_empty(part)) continue;
+            for_each_in(part, [&](Vec3i e) {
+                const auto n = std::size_t(field.index_in_brick(e, brick.coord));
+                m_u[index_of(e)] = {brick.u[0][n], brick.u[1][n], brick.u[2][n]};
+            });
+        }
+    });
+    for (const auto& [coord, edits] : field.all_edits())
+        for (std::size_t n = 0; n < edits.size(); ++n) {
+            const Vec3i e = field.element_of(coord, int(n));
+            if (edits[n] && contains(m_elements, e)) m_edits[index_of(e)] = edits[n];
+        }
+}
+
+Vec3d ExactMap::image_of(Vec3i e) const {
+    const Vec3<Fixed> u = units_at(e);
+    return {e.x + m_voxels_per_unit.x * u.x, e.y + m_voxels_per_unit.y * u.y,
+            e.z + m_voxels_per_unit.z * u.z};
+}
+
+std::array<Vec3d, 8> ExactMap::corners_of(Vec3i cell) const {
+    std::array<Vec3d, 8> corners;
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i step{c & 1, c >> 1 & 1, c >> 2};
+        corners[std::size_t(c)] = image_of(cell + step) - real(cell);
+    }
+    return corners;
+}
+
+bool ExactMap::is_broken(Vec3i cell) const {
+    if (m_edits.empty()) return false;
+    std::array<int, 8> edits;
+    int any = 0;
+    for (int c = 0; c < 8; ++c) {
+        edits[std::size_t(c)] = m_edits[index_of(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2})];
+        any |= edits[std::size_t(c)];
+    }
+    if (!any) return false;
+    if (any & kVoid) return true;
+    constexpr int kCut[3] = {kCutX, kCutY, kCutZ};
+    for (int c = 0; c < 8; ++c)
+        for (int axis = 0; axis < 3; ++axis) {
+            if (c >> axis & 1 || !(edits[std::size_t(c)] & kCut[axis])) continue;
+            const int d = c | 1 << axis;
+            if (units_at(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2}) !=
+                units_at(cell + Vec3i{d & 1, d >> 1 & 1, d >> 2}))
+                return true;
+        }
+    return false;
+}
+
+/// The rows of the Jacobian are diagonally dominant everywhere in the cell.
+bool ExactMap::is_plainly_regular(Vec3i cell) const {
+    const Vec3i n = m_elements.end - m_elements.begin;
+    const std::size_t steps[3] = {1, std::size_t(n.x), std::size_t(n.x) * std::size_t(n.y)};
+    const Vec3<Fixed>* const u = m_u.data() + index_of(cell);
+    double lowest[3] = {1, 1, 1};  // of each row: the diagonal, less the others
+    for (int b = 0; b < 3; ++b) {
+        const std::size_t along = steps[b], p = steps[(b + 1) % 3], q = steps[(b + 2) % 3];
+        const double per_unit = m_voxels_per_unit[b];
+        for (int a = 0; a < 3; ++a) {
+            std::int64_t low = 0, high = 0;
+            bool is_first = true;
+            for (const std::size_t at : {std::size_t(0), p, q, p + q}) {
+                const std::int64_t d = std::int64_t(u[at + along][a]) - u[at][a];
+                low = is_first ? d : std::min(low, d);
+                high = is_first ? d : std::max(high, d);
+                is_first = false;
+            }
+            // The gradient along b in mm per mm, whatever the row's component.
+            lowest[a] += per_unit * (a == b ? double(low) : -double(std::max(high, -low)));
+        }
+    }
+    return lowest[0] > 0.01 && lowest[1] > 0.01 && lowest[2] > 0.01;
+}
+
+void ExactMap::find_states(const TaskArena& arena) {
+    const Vec3i n = m_cells.end - m_cells.begin;
+    m_states.assign(dense_count(n), CellState::Regular);
+    const auto for_rows = [&](const auto& work) {
+        arena.for_each(std::int64_t(n.y) * n.z, 32, [&](std::int64_t begin, std::int64_t end) {
+            for (; begin < end; ++begin)
+                work(m_cells.begin + Vec3i{0, int(begin % n.y), int(begin / n.y)});
+        });
+    };
+    std::atomic<std::int64_t> folded = 0, bad = 0;
+    for_rows([&](Vec3i row) {
+        CellState* const states = m_states.data() + cell_index(row);
+        std::int64_t folded_here = 0, bad_here = 0;
+        for (int x = 0; x < n.x; ++x) {
+            const Vec3i cell = row + Vec3i{x, 0, 0};
+            if (is_broken(cell))
+                states[x] = CellState::Broken;
+            else if (!is_plainly_regular(cell))
+                states[x] = state_of_shape(corners_of(cell));
+            folded_here += states[x] == CellState::Folded;
+            bad_here += states[x] != CellState::Regular;
+        }
+        folded += folded_here;
+        bad += bad_here;
+    });
+    m_folded_cells = folded;
+    if (bad == 0) return;
+    m_marks.assign(voxel_count(m_grid), 0);
+    for_rows([&](Vec3i row) {
+        const CellState* const states = m_states.data() + cell_index(row);
+        for (int x = 0; x < n.x; ++x)
+            if (states[x] != CellState::Regular) mark(row + Vec3i{x, 0, 0}, states[x]);
+    });
+}
+
+void ExactMap::mark(Vec3i cell, CellState state) {
+    const std::array<Vec3d, 8> corners = corners_of(cell);
+    Vec3d low = corners[0], high = corners[0];
+    for (const Vec3d& p : corners)
+        for (int a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], p[a]);
+            high[a] = std::max(high[a], p[a]);
+        }
+    const Vec3d slack{kOnFace, kOnFace, kOnFace};
+    const Box3i box =
+        overlap({cell + floor_of(low - slack), cell + floor_of(high + slack) + Vec3i{1, 1, 1}},
+                voxel_box(m_grid));
+    if (is_empty(box)) return;
+    const std::uint8_t bit = state == CellState::Folded ? kNearFolded : kNearBroken;
+    for_each_in(box, [&](Vec3i p) {
+        std::atomic_ref(m_marks[voxel_index(m_grid, p)]).fetch_or(bit, std::memory_order_relaxed);
+    });
+}
+
+std::uint8_t ExactMap::mark_at(Vec3d y) const {
+    if (m_marks.empty()) return 0;
+    const Vec3i p = floor_of(y);
+    return contains(voxel_box(m_grid), p) ? m_marks[voxel_index(m_grid, p)] : std::uint8_t(0);
+}
+
+ExactMap::Bounds ExactMap::bounds_of_block(Vec3i block) const {
+    const Vec3i first = m_cells.begin + kBlock * block;
+    const Box3i nodes =
+        overlap({first, first + Vec3i{kBlock + 1, kBlock + 1, kBlock + 1}}, m_elements);
+    Bounds bounds{image_of(nodes.begin), image_of(nodes.begin)};
+    for_each_in(nodes, [&](Vec3i e) {
+        const Vec3d y = image_of(e);
+        for (int a = 0; a < 3; ++a) {
+            bounds.low[a] = std::min(bounds.low[a], y[a]);
+            bounds.high[a] = std::max(bounds.high[a], y[a]);
+        }
+    });
+    return bounds;
+}
+
+void ExactMap::list_blocks(const TaskArena& arena) {
+    for (int a = 0; a < 3; ++a) {
+        m_tiles[a] = (m_grid.size[a] + kTile - 1) / kTile;
+        m_blocks[a] = (m_cells.end[a] - m_cells.begin[a] + kBlock - 1) / kBlock;
+    }
+    m_block_bounds.resize(dense_count(m_blocks));
+    const auto block_at = [&](std::int64_t n) {
+        return Vec3i{int(n % m_blocks.x), int(n / m_blocks.x % m_blocks.y),
+                     int(n / m_blocks.x / m_blocks.y)};
+    };
+    arena.for_each(std::int64_t(m_block_bounds.size()), 256,
+                   [&](std::int64_t begin, std::int64_t end) {
+                       for (; begin < end; ++begin)
+                           m_block_bounds[std::size_t(begin)] = bounds_of_block(block_at(begin));
+                   });
+    // Twice: counts, then the lists.
+    const auto for_tiles = [&](const auto& visit) {
+        for (std::size_t block = 0; block < m_block_bounds.size(); ++block) {
+            const Bounds& b = m_block_bounds[block];
+            const Vec3i low = floor_of(b.low), high = floor_of(b.high);
+            Box3i tiles;
+            for (int a = 0; a < 3; ++a) {
+                tiles.begin[a] = std::max(low[a] - 1, 0) / kTile;
+                tiles.end[a] = std::min(std::max(high[a] + 1, -1) / kTile + 1, m_tiles[a]);
+                if (high[a] + 1 < 0) tiles.end[a] = 0;
+            }
+            if (is_empty(tiles)) continue;
+            for_each_in(tiles,
+                        [&](Vec3i t) { visit(dense_index(t, m_tiles), std::uint32_t(block)); });
+        }
+    };
+    m_tile_begin.assign(dense_count(m_tiles) + 1, 0);
+    for_tiles([&](std::size_t tile, std::uint32_t) { ++m_tile_begin[tile + 1]; });
+    for (std::size_t n = 1; n < m_tile_begin.size(); ++n) m_tile_begin[n] += m_tile_begin[n - 1];
+    m_tile_blocks.resize(m_tile_begin.back());
+    std::vector<std::uint32_t> next(m_tile_begin.begin(), m_tile_begin.end() - 1);
+    for_tiles([&](std::size_t tile, std::uint32_t block) { m_tile_blocks[next[tile]++] = block; });
+}
+
+std::optional<Vec3d> ExactMap::image_of(Vec3d x) const {
+    const Vec3i low = floor_of(x);
+    const Vec3d t = x - real(low);
+    if (t == Vec3d{0, 0, 0}) {
+        if (is_void(low)) return {};
+        return image_of(low);
+    }
+    // A point on a face is in both cells.
+    for (int c = 0; c < 27; ++c) {
+        const Vec3i step{(c + 1) % 3 - 1, (c / 3 + 1) % 3 - 1, (c / 9 + 1) % 3 - 1};
+        bool is_in = true;
+        for (int a = 0; a < 3; ++a)
+            is_in &= step[a] == 0 || (step[a] < 0 ? t[a] < kNearFace : t[a] > 1 - kNearFace);
+        const Vec3i cell = low + step;
+        if (!is_in || state_of(cell) == CellState::Broken) continue;
+        if (!contains(m_cells, cell)) return x;
+        return real(cell) + CellMap(corners_of(cell)).at(x - real(cell));
+    }
+    return {};
+}
+
+/// Newton's method from cell to cell. @returns nothing if it loses its way
+std::optional<Vec3d> ExactMap::walk(Vec3d y, Vec3d guess) const {
+    Vec3i cell = floor_of(guess);
+    Vec3d t = guess - real(cell);
+    for (int move = 0; move < kCellMoves; ++move) {
+        if (!contains(m_cells, cell)) {
+            // At rest: here φ is the identity.
+            const Vec3i there = floor_of(y);
+            if (!contains(m_cells, there)) return y;
+            cell = there;
+            t = y - real(cell);
+            continue;
+        }
+        if (m_states[cell_index(cell)] != CellState::Regular) return {};
+        if (!CellMap(corners_of(cell)).solve(y - real(cell), t)) return {};
+        Vec3i step{0, 0, 0};
+        for (int a = 0; a < 3; ++a) {
+            if (t[a] < -kOnFace) step[a] = std::max(int(std::floor(t[a])), -4);
+            if (t[a] > 1 + kOnFace) step[a] = std::min(int(std::floor(t[a])), 4);
+        }
+        if (step == Vec3i{0, 0, 0}) {
+            for (int a = 0; a < 3; ++a) t[a] = std::clamp(t[a], 0.0, 1.0);
+            return real(cell) + t;
+        }
+        cell = cell + step;
+        t = t - real(step);
+        for (int a = 0; a < 3; ++a) t[a] = std::clamp(t[a], 0.0, 1.0);
+    }
+    return {};
+}
+
+/// Looks into all cells around y.
+TruthMask ExactMap::search(Vec3d y, Vec3d& x) const {
+    int found = 0;
+    const auto take = [&](Vec3d source) {
+        const Vec3d apart = source - x;
+        if (found > 0 && dot(apart, apart) < kSame * kSame) return;
+        if (found == 0) x = source;
+        ++found;
+    };
+    bool is_inside = !is_empty(m_elements);
+    for (int a = 0; a < 3; ++a)
+        is_inside &= y[a] > m_elements.begin[a] && y[a] < m_elements.end[a] - 1;
+    if (!is_inside) take(y);
+    const auto look_into = [&](std::size_t block) {
+        if (!m_block_bounds[block].hold(y)) return true;
+        const auto n = std::int64_t(block);
+        const Vec3i first =
+            m_cells.begin + kBlock * Vec3i{int(n % m_blocks.x), int(n / m_blocks.x % m_blocks.y),
+                                           int(n / m_blocks.x / m_blocks.y)};
+        bool is_clear = true;
+        for_each_in(overlap({first, first + Vec3i{kBlock, kBlock, kBlock}}, m_cells),
+                    [&](Vec3i cell) {
+                        const CellState state = m_states[cell_index(cell)];
+                        if (!is_clear || state == CellState::Broken) return;
+                        const std::array<Vec3d, 8> corners = corners_of(cell);
+                        Bounds bounds{corners[0], corners[0]};
+                        for (const Vec3d& p : corners)
+                            for (int a = 0; a < 3; ++a) {
+                                bounds.low[a] = std::min(bounds.low[a], p[a]);
+                                bounds.high[a] = std::max(bounds.high[a], p[a]);
+                            }
+                        const Vec3d point = y - real(cell);
+                        if (!bounds.hold(point)) return;
+                        if (state == CellState::Folded) {
+                            is_clear = false;
+                            return;
+                        }
+                        const CellMap map(corners);
+                        Vec3d t{0.5, 0.5, 0.5};
+                        bool solved = map.solve(point, t);
+                        for (int c = 0; !solved && c < 8; ++c) {
+                            t = {double(c & 1), double(c >> 1 & 1), double(c >> 2)};
+                            solved = map.solve(point, t);
+                        }
+                        if (!solved) return;
+                        for (int a = 0; a < 3; ++a) {
+                            if (t[a] < -kOnFace || t[a] > 1 + kOnFace) return;
+                            t[a] = std::clamp(t[a], 0.0, 1.0);
+                        }
+                        take(real(cell) + t);
+                    });
+        return is_clear;
+    };
+    const Vec3i p = floor_of(y);
+    if (contains(voxel_box(m_grid), p) && !m_tile_begin.empty()) {
+        const std::size_t tile = dense_index({p.x / kTile, p.y / kTile, p.z / kTile}, m_tiles);
+        for (std::uint32_t n = m_tile_begin[tile]; n < m_tile_begin[tile + 1]; ++n)
+            if (!look_into(m_tile_blocks[n])) return TruthMask::Ambiguous;
+    }
+    return found == 0 ? TruthMask::Gap : found == 1 ? TruthMask::Exact : TruthMask::Ambiguous;
+}
+
+TruthMask ExactMap::source_of(Vec3d y, Vec3d guess, Vec3d& x) const {
+    if (mark_at(y) != 0) return search(y, x);
+    // Exactly one source, in a regular cell.
+    auto found = walk(y, guess);
+    if (!found) found = walk(y, y);
+    if (!found) return search(y, x);
+    x = *found;
+    return TruthMask::Exact;
+}
+
+}  // namespace pliant::truth

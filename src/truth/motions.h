@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Random motions of a case on a ChainMail of the scan.
+
+#pragma once
+
+#include <pliant/chainmail.h>
+#include <pliant/truth.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "truth/draws.h"
+#include "truth/regions.h"
+
+namespace pliant::truth {
+
+/// A smooth displacement of the whole scan: w(X)·A·(direction + waves). w is 0 at bone and at the
+/// border, and rises smoothly within three amplitudes, so that the gradient stays below about 0.6.
+struct Breathing {
+    double amplitude_mm = 0;                ///< 0: none
+    Vec3d along{0, 0, 1}, beside{0, 1, 0};  ///< LPS
+    Vec3d wave{0, 0, 0};                    ///< wave vector [1/mm]
+    double phase = 0;
+
+    double reach_mm() const { return 3 * amplitude_mm; }
+    /// @param rigid_mm  distance to the nearest voxel that never moves
+    Vec3d at(Vec3d point_mm, double rigid_mm) const;
+};
+
+class Motions {
+  public:
+    /// Keeps references.
+    Motions(const Volume& scan, const Regions& regions, const TruthSettings& settings,
+            double air_threshold_hu, ChainMail& tissue)
+        : m_scan(scan),
+          m_regions(regions),
+          m_settings(settings),
+          m_air_threshold_hu(air_threshold_hu),
+          m_tissue(tissue),
+          m_cut_labels(voxel_count(scan.grid), 0) {}
+
+    /// Draws places until a motion of the kind has an effect.
+    /// @returns false if none was found; LimitExceeded
+    Result<bool> carry_out(TruthKind kind, Draws& draws);
+
+    const std::vector<TruthMotion>& done() const { return m_done; }
+    const Breathing& breathing() const { return m_breathing; }
+    /// Voxels at both ends of links that were cut, by TruthLabel::Interface or Cut.
+    std::vector<std::uint32_t> cut_voxels(TruthLabel label) const;
+
+  private:
+    Result<bool> contact(Draws& draws);
+    Result<bool> slide(Draws& draws);
+    Result<bool> cut(Draws& draws, TruthKind kind);
+    bool breathe(Draws& draws);
+    /// Random voxel of a list, and its position now [mm, LPS].
+    Vec3i voxel_of(const std::vector<std::uint32_t>& list, Draws& draws) const;
+    Vec3d position_of(Vec3i voxel) const;
+    double amount(double largest, Draws& draws) const { return largest * draws.real(0.3, 1); }
+    double radius(Draws& draws) const;
+    void note_cuts(TruthLabel label);
+
+    const Volume& m_scan;
+    const Regions& m_regions;
+    const TruthSettings& m_settings;
+    double m_air_threshold_hu;
+    ChainMail& m_tissue;
+    std::vector<TruthMotion> m_done;
+    Breathing m_breathing;
+    std::vector<std::uint8_t> m_cut_labels;
+};
+
+}  // namespace pliant::truth
