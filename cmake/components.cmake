@@ -7,7 +7,7 @@
 #   RECIPES  third-party libraries that it links; who links the static library needs them too
 #   HEADERS  third-party headers that are compiled in, and programs' libraries: for this build only
 
-set(PLIANT_ALL_COMPONENTS core io models fit render serve)
+set(PLIANT_ALL_COMPONENTS core io models fit render scenes serve)
 
 set(PLIANT_core_NEEDS)
 set(PLIANT_core_RECIPES tbb)
@@ -29,7 +29,11 @@ set(PLIANT_render_NEEDS core models)
 set(PLIANT_render_RECIPES highway)
 set(PLIANT_render_HEADERS)
 
-set(PLIANT_serve_NEEDS core io models render)
+set(PLIANT_scenes_NEEDS core io models render)
+set(PLIANT_scenes_RECIPES)
+set(PLIANT_scenes_HEADERS nlohmann_json)
+
+set(PLIANT_serve_NEEDS core io models render scenes)
 set(PLIANT_serve_RECIPES lz4 openssl)
 set(PLIANT_serve_HEADERS boost nlohmann_json)
 

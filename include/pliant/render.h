@@ -76,6 +76,10 @@ struct Endoscope {
     const RestField* rest = nullptr;
 };
 
+/// Unit directions of the rays through the middles of a picture's pixels [LPS], rows from the top:
+/// those of endoscope_view(), for first_hits().
+std::vector<Vec3d> view_directions(const Endoscope& endoscope, int width, int height);
+
 /// Suggests a first view of a scan: deep inside a lumen, along its longest free path. Prefers
 /// enclosed air over the air around the patient, and tubes over lungs.
 /// @returns nullopt if no voxel is on the lumen's side of the threshold

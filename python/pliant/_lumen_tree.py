@@ -159,14 +159,14 @@ def find_lumen_ends(
         left = numpy.flatnonzero(~flood.is_covered)
         far = left[numpy.argmax(flood.steps[left])]
         try:
-            points, radii = find_lumen_path(
+            found = find_lumen_path(
                 scan, root_mm, tuple(flood.points_mm[far]), iso_hu, polarity,
                 reach_mm=beside_mm, spacing_mm=_STEP_MM, threads=threads,
             )  # fmt: skip
         except Error:
             flood.is_covered[far] = True
             continue
-        path, radius = _resampled(points, radii)
+        path, radius = _resampled(found.points_mm, found.radius_mm)
         parts = [p for p in (_parting(path, radius, other) for other, _ in paths)]
         new = 0 if not paths else max((len(path) if p is None else p) for p in parts)
         flood.cover(path[new:], radius[new:], beside_mm)

@@ -114,11 +114,11 @@ def find_lumen(
     view = find_endoscope(scan, iso_hu, polarity, threads)
     if view is None:
         raise Error(f"scan: expected a lumen at {iso_hu} HU, found none", field="scan")
-    eye = view[0] if start_mm is None else (start_mm[0], start_mm[1], start_mm[2])
+    eye = view.eye_mm if start_mm is None else (start_mm[0], start_mm[1], start_mm[2])
     ends = find_lumen_ends(scan, eye, iso_hu, polarity, threads=threads)
     if not ends:
         raise Error("scan: expected a lumen with branches, found none", field="scan")
-    return Lumen(scan, eye, view[1], view[2], tuple(ends), iso_hu, polarity)
+    return Lumen(scan, eye, view.look, view.up, tuple(ends), iso_hu, polarity)
 
 
 @functools.lru_cache(maxsize=4)

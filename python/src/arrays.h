@@ -24,10 +24,12 @@
 #include <pliant/tasks.h>
 #include <pliant/vec.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -67,13 +69,18 @@ class Arena {
             const Arena& m_arena;
         };
         m_is_interrupted = false;
-        auto result = [&] {
-            const Armed armed(*this);
-            const nb::gil_scoped_release without_lock;
-            return work();
-        }();
-        if (m_is_interrupted) throw nb::python_error();
-        return result;
+        try {
+            auto result = [&] {
+                const Armed armed(*this);
+                const nb::gil_scoped_release without_lock;
+                return work();
+            }();
+            if (m_is_interrupted) throw nb::python_error();
+            return result;
+        } catch (const std::bad_alloc&) {  // of a call that isn't noexcept
+            if (m_is_interrupted) throw nb::python_error();
+            throw;
+        }
     }
 
   private:
@@ -119,6 +126,13 @@ void bind_volumes(nb::module_& m);
 void bind_fields(nb::module_& m);
 void bind_meshes(nb::module_& m);
 void bind_tissues(nb::module_& m);
+void bind_render(nb::module_& m);
+void bind_surfaces(nb::module_& m);
+void bind_vessels(nb::module_& m);
+void bind_springs(nb::module_& m);
+void bind_elastic(nb::module_& m);
+void bind_fits(nb::module_& m);
+void bind_organs(nb::module_& m);
 void bind_augment(nb::module_& m);
 void bind_gym(nb::module_& m);
 void bind_truth(nb::module_& m);

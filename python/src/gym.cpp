@@ -326,7 +326,7 @@ void bind_arena(nb::module_& m) {
                 take(a.arena().load_state(
                     n, {static_cast<const std::byte*>(state.data()), state.size()}));
             },
-            nb::arg("endoscope"), nb::arg("state"))
+            nb::arg("endoscope"), nb::arg("state"), "Restores a state of save_state().")
         .def_prop_ro(
             "states", &states_of,
             nb::sig("def states(self, /) -> numpy.typing.NDArray[numpy.float64]"),
@@ -382,11 +382,12 @@ void bind_arena(nb::module_& m) {
                 return PyVolume{a.arena().volume(n), {}};
             },
             nb::arg("endoscope"), "The deformed scan.")
-        .def_prop_ro("count", [](PyArena& a) { return a.arena().count(); })
+        .def_prop_ro(
+            "count", [](PyArena& a) { return a.arena().count(); }, "Number of endoscopes.")
         .def_prop_ro(
             "scan", [](PyArena& a) { return a.scan(); }, nb::sig("def scan(self, /) -> Volume"),
             "The scan at rest.")
-        .def_prop_ro("threads", &PyArena::threads);
+        .def_prop_ro("threads", &PyArena::threads, "Number of threads.");
     bind_pictures(c);
 }
 
@@ -394,54 +395,6 @@ void bind_arena(nb::module_& m) {
 
 void bind_gym(nb::module_& m) {
     bind_arena(m);
-    m.def(
-        "find_lumen_path",
-        [](const PyVolume& scan, Vec3d from_mm, Vec3d to_mm, double iso_hu,
-           const std::string& polarity, double reach_mm, double spacing_mm, int threads) {
-            const LumenPathSettings settings{.iso_hu = iso_hu,
-                                             .polarity = polarity_of(polarity),
-                                             .reach_mm = reach_mm,
-                                             .spacing_mm = spacing_mm};
-            const Arena arena(threads);
-            LumenPath path = take(arena.run([&] {
-                return find_lumen_path(scan.volume, from_mm, to_mm, settings, arena.tasks());
-            }));
-            const nb::object radii =
-                nb::module_::import_("numpy").attr("array")(nb::cast(path.radius_mm));
-            return nb::make_tuple(points_of(std::move(path.points_mm)), radii);
-        },
-        nb::arg("scan"), nb::arg("from_mm"), nb::arg("to_mm"), nb::arg("iso_hu") = -500.0,
-        nb::arg("polarity") = "rising", nb::arg("reach_mm") = 0.0, nb::arg("spacing_mm") = 2.0,
-        nb::arg("threads") = 0,
-        nb::sig("def find_lumen_path(scan: Volume, from_mm: collections.abc.Sequence[float], "
-                "to_mm: collections.abc.Sequence[float], iso_hu: float = -500.0, "
-                "polarity: str = \"rising\", reach_mm: float = 0.0, spacing_mm: float = 2.0, "
-                "threads: int = 0) -> tuple[numpy.typing.NDArray[numpy.float64], "
-                "numpy.typing.NDArray[numpy.float64]]"),
-        "Path along the middle of a lumen.\n\n"
-        "Args:\n"
-        "    reach_mm: An end in the tissue moves into a lumen within this distance.\n\n"
-        "Returns:\n"
-        "    Points (n, 3) [mm, LPS], and the distance of each to the wall [mm].");
-    m.def(
-        "find_endoscope",
-        [](const PyVolume& scan, double iso_hu, const std::string& polarity,
-           int threads) -> std::optional<std::tuple<Vec3d, Vec3d, Vec3d>> {
-            const Arena arena(threads);
-            const Polarity side = polarity_of(polarity);
-            const auto found = [&] {
-                const nb::gil_scoped_release without_lock;
-                return find_endoscope(scan.volume, iso_hu, side, arena.tasks());
-            }();
-            if (!found) return std::nullopt;
-            return std::tuple{found->eye_mm, found->look, found->up};
-        },
-        nb::arg("scan"), nb::arg("iso_hu") = -500.0, nb::arg("polarity") = "rising",
-        nb::arg("threads") = 0,
-        nb::sig("def find_endoscope(scan: Volume, iso_hu: float = -500.0, "
-                "polarity: str = \"rising\", threads: int = 0) -> tuple[tuple[float, float, "
-                "float], tuple[float, float, float], tuple[float, float, float]] | None"),
-        "A first view of a scan, deep inside a lumen: eye, look, up; None without a lumen.");
 }
 
 }  // namespace pliant::python

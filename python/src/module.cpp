@@ -13,6 +13,13 @@ NB_MODULE(_core, m) {
     pliant::python::bind_fields(m);
     pliant::python::bind_meshes(m);
     pliant::python::bind_tissues(m);
+    pliant::python::bind_render(m);
+    pliant::python::bind_surfaces(m);
+    pliant::python::bind_vessels(m);
+    pliant::python::bind_springs(m);
+    pliant::python::bind_elastic(m);
+    pliant::python::bind_fits(m);
+    pliant::python::bind_organs(m);
     pliant::python::bind_augment(m);
     pliant::python::bind_gym(m);
     pliant::python::bind_truth(m);

@@ -3,7 +3,11 @@
 
 // Settings by keyword: the rows of the library's tables are the names, ranges and texts.
 
+#include <pliant/catheter.h>
+#include <pliant/fem.h>
+#include <pliant/fit.h>
 #include <pliant/material.h>
+#include <pliant/organs.h>
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
@@ -78,9 +82,21 @@ nb::list settings_of(const std::string& model) {
     if (model == "springs") return rows_of(spring_rows());
     if (model == "body") return rows_of(body_rows());
     if (model == "network") return rows_of(network_rows());
-    raise({ErrorCode::InvalidArgument,
-           "model: expected chainmail, springs, body or network, found " + model, "model",
-           "chainmail, springs, body or network", model});
+    if (model == "catheter") return rows_of(catheter_rows());
+    if (model == "wall") return rows_of(wall_rows());
+    if (model == "spring_solver") return rows_of(spring_solver_rows());
+    if (model == "elastic") return rows_of(elastic_rows());
+    if (model == "fit") return rows_of(fit_rows());
+    if (model == "gauss_newton") return rows_of(gauss_newton_rows());
+    if (model == "annealing") return rows_of(annealing_rows());
+    if (model == "direct_search") return rows_of(direct_search_rows());
+    if (model == "organs") return rows_of(organ_file_rows());
+    if (model == "organ") return rows_of(organ_rows());
+    const std::string names =
+        "chainmail, springs, body, network, catheter, wall, spring_solver, elastic, fit, "
+        "gauss_newton, annealing, direct_search, organs or organ";
+    raise({ErrorCode::InvalidArgument, "model: expected " + names + ", found " + model, "model",
+           names, model});
 }
 
 }  // namespace
@@ -105,7 +121,10 @@ void bind_settings(nb::module_& m) {
           nb::sig("def settings_of(model: str) -> list[dict[str, typing.Any]]"),
           "Settings that a model takes as keyword arguments.\n\n"
           "Args:\n"
-          "    model: \"chainmail\", \"springs\", \"body\" or \"network\".\n\n"
+          "    model: \"chainmail\", \"springs\", \"body\" or \"network\" for tissues; \"organs\", "
+          "\"organ\"; \"catheter\", \"wall\"; \"spring_solver\"; \"elastic\"; \"fit\", "
+          "\"gauss_newton\", "
+          "\"annealing\", \"direct_search\".\n\n"
           "Returns:\n"
           "    One dictionary for each: name, default, unit, range and text.");
 }

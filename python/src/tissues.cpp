@@ -9,6 +9,7 @@
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
+#include "made_tissue.h"
 #include "own_tissue.h"
 #include "volumes.h"
 
@@ -129,9 +130,11 @@ void bind_reports(nb::module_& m) {
             "limited_by", [](const PushReport& r) { return std::string(name_of(r.limited_by)); },
             "\"none\", \"bone\", \"movement\", \"fold\", …")
         .def_ro("step_fraction", &PushReport::step_fraction, "Part of the push that was made, 0…1.")
-        .def_ro("grabbed_elements", &PushReport::grabbed_elements)
-        .def_ro("moved_elements", &PushReport::moved_elements)
-        .def_ro("solve_ms", &PushReport::solve_ms)
+        .def_ro("grabbed_elements", &PushReport::grabbed_elements,
+                "Elements that the tool holds; nodes of a mesh.")
+        .def_ro("moved_elements", &PushReport::moved_elements,
+                "Elements that have moved, the held ones included.")
+        .def_ro("solve_ms", &PushReport::solve_ms, "Wall-clock time [ms].")
         .def_ro("message", &PushReport::message, "Reason, if it isn't simply applied.")
         .def("__repr__", [](const PushReport& r) {
             return "PushReport(" + std::string(name_of(r.status)) +
@@ -140,23 +143,27 @@ void bind_reports(nb::module_& m) {
         });
     nb::class_<SlideReport>(m, "SlideReport", "Result of a slide.")
         .def_ro("way_fraction", &SlideReport::way_fraction, "Part of the way that was made, 0…1.")
-        .def_prop_ro("limited_by",
-                     [](const SlideReport& r) { return std::string(name_of(r.limited_by)); })
+        .def_prop_ro(
+            "limited_by", [](const SlideReport& r) { return std::string(name_of(r.limited_by)); },
+            "As of a push.")
         .def_ro("end_mm", &SlideReport::end_mm, "The sphere's centre at the end [mm, LPS].")
-        .def_ro("ends_in_tissue", &SlideReport::ends_in_tissue)
-        .def_ro("contacts", &SlideReport::contacts)
-        .def_ro("slide_ms", &SlideReport::slide_ms);
+        .def_ro("ends_in_tissue", &SlideReport::ends_in_tissue,
+                "Whether the centre ends in tissue.")
+        .def_ro("contacts", &SlideReport::contacts, "Moves of tissue out of the sphere's way.")
+        .def_ro("slide_ms", &SlideReport::slide_ms, "Wall-clock time [ms].");
     nb::class_<CutReport>(m, "CutReport", "Result of a cut.")
-        .def_ro("cut_links", &CutReport::cut_links)
-        .def_ro("cut_ms", &CutReport::cut_ms);
+        .def_ro("cut_links", &CutReport::cut_links,
+                "Links between the scan's elements that were cut.")
+        .def_ro("cut_ms", &CutReport::cut_ms, "Wall-clock time [ms].");
     nb::class_<CarveReport>(m, "CarveReport", "Result of a carving.")
-        .def_ro("carved_elements", &CarveReport::carved_elements)
-        .def_ro("carve_ms", &CarveReport::carve_ms);
+        .def_ro("carved_elements", &CarveReport::carved_elements, "Elements that were removed.")
+        .def_ro("carve_ms", &CarveReport::carve_ms, "Wall-clock time [ms].");
     nb::class_<AdvanceReport>(m, "AdvanceReport", "Result of motion by itself.")
-        .def_ro("steps", &AdvanceReport::steps)
+        .def_ro("steps", &AdvanceReport::steps, "Sweeps or time steps that were made.")
         .def_ro("settled", &AdvanceReport::settled, "Whether more steps have no effect.")
         .def_ro("ms", &AdvanceReport::ms, "Wall-clock time.")
-        .def_ro("message", &AdvanceReport::message);
+        .def_ro("message", &AdvanceReport::message,
+                "Reason why the motion was stopped before it was at rest.");
 }
 
 void bind_own(nb::class_<PyTissue>& c) {
@@ -246,7 +253,7 @@ void bind_tools(nb::class_<PyTissue>& c) {
             nb::arg("spare_fixed") = false, "Carves what is in a capsule now.")
         .def(
             "release", [](const PyTissue& t, std::uint32_t tool) { t.tissue().release(tool); },
-            nb::arg("tool") = 1)
+            nb::arg("tool") = 1, "Lets a tool go, with the tissue that it holds.")
         .def(
             "force_n",
             [](const PyTissue& t, std::uint32_t tool) { return t.tissue().force_n(tool); },
@@ -280,15 +287,19 @@ void bind_motion(nb::class_<PyTissue>& c) {
         .def(
             "end_group", [](const PyTissue& t) { return t.tissue().end_group(); },
             "Returns the number of the oldest steps that were forgotten.")
-        .def("undo", [](const PyTissue& t) { take(t.tissue().undo()); })
-        .def("redo", [](const PyTissue& t) { take(t.tissue().redo()); })
-        .def_prop_ro("undo_steps", [](const PyTissue& t) { return t.tissue().undo_steps(); })
+        .def(
+            "undo", [](const PyTissue& t) { take(t.tissue().undo()); }, "Takes the last step back.")
+        .def(
+            "redo", [](const PyTissue& t) { take(t.tissue().redo()); }, "Makes it again.")
+        .def_prop_ro(
+            "undo_steps", [](const PyTissue& t) { return t.tissue().undo_steps(); },
+            "Steps that can be taken back.")
         .def(
             "save_state",
             [](const PyTissue& t, const std::filesystem::path& path) {
                 take(t.tissue().save_state(path));
             },
-            nb::arg("path"))
+            nb::arg("path"), "Writes the state (.plst). Nothing is half-written.")
         .def(
             "load_state",
             [](const PyTissue& t, const std::filesystem::path& path) {
@@ -335,9 +346,10 @@ void bind_results(nb::class_<PyTissue>& c) {
                 return PyVolume{t.run([](Tissue& tissue) { return strain_field(tissue); }), {}};
             },
             "Largest eigenvalue of the Green-Lagrange strain at each rest voxel.")
-        .def_prop_ro("model",
-                     [](const PyTissue& t) { return std::string(t.tissue().traits().model); })
-        .def_prop_ro("threads", &PyTissue::threads)
+        .def_prop_ro(
+            "model", [](const PyTissue& t) { return std::string(t.tissue().traits().model); },
+            "\"chainmail\", \"springs\", \"body\", \"network\", …")
+        .def_prop_ro("threads", &PyTissue::threads, "Number of threads.")
         .def_prop_ro(
             "settings", [](const PyTissue& t) { return dict_of(t.tissue().settings()); },
             nb::sig("def settings(self, /) -> dict[str, typing.Any]"),
@@ -348,7 +360,8 @@ void bind_results(nb::class_<PyTissue>& c) {
             "Counts of nodes and the like.")
         .def(
             "report", [](const PyTissue& t) { return dict_of(t.tissue().report()); },
-            nb::sig("def report(self) -> dict[str, typing.Any]"))
+            nb::sig("def report(self) -> dict[str, typing.Any]"),
+            "Figures that may take a while to compute.")
         .def(
             "hash", [](const PyTissue& t) { return t.tissue().hash(); },
             "Of the state: the same for any number of threads.")
@@ -358,6 +371,15 @@ void bind_results(nb::class_<PyTissue>& c) {
 }
 
 }  // namespace
+
+nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make) {
+    return nb::cast(PyTissue::made(scan, threads, make));
+}
+
+Tissue* find_tissue(nb::handle object) {
+    const PyTissue* found = nullptr;
+    return nb::try_cast(object, found) && found ? &found->tissue() : nullptr;
+}
 
 void bind_tissues(nb::module_& m) {
     bind_reports(m);

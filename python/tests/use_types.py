@@ -24,3 +24,28 @@ def scored(path: str) -> float:
     points: numpy.typing.NDArray[numpy.float64] = case.moving_from_fixed([(0, 0, 0)])
     assert points.shape == (1, 3)
     return float(truth.score(case, case.forward)["moved"]["mean_mm"])
+
+
+def seen(scan: pliant.Volume) -> numpy.typing.NDArray[numpy.uint8]:
+    endoscope = pliant.find_endoscope(scan) or pliant.view_of_whole(scan)
+    endoscope.style = "real"
+    endoscope.eye_mm = numpy.array(endoscope.eye_mm) + 1
+    path = pliant.find_lumen_path(scan, endoscope.eye_mm, (0, 0, 0))
+    caster = pliant.RayCaster(scan, threads=1)
+    _, depth, _, _ = caster.endoscope_frame(endoscope.replaced(iso_hu=-400), 64, 64)
+    if not numpy.isfinite(depth).any() or path.length_mm > 100:
+        return pliant.section_view(scan, pliant.Section(point_mm=endoscope.eye_mm))
+    return caster.endoscope_view(endoscope)
+
+
+def pushed_by_a_wire(way: numpy.typing.NDArray[numpy.float64]) -> float:
+    scene = pliant.CatheterScene(pliant.wall_around_centreline([way]), entry=0, length_mm=90)
+    scene.command(insert_mm_s=20, bend_first_deg=10)
+    scene.step(10)
+    return scene.measures().force_n + float(scene.wire_positions[-1, 2])
+
+
+def fitted(mesh: pliant.TetMesh) -> pliant.SpringParts:
+    load = pliant.FitMeshLoad([1], (0, 0, -1))
+    made = pliant.fit_mesh(mesh, [0, 2, 3], [load], [pliant.FitRegion(name="all")])
+    return made.network(pliant.fit(made.problem)).parts

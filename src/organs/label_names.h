@@ -13,6 +13,7 @@
 #include <map>
 #include <string>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 using LabelNames = std::map<int, std::string>;
@@ -35,3 +36,4 @@ Result<LabelNames> find_label_names(const std::filesystem::path& map, const KeyV
                                     const std::filesystem::path& table);
 
 }  // namespace pliant
+#pragma GCC visibility pop

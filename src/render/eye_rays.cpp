@@ -3,10 +3,13 @@
 
 // Passes rays from one eye to the vector kernel, and undecided ones to the scalar version.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "render/beam.h"
+#include "render/camera.h"
 #include "render/caster.h"
 #include "render/volume_rays.h"
 
@@ -77,6 +80,17 @@ void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances
 }  // namespace pliant::render
 
 namespace pliant {
+
+std::vector<Vec3d> view_directions(const Endoscope& endoscope, int width, int height) {
+    width = std::max(width, 1);
+    height = std::max(height, 1);
+    const render::Camera camera(endoscope, width, height);
+    std::vector<Vec3d> directions;
+    directions.reserve(std::size_t(width) * std::size_t(height));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) directions.push_back(camera.direction(x + 0.5, y + 0.5));
+    return directions;
+}
 
 void RayCaster::first_hits(Vec3d eye_mm, std::span<const Vec3d> directions, double iso_hu,
                            Polarity polarity, std::span<double> distances) const {

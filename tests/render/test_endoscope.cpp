@@ -53,6 +53,21 @@ TEST(Camera, MapsTheEdgeToTheFieldOfViewAndBendsItByTheBarrelFormula) {
     }
 }
 
+TEST(Camera, HasTheDirectionsOfThePixelsMiddlesRowByRow) {
+    Endoscope e = from_the_front();
+    e.look = {1, 2, -0.5};
+    const int width = 5, height = 3;
+    const render::Camera camera(e, width, height);
+    const auto directions = view_directions(e, width, height);
+    ASSERT_EQ(directions.size(), std::size_t(width * height));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const Vec3d expected = camera.direction(x + 0.5, y + 0.5);
+            EXPECT_EQ(norm(directions[std::size_t(y * width + x)] - expected), 0);
+        }
+    EXPECT_EQ(view_directions(e, 0, -3).size(), 1u);  // as a picture, which has a pixel at least
+}
+
 TEST(Camera, PutsThePatientsLeftOnTheRightWhenItLooksToTheBackWithTheHeadUp) {
     const render::Camera camera(from_the_front(), 100, 100);
     EXPECT_GT(camera.direction(90, 50).x, 0.1);

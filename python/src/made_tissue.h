@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Tissues of Python for other parts of the module.
+
+#pragma once
+
+#include <pliant/tissue.h>
+
+#include "volumes.h"
+
+namespace pliant::python {
+
+/// Makes a Tissue of Python, with threads of its own. It keeps the scan.
+nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make);
+/// The tissue in an object of Python, which must outlive it; null for other objects.
+Tissue* find_tissue(nb::handle object);
+
+/// The scan in a Volume, or as a Tissue has it now, with its owner.
+struct SeenScan {
+    nb::object owner;
+    const Volume& volume() const { return nb::cast<const PyVolume&>(owner).volume; }
+};
+inline SeenScan seen_scan(nb::handle scan) {
+    const nb::object owner =
+        find_tissue(scan) ? nb::object(scan.attr("volume")()) : nb::borrow(scan);
+    if (!nb::isinstance<PyVolume>(owner)) {
+        const std::string found = nb::cast<std::string>(nb::str(scan.type()));
+        raise({ErrorCode::InvalidArgument, "scan: expected a Volume or a Tissue, found " + found,
+               "scan", "a Volume or a Tissue", found});
+    }
+    return {owner};
+}
+
+}  // namespace pliant::python
