@@ -79,7 +79,7 @@ ElasticLoads loads_of(const Array& nodes, const Array& forces_n, const Array& fa
         const auto pressures = spread(*pressure_pa, count, "pressure_pa");
         for (std::size_t n = 0; n < count; ++n) loads.surfaces[n].pressure_pa = pressures[n];
     }
-    Vec3d one;
+    Vec3d one{};
     if (traction_pa && vector_from(*traction_pa, one)) {
         for (SurfaceLoad& load : loads.surfaces) load.traction_pa = one;
     } else if (traction_pa) {

@@ -108,7 +108,7 @@ struct FieldOf {
             return choice_of<V>(text, name);
         } else if constexpr (std::is_same_v<V, Rgb8> || std::is_same_v<V, Vec3i>) {
             constexpr bool is_colour = std::is_same_v<V, Rgb8>;
-            Vec3d v;
+            Vec3d v{};
             const auto fits = [](double x) {
                 return is_colour ? x >= 0 && x <= 255 : x >= -2147483648.0 && x <= 2147483647.0;
             };
@@ -120,7 +120,7 @@ struct FieldOf {
             else
                 return {int(v.x), int(v.y), int(v.z)};
         } else {
-            V value;
+            V value{};
             if (!nb::try_cast(given, value)) raise_value(name, words(), given);
             return value;
         }
