@@ -157,8 +157,7 @@ void bind_makers(nb::module_& m) {
                              threads, settings);
         },
         nb::arg("scan"), nb::arg("label_volume"), nb::arg("labels") = std::vector<int>{},
-        nb::arg("label_names") = "", nb::arg("threads") = 0,
-        nb::arg("settings"),
+        nb::arg("label_names") = "", nb::arg("threads") = 0, nb::arg("settings"),
         nb::sig("def make_organs_of_labels(scan: str | os.PathLike[str], label_volume: str | "
                 "os.PathLike[str], labels: collections.abc.Sequence[int] = (), label_names: str | "
                 "os.PathLike[str] = \"\", threads: int = 0, **settings: typing.Any) -> MadeOrgans"),
