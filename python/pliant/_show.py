@@ -87,12 +87,13 @@ class Page:
             raise Error(f"{command[0]}: expected a program, found {error}", "not_found") from error
         self._server = server
         self._end = weakref.finalize(self, _end, server, folder)
-        self._errors: list[str] = []
+        self._errors: list[str | None] = []
         lines: queue.Queue[str | None] = queue.Queue()
         threading.Thread(target=_pass_on, args=(server.stdout, lines.put), daemon=True).start()
-        threading.Thread(
+        self._listener = threading.Thread(
             target=_pass_on, args=(server.stderr, self._errors.append), daemon=True
-        ).start()
+        )
+        self._listener.start()
         self.url = self._link(lines, "Open")
         self.view_url = self._link(lines, "View")
 
@@ -104,6 +105,7 @@ class Page:
                 line = None
             if line is None:
                 self.close()
+                self._listener.join(_START_S)
                 text = "".join(e for e in self._errors if e).strip()
                 raise Error(text or f"pliant serve: expected a link in {_START_S:.0f} s")
             found = re.match(rf"{name}\s+(\S+)", line)

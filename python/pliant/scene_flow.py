@@ -119,10 +119,11 @@ class EndoscopeSequence:
             "barrel_distortion": settings.setdefault("barrel_distortion", 0.15),
         }
         if ends is None:
-            view = find_endoscope(scan, settings.get("iso_hu", -500.0))
+            iso_hu = settings.get("iso_hu", -500.0)
+            view = find_endoscope(scan, iso_hu)
             if view is None:
                 raise Error("scan: expected a lumen, found none", field="scan")
-            ends = find_lumen_ends(scan, view[0], settings.get("iso_hu", -500.0), threads=threads)
+            ends = find_lumen_ends(scan, view.eye_mm, iso_hu, threads=threads)
         self._ends = list(ends)
         if not self._ends:
             raise Error("ends: expected some, found none", field="ends")

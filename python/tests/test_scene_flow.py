@@ -22,7 +22,7 @@ def scan() -> pliant.Volume:
 
 @pytest.fixture(scope="module")
 def ends(scan):
-    return find_lumen_ends(scan, pliant.find_endoscope(scan)[0])
+    return find_lumen_ends(scan, pliant.find_endoscope(scan).eye_mm)
 
 
 def sequence(scan, ends, seed=3, frames=16, **more):
