@@ -8,8 +8,8 @@
 #include <limits>
 #include <optional>
 
-#include "gym/material_points.h"
 #include "render/camera.h"
+#include "resample/material_points.h"
 
 namespace pliant {
 namespace {

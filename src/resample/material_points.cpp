@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "gym/material_points.h"
+#include "resample/material_points.h"
 
 #include <algorithm>
 #include <cmath>

@@ -16,6 +16,7 @@
 
 #include "field/field.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// For one thread. Keeps a reference to the field, which must not change meanwhile.
@@ -61,3 +62,4 @@ class MaterialPoints {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop
