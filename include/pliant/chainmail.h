@@ -92,9 +92,9 @@ class ChainMail final : public MovingScan {
     /// materials in the box, D the displacement that they allow beside bone and the box's outside,
     /// which don't move. The lattice stays valid, and can be pushed afterwards.
     /// @param displacement_mm  T at a position at rest [mm, LPS]; called for each element
-    /// @returns InvalidArgument if the tissue is not at rest, or cut, carved or bounded, or a
-    ///          displacement isn't finite or exceeds 500 mm; LimitExceeded. Then nothing has
-    ///          changed
+    /// @returns InvalidArgument if the tissue is not at rest, or cut, carved, bounded or of rounded
+    ///          limits, or a displacement isn't finite or exceeds 500 mm; LimitExceeded. Then
+    ///          nothing has changed
     Result<FollowReport> follow(const Box3i& elements,
                                 const std::function<Vec3d(Vec3d point_mm)>& displacement_mm);
 

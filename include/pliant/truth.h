@@ -62,10 +62,10 @@ std::string_view name_of(TruthKind kind) noexcept;
 struct TruthSettings {
     std::string kinds = "contact,slide,cut,interface,breathing";  ///< that motions are drawn from
     int motions = 3;                                              ///< of a case
-    double contact_mm = 10;                                        ///< length of a push
+    double contact_mm = 10;                                       ///< length of a push
     double slide_mm = 15;                                         ///< length of a slide
     double cut_mm = 8;          ///< distance by which the halves are moved apart
-    double interface_mm = 10;    ///< distance by which the sides slide along each other
+    double interface_mm = 10;   ///< distance by which the sides slide along each other
     double breathing_mm = 10;   ///< largest displacement of breathing
     double tool_radius_mm = 5;  ///< of pushing and sliding spheres
     double cut_length_mm = 25;  ///< of a cut; it is half as deep

@@ -31,7 +31,7 @@ using truth::Regions;
 
 constexpr int kLeastVoxels = 8;     ///< along each axis of a scan
 constexpr double kBound_mm = 1e-4;  ///< pairs that differ by more are not used
-constexpr double kRounded = 1e-5;        ///< points that lie beyond the border by less [voxels]
+constexpr double kRounded = 1e-5;   ///< points that lie beyond the border by less [voxels]
 constexpr double kClosed = 0.1;     ///< volume that is left of air in a closed lumen
 constexpr std::uint64_t kOrder = 0, kLandmarks = 1, kFirstMotion = 2;  ///< streams of a case
 

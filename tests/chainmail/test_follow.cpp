@@ -171,6 +171,9 @@ TEST(Follow, WhatItCannotFollowIsRefusedAndChangesNothing) {
     ChainMailSettings bounded = plain(0.25);
     bounded.bounded = true;
     EXPECT_FALSE(tissue_of(volume, arena, bounded).follow(voxel_box(volume.grid), still).ok());
+    ChainMailSettings rounded = plain(0.25);
+    rounded.limits = LinkLimits::Rounded;
+    EXPECT_FALSE(tissue_of(volume, arena, rounded).follow(voxel_box(volume.grid), still).ok());
 }
 
 }  // namespace
