@@ -35,23 +35,30 @@ class TrilinearCell {
                t.y * t.z * m_yz + t.x * t.y * t.z * m_xyz;
     }
 
+    /// A step of Newton's method towards a point. @param[out] move  of t
+    /// @returns false if the volume of the cell is at most `flat` at t [voxels]
+    bool newton_move(Vec3d point, Vec3d t, double flat, Vec3d& move) const {
+        const Vec3d miss = point - at(t);
+        const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
+        const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
+        const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
+        const Vec3d across = cross(dy, dz);
+        const double det = dot(dx, across);
+        if (!(det > flat)) return false;
+        const Vec3d turned = cross(dx, miss);
+        const double scale = 1 / det;
+        move = {scale * dot(miss, across), scale * dot(dz, turned), -scale * dot(dy, turned)};
+        return true;
+    }
+
     /// Cell coordinates of a point, each in 0…1.
     /// @returns nothing if the point lies outside by more than kOutside, or the cell is folded and
     ///          Newton's method doesn't converge in kMaxSteps
     std::optional<Vec3d> locate(Vec3d point) const {
         Vec3d t{0.5, 0.5, 0.5};
         for (int step = 0; step < kMaxSteps; ++step) {
-            const Vec3d miss = point - at(t);
-            const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
-            const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
-            const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
-            const Vec3d across = cross(dy, dz);
-            const double det = dot(dx, across);
-            if (!(det > kFlat)) return std::nullopt;
-            const Vec3d turned = cross(dx, miss);
-            const double scale = 1 / det;
-            const Vec3d move{scale * dot(miss, across), scale * dot(dz, turned),
-                             -scale * dot(dy, turned)};
+            Vec3d move;
+            if (!newton_move(point, t, kFlat, move)) return std::nullopt;
             t = t + move;
             // In a parallelepiped the first step is exact; elsewhere steps shrink quadratically.
             if (m_is_affine || dot(move, move) < kSettled * kSettled) return inside(t);

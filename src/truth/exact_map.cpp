@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "field/field.h"
+#include "field/trilinear_cell.h"
 #include "volume/boxes.h"
 
 namespace pliant::truth {
@@ -27,43 +28,22 @@ Vec3d real(Vec3i v) {
     return {double(v.x), double(v.y), double(v.z)};
 }
 
-}  // namespace
-
-CellMap::CellMap(const std::array<Vec3d, 8>& p)
-    : m_0(p[0]),
-      m_x(p[1] - p[0]),
-      m_y(p[2] - p[0]),
-      m_z(p[4] - p[0]),
-      m_xy(p[3] - p[1] - p[2] + p[0]),
-      m_xz(p[5] - p[1] - p[4] + p[0]),
-      m_yz(p[6] - p[2] - p[4] + p[0]),
-      m_xyz(p[7] - p[6] - p[5] - p[3] + p[1] + p[2] + p[4] - p[0]) {}
-
-Vec3d CellMap::at(Vec3d t) const {
-    return m_0 + t.x * m_x + t.y * m_y + t.z * m_z + t.x * t.y * m_xy + t.x * t.z * m_xz +
-           t.y * t.z * m_yz + t.x * t.y * t.z * m_xyz;
-}
-
-bool CellMap::solve(Vec3d point, Vec3d& t) const {
+/// Solves cell.at(t) = point by Newton's method. @param[in,out] t  first guess; not limited to the
+/// cell. @returns whether it converged
+bool solve(const TrilinearCell& cell, Vec3d point, Vec3d& t) {
+    constexpr double kFlat = 1e-12, kFarAway = 8;
     for (int step = 0; step < kNewtonSteps; ++step) {
-        const Vec3d miss = point - at(t);
-        const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
-        const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
-        const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
-        const Vec3d across = cross(dy, dz);
-        const double det = dot(dx, across);
-        if (!(det > 1e-12)) return false;
-        const Vec3d turned = cross(dx, miss);
-        const double scale = 1 / det;
-        const Vec3d move{scale * dot(miss, across), scale * dot(dz, turned),
-                         -scale * dot(dy, turned)};
+        Vec3d move;
+        if (!cell.newton_move(point, t, kFlat, move)) return false;
         t = t + move;
-        const double length = dot(move, move);
-        if (length < kSettled * kSettled) return true;
-        if (!(dot(t, t) < 64)) return false;
+        if (dot(move, move) < kSettled * kSettled) return true;
+        if (!(dot(t, t) < kFarAway * kFarAway)) return false;
     }
-    return dot(point - at(t), point - at(t)) < kFit * kFit;
+    const Vec3d miss = point - cell.at(t);
+    return dot(miss, miss) < kFit * kFit;
 }
+
+}  // namespace
 
 CellState state_of_shape(const std::array<Vec3d, 8>& p) {
     // Edges along each axis, by the two other coordinates.
@@ -329,7 +309,7 @@ std::optional<Vec3d> ExactMap::image_of(Vec3d x) const {
         const Vec3i cell = low + step;
         if (!is_in || state_of(cell) == CellState::Broken) continue;
         if (!contains(m_cells, cell)) return x;
-        return real(cell) + CellMap(corners_of(cell)).at(x - real(cell));
+        return real(cell) + TrilinearCell(corners_of(cell)).at(x - real(cell));
     }
     return {};
 }
@@ -348,7 +328,7 @@ std::optional<Vec3d> ExactMap::walk(Vec3d y, Vec3d guess) const {
             continue;
         }
         if (m_states[cell_index(cell)] != CellState::Regular) return {};
-        if (!CellMap(corners_of(cell)).solve(y - real(cell), t)) return {};
+        if (!solve(TrilinearCell(corners_of(cell)), y - real(cell), t)) return {};
         Vec3i step{0, 0, 0};
         for (int a = 0; a < 3; ++a) {
             if (t[a] < -kOnFace) step[a] = std::max(int(std::floor(t[a])), -4);
@@ -402,12 +382,12 @@ TruthMask ExactMap::search(Vec3d y, Vec3d& x) const {
                             is_clear = false;
                             return;
                         }
-                        const CellMap map(corners);
+                        const TrilinearCell map(corners);
                         Vec3d t{0.5, 0.5, 0.5};
-                        bool solved = map.solve(point, t);
+                        bool solved = solve(map, point, t);
                         for (int c = 0; !solved && c < 8; ++c) {
                             t = {double(c & 1), double(c >> 1 & 1), double(c >> 2)};
-                            solved = map.solve(point, t);
+                            solved = solve(map, point, t);
                         }
                         if (!solved) return;
                         for (int a = 0; a < 3; ++a) {

@@ -36,20 +36,6 @@ namespace pliant::truth {
 
 enum class CellState : std::uint8_t { Regular, Folded, Broken };
 
-/// The trilinear map of one deformed cell.
-class CellMap {
-  public:
-    /// @param corners  numbered as in cell_block.h, relative to the cell's lowest corner at rest
-    explicit CellMap(const std::array<Vec3d, 8>& corners);
-    Vec3d at(Vec3d t) const;
-    /// Solves at(t) = point by Newton's method. @param[in,out] t  first guess; not limited to the
-    /// cell. @returns whether it converged
-    bool solve(Vec3d point, Vec3d& t) const;
-
-  private:
-    Vec3d m_0, m_x, m_y, m_z, m_xy, m_xz, m_yz, m_xyz;
-};
-
 /// State of a cell whose links are whole.
 CellState state_of_shape(const std::array<Vec3d, 8>& corners);
 
