@@ -166,24 +166,33 @@ std::string dots_of(const TruthTable& table) {
     return svg + "</svg>\n";
 }
 
-std::string table_of(const TruthTable& table) {
-    std::string html =
-        "<table><tr><th>method<th>type<th>points<th>mean<th>median<th>95&nbsp;%<th>"
-        "max<th>folded</tr>\n";
+/// The table's cells by rows; name and folded share stand in a method's first row.
+std::vector<std::array<std::string, 8>> rows_of(const TruthTable& table) {
+    std::vector<std::array<std::string, 8>> rows;
     for (const TruthMethod& method : table.methods) {
         const auto folded = folded_share(method);
         bool is_first = true;
         for (const TruthRow row : kShown) {
             const TruthErrors e = errors_over_cases(method, row);
             if (e.count == 0) continue;
-            html += "<tr><td>" + (is_first ? escaped(method.name) : std::string()) + "<td>" +
-                    std::string(name_of(row)) + "<td>" + std::to_string(e.count) + "<td>" +
-                    fixed(e.mean_mm, 3) + "<td>" + fixed(e.median_mm, 3) + "<td>" +
-                    fixed(e.p95_mm, 3) + "<td>" + fixed(e.max_mm, 3) + "<td>" +
-                    (is_first && folded ? fixed(100 * *folded, 3) + "&nbsp;%" : std::string()) +
-                    "</tr>\n";
+            rows.push_back({is_first ? method.name : std::string(), std::string(name_of(row)),
+                            std::to_string(e.count), fixed(e.mean_mm, 3), fixed(e.median_mm, 3),
+                            fixed(e.p95_mm, 3), fixed(e.max_mm, 3),
+                            is_first && folded ? fixed(100 * *folded, 3) + " %" : std::string()});
             is_first = false;
         }
+    }
+    return rows;
+}
+
+std::string table_of(const TruthTable& table) {
+    std::string html =
+        "<table><tr><th>method<th>type<th>points<th>mean<th>median<th>95&nbsp;%<th>"
+        "max<th>folded</tr>\n";
+    for (const auto& row : rows_of(table)) {
+        html += "<tr>";
+        for (const std::string& cell : row) html += "<td>" + escaped(cell);
+        html += "</tr>\n";
     }
     return html + "</table>\n";
 }
@@ -271,19 +280,10 @@ std::string truth_markdown(const TruthTable& table) {
     std::string text =
         "| method | type | points | mean | median | 95 % | max [mm] | folded |\n"
         "|---|---|---|---|---|---|---|---|\n";
-    for (const TruthMethod& method : table.methods) {
-        const auto folded = folded_share(method);
-        bool is_first = true;
-        for (const TruthRow row : kShown) {
-            const TruthErrors e = errors_over_cases(method, row);
-            if (e.count == 0) continue;
-            text += "| " + (is_first ? markdown_cell(method.name) : std::string()) + " | " +
-                    std::string(name_of(row)) + " | " + std::to_string(e.count) + " | " +
-                    fixed(e.mean_mm, 3) + " | " + fixed(e.median_mm, 3) + " | " +
-                    fixed(e.p95_mm, 3) + " | " + fixed(e.max_mm, 3) + " | " +
-                    (is_first && folded ? fixed(100 * *folded, 3) + " %" : std::string()) + " |\n";
-            is_first = false;
-        }
+    for (const auto& row : rows_of(table)) {
+        text += "|";
+        for (const std::string& cell : row) text += " " + markdown_cell(cell) + " |";
+        text += "\n";
     }
     return text;
 }
