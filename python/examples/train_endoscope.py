@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A baseline: PPO steers an endoscope to the ends of the airway phantom's branches.
 
-    pip install pliant gymnasium==1.4.0 stable-baselines3==2.9.2
+    pip install build/dist/pliant-*.whl gymnasium==1.4.0 stable-baselines3==2.9.2
     python train_endoscope.py --minutes 10 --out endoscope
 
 It trains on targets below the fifth generation, and is tested on those in the fifth, which it has
