@@ -29,6 +29,7 @@ struct Sample {
 };
 
 using Point = PicturePoint;
+using render::LookHit;
 struct Pixel {
     int x, y;
 };
@@ -47,14 +48,20 @@ class Painter {
         if (endoscope.style == Style::Real) m_real.emplace(caster, m_rays, endoscope, m_camera);
     }
 
-    /// Samples points of the picture [pixels] in an order of neighbours.
-    void look(std::span<const Point> points, std::vector<Sample>& samples) const {
+    /// Light at points of the picture [pixels] in an order of neighbours.
+    void look(std::span<const Point> points, std::vector<Vec3f>& light) const {
         std::vector<Vec3d> directions;
         std::vector<double> distances;
         cast(points, directions, distances);
-        samples.resize(points.size());
+        std::vector<LookHit> hits = find_hits(directions, distances);
+        m_caster.normals(hits, m_endoscope.polarity);
+        std::vector<Vec3d> shaded;
+        shade(hits, shaded);
+        light.clear();
+        std::size_t next = 0;
         for (std::size_t n = 0; n < points.size(); ++n)
-            samples[n] = seen(distances[n], directions[n], field(points[n]));
+            light.push_back(std::isinf(distances[n]) ? nothing()
+                                                     : dimmed(shaded[next++], points[n]));
     }
 
     /// Rays through points of the picture. @param[out] distances  infinite: no hit
@@ -67,40 +74,39 @@ class Painter {
         m_rays.hit_distances(directions, distances.data());
     }
 
-    /// Normal of the wall at a hit.
-    Vec3d normal_at(double t, Vec3d direction) const {
-        return m_caster.normal(m_endoscope.eye_mm + t * direction, direction, m_endoscope.polarity);
+    /// Hits of rays, without normals.
+    std::vector<LookHit> find_hits(std::span<const Vec3d> directions,
+                                   std::span<const double> distances) const {
+        std::vector<LookHit> hits;
+        for (std::size_t n = 0; n < distances.size(); ++n) {
+            const double t = distances[n];
+            if (!std::isinf(t))
+                hits.push_back({t, m_endoscope.eye_mm + t * directions[n], {}, directions[n]});
+        }
+        return hits;
     }
-    /// @param normal  at the hit, if there is one
-    Sample sample(double t, Vec3d direction, Vec3d normal, Point p) const {
-        return seen(t, direction, normal, field(p));
+    void shade(std::span<const LookHit> hits, std::vector<Vec3d>& light) const {
+        light.resize(hits.size());
+        if (m_real) return m_real->shade(hits, light.data());
+        for (std::size_t n = 0; n < hits.size(); ++n) light[n] = shade(hits[n]);
     }
+    /// Light of a ray without a hit.
+    Vec3f nothing() const { return to_float(m_real ? Vec3d{0, 0, 0} : m_fog); }
+    /// Light at a point of the picture after the field stop.
+    Vec3f dimmed(Vec3d light, Point p) const { return to_float(m_real ? field(p) * light : light); }
     /// A vector in the camera's axes: right, down, ahead.
     Vec3f in_camera(Vec3d v) const {
         return to_float(
             {dot(v, m_camera.right()), -dot(v, m_camera.up()), dot(v, m_camera.forward())});
     }
     const render::Camera& camera() const { return m_camera; }
+    const render::VolumeRays& rays() const { return m_caster; }
 
   private:
     double field(Point p) const {
         if (!m_real) return 1;
         const render::Vec2 place = m_camera.place(p.x, p.y);
         return m_real->field(place.u, place.v);
-    }
-
-    Sample seen(double t, Vec3d direction, double field) const {
-        const Vec3d normal = std::isinf(t) ? Vec3d{0, 0, 0} : normal_at(t, direction);
-        return seen(t, direction, normal, field);
-    }
-
-    Sample seen(double t, Vec3d direction, Vec3d normal, double field) const {
-        if (std::isinf(t))
-            return {to_float(m_real ? Vec3d{0, 0, 0} : m_fog),
-                    std::numeric_limits<float>::infinity()};
-        const Vec3d point = m_endoscope.eye_mm + t * direction;
-        if (m_real) return {to_float(field * m_real->shade(t, point, normal, direction)), float(t)};
-        return {to_float(shade(t, point, normal, direction)), float(t)};
     }
 
     static Vec3f to_float(Vec3d v) { return {float(v.x), float(v.y), float(v.z)}; }
@@ -119,11 +125,11 @@ class Painter {
         return 1 - closed / 3;
     }
 
-    Vec3d shade(double t, Vec3d point, Vec3d normal, Vec3d direction) const {
-        const double facing = std::max(0.0, -dot(normal, direction));
-        const double reach = t / kLightReachMm;
+    Vec3d shade(const LookHit& hit) const {
+        const double facing = std::max(0.0, -dot(hit.normal, hit.direction));
+        const double reach = hit.t / kLightReachMm;
         const double falloff = 1 / (1 + reach * reach);
-        const double open = 0.4 + 0.6 * openness(point, normal);
+        const double open = 0.4 + 0.6 * openness(hit.point_mm, hit.normal);
         const double diffuse = falloff * open * ((1 - kAmbient) * facing + kAmbient);
         const double f4 = facing * facing * facing * facing;
         const double f16 = f4 * f4 * f4 * f4;
@@ -132,7 +138,7 @@ class Painter {
         const Vec3d light =
             diffuse * (own * m_surface + (1 - own) * m_deep) + shine * Vec3d{1, 0.97, 0.95};
         const double clear =
-            m_endoscope.fog_distance_mm > 0 ? std::exp(-t / m_endoscope.fog_distance_mm) : 1;
+            m_endoscope.fog_distance_mm > 0 ? std::exp(-hit.t / m_endoscope.fog_distance_mm) : 1;
         return clear * light + (1 - clear) * m_fog;
     }
 
@@ -210,34 +216,37 @@ void RayCaster::endoscope_frame(const Endoscope& endoscope, int width, int heigh
         std::vector<double> distances;
         for (const Pixel& p : pixels) points.push_back({p.x + 0.5, p.y + 0.5});
         painter.cast(points, directions, distances);
+        std::vector<LookHit> hits = painter.find_hits(directions, distances);
+        if (has_colour || !frame.normals.empty()) painter.rays().normals(hits, endoscope.polarity);
+        std::vector<Vec3d> light;
+        if (has_colour) painter.shade(hits, light);
+        std::size_t next = 0;
         for (std::size_t n = 0; n < pixels.size(); ++n) {
             const std::size_t at = index(pixels[n]);
-            const double t = distances[n];
-            const bool is_hit = !std::isinf(t);
+            const LookHit* const hit = std::isinf(distances[n]) ? nullptr : &hits[next];
             if (!frame.depth_mm.empty())
                 frame.depth_mm[at] =
-                    is_hit ? float(t * dot(directions[n], painter.camera().forward())) : 0;
-            Vec3d normal{0, 0, 0};
-            if (is_hit && (has_colour || !frame.normals.empty()))
-                normal = painter.normal_at(t, directions[n]);
-            if (!frame.normals.empty()) frame.normals[at] = painter.in_camera(normal);
+                    hit ? float(hit->t * dot(hit->direction, painter.camera().forward())) : 0;
+            if (!frame.normals.empty())
+                frame.normals[at] = hit ? painter.in_camera(hit->normal) : Vec3f{0, 0, 0};
             if (!frame.points_mm.empty()) {
                 constexpr double kNowhere = std::numeric_limits<double>::infinity();
-                frame.points_mm[at] = is_hit ? endoscope.eye_mm + t * directions[n]
-                                             : Vec3d{kNowhere, kNowhere, kNowhere};
+                frame.points_mm[at] = hit ? hit->point_mm : Vec3d{kNowhere, kNowhere, kNowhere};
             }
-            if (!has_colour) continue;
-            const Sample sample = painter.sample(t, directions[n], normal, points[n]);
-            if (is_smooth)
-                samples[at] = sample;
-            else
-                frame.colour[at] = colour_of(sample.light);
+            if (has_colour) {
+                const Vec3f seen = hit ? painter.dimmed(light[next], points[n]) : painter.nothing();
+                if (is_smooth)
+                    samples[at] = {seen, float(distances[n])};
+                else
+                    frame.colour[at] = colour_of(seen);
+            }
+            if (hit) ++next;
         }
     });
     if (!is_smooth) return;
     for_each_tile(width, height, m_impl->rays.arena, [&](const std::vector<Pixel>& pixels) {
         std::vector<Point> points;
-        std::vector<Sample> seen;
+        std::vector<Vec3f> seen;
         const auto is_edge = [&](Pixel p) { return at_edge(samples, p.x, p.y, width, height); };
         for (const Pixel& p : pixels)
             for (int part = 0; part < 4 && is_edge(p); ++part)
@@ -248,7 +257,7 @@ void RayCaster::endoscope_frame(const Endoscope& endoscope, int width, int heigh
             Vec3f light = samples[index(p)].light;
             if (is_edge(p)) {
                 light = {0, 0, 0};
-                for (int part = 0; part < 4; ++part) light = light + seen[next++].light;
+                for (int part = 0; part < 4; ++part) light = light + seen[next++];
                 light = 0.25f * light;
             }
             frame.colour[index(p)] = colour_of(light);

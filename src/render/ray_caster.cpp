@@ -49,6 +49,11 @@ Vec3d VolumeRays::normal(Vec3d point_mm, Vec3d direction, Polarity polarity) con
     return n;
 }
 
+void VolumeRays::normals(std::span<LookHit> hits, Polarity polarity) const {
+    if (is_vectorised(volume)) return find_normals({volume, voxel_from_world}, polarity, hits);
+    for (LookHit& hit : hits) hit.normal = normal(hit.point_mm, hit.direction, polarity);
+}
+
 double VolumeRays::sample(Vec3d point_mm) const {
     const Vec3d ijk = to_voxel(point_mm);
     return with_field(volume, [&](const auto& field) { return field.sample(ijk); });

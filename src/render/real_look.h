@@ -15,10 +15,12 @@
 #pragma once
 
 #include <pliant/render.h>
+#include <pliant/resample.h>
+
+#include <span>
 
 #include "render/camera.h"
-#include "render/lining.h"
-#include "render/noise_tile.h"
+#include "render/shade.h"
 #include "render/volume_rays.h"
 
 namespace pliant::render {
@@ -28,54 +30,25 @@ class RealLook {
     RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endoscope& endoscope,
              const Camera& camera);
 
-    /// Light of a wall at a ray's hit, linear, 0…1, after the tone curve.
-    /// @param normal, direction  unit vectors
-    Vec3d shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) const;
+    /// Light of walls at rays' hits, linear, 0…1, after the tone curve. Hits of neighbouring pixels
+    /// are the fastest.
+    /// @param[out] light  one for each hit
+    void shade(std::span<const LookHit> hits, Vec3d* light) const;
+    /// Light of one wall: the scalar version, bit-identical.
+    Vec3d shade(const LookHit& hit) const;
 
     /// Transmission of the field stop and the vignette at a position of the picture [halves of its
     /// height, from its centre].
     double field(double u, double v) const;
 
-    double exposure() const { return m_exposure; }
+    double exposure() const { return m_scene.exposure; }
 
   private:
-    /// A closed cut: not visible in the voxels, only in the field of raw tissue.
-    struct Slit {
-        double depth;   ///< 0…1: darkness
-        Vec3d towards;  ///< direction to the slit along the wall, longest at its lips
-    };
-    /// Position and normal of a wall for its light.
-    struct Face {
-        Vec3d point_mm;
-        Vec3d normal;
-    };
-    struct Coat {
-        Vec3d colour;
-        Vec3d normal;  ///< normal of the wall, bent at the lips of a slit
-        Vec3d film;    ///< normal of the film of liquid
-        double wetness;
-    };
-
-    Coat coat(double t, Vec3d point_mm, Vec3d normal) const;
-    /// Face of raw tissue. Carving takes out whole voxels, which leaves terraces: the normal is
-    /// that of the share of tissue within a few voxels, and the position is where that share is
-    /// half.
-    Face raw_face(Vec3d point_mm, Vec3d normal, Vec3d direction, double raw) const;
-    Slit slit_at(Vec3d point_mm, Vec3d normal, double raw) const;
-    double value_behind(Vec3d point_mm, Vec3d normal, double voxels) const;
-    double excess(Vec3d point_mm) const;
-    double openness(Vec3d point_mm, Vec3d normal) const;
-    double lit(Vec3d point_mm, Vec3d normal, Vec3d to_lamp, double far_mm) const;
+    Vec3d shade(const LookHit& hit, const RestField::Sample& moved) const;
 
     const VolumeRays& m_rays;
     const Endoscope& m_endoscope;
-    LiningColours m_colours;
-    const NoiseTile& m_noise;
-    Vec3d m_lamps[2];
-    Vec3d m_voxel_axes[3];  ///< a step along each axis of the grid [mm]
-    double m_spacing_mm;    ///< of the voxels, geometric mean
-    double m_voxel_mm;      ///< step behind the wall
-    double m_exposure;
+    LookScene m_scene;
     double m_radius;  ///< of the field [halves of the picture's height]
 };
 

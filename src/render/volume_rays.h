@@ -13,6 +13,7 @@
 
 #include "render/bricks.h"
 #include "render/leaps.h"
+#include "render/shade.h"
 
 namespace pliant::render {
 
@@ -25,6 +26,9 @@ struct VolumeRays {
     /// Unit normal of the field at a world point, from the wall to the lumen.
     /// @param direction  of the ray, unit; the normal never points along it
     Vec3d normal(Vec3d point_mm, Vec3d direction, Polarity polarity) const;
+    /// Normals at many hits, in vectors: bit-identical.
+    /// @param[in,out] hits  their normals are written
+    void normals(std::span<LookHit> hits, Polarity polarity) const;
     /// Value at a world point [HU].
     double sample(Vec3d point_mm) const;
 

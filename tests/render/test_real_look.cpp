@@ -14,6 +14,7 @@
 #include "core/hash.h"
 #include "render/colour.h"
 #include "render/exposure.h"
+#include "render/noise_tile.h"
 #include "render/scenes.h"
 
 namespace pliant {
