@@ -33,7 +33,8 @@ double metered_exposure(const EyeRays& rays, const Camera& camera, FieldStop fie
                 directions.push_back(camera.through(half_width * u, half_height * v));
         }
     std::vector<double> far_mm(directions.size());
-    rays.hit_distances(directions, far_mm.data());
+    for (std::size_t n = 0; n < directions.size(); ++n)  // too far apart to share a beam
+        rays.hit_distances(std::span(&directions[n], 1), &far_mm[n]);
     // Power mean of exponent 3/4: a near fold has less weight than in a mean, so that it doesn't
     // darken the lumen, and more than in a median, so that it is not overexposed.
     double sum = 0;

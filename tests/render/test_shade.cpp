@@ -10,8 +10,10 @@
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
+#include <limits>
 #include <random>
 
+#include "render/colour.h"
 #include "render/real_look.h"
 #include "render/scenes.h"
 
@@ -151,6 +153,20 @@ TEST(Shade, GivesTheBitsOfTheScalarVersionForMovedAndRawTissue) {
         for (std::size_t n = 0; n < hits.size(); ++n)
             ASSERT_EQ(light[n], expected[n]) << target << ", hit " << n;
     });
+}
+
+TEST(Srgb, TableIsTheFormula) {
+    Random random(kShadeSeed);
+    for (int n = 0; n < 300000; ++n) {
+        const double uniform = random.between(-0.1, 1.1);
+        for (const double light : {uniform, 0.01 * uniform, n / 300000.0})
+            ASSERT_EQ(render::srgb_from_linear(light), render::srgb_by_formula(light)) << light;
+    }
+    for (int code = 0; code < 256; ++code) {  // the values of the other direction
+        const double light = render::linear_from_srgb(std::uint8_t(code));
+        EXPECT_EQ(render::srgb_from_linear(light), code);
+    }
+    EXPECT_EQ(render::srgb_from_linear(std::numeric_limits<double>::infinity()), 255);
 }
 
 }  // namespace
