@@ -108,13 +108,24 @@ class EndoscopeVecEnv(VecEnv):
         return [False] * self.num_envs
 
 
+class Clock:
+    def __init__(self, limit_minutes: float) -> None:
+        self.limit_minutes = limit_minutes
+        self.start = time.monotonic()
+
+    def minutes(self) -> float:
+        return (time.monotonic() - self.start) / 60
+
+    def share_left(self) -> float:
+        return 1 - self.minutes() / self.limit_minutes
+
+
 class Curve(BaseCallback):
     """Writes the share of ways that succeed, and stops when the time is over."""
 
-    def __init__(self, minutes: float, path: pathlib.Path) -> None:
+    def __init__(self, clock: Clock, path: pathlib.Path) -> None:
         super().__init__()
-        self.end = time.monotonic() + 60 * minutes
-        self.start = time.monotonic()
+        self.clock = clock
         self.path = path
         self.rows = ["minutes,steps,ways,success,mean_reward"]
         self.last: list[tuple[bool, float]] = []
@@ -123,14 +134,13 @@ class Curve(BaseCallback):
         for info in self.locals["infos"]:
             if "episode" in info:
                 self.last.append((info["is_success"], 10 * info["episode"]["r"]))
-        return time.monotonic() < self.end
+        return self.clock.share_left() > 0
 
     def _on_rollout_end(self) -> None:
         if not self.last:
             return
         success, reward = numpy.mean(numpy.array(self.last, float), axis=0)
-        minutes = (time.monotonic() - self.start) / 60
-        row = f"{minutes:.2f},{self.num_timesteps},{len(self.last)},{success:.3f},{reward:.1f}"
+        row = f"{self.clock.minutes():.2f},{self.num_timesteps},{len(self.last)},{success:.3f},{reward:.1f}"
         self.rows.append(row)
         print(row, flush=True)
         self.path.write_text("\n".join(self.rows) + "\n")
@@ -202,15 +212,18 @@ def main() -> None:
     trained = [n for n in lumen.targets() if n not in held_out]
     env = EndoscopeVecEnv(options.envs, scan=lumen, targets=trained, **FLIGHT)
     env.seed(options.seed)
+    clock = Clock(options.minutes)
     model = stable_baselines3.PPO(
         "MlpPolicy", env, n_steps=256, batch_size=512, n_epochs=5, gamma=0.99, gae_lambda=0.95,
-        learning_rate=1e-3, ent_coef=0.0, seed=options.seed, device="cpu",
+        learning_rate=lambda _: 1e-3 * max(0.1, clock.share_left()), ent_coef=0.0, seed=options.seed, device="cpu",
         policy_kwargs={"net_arch": [64, 64], "log_std_init": -0.5},
     )  # fmt: skip
-    model.learn(10**9, callback=Curve(options.minutes, options.out / "curve.csv"))
+    model.learn(10**9, callback=Curve(clock, options.out / "curve.csv"))
+    trained_for = {"minutes": clock.minutes(), "processor_minutes": time.process_time() / 60}
     model.save(options.out / "policy.zip")
     test = {
         "steps": model.num_timesteps,
+        **trained_for,
         "held_out": evaluate(model, lumen, held_out, options.ways, 1000),
         "trained": evaluate(model, lumen, trained, max(1, options.ways // 5), 2000),
     }

@@ -27,7 +27,10 @@ inline Vec3d multiply(const SymmetricBlock& m, Vec3d v) {
 
 class BlockJacobi {
   public:
-    BlockJacobi(const Stiffness& stiffness, const HeldNodes& held, const TaskArena& arena);
+    /// @param held   of some nodes in order
+    /// @param first  the first of them
+    BlockJacobi(const Stiffness& stiffness, const HeldNodes& held, const TaskArena& arena,
+                std::int64_t first = 0);
     std::int64_t bytes() const { return std::int64_t(m_values.size() * sizeof(double)); }
 
     /// Computes to = factor · D⁻¹ from + keep · to; zero in held components.

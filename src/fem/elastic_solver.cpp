@@ -20,6 +20,7 @@
 #include "fem/lattice_stiffness.h"
 #include "fem/loads.h"
 #include "fem/multigrid.h"
+#include "fem/slabs.h"
 
 namespace pliant {
 namespace {
@@ -36,8 +37,10 @@ struct ElasticSolver::Impl {
     std::variant<ElasticSolid, ElasticLattice> solid;
     ElasticSettings settings;
     const TaskArena* arena;
-    HeldNodes held;
-    std::unique_ptr<Stiffness> stiffness{};
+    HeldNodes held;                          ///< of the whole solid
+    std::unique_ptr<Stiffness> stiffness{};  ///< of the slab if there are ranks, else whole
+    std::optional<Slabs> slabs{};            ///< of a lattice
+    std::optional<HeldNodes> slab_held{};    ///< if there are ranks
     std::optional<CholeskyFactor> factor{};
     std::optional<BlockJacobi> blocks{};     ///< preconditioner on meshes
     std::unique_ptr<Multigrid> multigrid{};  ///< preconditioner on lattices
@@ -54,13 +57,25 @@ struct ElasticSolver::Impl {
             },
             solid);
     }
+    bool has_ranks() const { return slabs && !slabs->is_whole(); }
+    const HeldNodes& local_held() const { return has_ranks() ? *slab_held : held; }
+    NodeVector local(NodeVector whole) const {
+        return has_ranks() ? slabs->local_nodes(whole) : std::move(whole);
+    }
+    NodeVector gathered(NodeVector local) const {
+        return has_ranks() ? slabs->gather(local) : std::move(local);
+    }
+    std::unique_ptr<Sums> sums() const {
+        if (has_ranks()) return std::make_unique<SlabSums>(*slabs, *arena);
+        return std::make_unique<WholeSums>(*arena);
+    }
     Preconditioner preconditioner() const;
     /// Free part of f − K u.
     NodeVector residual(const NodeVector& force, const NodeVector& inner) const {
         NodeVector r(force.node_count());
         for (std::size_t n = 0; n < std::size_t(force.node_count()); ++n)
             r.set(n, force.at(n) - inner.at(n));
-        held.clear(r);
+        local_held().clear(r);
         return r;
     }
     Status solve_free(const NodeVector& force, double force_norm, NodeVector& displacement,
@@ -104,8 +119,8 @@ Result<ElasticSolver> ElasticSolver::create(ElasticSolid solid, std::vector<Supp
 }
 
 Result<ElasticSolver> ElasticSolver::create(ElasticLattice solid, std::vector<Support> supports,
-                                            const ElasticSettings& settings,
-                                            const TaskArena& arena) {
+                                            const ElasticSettings& settings, const TaskArena& arena,
+                                            Ranks* ranks) {
     if (const Status s = check_settings(settings); !s) return s.error();
     if (const Status s = check_solid(solid); !s) return s.error();
     if (settings.method != ElasticMethod::ConjugateGradients)
@@ -122,8 +137,18 @@ Result<ElasticSolver> ElasticSolver::create(ElasticLattice solid, std::vector<Su
         std::make_unique<Impl>(Impl{std::move(solid), settings, &arena, std::move(held).value()});
     const auto& kept = *std::get_if<ElasticLattice>(&impl->solid);
     auto stiffness = std::make_unique<LatticeStiffness>(kept);
-    impl->multigrid = std::make_unique<Multigrid>(*stiffness, impl->held, kept.materials, arena);
-    impl->stiffness = std::move(stiffness);
+    std::unique_ptr<LatticeStiffness> slab;
+    impl->slabs.emplace(kept.lattice, ranks);
+    if (impl->has_ranks()) {
+        slab = std::make_unique<LatticeStiffness>(
+            stiffness->slab(impl->slabs->local(), impl->slabs->low()));
+        impl->slab_held.emplace(impl->slabs->local_held(impl->held));
+    }
+    impl->multigrid =
+        std::make_unique<Multigrid>(Multigrid::Parts{*stiffness, impl->held, *impl->slabs,
+                                                     slab ? *slab : *stiffness, impl->local_held()},
+                                    kept.materials, arena);
+    impl->stiffness = slab ? std::move(slab) : std::move(stiffness);
     return ElasticSolver(std::move(impl));
 }
 
@@ -142,9 +167,9 @@ Status ElasticSolver::Impl::solve_free(const NodeVector& force, double force_nor
         displacement = factor->solve(force);
         return Ok{};
     }
-    const Convergence found = conjugate_gradients(*stiffness, preconditioner(), held, force,
-                                                  settings.tolerance * force_norm,
-                                                  settings.max_iterations, *arena, displacement);
+    const Convergence found = conjugate_gradients(
+        *stiffness, preconditioner(), local_held(), force, settings.tolerance * force_norm,
+        settings.max_iterations, *sums(), *arena, displacement);
     iterations = found.iterations;
     if (found.reached) return Ok{};
     return Error{ErrorCode::LimitExceeded,
@@ -158,47 +183,50 @@ ElasticSolution ElasticSolver::Impl::finish(const NodeVector& force, double forc
     NodeVector inner(force.node_count());
     stiffness->multiply(displacement, inner, *arena);
     ElasticSolution solution;
-    solution.displacement_mm = vectors_of(displacement, 1);
-    solution.reaction_n.assign(solution.displacement_mm.size(), {0, 0, 0});
-    for (const std::int32_t n : held.nodes)
-        for (int a = 0; a < 3; ++a)
-            if (held.holds(std::size_t(n), a))
-                solution.reaction_n[std::size_t(n)][a] =
-                    kNewton * (inner.component(a)[n] - force.component(a)[n]);
-    solution.strain_energy_j = kJoule * 0.5 * ordered_dot(displacement, inner, *arena);
+    solution.strain_energy_j = kJoule * 0.5 * sums()->dot(displacement, inner);
     const NodeVector left = residual(force, inner);
     if (force_norm > 0)
-        solution.relative_residual = std::sqrt(ordered_dot(left, left, *arena)) / force_norm;
+        solution.relative_residual = std::sqrt(sums()->dot(left, left)) / force_norm;
+    NodeVector reaction(force.node_count());
+    const HeldNodes& here = local_held();
+    for (const std::int32_t n : here.nodes)
+        for (int a = 0; a < 3; ++a)
+            if (here.holds(std::size_t(n), a))
+                reaction.component(a)[n] = inner.component(a)[n] - force.component(a)[n];
+    solution.displacement_mm = vectors_of(gathered(displacement), 1);
+    solution.reaction_n = vectors_of(gathered(std::move(reaction)), kNewton);
     return solution;
 }
 
 Result<ElasticSolution> ElasticSolver::solve(const ElasticLoads& loads) const {
     const Impl& impl = *m_impl;
-    const auto force = impl.forces_of(loads);
-    if (!force) return force.error();
+    auto whole_force = impl.forces_of(loads);
+    if (!whole_force) return whole_force.error();
+    const NodeVector force = impl.local(std::move(whole_force).value());
     // Prescribed displacements move to the right-hand side.
-    NodeVector displacement = impl.held.displacement_mm;
-    NodeVector inner(force->node_count());
+    NodeVector displacement = impl.local_held().displacement_mm;
+    NodeVector inner(force.node_count());
     impl.stiffness->multiply(displacement, inner, *impl.arena);
-    const NodeVector free_force = impl.residual(*force, inner);
-    const double force_norm = std::sqrt(ordered_dot(free_force, free_force, *impl.arena));
+    const NodeVector free_force = impl.residual(force, inner);
+    const double force_norm = std::sqrt(impl.sums()->dot(free_force, free_force));
     int iterations = 0;
     if (force_norm > 0) {
-        NodeVector moved(force->node_count());
+        NodeVector moved(force.node_count());
         if (const Status s = impl.solve_free(free_force, force_norm, moved, iterations); !s)
             return s.error();
-        for (std::size_t n = 0; n < std::size_t(force->node_count()); ++n)
+        for (std::size_t n = 0; n < std::size_t(force.node_count()); ++n)
             displacement.set(n, displacement.at(n) + moved.at(n));
     }
-    ElasticSolution solution = impl.finish(*force, force_norm, displacement);
+    ElasticSolution solution = impl.finish(force, force_norm, displacement);
     solution.iterations = iterations;
     return solution;
 }
 
 std::vector<Vec3d> ElasticSolver::forces_n(std::span<const Vec3d> displacement_mm) const {
-    NodeVector inner(std::int64_t(displacement_mm.size()));
-    m_impl->stiffness->multiply(node_vector(displacement_mm), inner, *m_impl->arena);
-    return vectors_of(inner, kNewton);
+    const NodeVector u = m_impl->local(node_vector(displacement_mm));
+    NodeVector inner(u.node_count());
+    m_impl->stiffness->multiply(u, inner, *m_impl->arena);
+    return vectors_of(m_impl->gathered(std::move(inner)), kNewton);
 }
 
 std::int64_t ElasticSolver::matrix_bytes() const {

@@ -65,6 +65,18 @@ LatticeStiffness::LatticeStiffness(const HexLattice& lattice, std::vector<double
     find_corner_blocks();
 }
 
+LatticeStiffness LatticeStiffness::slab(const HexLattice& part, int low) const {
+    LatticeStiffness copy = *this;
+    copy.m_lattice = part;
+    if (m_uniform) return copy;
+    const auto begin = std::ptrdiff_t(cell_index(m_lattice, {0, 0, low}));
+    for (auto [values, from] : {std::pair(&copy.m_lambda, &m_lambda), {&copy.m_mu, &m_mu}}) {
+        values->assign(from->begin() + begin, from->begin() + begin + cell_count(part));
+        values->resize(values->size() + NodeVector::kRoom, 0);
+    }
+    return copy;
+}
+
 void LatticeStiffness::find_corner_blocks() {
     const Vec3d h = m_lattice.spacing_mm;
     HexCorners corners;

@@ -50,6 +50,9 @@ class LatticeStiffness : public Stiffness {
     std::int64_t bytes() const override;
 
     const HexLattice& lattice() const { return m_lattice; }
+    /// Stiffness of layers of cells, those between the planes of a lattice.
+    /// @param low  its first plane
+    LatticeStiffness slab(const HexLattice& part, int low) const;
     /// λ and μ of the first cells.
     std::vector<double> lambdas(std::int64_t cells) const { return first_of(m_lambda, cells); }
     std::vector<double> mus(std::int64_t cells) const { return first_of(m_mu, cells); }

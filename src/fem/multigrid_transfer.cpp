@@ -42,9 +42,20 @@ void for_each_in(Span x, Span y, Span z, Body&& body) {
             for (int i = x.first; i <= x.last; ++i) body(Vec3i{i, j, k});
 }
 
-double weight(Vec3i fine, Vec3i coarse, Vec3i factor) {
-    return weight(fine.x, coarse.x, factor.x) * weight(fine.y, coarse.y, factor.y) *
-           weight(fine.z, coarse.z, factor.z);
+double weight(Vec3i fine, Vec3i coarse, const LatticePair& pair) {
+    const Vec3i f = pair.factor;
+    return weight(fine.x, coarse.x, f.x) * weight(fine.y, coarse.y, f.y) *
+           weight(fine.z + pair.fine_low, coarse.z + pair.coarse_low, f.z);
+}
+
+Span fine_planes(const LatticePair& pair, int coarse) {
+    const int low = pair.fine_low;
+    const Span whole = moved_by(coarse + pair.coarse_low, pair.factor.z, low + pair.fine.size.z);
+    return {std::max(whole.first - low, 0), whole.last - low};
+}
+Span coarse_planes(const LatticePair& pair, int fine) {
+    const Span whole = movers_of(fine + pair.fine_low, pair.factor.z);
+    return {whole.first - pair.coarse_low, whole.last - pair.coarse_low};
 }
 
 }  // namespace
@@ -101,11 +112,10 @@ void gather_forces(const LatticePair& pair, const NodeVector& fine, NodeVector& 
     const Vec3i n = pair.fine.size, f = pair.factor;
     for_each_node(pair.coarse, arena, [&](Vec3i c) {
         Vec3d sum{0, 0, 0};
-        for_each_in(moved_by(c.x, f.x, n.x), moved_by(c.y, f.y, n.y), moved_by(c.z, f.z, n.z),
-                    [&](Vec3i p) {
-                        sum =
-                            sum + weight(p, c, f) * fine.at(std::size_t(node_index(pair.fine, p)));
-                    });
+        for_each_in(
+            moved_by(c.x, f.x, n.x), moved_by(c.y, f.y, n.y), fine_planes(pair, c.z), [&](Vec3i p) {
+                sum = sum + weight(p, c, pair) * fine.at(std::size_t(node_index(pair.fine, p)));
+            });
         coarse.set(std::size_t(node_index(pair.coarse, c)), sum);
     });
 }
@@ -116,9 +126,10 @@ void add_interpolated(const LatticePair& pair, const NodeVector& coarse, NodeVec
     for_each_node(pair.fine, arena, [&](Vec3i p) {
         const auto node = std::size_t(node_index(pair.fine, p));
         Vec3d sum{0, 0, 0};
-        for_each_in(movers_of(p.x, f.x), movers_of(p.y, f.y), movers_of(p.z, f.z), [&](Vec3i c) {
-            sum = sum + weight(p, c, f) * coarse.at(std::size_t(node_index(pair.coarse, c)));
-        });
+        for_each_in(
+            movers_of(p.x, f.x), movers_of(p.y, f.y), coarse_planes(pair, p.z), [&](Vec3i c) {
+                sum = sum + weight(p, c, pair) * coarse.at(std::size_t(node_index(pair.coarse, c)));
+            });
         fine.set(node, fine.at(node) + sum);
     });
 }

@@ -18,6 +18,9 @@ namespace pliant {
 struct LatticePair {
     HexLattice fine, coarse;
     Vec3i factor{2, 2, 2};  ///< each 1 or 2
+    /// First planes of both lattices if they are slabs of larger ones. Coarse planes beside those
+    /// that a slab owns receive incomplete forces.
+    int fine_low = 0, coarse_low = 0;
 };
 
 /// Axes to halve, or {1, 1, 1} if coarsening would not help.
