@@ -81,6 +81,7 @@ from pliant._core import (
 from pliant._core import (
     DrawnSurface,
     DrawnWire,
+    HexLattice,
     HexMesh,
     TriangleMesh,
     boundary_triangles,
@@ -222,6 +223,7 @@ __all__ += [
 __all__ += [
     "DrawnSurface",
     "DrawnWire",
+    "HexLattice",
     "HexMesh",
     "TriangleMesh",
     "boundary_triangles",

@@ -6,6 +6,7 @@
 #include <pliant/fem.h>
 
 #include "numbers.h"
+#include "ranks.h"
 #include "struct_class.h"
 
 namespace pliant::python {
@@ -14,6 +15,7 @@ namespace {
 /// A solver with its threads.
 struct PyElastic {
     std::unique_ptr<Arena> arena;
+    std::unique_ptr<Ranks> ranks;  ///< null: this process alone
     ElasticSolver solver;
     std::size_t node_count;
 };
@@ -93,6 +95,12 @@ ElasticLoads loads_of(const Array& nodes, const Array& forces_n, const Array& fa
 
 void bind_solver(nb::module_& m) {
     using S = ElasticSolution;
+    StructClass<HexLattice>(m, "HexLattice",
+                            "A box of nodes along the world's axes, for large regular solids.")
+        .field<&HexLattice::size>("size", "Nodes along x, y, z, each 2 or more; x fastest.")
+        .field<&HexLattice::spacing_mm>("spacing_mm", "Between neighbours [mm].")
+        .field<&HexLattice::origin_mm>("origin_mm", "Position of the first node [mm].")
+        .done();
     const auto vectors = [](const char* name) {
         return std::string("def ") + name + "(self, /) -> numpy.typing.NDArray[numpy.float64]";
     };
@@ -124,39 +132,66 @@ void bind_solver(nb::module_& m) {
         "    >>> solver.solve(nodes=[999], forces_n=[(0, 0, -0.1)]).displacement_mm[999]")
         .def(
             "__init__",
-            [](PyElastic* self, const HexMesh& mesh, const nb::object& materials,
+            [](PyElastic* self, const nb::object& mesh, const nb::object& materials,
                const nb::object& held, const Array& held_axes, const Array& displacement_mm,
-               const Array& material_of, int threads, const nb::kwargs& settings) {
-                const auto chosen = settings_from<ElasticSettings>(settings, elastic_rows());
-                ElasticSolid solid{mesh, {}, materials_of(material_of)};
+               const Array& material_of, int threads, const Array& comm,
+               const nb::kwargs& settings) {
+                auto chosen = settings_from<ElasticSettings>(settings, elastic_rows());
+                const HexLattice* lattice = nullptr;
+                const HexMesh* cells = nullptr;
+                if (!nb::try_cast(mesh, lattice) && !nb::try_cast(mesh, cells))
+                    raise_value("mesh", "a HexMesh or a HexLattice", mesh);
+                if (lattice && !settings.contains("method"))
+                    chosen.method = ElasticMethod::ConjugateGradients;
+                std::vector<ElasticMaterial> laws;
                 const ElasticMaterial* one = nullptr;
                 if (nb::try_cast(materials, one) && one)
-                    solid.materials = {*one};
-                else if (!nb::try_cast(materials, solid.materials))
+                    laws = {*one};
+                else if (!nb::try_cast(materials, laws))
                     raise_value("materials", "an ElasticMaterial or a list of them", materials);
                 auto supports = supports_of(held, held_axes, displacement_mm);
                 auto arena = std::make_unique<Arena>(threads);
-                const std::size_t count = mesh.nodes_mm.size();
+                std::unique_ptr<Ranks> ranks;
+                if (comm && lattice)
+                    ranks = ranks_of(*comm);
+                else if (comm)
+                    raise({ErrorCode::InvalidArgument, "comm: expected with a HexLattice only",
+                           "comm"});
+                auto law_of = materials_of(material_of);
                 auto solver = take(arena->run([&] {
-                    return ElasticSolver::create(std::move(solid), std::move(supports), chosen,
-                                                 arena->tasks());
+                    if (lattice)
+                        return ElasticSolver::create(
+                            ElasticLattice{*lattice, std::move(laws), std::move(law_of)},
+                            std::move(supports), chosen, arena->tasks(), ranks.get());
+                    return ElasticSolver::create(
+                        ElasticSolid{*cells, std::move(laws), std::move(law_of)},
+                        std::move(supports), chosen, arena->tasks());
                 }));
-                new (self) PyElastic{std::move(arena), std::move(solver), count};
+                const std::size_t count =
+                    lattice ? std::size_t(node_count(*lattice)) : cells->nodes_mm.size();
+                new (self) PyElastic{std::move(arena), std::move(ranks), std::move(solver), count};
             },
             nb::arg("mesh"), nb::arg("materials"), nb::arg("held"),
             nb::arg("held_axes") = nb::none(), nb::arg("displacement_mm") = nb::none(),
-            nb::arg("material_of") = nb::none(), nb::arg("threads") = 0, nb::arg("settings"),
-            nb::sig("def __init__(self, mesh: HexMesh, materials: ElasticMaterial | "
-                    "collections.abc.Sequence[ElasticMaterial], held: numpy.typing.ArrayLike, "
-                    "held_axes: numpy.typing.ArrayLike | None = None, displacement_mm: "
-                    "numpy.typing.ArrayLike | None = None, material_of: numpy.typing.ArrayLike | "
-                    "None = None, threads: int = 0, **settings: typing.Any) -> None"),
+            nb::arg("material_of") = nb::none(), nb::arg("threads") = 0,
+            nb::arg("comm") = nb::none(), nb::arg("settings"),
+            nb::sig(
+                "def __init__(self, mesh: HexMesh | HexLattice, materials: ElasticMaterial | "
+                "collections.abc.Sequence[ElasticMaterial], held: numpy.typing.ArrayLike, "
+                "held_axes: numpy.typing.ArrayLike | None = None, displacement_mm: "
+                "numpy.typing.ArrayLike | None = None, material_of: numpy.typing.ArrayLike | "
+                "None = None, threads: int = 0, comm: typing.Any = None, **settings: typing.Any) "
+                "-> None"),
             "Args:\n"
+            "    mesh: A HexLattice is solved without a matrix, by conjugate gradients with "
+            "multigrid.\n"
             "    materials: One, or several with material_of.\n"
             "    held: Nodes with supports (n,).\n"
             "    held_axes: Flags (n, 3), the axes along which each is held; None: all.\n"
             "    displacement_mm: Prescribed along the held axes (n, 3); None: 0.\n"
             "    material_of: The material of each cell (m,); None: the first.\n"
+            "    comm: Communicator of mpi4py whose ranks share the work on a HexLattice: all make "
+            "the same calls, and all get the whole solution, with the bits of one process.\n"
             "    settings: settings_of(\"elastic\").\n\n"
             "Raises:\n    pliant.Error: An inverted cell, a modulus out of range, supports that "
             "leave a rigid motion free.")
