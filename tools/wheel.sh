@@ -31,7 +31,7 @@ wheel() {
     rm -rf "$root/build/wheels" "$root/build/dist"
     (cd "$root" && CXX=g++ PATH=$bin:$PATH \
         "$bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
-        -C cmake.define.PLIANT_WARNINGS_AS_ERRORS=ON -w build/wheels .)
+        --config-settings cmake.define.PLIANT_WARNINGS_AS_ERRORS=ON -w build/wheels .)
     raw=("$root"/build/wheels/*.whl)
     PATH=$bin:$PATH "$bin/auditwheel" repair -w "$root/build/dist" "${raw[0]}" >/dev/null 2>&1
     wheel=("$root"/build/dist/*.whl)
