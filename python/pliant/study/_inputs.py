@@ -88,7 +88,7 @@ def cache() -> pathlib.Path:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     if folder.stat().st_uid != os.getuid():
         raise Error(f"{folder}: expected a folder of this user's, found another's", "unwritable")
-    for name in ("files", "scans", "hashes", "locks"):
+    for name in ("files", "scans", "hashes", "locks", "staging"):
         (folder / name).mkdir(exist_ok=True)
     return folder
 

@@ -8,6 +8,7 @@ its work, and returns results. Both depend on nothing but the arguments and the 
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import fnmatch
 import functools
@@ -19,7 +20,8 @@ import os
 import pathlib
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy
@@ -30,6 +32,26 @@ from pliant._show import program
 from pliant.study._keys import digest_of_path
 
 Results = dict[str, Any]
+_here = threading.local()
+
+
+@contextlib.contextmanager
+def at_work() -> Iterator[None]:
+    """Marks this thread as at work on items."""
+    _here.is_working = True
+    try:
+        yield
+    finally:
+        _here.is_working = False
+
+
+def refuse_in_items() -> None:
+    """Raises an error if this thread is at work on an item."""
+    if getattr(_here, "is_working", False):
+        raise Error(
+            "study: expected a file whose items don't make the study again; put it below "
+            'if __name__ == "__main__":'
+        )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -92,7 +114,7 @@ def _run(work: Work, words: list[str], options: Mapping[str, Any]) -> None:
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         how = f"ended with {done.returncode}" if done.returncode > 0 else "was killed"
-        raise Error(lines[-1] if lines else f"pliant {words[0]} {how}")
+        raise Error(lines[-1].removeprefix("pliant: ") if lines else f"pliant {words[0]} {how}")
 
 
 def _toml(value: Any) -> str:

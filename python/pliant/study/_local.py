@@ -103,7 +103,8 @@ class LocalPool(concurrent.futures.Executor):
     """
 
     def __init__(self, workers: int = 0, threads: int = 1) -> None:
-        self.workers, self._per_process = workers or len(os.sched_getaffinity(0)), threads
+        self.workers = self._max_workers = workers or len(os.sched_getaffinity(0))
+        self._per_process = threads
         self._threads = concurrent.futures.ThreadPoolExecutor(self.workers, "pliant-study")
         self._own = threading.local()
         self._all: list[_Process] = []

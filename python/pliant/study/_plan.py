@@ -28,13 +28,14 @@ from pliant._core import version
 from pliant._error import Error
 from pliant.study._inputs import Input, hash_of, input_of, inputs_of, is_url
 from pliant.study._keys import canonical, digest, number_of, plain
-from pliant.study._kinds import KINDS, Kind
+from pliant.study._kinds import KINDS, Kind, refuse_in_items
 from pliant.study._parameters import combinations, expected, known, whole
 
 if TYPE_CHECKING:
     from pliant.study._run import RunReport, Status
 
 _NAME = re.compile(r"\{([A-Za-z_][\w.-]*)\}")
+_NO_ARGUMENTS = ("what", "version", "source_hash", "repeats")
 Function = Callable[..., Any]
 
 
@@ -100,13 +101,14 @@ def arguments_of(run: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[
     """The arguments of an item: [run] with the parameters filled in or added.
 
     A parameter that [run] has in braces is filled in there. Another one is an argument of its name;
-    "config.material.offset" is one in a table.
+    "config.material.offset" is one in a table. {count = N} repeats an item, and is an argument of
+    functions alone.
     """
-    found = {k: v for k, v in run.items() if k not in ("what", "version", "source_hash")}
+    found = {k: v for k, v in run.items() if k not in _NO_ARGUMENTS}
     used = names_in(found)
     found = copy.deepcopy(_filled(found, parameters))
     for name, value in parameters.items():
-        if name in used:
+        if name in used or name in run["repeats"]:
             continue
         *tables, last = name.split(".")
         table = found
@@ -152,6 +154,11 @@ class Study:
         self.keep = self._checked_keep(keep or {})
         self.run_table = self._checked_run(run)
         self._parameters, self._sample = dict(parameters or {}), dict(sample or {})
+        self.run_table["repeats"] = [
+            name
+            for name, spec in self._parameters.items()
+            if isinstance(spec, Mapping) and "count" in spec and self.run_table["what"] != "python"
+        ]
         self._check_names()
 
     @staticmethod
@@ -395,6 +402,7 @@ def _with_files(value: Any, folder: str) -> Any:
 
 def _name_of(function: Function) -> str:
     """A function as module:name, or path.py:name where the module is the program itself."""
+    refuse_in_items()
     name, module = getattr(function, "__qualname__", ""), getattr(function, "__module__", "")
     if not name or "<" in name:
         raise expected("run", "a function of a module, or its name", name or function)

@@ -20,10 +20,10 @@ from typing import Any
 
 from pliant._core import version
 from pliant._error import Error
-from pliant.study import _worker
 from pliant.study._engines import Engine, SchedulerLost, open_engine
 from pliant.study._inputs import contents
 from pliant.study._keys import canonical
+from pliant.study._kinds import refuse_in_items
 from pliant.study._plan import Item, Study
 from pliant.study._store import Store, open_store
 from pliant.study._worker import Job, Record, inputs_of_item, run_items
@@ -353,11 +353,7 @@ def run_study(
     progress: bool,
 ) -> RunReport:
     """Runs a study: Study.run."""
-    if _worker.is_working():
-        raise Error(
-            "study.run: expected a program whose items don't run the study again; put the call "
-            'below if __name__ == "__main__":'
-        )
+    refuse_in_items()
     with open_engine(engine, workers, threads) as opened:
         if opened is None:
             return RunReport(0, 0, {}, 0, 0, 0, 0.0)
@@ -378,6 +374,7 @@ def run_on(
     job = Job(store.spec, token, study.run_table, study.keep["files"], threads)
     run = _Run(job, store, engine, items, shown)
     run.loop()
+    store.tidy()
     shown.end()
     left = len(items) - run.done - len(run.failed)
     return RunReport(

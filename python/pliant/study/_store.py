@@ -23,12 +23,11 @@ import pathlib
 import secrets
 import shutil
 import socket
-import tempfile
 from collections.abc import Iterator
 from typing import Any, Protocol
 
 from pliant._error import Error
-from pliant.study._inputs import filesystem, is_url
+from pliant.study._inputs import cache, filesystem, is_url
 from pliant.study._keys import canonical, files_below
 
 MANIFEST = "manifest.json"
@@ -73,6 +72,9 @@ class Store(Protocol):
     def write(self, name: str, data: bytes) -> str:
         """Writes a file beside the items as a whole; returns its path."""
 
+    def tidy(self) -> None:
+        """Removes the staged files of processes that were killed on this machine."""
+
 
 def _lines(text: str) -> Iterator[dict[str, Any]]:
     for line in text.splitlines():
@@ -88,6 +90,22 @@ def log_name() -> str:
 def _sync(path: pathlib.Path) -> None:
     with open(path, "rb") as stream:
         os.fsync(stream.fileno())
+
+
+def _staged(folder: pathlib.Path, item: str) -> str:
+    """A new folder that tells whose it is."""
+    path = folder / f"{item}~{socket.gethostname()}~{os.getpid()}~{secrets.token_hex(4)}"
+    path.mkdir()
+    return str(path)
+
+
+def _tidy(folder: pathlib.Path) -> None:
+    host = socket.gethostname()
+    with contextlib.suppress(OSError):
+        for staged in folder.iterdir():
+            parts = staged.name.split("~")
+            if len(parts) == 4 and parts[1] == host and not os.path.exists(f"/proc/{parts[2]}"):
+                shutil.rmtree(staged, ignore_errors=True)
 
 
 class FolderStore:
@@ -110,20 +128,15 @@ class FolderStore:
                 self.write("study.json", canonical(token))
             for place in ("items", "log", "tmp"):
                 (self._root / place).mkdir(exist_ok=True)
-            self._tidy()
+            self.tidy()
             return str(json.loads(marker.read_bytes())["token"])
         except OSError as error:
             raise Error(f"{self.spec}: can't be written ({error.strerror})", "unwritable") from None
         except (ValueError, KeyError, TypeError):
             raise Error(f"{marker}: expected a study's results, found another file") from None
 
-    def _tidy(self) -> None:
-        """Removes the staged files of processes that were killed on this machine."""
-        host = socket.gethostname()
-        for staged in (self._root / "tmp").iterdir():
-            parts = staged.name.split("~")
-            if len(parts) == 4 and parts[1] == host and not os.path.exists(f"/proc/{parts[2]}"):
-                shutil.rmtree(staged, ignore_errors=True)
+    def tidy(self) -> None:
+        _tidy(self._root / "tmp")
 
     def check(self, token: str) -> None:
         try:
@@ -140,10 +153,7 @@ class FolderStore:
             )
 
     def staging(self, item: str) -> str:
-        name = f"{item}~{socket.gethostname()}~{os.getpid()}~{secrets.token_hex(4)}"
-        path = self._root / "tmp" / name
-        path.mkdir()
-        return str(path)
+        return _staged(self._root / "tmp", item)
 
     def commit(self, item: str, staged: str, manifest: dict[str, Any]) -> None:
         folder, place = pathlib.Path(staged), self._place(item)
@@ -224,7 +234,10 @@ class UrlStore:
         """Writes tell: a URL means the same on all machines."""
 
     def staging(self, item: str) -> str:
-        return tempfile.mkdtemp(prefix=f"pliant-{item[:8]}-")
+        return _staged(cache() / "staging", item)
+
+    def tidy(self) -> None:
+        _tidy(cache() / "staging")
 
     def commit(self, item: str, staged: str, manifest: dict[str, Any]) -> None:
         for name, path in files_below(staged):

@@ -12,7 +12,6 @@ import os
 import shutil
 import socket
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Mapping
@@ -21,11 +20,10 @@ from typing import Any
 from pliant._core import version
 from pliant.study._inputs import Input, Missing, keep_copy, local
 from pliant.study._keys import canonical, digest, digest_of_path, files_below, plain
-from pliant.study._kinds import KINDS, Work
+from pliant.study._kinds import KINDS, Work, at_work
 from pliant.study._plan import Item, arguments_of, shown
 from pliant.study._store import Store, StoreError, open_store
 
-_here = threading.local()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,11 +37,7 @@ class Job:
     threads: int
 
 
-def is_working() -> bool:
-    """Whether this thread is at work on an item."""
-    return getattr(_here, "is_working", False)
-
-
+_FULL_BYTES = 1 << 20
 Record = dict[str, Any]
 """A line of the log: id, status, seconds, hash, version, host, pid, error."""
 
@@ -94,13 +88,10 @@ def run_items(
     job: Job, items: list[Item], sent: list[tuple[Input, bytes]] | None = None
 ) -> list[Record]:
     """Makes items one after the other; never raises."""
-    _here.is_working = True
-    try:
-        for found, data in sent or []:
-            keep_copy(found, data)
+    for found, data in sent or []:
+        keep_copy(found, data)
+    with at_work():
         return [_attempt(job, item) for item in items]
-    finally:
-        _here.is_working = False
 
 
 def receive(found: Input, data: bytes) -> None:
@@ -140,9 +131,10 @@ def _attempt(job: Job, item: Item) -> Record:
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # a function may even call sys.exit
+        why = _store_error(error, staged)
         record.update(
-            status="store" if _is_of_store(error, staged) else "failed",
-            error=_line(error),
+            status="store" if why else "failed",
+            error=f"{_line(error)}{why}".strip(),
             trace="".join(traceback.format_exception(error)[-6:])[-4000:],
         )
     finally:
@@ -152,12 +144,16 @@ def _attempt(job: Job, item: Item) -> Record:
     return record
 
 
-def _is_of_store(error: BaseException, staged: str | None) -> bool:
-    """Whether the disk is full, or the staged folder has vanished."""
-    if isinstance(error, OSError):
-        is_gone = staged is not None and not os.path.isdir(staged)
-        return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS) or is_gone
-    return any(os.strerror(code) in str(error) for code in (errno.ENOSPC, errno.EDQUOT))
+def _store_error(error: BaseException, staged: str | None) -> str:
+    """Why an error is the store's: the disk is full, or the staged folder has vanished."""
+    if staged is None or not os.path.isdir(staged):
+        return " (the results' folder has vanished)"
+    codes = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
+    if any(os.strerror(code) in str(error) for code in codes):
+        return " "
+    # Some libraries tell of a short write alone.
+    is_full = isinstance(error, OSError) and shutil.disk_usage(staged).free < _FULL_BYTES
+    return f" ({os.strerror(errno.ENOSPC)})" if is_full else ""
 
 
 def _make(job: Job, item: Item, staged: str) -> dict[str, Any]:

@@ -121,5 +121,8 @@ class ZarrStore:
     def logs(self) -> Iterator[dict[str, Any]]:
         return self._beside.logs()
 
+    def tidy(self) -> None:
+        self._beside.tidy()
+
     def write(self, name: str, data: bytes) -> str:
         return self._beside.write(name, data)
