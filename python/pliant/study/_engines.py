@@ -7,6 +7,7 @@ from __future__ import annotations
 import concurrent.futures
 import contextlib
 import importlib
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -23,7 +24,15 @@ Future = concurrent.futures.Future[Any]
 
 
 class SchedulerLost(Exception):
-    """The engine's scheduler has gone, and all calls with it; no call is at fault."""
+    """The engine's scheduler has gone, and all calls with it; no call is at fault.
+
+    Args:
+        connection: Number of the connection that is lost.
+    """
+
+    def __init__(self, connection: int) -> None:
+        super().__init__(connection)
+        self.connection = connection
 
 
 class Engine:
@@ -50,8 +59,8 @@ class Engine:
         """Brings a file to a worker's machine; None: it goes with the next call instead."""
         return None
 
-    def reconnect(self, tell: Callable[[str], None]) -> None:
-        """Waits for a scheduler that has gone.
+    def reconnect(self, lost: SchedulerLost, tell: Callable[[str], None]) -> None:
+        """Waits for a scheduler that has gone; does nothing if that was done for another call.
 
         Raises:
             pliant.Error: It doesn't come back.
@@ -80,9 +89,10 @@ class DaskEngine(Engine):
 
     def __init__(self, address: str) -> None:
         self._dask = _optional("distributed", "engine")
-        self._address, self._number = address, 0
-        self._lock, self._running = threading.Lock(), dict[str, tuple[Any, Future]]()
-        self._client = self._connect(15)
+        self._address, self._number, self._connection = address, 0, 0
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # errors are told here
+        self._lock, self._running = threading.Lock(), dict[str, tuple[Any, Future, int]]()
+        self._client = self._connect(10)
         self._check_versions()
 
     def _connect(self, timeout_s: float) -> Any:
@@ -117,9 +127,11 @@ class DaskEngine(Engine):
     @property
     def window(self) -> int:
         """Enough for an adaptive cluster to see that more workers are needed."""
-        info = self._client.scheduler_info(n_workers=-1)
-        threads: int = sum(w.get("nthreads", 1) for w in info.get("workers", {}).values())
-        return max(200, 3 * threads)
+        with contextlib.suppress(Exception):
+            info = self._client.scheduler_info(n_workers=-1)
+            threads: int = sum(w.get("nthreads", 1) for w in info.get("workers", {}).values())
+            return max(200, 3 * threads)
+        return 200
 
     def submit(self, fn: Callable[..., Any], *args: Any) -> Future:
         """Runs a call on any worker."""
@@ -131,17 +143,17 @@ class DaskEngine(Engine):
             self._number += 1
             key = f"pliant-study-{id(self):x}-{self._number}"
         if self._client.status != "running":
-            made.set_exception(SchedulerLost())
+            made.set_exception(SchedulerLost(self._connection))
             return made
         future = self._client.submit(fn, *args, key=key, pure=False, **options)
         with self._lock:
-            self._running[key] = future, made
+            self._running[key] = future, made, self._connection
         future.add_done_callback(self._done)
         return made
 
     def _done(self, future: Any) -> None:
         with self._lock:
-            _, made = self._running.pop(future.key, (None, None))
+            _, made, connection = self._running.pop(future.key, (None, None, 0))
         if made is None:
             return
         try:
@@ -150,9 +162,9 @@ class DaskEngine(Engine):
             elif future.status == "error":
                 made.set_exception(WorkerLost(_reason(future.exception(timeout=60))))
             else:
-                made.set_exception(SchedulerLost())
+                made.set_exception(SchedulerLost(connection))
         except Exception:
-            made.set_exception(SchedulerLost())
+            made.set_exception(SchedulerLost(connection))
 
     def send(self, worker: str | None, found: Input, data: bytes) -> Future | None:
         """Sends the file to one worker of the machine."""
@@ -161,12 +173,15 @@ class DaskEngine(Engine):
         moved = self._client.scatter(data, workers=[worker], hash=False)
         return self._submit(receive, found, moved, workers=[worker], allow_other_workers=False)
 
-    def reconnect(self, tell: Callable[[str], None]) -> None:
+    def reconnect(self, lost: SchedulerLost, tell: Callable[[str], None]) -> None:
         """Tries for ten minutes."""
+        if lost.connection != self._connection:
+            return
         with self._lock:
-            lost, self._running = self._running, {}
-        for _, made in lost.values():
-            made.set_exception(SchedulerLost())
+            gone, self._running = self._running, {}
+        for _, made, connection in gone.values():
+            made.set_exception(SchedulerLost(connection))
+        self._connection += 1
         with contextlib.suppress(Exception):
             self._client.close(timeout=2)
         tell(f"waiting for the Dask scheduler at {self._address}")

@@ -243,7 +243,7 @@ class _Run:
         elif isinstance(error, SchedulerLost):
             self._repeat(call, "", is_counted=False)
             if not self.stopped:
-                self._engine.reconnect(self._progress.tell)
+                self._engine.reconnect(error, self._progress.tell)
         else:
             self.lost += 1
             self._repeat(call, str(error) or type(error).__name__, is_counted=True)

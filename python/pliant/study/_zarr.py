@@ -8,7 +8,6 @@ import contextlib
 import importlib
 import io
 import pathlib
-import shutil
 import tempfile
 from collections.abc import Iterator
 from typing import Any
@@ -20,8 +19,6 @@ from pliant._error import Error
 from pliant.study._inputs import is_url
 from pliant.study._keys import files_below
 from pliant.study._store import FolderStore, Store, UrlStore
-
-_KEY = "pliant_item"
 
 
 def _grid_of(item: Volume | Field) -> dict[str, Any]:
@@ -48,7 +45,10 @@ def _array_of(name: str, path: pathlib.Path) -> tuple[Any, dict[str, Any]]:
 
 
 class ZarrStore:
-    """Items in a store of Zarr's format 3; logs and tables are beside it, in NAME.zarr.study."""
+    """Arrays of items in a store of Zarr's format 3.
+
+    Manifests, logs and tables are beside it, in NAME.zarr.study. The manifest is written last.
+    """
 
     def __init__(self, spec: str) -> None:
         try:
@@ -77,28 +77,21 @@ class ZarrStore:
     def commit(self, item: str, staged: str, manifest: dict[str, Any]) -> None:
         root = self._zarr.open_group(self.spec, mode="r+")
         group = root.require_group(f"items/{item[:2]}/{item}")
-        if _KEY not in group.attrs:
-            for name, path in files_below(staged):
-                array, attributes = _array_of(name, path)
-                group.create_array(name, data=array, attributes=attributes, overwrite=True)
-            group.attrs[_KEY] = manifest  # last: now the item exists
-        shutil.rmtree(staged, ignore_errors=True)
-
-    def _group(self, item: str) -> Any:
-        return self._zarr.open_group(self.spec, path=f"items/{item[:2]}/{item}", mode="r")
+        for name, path in list(files_below(staged)):
+            array, attributes = _array_of(name, path)
+            group.create_array(name, data=array, attributes=attributes, overwrite=True)
+            path.unlink()
+        group.attrs["pliant_item"] = {k: manifest[k] for k in ("parameters", "results", "hash")}
+        self._beside.commit(item, staged, manifest)
 
     def items(self) -> set[str]:
-        found = set()
-        with contextlib.suppress(FileNotFoundError):
-            for _, shard in self._zarr.open_group(self.spec, path="items", mode="r").groups():
-                found |= {name for name, group in shard.groups() if _KEY in group.attrs}
-        return found
+        return self._beside.items()
 
     def manifest(self, item: str) -> dict[str, Any]:
-        return dict(self._group(item).attrs[_KEY])
+        return self._beside.manifest(item)
 
     def read(self, item: str, name: str) -> bytes:
-        found = self._group(item)[name]
+        found = self._zarr.open_group(self.spec, mode="r")[f"items/{item[:2]}/{item}/{name}"]
         array, attributes = found[...], dict(found.attrs)
         if attributes["pliant_file"] == "bytes":
             return bytes(array.tobytes())
