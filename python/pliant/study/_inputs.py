@@ -15,6 +15,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import fcntl
+import functools
 import glob
 import importlib
 import json
@@ -82,9 +83,13 @@ def filesystem(url: str) -> tuple[Any, str]:
 def cache() -> pathlib.Path:
     """This machine's folder of copies: PLIANT_STUDY_CACHE, or one below the temporary folder."""
     chosen = os.environ.get("PLIANT_STUDY_CACHE")
-    folder = pathlib.Path(
-        chosen or os.path.join(tempfile.gettempdir(), f"pliant-study-{os.getuid()}")
-    )
+    own = os.path.join(tempfile.gettempdir(), f"pliant-study-{os.getuid()}")
+    return _made(chosen or own)
+
+
+@functools.lru_cache(maxsize=4)
+def _made(path: str) -> pathlib.Path:
+    folder = pathlib.Path(path)
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     if folder.stat().st_uid != os.getuid():
         raise Error(f"{folder}: expected a folder of this user's, found another's", "unwritable")
