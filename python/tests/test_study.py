@@ -574,6 +574,27 @@ def test_vessels_and_endoscopes_run_as_items(place, airway):
     assert all(row["steps"] == 10 for row in flights.table())
 
 
+def test_the_document_runs(place, airway, capsys):
+    needs_program()
+    text = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "study.md").read_text()
+    (place / "scans").mkdir()
+    airway.save(place / "scans" / "airway.nrrd")
+    files = re.findall(r"^```toml\n# (\S+)\n(.*?)^```", text, re.M | re.S)
+    assert [name for name, _ in files] == ["breathing.toml", "identify.toml"]
+    for name, study in files:
+        (place / name).write_text(study)
+    marked = r"test_study.py runs these commands -->\n```bash\n(.*?)^```"
+    (commands,) = re.findall(marked, text, re.M | re.S)
+    for command in commands.splitlines():
+        words = command.split()
+        assert words[:2] == ["pliant", "study"]
+        assert main(words[2:]) == 0, capsys.readouterr()
+    assert "10 done, 0 failed, 0 left" in capsys.readouterr().out
+    assert main(["run", "identify.toml"]) == 0
+    (block,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+    exec(compile(block, "study.md", "exec"), {})
+
+
 def test_pages_have_a_plot_for_each_pair(place):
     study = small_study(parameters={"x": [1, 2, 3], "n": {"count": 3}})
     study.run(place / "out")

@@ -30,8 +30,9 @@ from pliant.study._worker import Job, Record, inputs_of_item, run_items
 
 _MOST_LOSSES = 5
 _MOST_SENDS = 10  # of one item's files
-_CALL_S = 0.1  # calls of short items are so long
-_MOST_PER_CALL = 50
+_CALL_S = 0.1  # calls of short items are so long, and with many workers so long for each call that
+_PER_CALL_S = 0.001  # waits or runs: schedulers need about that for one
+_MOST_PER_CALL = 1000
 _LOG_S = {False: 0.5, True: 20.0}  # between writes of the log: of a folder; of a URL
 
 
@@ -199,7 +200,8 @@ class _Run:
         if not self._mean_s:
             return 1
         fair = len(self._waiting) // (2 * self._window) + 1
-        return max(1, min(_MOST_PER_CALL, int(_CALL_S / max(self._mean_s, 1e-4)), fair))
+        call_s = max(_CALL_S, _PER_CALL_S * self._window)
+        return max(1, min(_MOST_PER_CALL, int(call_s / max(self._mean_s, 1e-4)), fair))
 
     def _submit(self) -> None:
         if time.monotonic() - self._window_known > 5:
