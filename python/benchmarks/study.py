@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a study costs beside its items, and that killed processes change no byte of its table.
 
-    python python/benchmarks/study.py                     # 10,000 small items; 100 items of a second
+    python python/benchmarks/study.py                     # 10,000 small items; 100 of a second
     python python/benchmarks/study.py --items 500 --kills 10
 
 Dask and MPI are left out where they aren't installed.

@@ -23,6 +23,8 @@ export AWS_ENDPOINT_URL=http://$a:5000 AWS_ACCESS_KEY_ID=test AWS_SECRET_ACCESS_
 export AWS_DEFAULT_REGION=us-east-1
 
 finish() {
+    # shellcheck disable=SC2046  # one word for each process
+    kill -9 $(jobs -p) 2>/dev/null || true
     for host in pliant-a pliant-b; do
         # shellcheck disable=SC2046  # one word for each process
         kill -9 $(ip netns pids $host) 2>/dev/null || true

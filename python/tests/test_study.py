@@ -424,12 +424,51 @@ def test_an_item_can_not_run_its_study(place):
     assert "1 failed" in done.stdout
     log = next((place / "again-results" / "log").iterdir()).read_text()
     assert "__main__" in json.loads(log.splitlines()[0])["error"]
-    text = (place / "again.py").read_text().replace("print(", 'if __name__ == "__main__":\n    print(')
+    guarded = 'if __name__ == "__main__":\n    print('
+    text = (place / "again.py").read_text().replace("print(", guarded)
     (place / "again.py").write_text(text)
     done = subprocess.run(
         [sys.executable, "again.py"], capture_output=True, text=True, timeout=60, check=False
     )
     assert done.stdout.startswith("1 items done;"), done.stderr
+
+
+@pytest.mark.parametrize("source", ["once.py", "once"])
+def test_workers_that_go_on_see_a_changed_function(place, monkeypatch, source):
+    monkeypatch.syspath_prepend(str(place))
+    pool = LocalPool(1)
+    try:
+        for value in (1, 2):
+            (place / "once.py").write_text(f"def solve(x):\n    return {{'y': {value} * x}}\n")
+            study = Study("once", f"{source}:solve", parameters={"x": [3]})
+            assert study.run(place / "out", pool).done == 1
+            assert study.table(place / "out")[0]["y"] == 3 * value
+    finally:
+        pool.shutdown()
+    study = Study("once", f"{source}:solve", parameters={"x": [4]})
+    (place / "once.py").write_text("def solve(x):\n    return {'y': 0}\n")
+    (line,) = study.run(place / "out").failed.values()
+    assert "once" in line
+
+
+def test_the_launcher_knows_studies(place, monkeypatch, capsys):
+    from pliant import _show
+
+    monkeypatch.setattr(sys, "argv", ["pliant", "study", "plan", "none.toml"])
+    with pytest.raises(SystemExit) as ended:
+        _show.main()
+    assert ended.value.code == 2
+    assert "none.toml: No such file" in capsys.readouterr().err
+
+
+def test_threads_of_one_worker_augment_apart(place, airway):
+    airway.save(place / "airway.nrrd")
+    run = {"what": "augment", "pushes": 2}
+    study = Study("threads", run, parameters={"scan": ["airway.nrrd"], "copy": {"count": 12}})
+    with concurrent.futures.ThreadPoolExecutor(4) as threads:
+        assert study.run(place / "threads", threads).is_complete
+    study.run(place / "quiet", workers=1)
+    assert study.merge(place / "threads") == study.merge(place / "quiet")
 
 
 class FarMachine(concurrent.futures.Executor):
@@ -556,7 +595,8 @@ def test_vessels_and_endoscopes_run_as_items(place, airway):
     airway.save(place / "airway.nrrd")
     scenes = pathlib.Path(__file__).resolve().parents[2] / "scenes"
     text = (scenes / "vessel_soft.toml").read_text()
-    text = text.replace("until_way_mm = 120", "until_way_mm = 6").replace("for_s = 0.3", "for_s = 0.01")
+    text = text.replace("until_way_mm = 120", "until_way_mm = 6")
+    text = text.replace("for_s = 0.3", "for_s = 0.01")
     (place / "scene.toml").write_text(text)
     vessel = Study(
         "vessel",

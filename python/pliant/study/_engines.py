@@ -90,7 +90,8 @@ class DaskEngine(Engine):
     def __init__(self, address: str) -> None:
         self._dask = _optional("distributed", "engine")
         self._address, self._number, self._connection = address, 0, 0
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # errors are told here
+        for name in ("distributed", "distributed.client", "distributed.core"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are told here
         self._lock, self._running = threading.Lock(), dict[str, tuple[Any, Future, int]]()
         self._client = self._connect(10)
         self._check_versions()
@@ -165,6 +166,8 @@ class DaskEngine(Engine):
                 made.set_exception(WorkerLost(_reason(future.exception(timeout=60))))
             else:
                 made.set_exception(SchedulerLost(connection))
+        except concurrent.futures.InvalidStateError:
+            return  # cancelled
         except Exception:
             made.set_exception(SchedulerLost(connection))
 
@@ -182,7 +185,8 @@ class DaskEngine(Engine):
         with self._lock:
             gone, self._running = self._running, {}
         for _, made, connection in gone.values():
-            made.set_exception(SchedulerLost(connection))
+            with contextlib.suppress(concurrent.futures.InvalidStateError):
+                made.set_exception(SchedulerLost(connection))
         self._connection += 1
         with contextlib.suppress(Exception):
             self._client.close(timeout=2)

@@ -187,8 +187,8 @@ def _prune() -> None:
     for copy in copies:
         with contextlib.suppress(OSError):
             stamps = copy.stat()
-            size = sum(p.stat().st_size for p in copy.iterdir()) if copy.is_dir() else stamps.st_size
-            sizes.append((stamps.st_mtime, size, copy))
+            inside = copy.iterdir() if copy.is_dir() else [copy]
+            sizes.append((stamps.st_mtime, sum(p.stat().st_size for p in inside), copy))
     total = sum(size for _, size, _ in sizes)
     for used, size, copy in sorted(sizes, key=lambda s: s[0]):
         if total <= _GB * 1e9 or time.time() - used < _USED_S:

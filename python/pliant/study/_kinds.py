@@ -20,6 +20,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -29,10 +30,11 @@ import numpy
 from pliant._core import Field, Volume, read_volume
 from pliant._error import Error
 from pliant._show import program
-from pliant.study._keys import digest_of_path
+from pliant.study._keys import digest, digest_of_path
 
 Results = dict[str, Any]
 _here = threading.local()
+_loading = threading.Lock()
 
 
 @contextlib.contextmanager
@@ -248,12 +250,16 @@ def truth(work: Work) -> Results:
 # ---- augmentation
 
 
-@functools.lru_cache(maxsize=2)
 def _prepared(path: str, settings: str) -> tuple[Any, Any]:
+    """Motions with this thread's scan, which is kept for the next item."""
     from pliant.augment import TissueMotions
 
-    motions: Any = TissueMotions(**json.loads(settings))
-    return motions, motions.prepare(read_volume(path))
+    if getattr(_here, "prepared_key", None) != (path, settings):
+        motions: Any = TissueMotions(**json.loads(settings))
+        _here.prepared = motions, motions.prepare(read_volume(path))
+        _here.prepared_key = path, settings
+    found: tuple[Any, Any] = _here.prepared
+    return found
 
 
 def augment(work: Work) -> Results:
@@ -316,8 +322,7 @@ def endoscope(work: Work) -> Results:
 
     options = dict(work.arguments)
     policy = options.pop("policy", "guide")
-    own: dict[str, Any] = {"guide": _follow, "random": _wander}
-    act = own[policy] if policy in own else function_of(policy)
+    act = {"guide": _follow, "random": _wander}[policy]
     lumen = _lumen(options.pop("scan", "airway"))
     rng = numpy.random.default_rng(work.seed)
     observed = ("guide", *options.pop("obs", ()))
@@ -343,25 +348,47 @@ def endoscope(work: Work) -> Results:
 # ---- functions
 
 
-@functools.cache
-def function_of(spec: str) -> Callable[..., Any]:
-    """The function of "module:name", or of "path.py:name"."""
-    place, _, name = spec.rpartition(":")
-    if place.endswith(".py"):
-        # Named by its contents, so that a worker that goes on sees a changed file.
-        title = f"pliant_study_{digest_of_path(place)}"
-        found = importlib.util.spec_from_file_location(title, place)
-        if found is None or found.loader is None:
-            raise Error(f"run.function: can't load {place}", field="run.function")
+_loaded = dict[str, tuple[str, Any]]()  # modules by name or file, with the hash of their source
+
+
+def _module(source: str, expected_hash: str) -> Any:
+    """The module of a function, again where a worker that goes on has another version of it."""
+    is_file = source.endswith(".py")
+    title = f"pliant_study_{digest(source.encode())}" if is_file else source
+    found = (
+        importlib.util.spec_from_file_location(title, source)
+        if is_file
+        else importlib.util.find_spec(source)
+    )
+    if found is None or found.loader is None:
+        raise Error(f"run.function: expected the module {source} here", field="run.function")
+    is_there = found.origin is not None and os.path.isfile(found.origin)
+    here = digest_of_path(str(found.origin)) if is_there else ""
+    if expected_hash and here != expected_hash:
+        raise Error(
+            f"run.function: expected the study's version of the module {source} here, found another",
+            field="run.function",
+        )
+    if _loaded.get(source, ("",))[0] != here:
         module = importlib.util.module_from_spec(found)
+        sys.modules[title] = module
         found.loader.exec_module(module)
-    else:
-        module = importlib.import_module(place)
+        _loaded[source] = here, module
+    return _loaded[source][1]
+
+
+def function_of(source: str, name: str, expected_hash: str = "") -> Callable[..., Any]:
+    """A function of a module or file."""
+    with _loading:
+        found = _module(source, expected_hash)
     for part in name.split("."):
-        module = getattr(module, part)
-    if not callable(module):
-        raise Error(f"run.function: expected a function, found {spec}", field="run.function")
-    called: Callable[..., Any] = module
+        found = getattr(found, part, None)
+    if not callable(found):
+        raise Error(
+            f"run.function: expected a function {name} in {source}, found none",
+            field="run.function",
+        )
+    called: Callable[..., Any] = found
     return called
 
 
@@ -382,8 +409,7 @@ def python(work: Work) -> Results:
     It returns a dictionary: arrays, scans and fields become files of their names, others results.
     """
     arguments = dict(work.arguments)
-    spec = arguments.pop("function")
-    function = function_of(f"{arguments.pop('source')}:{spec}")
+    function = function_of(*(arguments.pop(name) for name in ("source", "function", "source_hash")))
     offered: dict[str, Callable[[], Any]] = {
         "rng": lambda: numpy.random.default_rng(work.seed),
         "seed": lambda: work.seed,

@@ -133,7 +133,9 @@ class LocalPool(concurrent.futures.Executor):
         return process.call(function, arguments)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Ends the processes after their present calls."""
+        """Ends the processes: after their present calls, or at once if calls are cancelled."""
+        for process in self._all if cancel_futures else ():
+            process.process.kill()
         self._threads.shutdown(wait, cancel_futures=cancel_futures)
         for process in self._all:
             process.close()

@@ -70,11 +70,12 @@ class _Span:
     def at(self, share: float) -> float | int:
         """The number at a share 0...1; rounded to 12 digits, which all machines agree on."""
         if self.is_whole and not self.is_log:
-            return min(int(self.low + math.floor(share * (self.high - self.low + 1))), int(self.high))
+            found = self.low + math.floor(share * (self.high - self.low + 1))
+            return int(min(found, self.high))
         low, high = (math.log(v) if self.is_log else v for v in (self.low, self.high))
-        found = low + share * (high - low)
-        found = float(f"{math.exp(found) if self.is_log else found:.12g}")
-        return round(found) if self.is_whole else found
+        value = low + share * (high - low)
+        value = float(f"{math.exp(value) if self.is_log else value:.12g}")
+        return round(value) if self.is_whole else value
 
 
 def _axis(

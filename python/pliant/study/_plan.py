@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from pliant.study._run import RunReport, Status
 
 _NAME = re.compile(r"\{([A-Za-z_][\w.-]*)\}")
-_NO_ARGUMENTS = ("what", "version", "source_hash", "repeats")
+_NO_ARGUMENTS = ("what", "version", "repeats")
 Function = Callable[..., Any]
 
 
@@ -368,7 +368,7 @@ class Study:
     def merge(self, out: str | os.PathLike[str] | None = None) -> str:
         """Writes merged/table.csv and merged/manifest.json; returns the hash of both.
 
-        Items are sorted by id, and there are no times or hosts: the same results are the same bytes.
+        Items are sorted by id, and there are no times or hosts: equal results are equal bytes.
         """
         from pliant.study._merge import merge_study
 

@@ -121,7 +121,7 @@ def _attempt(job: Job, item: Item) -> Record:
         manifest = _manifest(item, staged, results, record, begun)
         try:
             store.commit(item.id, staged, manifest)
-        except OSError as error:
+        except Exception as error:  # object stores have exceptions of their own
             raise StoreError(_line(error)) from error
         record.update(status="done", hash=manifest["hash"])
     except Missing as missing:

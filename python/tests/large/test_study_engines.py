@@ -133,7 +133,8 @@ def test_dask_makes_the_same_bytes_while_processes_are_killed(place, chance):
     try:
         killer.start()
         for _ in range(3):
-            report = study.run(place / "dask", f"dask://127.0.0.1:{cluster.port}", retry_failed=True)
+            engine = f"dask://127.0.0.1:{cluster.port}"
+            report = study.run(place / "dask", engine, retry_failed=True)
             if report.is_complete:
                 break
     finally:
