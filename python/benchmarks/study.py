@@ -223,7 +223,8 @@ def main() -> None:
                 whole, between = timed(folder, long, engine, 4)
                 ideal = -(-options.long // 4)
                 share = 100 * (between - ideal) / ideal
-                print(f"| {engine} | 4 | {options.long} of 1 s | {whole:.1f} | {share:.2f} % more |")
+                count = f"{options.long} of 1 s"
+                print(f"| {engine} | 4 | {count} | {whole:.1f} | {share:.2f} % more |")
         if options.kills:
             items = study_of(folder, 30 * options.kills, 0.01)
             for engine in engines:

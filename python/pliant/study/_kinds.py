@@ -366,7 +366,7 @@ def _module(source: str, expected_hash: str) -> Any:
     here = digest_of_path(str(found.origin)) if is_there else ""
     if expected_hash and here != expected_hash:
         raise Error(
-            f"run.function: expected the study's version of the module {source} here, found another",
+            f"run.function: expected the study's version of {source} here, found another",
             field="run.function",
         )
     if _loaded.get(source, ("",))[0] != here:

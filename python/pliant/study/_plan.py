@@ -121,6 +121,10 @@ def arguments_of(run: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[
 class Study:
     """A study.
 
+    Attributes:
+        name, seed, folder, parameters, keep: As they were given.
+        run_table: What is run, with its files as Input.
+
     Args:
         name: Of the folder of results, and in the report.
         run: A function, or "module:function" or "path.py:function"; or a table with "what" (deform,
@@ -153,10 +157,10 @@ class Study:
         self.folder = os.path.abspath(folder)
         self.keep = self._checked_keep(keep or {})
         self.run_table = self._checked_run(run)
-        self._parameters, self._sample = dict(parameters or {}), dict(sample or {})
+        self.parameters, self._sample = dict(parameters or {}), dict(sample or {})
         self.run_table["repeats"] = [
             name
-            for name, spec in self._parameters.items()
+            for name, spec in self.parameters.items()
             if isinstance(spec, Mapping) and "count" in spec and self.run_table["what"] != "python"
         ]
         self._check_names()
@@ -270,12 +274,12 @@ class Study:
 
     def _check_names(self) -> None:
         needed = self.kind.needed
-        given = {*self.run_table, *self._parameters}
+        given = {*self.run_table, *self.parameters}
         if needed is not None and needed not in given:
             raise expected(f"run.{needed}", "it here or as a parameter", "none")
         strange = names_in({k: v for k, v in self.run_table.items() if k != "source"})
-        if strange - set(self._parameters):
-            name = sorted(strange - set(self._parameters))[0]
+        if strange - set(self.parameters):
+            name = sorted(strange - set(self.parameters))[0]
             raise expected("run", "names of parameters in braces", f"{{{name}}}")
 
     def _files_of(self, field: str, form: str, given: Any) -> list[Any]:
@@ -312,7 +316,7 @@ class Study:
         prefix = digest(canonical(base)).encode()
         found: dict[str, Item] = {}
         self.duplicates = 0
-        for values in combinations(self._parameters, self._sample, self.seed, self._files_of):
+        for values in combinations(self.parameters, self._sample, self.seed, self._files_of):
             parameters = self._with_inputs(values)
             item_id = digest(prefix + canonical(key_of(parameters)))
             if item_id in found:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import collections
 import html
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pliant._core import version
@@ -51,13 +51,14 @@ def _axis(values: Sequence[float]) -> Any:
     low, high, is_log = _scale(values)
     span = high - low
     ends = [10**low, 10**high] if is_log else [low, high]
-    return lambda v: ((math.log10(v) if is_log else v) - low) / span, ends
+    return lambda v: ((math.log10(v) if is_log else v) - low) / span, ends, is_log
 
 
 def scatter(x: Sequence[float], y: Sequence[float], x_name: str, y_name: str) -> str:
     """An SVG of points; axes are logarithmic where values span more than a factor of 50."""
-    at_x, x_ends = _axis(x)
-    at_y, y_ends = _axis(y)
+    at_x, x_ends, is_x_log = _axis(x)
+    at_y, y_ends, is_y_log = _axis(y)
+    x_name, y_name = x_name[-40:] + " (log)" * is_x_log, y_name[-40:] + " (log)" * is_y_log
     wide, high = _WIDTH - _LEFT - 8, _HEIGHT - _BOTTOM - 20
     points = "".join(
         f'<circle cx="{_LEFT + wide * at_x(a):.1f}" cy="{20 + high * (1 - at_y(b)):.1f}" r="2.2"/>'
@@ -69,13 +70,13 @@ def scatter(x: Sequence[float], y: Sequence[float], x_name: str, y_name: str) ->
         f'aria-label="{html.escape(y_name)} against {html.escape(x_name)}">'
         f'<path d="M{_LEFT} 20V{bottom}H{_WIDTH - 8}" fill="none" stroke="#999"/>'
         f'<g fill="#1a6fb0" fill-opacity=".55">{points}</g>'
-        f'<text x="4" y="12">{html.escape(y_name[-44:])}</text>'
+        f'<text x="4" y="12">{html.escape(y_name)}</text>'
         f'<text x="{_LEFT - 4}" y="28" text-anchor="end">{_short(y_ends[1])}</text>'
         f'<text x="{_LEFT - 4}" y="{bottom}" text-anchor="end">{_short(y_ends[0])}</text>'
         f'<text x="{_LEFT}" y="{bottom + 14}">{_short(x_ends[0])}</text>'
         f'<text x="{_WIDTH - 8}" y="{bottom + 14}" text-anchor="end">{_short(x_ends[1])}</text>'
         f'<text x="{(_LEFT + _WIDTH) / 2}" y="{_HEIGHT - 4}" text-anchor="middle">'
-        f"{html.escape(x_name[-40:])}</text></svg>"
+        f"{html.escape(x_name)}</text></svg>"
     )
 
 
@@ -159,7 +160,10 @@ def report_study(study: Study, out: str) -> str:
     failed = {k: v for k, v in failures(store).items() if k not in done}
     failed = {item.id: failed[item.id] for item in study.items if item.id in failed}
     left = len(study.items) - len(found) - len(failed)
-    parameters = [{n: shown(v) for n, v in item.parameters.items()} for item, _ in found]
+    counts = {n for n, v in study.parameters.items() if isinstance(v, Mapping) and "count" in v}
+    parameters = [
+        {n: shown(v) for n, v in item.parameters.items() if n not in counts} for item, _ in found
+    ]
     results = [results_of(study, manifest) for _, manifest in found]
     title = html.escape(f"Study {study.name}")
     page = (

@@ -33,6 +33,7 @@ _MOST_SENDS = 10  # of one item's files
 _CALL_S = 0.1  # calls of short items are so long, and with many workers so long for each call that
 _PER_CALL_S = 0.001  # waits or runs: schedulers need about that for one
 _MOST_PER_CALL = 1000
+_DRAIN_S = 10.0
 _LOG_S = {False: 0.5, True: 20.0}  # between writes of the log: of a folder; of a URL
 
 
@@ -191,7 +192,9 @@ class _Run:
 
     def _drain(self) -> None:
         """Waits a little for calls that run, so that their results are logged."""
-        deadline = time.monotonic() + 30
+        if self._running:
+            self._progress.tell(f"stopping; items at work have {_DRAIN_S:.0f} s to end")
+        deadline = time.monotonic() + _DRAIN_S
         with contextlib.suppress(KeyboardInterrupt):
             while self._running and time.monotonic() < deadline:
                 self._collect(0.5)
