@@ -184,9 +184,9 @@ def test_results_are_the_same_bytes_for_any_number_of_workers(place):
     assert not list((place / "out1" / "tmp").iterdir())
 
 
-def kill_at_random(pool, seed, stop, kills):
+def kill_at_random(pool, seed, stop, kills, most=12):
     chance = random.Random(seed)
-    while not stop.wait(chance.uniform(0.02, 0.25)):
+    while len(kills) < most and not stop.wait(chance.uniform(0.02, 0.25)):
         if pids := pool.pids:
             try:
                 os.kill(chance.choice(pids), signal.SIGKILL)
@@ -216,6 +216,20 @@ def test_killed_workers_change_nothing(place, rng):
     assert kills
     assert study.merge(place / "quiet") == study.merge(place / "killed")
     assert merged(place / "quiet") == merged(place / "killed")
+
+
+def test_a_process_that_dies_at_its_start_is_told(place, monkeypatch):
+    from pliant.study import _local
+
+    monkeypatch.setattr(_local, "_START", "import sys; sys.exit(3)")
+    monkeypatch.setattr(_local, "_STARTS", 2)
+    pool = LocalPool(1)
+    for _ in range(2):
+        with pytest.raises(_local.WorkerLost, match="2 processes ended with status 3 at their start"):
+            pool.submit(len, "abc").result()
+    monkeypatch.undo()
+    assert pool.submit(len, "abc").result() == 3
+    pool.shutdown()
 
 
 def test_a_killed_study_goes_on(place, rng):

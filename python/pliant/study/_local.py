@@ -22,6 +22,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection, Pipe
 from typing import Any
 
+_STARTS = 20  # of a process, until one lives
 _START = "import sys, json; sys.path[:] = json.loads(sys.argv[2])\n" + (
     "from pliant.study._local import serve; serve(int(sys.argv[1]))"
 )
@@ -35,6 +36,7 @@ def serve(descriptor: int) -> None:
     """Runs calls until the other end of the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C in the terminal is for the caller
     connection = Connection(descriptor)
+    connection.send(None)  # ready
     while True:
         try:
             function, arguments = connection.recv()
@@ -64,6 +66,16 @@ class _Process:
             env={**os.environ, **dict.fromkeys(names, count)},
         )
         theirs.close()
+
+    def is_ready(self) -> bool:
+        """Waits until the process has begun; whether it lives."""
+        try:
+            self.connection.recv()
+        except (EOFError, OSError):
+            self.connection.close()
+            self.process.wait()
+            return False
+        return True
 
     def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         try:
@@ -125,12 +137,23 @@ class LocalPool(concurrent.futures.Executor):
     def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         process: _Process | None = getattr(self._own, "process", None)
         if process is None or process.process.poll() is not None:
-            if process is not None:
-                process.connection.close()
-                self._all.remove(process)
-            process = self._own.process = _Process(self._per_process)
-            self._all.append(process)
+            process = self._own.process = self._begin(process)
         return process.call(function, arguments)
+
+    def _begin(self, before: _Process | None) -> _Process:
+        """Another process. One that is killed before it has a call loses none."""
+        self._own.process, ending = None, ""
+        if before is not None:
+            before.connection.close()
+            self._all.remove(before)
+        for _ in range(_STARTS):
+            process = _Process(self._per_process)
+            self._all.append(process)
+            if process.is_ready():
+                return process
+            self._all.remove(process)
+            ending = _ending(process.process.returncode)
+        raise WorkerLost(f"{_STARTS} processes {ending} at their start")
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Ends the processes: after their present calls, or at once if calls are cancelled."""

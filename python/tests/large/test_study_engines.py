@@ -81,6 +81,15 @@ class Cluster:
         self.is_kept, self.keeper = True, threading.Thread(target=self._keep)
         self._start()
         self.keeper.start()
+        self.wait()
+
+    def wait(self):
+        """Until there is a scheduler."""
+        for _ in range(600):
+            with contextlib.suppress(OSError):
+                socket.create_connection(("127.0.0.1", self.port), 1).close()
+                return
+            time.sleep(0.1)
 
     def _program(self, name, *words, cache="cache"):
         environment = {**os.environ, "PLIANT_STUDY_CACHE": str(self.folder / cache)}
@@ -123,7 +132,7 @@ def test_dask_makes_the_same_bytes_while_processes_are_killed(place, chance):
     kills = []
 
     def disturb():
-        while not stop.wait(chance.uniform(0.3, 1.5)):
+        while len(kills) < 12 and not stop.wait(chance.uniform(0.5, 2)):
             victim = -1 if len(kills) == 4 else chance.randrange(2)
             with contextlib.suppress(OSError):
                 cluster.kill(victim)
@@ -132,8 +141,9 @@ def test_dask_makes_the_same_bytes_while_processes_are_killed(place, chance):
     stop, killer = threading.Event(), threading.Thread(target=disturb)
     try:
         killer.start()
-        for _ in range(3):
-            engine = f"dask://127.0.0.1:{cluster.port}"
+        engine = f"dask://127.0.0.1:{cluster.port}"
+        for _ in range(3):  # an item may be lost five times by chance
+            cluster.wait()
             report = study.run(place / "dask", engine, retry_failed=True)
             if report.is_complete:
                 break
