@@ -225,7 +225,7 @@ def test_a_process_that_dies_at_its_start_is_told(place, monkeypatch):
     monkeypatch.setattr(_local, "_STARTS", 2)
     pool = LocalPool(1)
     for _ in range(2):
-        with pytest.raises(_local.WorkerLost, match="2 processes ended with status 3 at their start"):
+        with pytest.raises(_local.WorkerLost, match="2 processes ended with status 3 at"):
             pool.submit(len, "abc").result()
     monkeypatch.undo()
     assert pool.submit(len, "abc").result() == 3
