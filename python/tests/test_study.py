@@ -281,6 +281,23 @@ def test_failures_are_told_and_repeated(place, monkeypatch, capsys):
     assert main(["merge", "bad.toml"]) == 1
 
 
+def test_items_that_take_too_long_are_ended(place):
+    run = {"what": "python", "function": "solve.py:solve", "timeout_s": 0.5}
+    study = Study("slow", run, parameters={"x": [1], "sleep_s": [0, 30]})
+    report = study.run()
+    assert report.done == 1
+    (error,) = report.failed.values()
+    assert error == "run.timeout_s: expected an end within 0.5 s, found none"
+    unlimited = Study("slow", "solve.py:solve", parameters={"x": [1], "sleep_s": [0, 30]})
+    assert ids_of(unlimited) == ids_of(study)
+    needs_program()
+    fit = {"what": "fit", "size": "16,16,16", "volume": True, "groups": "kinds", "timeout_s": 0.3}
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:  # the command is ended there, too
+        for engine in ("local", threads):
+            report = Study("fit", fit).run(place / "fit", engine, retry_failed=True)
+            assert "timeout_s" in next(iter(report.failed.values()))
+
+
 def check_whole(out):
     """Every item that is there has all of its files."""
     for manifest in out.glob("items/*/*/manifest.json"):
@@ -372,6 +389,7 @@ BAD = {
         "[run]\nwhat = 'fit'\nload = '{force}'",
         "run: expected names of parameters in braces, found {force}",
     ),
+    "timeout.toml": ("[run]\nwhat = 'fit'\ntimeout_s = 'long'", "run.timeout_s: expected seconds"),
     "keep.toml": ("[run]\nwhat = 'fit'\n[keep]\nfiles = 'a'", "keep.files: expected a list"),
 }
 

@@ -66,6 +66,7 @@ class Work:
         folder: Where files go.
         threads: That the item may use.
         keep: Patterns of files that are kept; None: the kind's own.
+        timeout_s: After which a command is ended; 0: no limit.
     """
 
     arguments: dict[str, Any]
@@ -73,6 +74,7 @@ class Work:
     folder: str
     threads: int
     keep: list[str] | None
+    timeout_s: float = 0.0
 
     def path(self, name: str) -> str:
         """A file in the folder."""
@@ -83,6 +85,12 @@ class Work:
         if self.keep is None:
             return by_itself
         return any(fnmatch.fnmatchcase(name, pattern) for pattern in self.keep)
+
+
+def too_long(seconds: float) -> Error:
+    """The error of an item that has taken too long."""
+    line = f"run.timeout_s: expected an end within {seconds:g} s, found none"
+    return Error(line, "limit_exceeded")
 
 
 # ---- commands of the program
@@ -112,7 +120,17 @@ def _run(work: Work, words: list[str], options: Mapping[str, Any]) -> None:
         elif value is not False and value is not None:
             for one in value if isinstance(value, list) else [value]:
                 command += [f"{option}={one!r}" if isinstance(one, float) else f"{option}={one}"]
-    done = subprocess.run(command, cwd=work.folder, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(
+            command,
+            cwd=work.folder,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=work.timeout_s or None,
+        )
+    except subprocess.TimeoutExpired:
+        raise too_long(work.timeout_s) from None
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         how = f"ended with {done.returncode}" if done.returncode > 0 else "was killed"

@@ -124,6 +124,7 @@ class Study:
     Attributes:
         name, seed, folder, parameters, keep: As they were given.
         run_table: What is run, with its files as Input.
+        timeout_s: Of an item; 0: no limit. No part of ids.
 
     Args:
         name: Of the folder of results, and in the report.
@@ -157,6 +158,7 @@ class Study:
         self.folder = os.path.abspath(folder)
         self.keep = self._checked_keep(keep or {})
         self.run_table = self._checked_run(run)
+        self.timeout_s = self._checked_timeout()
         self.parameters, self._sample = dict(parameters or {}), dict(sample or {})
         self.run_table["repeats"] = [
             name
@@ -235,6 +237,12 @@ class Study:
         if run["what"] == "endoscope" and policy not in ("guide", "random"):
             raise expected("run.policy", "guide or random (or what = \"python\")", policy)
         return run
+
+    def _checked_timeout(self) -> float:
+        limit = self.run_table.pop("timeout_s", 0)
+        if isinstance(limit, bool) or not isinstance(limit, (int, float)) or limit < 0:
+            raise expected("run.timeout_s", "seconds, or 0 for no limit", limit)
+        return float(limit)
 
     def _source(self, field: str, spec: Any) -> tuple[str, Any, str]:
         """The name of a function, its file or module, and the hash of its source."""

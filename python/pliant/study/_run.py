@@ -376,7 +376,7 @@ def run_on(
     skipped = 0 if retry_failed else len(status.failed)
     items = status.left + [i for i in study.items if retry_failed and i.id in status.failed]
     shown = _Progress(progress, len(items))
-    job = Job(store.spec, token, study.run_table, study.keep["files"], threads)
+    job = Job(store.spec, token, study.run_table, study.keep["files"], threads, study.timeout_s)
     run = _Run(job, store, engine, items, shown)
     run.loop()
     store.tidy()

@@ -4,23 +4,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import errno
 import fnmatch
 import functools
 import os
 import shutil
+import signal
 import socket
 import sys
+import threading
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pliant._core import version
 from pliant.study._inputs import Input, Missing, keep_copy, local
 from pliant.study._keys import canonical, digest, digest_of_path, files_below, plain
-from pliant.study._kinds import KINDS, Work, at_work
+from pliant.study._kinds import KINDS, Work, at_work, too_long
 from pliant.study._plan import Item, arguments_of, shown
 from pliant.study._store import Store, StoreError, open_store
 
@@ -35,6 +38,7 @@ class Job:
     run: dict[str, Any]
     keep: list[str] | None
     threads: int
+    timeout_s: float = 0.0
 
 
 _FULL_BYTES = 1 << 20
@@ -156,10 +160,30 @@ def _store_error(error: BaseException, staged: str | None) -> str:
     return f" ({os.strerror(errno.ENOSPC)})" if is_full else ""
 
 
+@contextlib.contextmanager
+def _time_limit(seconds: float) -> Iterator[None]:
+    """Ends an item that takes too long; in the main thread alone, as signals do."""
+    if not seconds or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(*_: object) -> None:
+        raise too_long(seconds)
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
 def _make(job: Job, item: Item, staged: str) -> dict[str, Any]:
     arguments = local_values(arguments_of(job.run, item.parameters))
-    work = Work(arguments, item.seed, staged, job.threads, job.keep)
-    results: dict[str, Any] = plain(KINDS[job.run["what"]].run(work), "results")
+    work = Work(arguments, item.seed, staged, job.threads, job.keep, job.timeout_s)
+    with _time_limit(job.timeout_s):
+        results: dict[str, Any] = plain(KINDS[job.run["what"]].run(work), "results")
     if job.keep is not None:
         for name, path in files_below(staged):
             if not any(fnmatch.fnmatchcase(name, pattern) for pattern in job.keep):
