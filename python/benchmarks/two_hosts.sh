@@ -24,7 +24,7 @@ export AWS_DEFAULT_REGION=us-east-1
 
 finish() {
     # shellcheck disable=SC2046  # one word for each process
-    kill -9 $(jobs -p) 2>/dev/null || true
+    { kill -9 $(jobs -p) && wait; } 2>/dev/null || true
     for host in pliant-a pliant-b; do
         # shellcheck disable=SC2046  # one word for each process
         kill -9 $(ip netns pids $host) 2>/dev/null || true
