@@ -200,6 +200,7 @@ run_tests() { # [--sanitize]
     step "python: wheel, empty environment, tests, types" test_wheel
     if [[ ${PLIANT_LARGE:-ON} != OFF ]]; then
         step "python: beside large packages, notebooks" test_beside_large_packages
+        step "python: studies on engines and stores" test_studies
     fi
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then

@@ -15,6 +15,7 @@ packages_of() {
             ;;
         test) echo clang libgtest-dev libinsighttoolkit5-dev ;;
         wheel) echo python3-dev python3-venv ;;
+        study) echo openmpi-bin ;;
         lint) echo clang-format-14 ;;
         fuzz) echo libclang-rt-dev ;;
         bench) echo libbenchmark-dev libembree-dev time ;;

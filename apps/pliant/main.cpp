@@ -66,6 +66,11 @@ int run(int argc, char** argv) {
     add_haptics(app, haptics);
     add_vessel(app, vessel);
     add_truth(app, truth);
+    app.footer("In the Python package there is also pliant study, for thousands of commands.");
+    if (argc > 1 && std::string(argv[1]) == "study")
+        return bad_input(
+            "study: expected the Python package, found the program alone; pip install . in a "
+            "clone, then pliant study or python3 -m pliant.study");
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +

@@ -46,7 +46,11 @@ def program() -> pathlib.Path:
 
 
 def main() -> None:
-    """The command `pliant` of the wheel."""
+    """The command `pliant` of the wheel: `study` is Python, the rest is the program."""
+    if sys.argv[1:2] == ["study"]:
+        from pliant.study.__main__ import main as study
+
+        sys.exit(study(sys.argv[2:]))
     path = pathlib.Path(__file__).parent / "bin" / "pliant"
     os.execv(path, [str(path), *sys.argv[1:]])
 

@@ -289,6 +289,7 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         const char* arguments;
         const char* named;
     } cases[] = {
+        {"study run s.toml", "study: expected the Python package"},
         {"deform none.nrrd --push 0,0,0:1,0,0 --out x.nrrd", "none.nrrd"},
         {"deform cut.nrrd --push 0,0,0:1,0,0 --out x.nrrd", "cut.nrrd"},
         {"deform cube.nrrd --push 0,0:1,0,0 --out x.nrrd", "--push"},

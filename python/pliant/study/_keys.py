@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+"""Hashes that name items: of plain values in one canonical text, and of files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import pathlib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pliant._error import Error
+
+_CHUNK = 1 << 20
+Value = Any
+"""None, a bool, a number, a text, or a list or dictionary of them."""
+
+
+def plain(value: Any, field: str) -> Value:
+    """The value in types of JSON: numpy's numbers become Python's, tuples lists.
+
+    Numbers that are not finite become texts ("nan", "inf", "-inf"), which JSON lacks.
+    """
+    if value is None or isinstance(value, (bool, str, int)):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, Mapping):
+        return {str(name): plain(v, f"{field}.{name}") for name, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v, f"{field}.{n}") for n, v in enumerate(value)]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist(), field)
+    raise Error(
+        f"{field}: expected numbers, texts, lists and dictionaries, found {type(value).__name__}",
+        field=field,
+    )
+
+
+def canonical(value: Value) -> bytes:
+    """One text for each value, whatever the order of its names."""
+    return json.dumps(
+        value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
+    ).encode()
+
+
+def digest(data: bytes) -> str:
+    """A hash of 128 bits, 32 hexadecimal digits."""
+    return hashlib.blake2b(data, digest_size=16).hexdigest()
+
+
+def number_of(*parts: Any) -> int:
+    """A uniformly distributed number of 63 bits, made of the parts alone."""
+    found = hashlib.blake2b(canonical(list(parts)), digest_size=8).digest()
+    return int.from_bytes(found, "big") >> 1
+
+
+def uniform(*parts: Any) -> float:
+    """A uniformly distributed number in 0...1, 1 excluded, made of the parts alone."""
+    return (number_of(*parts) >> 10) / 2.0**53
+
+
+def digest_of_stream(stream: Any) -> str:
+    """The digest of a file that is open in binary mode."""
+    found = hashlib.blake2b(digest_size=16)
+    while chunk := stream.read(_CHUNK):
+        found.update(chunk)
+    return found.hexdigest()
+
+
+def files_below(folder: str | os.PathLike[str]) -> Iterator[tuple[str, pathlib.Path]]:
+    """Names, with /, and paths of all files in a folder and its folders, sorted by name."""
+    root = pathlib.Path(folder)
+    paths = [p for p in root.rglob("*") if p.is_file()]
+    yield from sorted((p.relative_to(root).as_posix(), p) for p in paths)
+
+
+def digest_of_path(path: str | os.PathLike[str]) -> str:
+    """The digest of a file; of a folder, that of its files' names and digests."""
+    if os.path.isdir(path):
+        names = {name: digest_of_path(p) for name, p in files_below(path)}
+        return digest(canonical(names))
+    with open(path, "rb") as stream:
+        return digest_of_stream(stream)

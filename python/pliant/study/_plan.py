@@ -1,0 +1,426 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+"""A study: parameters, and one piece of work for each of their combinations.
+
+An item's id is a hash of all that its result depends on: the study's seed, its parameters, [run],
+[keep], the contents of its files, the source file of its function and Pliant's version. Its seed is
+a hash of its id. So neither depends on the other items, and a change gives new ids to exactly those
+items that it concerns.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import copy
+import dataclasses
+import functools
+import importlib.util
+import inspect
+import os
+import pathlib
+import re
+import sys
+import tomllib
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pliant._core import version
+from pliant._error import Error
+from pliant.study._inputs import Input, hash_of, input_of, inputs_of, is_url
+from pliant.study._keys import canonical, digest, number_of, plain
+from pliant.study._kinds import KINDS, Kind, refuse_in_items
+from pliant.study._parameters import combinations, expected, known, whole
+
+if TYPE_CHECKING:
+    from pliant.study._run import RunReport, Status
+
+_NAME = re.compile(r"\{([A-Za-z_][\w.-]*)\}")
+_NO_ARGUMENTS = ("what", "version", "repeats")
+Function = Callable[..., Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class Item:
+    """One piece of work.
+
+    Attributes:
+        id: 32 hexadecimal digits.
+        seed: 63 bits, for random numbers.
+        parameters: Values by name; files are Input.
+    """
+
+    id: str
+    seed: int
+    parameters: dict[str, Any]
+
+
+def key_of(value: Any) -> Any:
+    """A value as it counts in an id: files by their contents alone."""
+    if isinstance(value, Input):
+        return {"content": value.hash}
+    if isinstance(value, Mapping):
+        return {name: key_of(v) for name, v in value.items()}
+    if isinstance(value, list):
+        return [key_of(v) for v in value]
+    return value
+
+
+def shown(value: Any) -> Any:
+    """A value as tables show it: files by their names."""
+    return value.name if isinstance(value, Input) else value
+
+
+def _text(value: Any) -> str:
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def names_in(value: Any) -> set[str]:
+    """Names in braces in the texts of [run]."""
+    if isinstance(value, str):
+        return set(_NAME.findall(value))
+    if isinstance(value, Mapping):
+        return set().union(*(names_in(v) for v in value.values()))
+    if isinstance(value, list):
+        return set().union(*(names_in(v) for v in value))
+    return set()
+
+
+def _filled(value: Any, parameters: Mapping[str, Any]) -> Any:
+    if isinstance(value, str):
+        return _NAME.sub(
+            lambda m: _text(parameters[m[1]]) if m[1] in parameters else m[0], value
+        )
+    if isinstance(value, Mapping):
+        return {name: _filled(v, parameters) for name, v in value.items()}
+    if isinstance(value, list):
+        return [_filled(v, parameters) for v in value]
+    return value
+
+
+def arguments_of(run: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of an item: [run] with the parameters filled in or added.
+
+    A parameter that [run] has in braces is filled in there. Another one is an argument of its name;
+    "config.material.offset" is one in a table. {count = N} repeats an item, and is an argument of
+    functions alone.
+    """
+    found = {k: v for k, v in run.items() if k not in _NO_ARGUMENTS}
+    used = names_in(found)
+    found = copy.deepcopy(_filled(found, parameters))
+    for name, value in parameters.items():
+        if name in used or name in run["repeats"]:
+            continue
+        *tables, last = name.split(".")
+        table = found
+        for part in tables:
+            table = table.setdefault(part, {})
+        table[last] = value
+    return found
+
+
+class Study:
+    """A study.
+
+    Attributes:
+        name, seed, folder, parameters, keep: As they were given.
+        run_table: What is run, with its files as Input.
+        timeout_s: Of an item; 0: no limit. No part of ids.
+
+    Args:
+        name: Of the folder of results, and in the report.
+        run: A function, or "module:function" or "path.py:function"; or a table with "what" (deform,
+            augment, truth, fit, vessel, endoscope, python) and its arguments.
+        parameters: For each name a list, {"files": GLOB}, {"scans": GLOB}, {"count": N}, {"low",
+            "high", "steps"}, or {"low", "high"}, which is drawn. All combinations are taken.
+        sample: {"method": "random" or "latin-hypercube", "count": N}, if there are drawn ones.
+        keep: {"files": patterns of files that are kept, "results": patterns of columns in tables}.
+        seed: Another one gives other samples, ids and seeds.
+        folder: That relative names of files begin in.
+
+    Raises:
+        pliant.Error: A field is wrong, or a file is missing.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        run: Function | str | Mapping[str, Any],
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        sample: Mapping[str, Any] | None = None,
+        keep: Mapping[str, Any] | None = None,
+        seed: int = 0,
+        folder: str | os.PathLike[str] = ".",
+    ) -> None:
+        if not isinstance(name, str) or not re.fullmatch(r"[\w.-]+", name):
+            raise expected("study.name", "letters, digits, -, _ and .", name)
+        self.name, self.seed = name, whole("study.seed", seed, 0)
+        self.folder = os.path.abspath(folder)
+        self.keep = self._checked_keep(keep or {})
+        self.run_table = self._checked_run(run)
+        self.timeout_s = self._checked_timeout()
+        self.parameters, self._sample = dict(parameters or {}), dict(sample or {})
+        self.run_table["repeats"] = [
+            name
+            for name, spec in self.parameters.items()
+            if isinstance(spec, Mapping) and "count" in spec and self.run_table["what"] != "python"
+        ]
+        self._check_names()
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Study:
+        """Reads a TOML file with the tables study, parameters, sample, run and keep.
+
+        Raises:
+            pliant.Error: One line that names the file and the field.
+        """
+        try:
+            tables = tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise Error(f"{path}: {error.strerror}", "not_found") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise Error(f"{path}: expected TOML, {error}", "unreadable") from None
+        try:
+            known("", tables, ("study", "parameters", "sample", "run", "keep"))
+            for name, table in tables.items():
+                if not isinstance(table, dict):
+                    raise expected(name, "a table", table)
+            head = tables.get("study", {})
+            known("study", head, ("name", "seed"))
+            if "run" not in tables:
+                raise expected("run", "a table with what", "none")
+            study = Study(
+                head.get("name", pathlib.Path(path).stem),
+                tables["run"],
+                parameters=tables.get("parameters"),
+                sample=tables.get("sample"),
+                keep=tables.get("keep"),
+                seed=head.get("seed", 0),
+                folder=pathlib.Path(path).parent,
+            )
+            study.items  # noqa: B018  finds files and checks ranges
+        except Error as error:
+            raise Error(
+                f"{path}: {error}", error.code, error.field, error.expected, error.found
+            ) from None
+        return study
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of work."""
+        return KINDS[self.run_table["what"]]
+
+    def _checked_keep(self, keep: Mapping[str, Any]) -> dict[str, list[str] | None]:
+        known("keep", keep, ("files", "results"))
+        for name, patterns in keep.items():
+            if not isinstance(patterns, list) or not all(isinstance(p, str) for p in patterns):
+                raise expected(f"keep.{name}", "a list of patterns", patterns)
+        return {name: keep.get(name) for name in ("files", "results")}
+
+    def _checked_run(self, given: Function | str | Mapping[str, Any]) -> dict[str, Any]:
+        if isinstance(given, str):
+            given = {"what": "python", "function": given}
+        if not isinstance(given, Mapping):
+            given = {"what": "python", "function": _name_of(given)}
+        run: dict[str, Any] = plain(given, "run")
+        if run.get("what") not in KINDS:
+            raise expected("run.what", f"one of {', '.join(KINDS)}", run.get("what", "none"))
+        kind = KINDS[run["what"]]
+        for name, form in kind.files.items():
+            if name in run and not (isinstance(run[name], str) and _NAME.search(run[name])):
+                run[name] = self._file(f"run.{name}", form, run[name])
+        if run["what"] == "python":
+            run["function"], run["source"], run["source_hash"] = self._source(
+                "run.function", run.get("function")
+            )
+        policy = run.get("policy", "guide")
+        if run["what"] == "endoscope" and policy not in ("guide", "random"):
+            raise expected("run.policy", "guide or random (or what = \"python\")", policy)
+        return run
+
+    def _checked_timeout(self) -> float:
+        limit = self.run_table.pop("timeout_s", 0)
+        if isinstance(limit, bool) or not isinstance(limit, (int, float)) or limit < 0:
+            raise expected("run.timeout_s", "seconds, or 0 for no limit", limit)
+        return float(limit)
+
+    def _source(self, field: str, spec: Any) -> tuple[str, Any, str]:
+        """The name of a function, its file or module, and the hash of its source."""
+        place, colon, name = spec.rpartition(":") if isinstance(spec, str) else ("", "", "")
+        if not colon or not name:
+            raise expected(field, "module:function or path.py:function", spec)
+        if place.endswith(".py"):
+            return name, input_of(self.folder, place, is_scan=False), ""
+        try:
+            found = importlib.util.find_spec(place)
+        except (ImportError, ValueError):
+            found = None
+        if found is None or not found.origin:
+            raise expected(field, "a module on Python's path, or path.py:function", place)
+        return name, place, hash_of(found.origin) if os.path.isfile(found.origin) else ""
+
+    def _file(self, field: str, form: str, value: Any) -> Any:
+        if form == "toml" and isinstance(value, Mapping):
+            return dict(value)
+        if not isinstance(value, str):
+            raise expected(field, "the name of a file", value)
+        if form == "scan" and value == "airway" and not os.path.exists(self._path(value)):
+            return value
+        if form != "toml":
+            return input_of(self.folder, value, is_scan=form == "scan")
+        path = self._path(value)
+        try:
+            tables = tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise Error(f"{field}: {value}: {error.strerror}", "not_found", field) from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise Error(f"{field}: {value}: {error}", "unreadable", field) from None
+        return _with_files(tables, os.path.dirname(path))
+
+    def _path(self, name: str) -> str:
+        return os.path.join(self.folder, os.path.expanduser(name))
+
+    def _check_names(self) -> None:
+        needed = self.kind.needed
+        given = {*self.run_table, *self.parameters}
+        if needed is not None and needed not in given:
+            raise expected(f"run.{needed}", "it here or as a parameter", "none")
+        strange = names_in({k: v for k, v in self.run_table.items() if k != "source"})
+        if strange - set(self.parameters):
+            name = sorted(strange - set(self.parameters))[0]
+            raise expected("run", "names of parameters in braces", f"{{{name}}}")
+
+    def _files_of(self, field: str, form: str, given: Any) -> list[Any]:
+        patterns = given if isinstance(given, list) else [given]
+        if not all(isinstance(p, str) for p in patterns):
+            raise expected(f"{field}.{form}", "patterns of names", given)
+        found: list[Any] = []
+        for pattern in patterns:
+            found += inputs_of(self.folder, f"{field}.{form}", pattern, is_scan=form == "scans")
+        return found
+
+    def _with_inputs(self, parameters: dict[str, Any]) -> dict[str, Any]:
+        """Turns names of files into inputs, where the kind has such an argument."""
+        for name, value in parameters.items():
+            form = self.kind.files.get(name)
+            if form is not None and isinstance(value, str):
+                form = "file" if form == "toml" else form
+                parameters[name] = self._known_file(f"parameters.{name}", form, value)
+        return parameters
+
+    @functools.cached_property
+    def _known_file(self) -> Callable[[str, str, str], Any]:
+        return functools.cache(self._file)
+
+    @functools.cached_property
+    def items(self) -> list[Item]:
+        """All items; those with the same parameters and contents are one."""
+        base = {
+            "seed": self.seed,
+            "run": key_of(self.run_table),
+            "keep": self.keep["files"],
+            "version": version,
+        }
+        prefix = digest(canonical(base)).encode()
+        found: dict[str, Item] = {}
+        self.duplicates = 0
+        for values in combinations(self.parameters, self._sample, self.seed, self._files_of):
+            parameters = self._with_inputs(values)
+            item_id = digest(prefix + canonical(key_of(parameters)))
+            if item_id in found:
+                self.duplicates += 1
+                continue
+            found[item_id] = Item(item_id, number_of(item_id, "seed"), parameters)
+        return list(found.values())
+
+    def run(
+        self,
+        out: str | os.PathLike[str] | None = None,
+        engine: str | concurrent.futures.Executor = "local",
+        *,
+        workers: int = 0,
+        threads: int = 1,
+        retry_failed: bool = False,
+        progress: bool = False,
+    ) -> RunReport:
+        """Runs all items that have no result yet; each is attempted.
+
+        Args:
+            out: Folder, name ending in .zarr, or URL of fsspec; None: NAME-results.
+            engine: "local", "dask://HOST:PORT", "mpi", or an Executor of one's own.
+            workers: Processes of the local engine; 0: one for each core.
+            threads: That an item may use.
+            retry_failed: Also runs items that failed before.
+            progress: Shows a line of progress.
+
+        Raises:
+            pliant.Error: The results or the engine can't be reached.
+        """
+        from pliant.study._run import run_study
+
+        return run_study(
+            self,
+            self._out(out),
+            engine,
+            workers=workers,
+            threads=threads,
+            retry_failed=retry_failed,
+            progress=progress,
+        )
+
+    def _out(self, out: str | os.PathLike[str] | None) -> str:
+        return f"{self.name}-results" if out is None else os.fspath(out)
+
+    def status(self, out: str | os.PathLike[str] | None = None) -> Status:
+        """Which items are done, failed or left."""
+        from pliant.study._run import status_of
+
+        return status_of(self, self._out(out))
+
+    def merge(self, out: str | os.PathLike[str] | None = None) -> str:
+        """Writes merged/table.csv and merged/manifest.json; returns the hash of both.
+
+        Items are sorted by id, and there are no times or hosts: equal results are equal bytes.
+        """
+        from pliant.study._merge import merge_study
+
+        return merge_study(self, self._out(out))
+
+    def table(self, out: str | os.PathLike[str] | None = None) -> list[dict[str, Any]]:
+        """A row for each item that is done: id, seed, parameters, results, hash."""
+        from pliant.study._merge import rows_of
+
+        return rows_of(self, self._out(out))
+
+    def report(self, out: str | os.PathLike[str] | None = None) -> str:
+        """Writes report.html, which needs no other file; returns its path."""
+        from pliant.study._report import report_study
+
+        return report_study(self, self._out(out))
+
+
+def _with_files(value: Any, folder: str) -> Any:
+    """A configuration with the files that it names as inputs."""
+    if isinstance(value, Mapping):
+        return {name: _with_files(v, folder) for name, v in value.items()}
+    if isinstance(value, list):
+        return [_with_files(v, folder) for v in value]
+    if isinstance(value, str) and value and not is_url(value):
+        path = os.path.join(folder, value)
+        if os.path.isfile(path):
+            return dataclasses.replace(input_of(folder, value, is_scan=False), path=path)
+    return value
+
+
+def _name_of(function: Function) -> str:
+    """A function as module:name, or path.py:name where the module is the program itself."""
+    refuse_in_items()
+    name, module = getattr(function, "__qualname__", ""), getattr(function, "__module__", "")
+    if not name or "<" in name:
+        raise expected("run", "a function of a module, or its name", name or function)
+    if module != "__main__":
+        return f"{module}:{name}"
+    path = inspect.getsourcefile(function) if hasattr(sys.modules["__main__"], "__file__") else None
+    if path is None:
+        raise expected("run", "a function in a file (in notebooks: %%writefile)", name)
+    return f"{os.path.abspath(path)}:{name}"
