@@ -17,5 +17,7 @@ from pliant.study._inputs import Input
 from pliant.study._local import LocalPool, WorkerLost
 from pliant.study._plan import Item, Study
 from pliant.study._run import RunReport, Status
+from pliant.study._search import Search, SearchResult
 
-__all__ = ["Input", "Item", "LocalPool", "RunReport", "Status", "Study", "WorkerLost"]
+__all__ = ["Input", "Item", "LocalPool", "RunReport", "Search", "SearchResult", "Status", "Study",
+           "WorkerLost"]  # fmt: skip

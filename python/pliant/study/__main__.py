@@ -14,6 +14,7 @@ from pliant.study._engines import open_engine
 from pliant.study._merge import manifests_of
 from pliant.study._plan import Study, shown
 from pliant.study._run import run_on
+from pliant.study._search import Search
 from pliant.study._store import open_store
 
 _SHOWN = 10
@@ -33,6 +34,7 @@ def _parser() -> argparse.ArgumentParser:
     texts = {
         "plan": "list the items, and which of them are done",
         "run": "run the items that have no result yet",
+        "search": "find the parameters with the smallest result (the table search)",
         "status": "count the items that are done, failed and left",
         "merge": "write one table and one manifest of all results",
         "report": "write a page with plots, failures and machines",
@@ -47,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
         )
         if name == "plan":
             command.add_argument("--all", action="store_true", help="list all items")
-        if name == "run":
+        if name in ("run", "search"):
             command.add_argument(
                 "--engine",
                 default="local",
@@ -61,6 +63,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "--threads", type=int, default=1, help="that an item may use (default: 1)"
             )
+        if name == "run":
             command.add_argument(
                 "--retry-failed", action="store_true", help="also run items that failed before"
             )
@@ -112,8 +115,6 @@ def _merge(study: Study, out: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    if options.workers < 0 or options.threads < 0:
-        raise Error("--workers and --threads: expected 0 or more")
     with open_engine(options.engine, options.workers, options.threads) as engine:
         if engine is None:
             return 0
@@ -128,12 +129,33 @@ def _run(options: argparse.Namespace) -> int:
     return 0 if report.is_complete else 1
 
 
+def _search(options: argparse.Namespace) -> int:
+    search = Search.load(options.study)
+    out = options.out or f"{search.name}-results"
+    found = search.run(
+        out, options.engine, workers=options.workers, threads=options.threads, progress=True
+    )
+    if found is None:
+        return 0
+    values = ", ".join(f"{name} = {value}" for name, value in found.parameters.items())
+    print(f"{search.minimise} = {found.value:g} at {values}")
+    print(
+        f"{found.generations} generations, {found.evaluations} items, "
+        f"{'' if found.is_converged else 'not '}converged; {out}/best.json, {out}/report.html"
+    )
+    return 0 if found.is_converged else 1
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Returns the exit status: 0 all items are done, 1 some are not, 2 the study is wrong."""
     try:
         options = _parser().parse_args(arguments)
+        if min(getattr(options, "workers", 0), getattr(options, "threads", 0)) < 0:
+            raise Error("--workers and --threads: expected 0 or more")
         if options.command == "run":
             return _run(options)
+        if options.command == "search":
+            return _search(options)
         study = Study.load(options.study)
         out = options.out or f"{study.name}-results"
         if options.command == "plan":

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pliant._error import Error
@@ -45,7 +45,7 @@ def whole(field: str, value: object, low: int) -> int:
     return value
 
 
-class _Span:
+class Span:
     """Numbers from low to high, evenly or by their logarithms."""
 
     def __init__(self, field: str, spec: Mapping[str, Any]) -> None:
@@ -80,7 +80,7 @@ class _Span:
 
 def _axis(
     field: str, spec: Any, files_of: Callable[[str, str, Any], list[Any]]
-) -> list[Any] | _Span:
+) -> list[Any] | Span:
     """The values of a parameter, or the span that it is drawn from."""
     if isinstance(spec, (list, tuple)):
         if not spec:
@@ -97,14 +97,14 @@ def _axis(
         return list(range(whole(f"{field}.count", spec["count"], 1)))
     if not {"low", "high"} <= set(spec):
         raise expected(field, _FORMS, dict(spec))
-    span = _Span(field, spec)
+    span = Span(field, spec)
     if "steps" not in spec:
         return span
     steps = whole(f"{field}.steps", spec["steps"], 2)
     return [span.at(n / (steps - 1)) for n in range(steps)]
 
 
-def _shares(seed: int, name: str, method: str, count: int) -> list[float]:
+def shares(seed: int, name: str, method: str, count: int) -> list[float]:
     """The samples of one parameter, in 0...1."""
     each = [uniform(seed, name, n) for n in range(count)]
     if method == "random":
@@ -117,7 +117,7 @@ def _shares(seed: int, name: str, method: str, count: int) -> list[float]:
 
 
 def combinations(
-    parameters: Mapping[str, Any],
+    parameters: Mapping[str, Any] | Sequence[Mapping[str, Any]],
     sample: Mapping[str, Any],
     seed: int,
     files_of: Callable[[str, str, Any], list[Any]],
@@ -125,11 +125,16 @@ def combinations(
     """All items' parameters: every combination of the lists with every sample.
 
     Args:
+        parameters: One table, or several, one after the other.
         files_of: Finds the files of {files = …} and {scans = …}: (field, form, given).
     """
+    if not isinstance(parameters, Mapping):
+        for table in parameters:
+            yield from combinations(table, sample, seed, files_of)
+        return
     axes = {name: _axis(f"parameters.{name}", v, files_of) for name, v in parameters.items()}
-    lists = {name: axis for name, axis in axes.items() if not isinstance(axis, _Span)}
-    spans = {name: axis for name, axis in axes.items() if isinstance(axis, _Span)}
+    lists = {name: axis for name, axis in axes.items() if not isinstance(axis, Span)}
+    spans = {name: axis for name, axis in axes.items() if isinstance(axis, Span)}
     known("sample", sample, ("method", "count"))
     method = sample.get("method", "random")
     if method not in _METHODS:
@@ -140,7 +145,7 @@ def combinations(
         raise expected("sample", "parameters with {low, high}", "none")
     count = whole("sample.count", sample["count"], 1) if spans else 1
     drawn = {
-        name: [span.at(u) for u in _shares(seed, name, method, count)]
+        name: [span.at(u) for u in shares(seed, name, method, count)]
         for name, span in spans.items()
     }
     for values in itertools.product(*lists.values()):

@@ -11,6 +11,7 @@ items that it concerns.
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import copy
 import dataclasses
 import functools
@@ -21,7 +22,7 @@ import pathlib
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pliant._core import version
@@ -118,6 +119,45 @@ def arguments_of(run: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[
     return found
 
 
+@contextlib.contextmanager
+def study_file(path: str | os.PathLike[str], names: tuple[str, ...]) -> Iterator[dict[str, Any]]:
+    """The arguments of a study in a TOML file.
+
+    Args:
+        names: The tables that it may have beside study.
+
+    Raises:
+        pliant.Error: One line that names the file and the field, also for errors in the block.
+    """
+    try:
+        tables = tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise Error(f"{path}: {error.strerror}", "not_found") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise Error(f"{path}: expected TOML, {error}", "unreadable") from None
+    try:
+        if "search" in tables and "search" not in names:
+            raise Error("search: a study with this table is for `pliant study search`", "wrong")
+        known("", tables, ("study", *names))
+        for name, table in tables.items():
+            if not isinstance(table, dict) and name != "parameters":
+                raise expected(name, "a table", table)
+        head = tables.pop("study", {})
+        known("study", head, ("name", "seed"))
+        if "run" not in tables:
+            raise expected("run", "a table with what", "none")
+        yield {
+            "name": head.get("name", pathlib.Path(path).stem),
+            "seed": head.get("seed", 0),
+            "folder": pathlib.Path(path).parent,
+            **tables,
+        }
+    except Error as error:
+        raise Error(
+            f"{path}: {error}", error.code, error.field, error.expected, error.found
+        ) from None
+
+
 class Study:
     """A study.
 
@@ -131,7 +171,8 @@ class Study:
         run: A function, or "module:function" or "path.py:function"; or a table with "what" (deform,
             augment, truth, fit, vessel, endoscope, python) and its arguments.
         parameters: For each name a list, {"files": GLOB}, {"scans": GLOB}, {"count": N}, {"low",
-            "high", "steps"}, or {"low", "high"}, which is drawn. All combinations are taken.
+            "high", "steps"}, or {"low", "high"}, which is drawn. All combinations are taken. Or a
+            list of such tables, one after the other.
         sample: {"method": "random" or "latin-hypercube", "count": N}, if there are drawn ones.
         keep: {"files": patterns of files that are kept, "results": patterns of columns in tables}.
         seed: Another one gives other samples, ids and seeds.
@@ -146,7 +187,7 @@ class Study:
         name: str,
         run: Function | str | Mapping[str, Any],
         *,
-        parameters: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
         sample: Mapping[str, Any] | None = None,
         keep: Mapping[str, Any] | None = None,
         seed: int = 0,
@@ -159,10 +200,14 @@ class Study:
         self.keep = self._checked_keep(keep or {})
         self.run_table = self._checked_run(run)
         self.timeout_s = self._checked_timeout()
-        self.parameters, self._sample = dict(parameters or {}), dict(sample or {})
+        tables: Any = [parameters or {}] if isinstance(parameters or {}, Mapping) else parameters
+        if not isinstance(tables, (list, tuple)) or not all(isinstance(t, Mapping) for t in tables):
+            raise expected("parameters", "a table, or a list of tables", parameters)
+        self.parameters = [dict(table) for table in tables]
+        self._sample = dict(sample or {})
         self.run_table["repeats"] = [
             name
-            for name, spec in self.parameters.items()
+            for name, spec in self.parameters[0].items()
             if isinstance(spec, Mapping) and "count" in spec and self.run_table["what"] != "python"
         ]
         self._check_names()
@@ -174,35 +219,9 @@ class Study:
         Raises:
             pliant.Error: One line that names the file and the field.
         """
-        try:
-            tables = tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise Error(f"{path}: {error.strerror}", "not_found") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise Error(f"{path}: expected TOML, {error}", "unreadable") from None
-        try:
-            known("", tables, ("study", "parameters", "sample", "run", "keep"))
-            for name, table in tables.items():
-                if not isinstance(table, dict):
-                    raise expected(name, "a table", table)
-            head = tables.get("study", {})
-            known("study", head, ("name", "seed"))
-            if "run" not in tables:
-                raise expected("run", "a table with what", "none")
-            study = Study(
-                head.get("name", pathlib.Path(path).stem),
-                tables["run"],
-                parameters=tables.get("parameters"),
-                sample=tables.get("sample"),
-                keep=tables.get("keep"),
-                seed=head.get("seed", 0),
-                folder=pathlib.Path(path).parent,
-            )
+        with study_file(path, ("parameters", "sample", "run", "keep")) as arguments:
+            study = Study(**arguments)
             study.items  # noqa: B018  finds files and checks ranges
-        except Error as error:
-            raise Error(
-                f"{path}: {error}", error.code, error.field, error.expected, error.found
-            ) from None
         return study
 
     @property
@@ -282,13 +301,16 @@ class Study:
 
     def _check_names(self) -> None:
         needed = self.kind.needed
-        given = {*self.run_table, *self.parameters}
-        if needed is not None and needed not in given:
-            raise expected(f"run.{needed}", "it here or as a parameter", "none")
         strange = names_in({k: v for k, v in self.run_table.items() if k != "source"})
-        if strange - set(self.parameters):
-            name = sorted(strange - set(self.parameters))[0]
-            raise expected("run", "names of parameters in braces", f"{{{name}}}")
+        for table in self.parameters:
+            if set(table) != set(self.parameters[0]):
+                names = ", ".join(self.parameters[0])
+                raise expected("parameters", f"the same names in each table ({names})", [*table])
+            if needed is not None and needed not in {*self.run_table, *table}:
+                raise expected(f"run.{needed}", "it here or as a parameter", "none")
+            if strange - set(table):
+                name = sorted(strange - set(table))[0]
+                raise expected("run", "names of parameters in braces", f"{{{name}}}")
 
     def _files_of(self, field: str, form: str, given: Any) -> list[Any]:
         patterns = given if isinstance(given, list) else [given]
@@ -299,7 +321,7 @@ class Study:
             found += inputs_of(self.folder, f"{field}.{form}", pattern, is_scan=form == "scans")
         return found
 
-    def _with_inputs(self, parameters: dict[str, Any]) -> dict[str, Any]:
+    def with_inputs(self, parameters: dict[str, Any]) -> dict[str, Any]:
         """Turns names of files into inputs, where the kind has such an argument."""
         for name, value in parameters.items():
             form = self.kind.files.get(name)
@@ -325,7 +347,7 @@ class Study:
         found: dict[str, Item] = {}
         self.duplicates = 0
         for values in combinations(self.parameters, self._sample, self.seed, self._files_of):
-            parameters = self._with_inputs(values)
+            parameters = self.with_inputs(values)
             item_id = digest(prefix + canonical(key_of(parameters)))
             if item_id in found:
                 self.duplicates += 1

@@ -160,7 +160,8 @@ def report_study(study: Study, out: str) -> str:
     failed = {k: v for k, v in failures(store).items() if k not in done}
     failed = {item.id: failed[item.id] for item in study.items if item.id in failed}
     left = len(study.items) - len(found) - len(failed)
-    counts = {n for n, v in study.parameters.items() if isinstance(v, Mapping) and "count" in v}
+    given = [pair for table in study.parameters for pair in table.items()]
+    counts = {n for n, v in given if isinstance(v, Mapping) and "count" in v}
     parameters = [
         {n: shown(v) for n, v in item.parameters.items() if n not in counts} for item, _ in found
     ]
