@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Search for the parameters with the smallest result, by a population of candidates.
 
-Differential evolution [Storn1997], best/1/bin: a candidate is replaced by a trial that is not worse,
+Differential evolution [Storn1997], best/1/bin: a trial replaces a candidate if it is not worse,
 
     trial = best + F (a - b) in some parameters, its own in the others,   F in 0.5...1
 
-a and b being two other candidates. All trials of a generation are items of one study, so they run on
-any engine, and a search that was killed continues where it ended. The random numbers depend on the
-study alone, and a generation begins when the one before has ended, so the result is the same for any
-number of workers.
+a and b being two other candidates. All trials of a generation are items of one study, so they run
+on any engine, and a search that was killed continues where it ended. The random numbers depend on
+the study alone, and a generation begins when the one before has ended, so the result is the same
+for any number of workers.
 """
 
 from __future__ import annotations
