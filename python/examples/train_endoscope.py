@@ -140,7 +140,8 @@ class Curve(BaseCallback):
         if not self.last:
             return
         success, reward = numpy.mean(numpy.array(self.last, float), axis=0)
-        row = f"{self.clock.minutes():.2f},{self.num_timesteps},{len(self.last)},{success:.3f},{reward:.1f}"
+        count, minutes = len(self.last), self.clock.minutes()
+        row = f"{minutes:.2f},{self.num_timesteps},{count},{success:.3f},{reward:.1f}"
         self.rows.append(row)
         print(row, flush=True)
         self.path.write_text("\n".join(self.rows) + "\n")
@@ -215,7 +216,8 @@ def main() -> None:
     clock = Clock(options.minutes)
     model = stable_baselines3.PPO(
         "MlpPolicy", env, n_steps=256, batch_size=512, n_epochs=5, gamma=0.99, gae_lambda=0.95,
-        learning_rate=lambda _: 1e-3 * max(0.1, clock.share_left()), ent_coef=0.0, seed=options.seed, device="cpu",
+        learning_rate=lambda _: 1e-3 * max(0.1, clock.share_left()), ent_coef=0.0,
+        seed=options.seed, device="cpu",
         policy_kwargs={"net_arch": [64, 64], "log_std_init": -0.5},
     )  # fmt: skip
     model.learn(10**9, callback=Curve(clock, options.out / "curve.csv"))

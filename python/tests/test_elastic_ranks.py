@@ -59,8 +59,9 @@ def solved(size, comm=None):
     cells = (size[0] - 1) * (size[1] - 1) * (size[2] - 1)
     hard = (numpy.arange(cells) % 7 == 0).astype(numpy.int32)
     solver = pliant.ElasticSolver(
-        lattice, [SOFT, HARD], numpy.arange(size[0] * size[1]), material_of=hard, comm=comm, threads=1
-    )
+        lattice, [SOFT, HARD], numpy.arange(size[0] * size[1]), material_of=hard, comm=comm,
+        threads=1,
+    )  # fmt: skip
     return solver.solve(gravity_m_per_s2=(1, 0, -9.81))
 
 
@@ -84,7 +85,12 @@ def test_ranks_give_the_bits_of_one_process():
         found = [None] * count
         group = comms(count)
         sent = []
-        group[0].Send = lambda numbers, dest: (sent.append(len(numbers)), Comm.Send(group[0], numbers, dest))
+
+        def send(numbers, dest, rank_0=group[0]):
+            sent.append(len(numbers))
+            Comm.Send(rank_0, numbers, dest)
+
+        group[0].Send = send
 
         def work(rank):
             found[rank] = solved(size, group[rank])
