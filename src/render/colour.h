@@ -34,7 +34,7 @@ class SrgbTable {
             m_guess[n] = srgb_by_formula(double(n) / kParts);
     }
     std::uint8_t operator()(double value) const {
-        const double l = std::clamp(value, 0.0, 1.0);
+        const double l = value > 0 ? std::min(value, 1.0) : 0;  // NaN is black
         std::size_t code = m_guess[std::size_t(l * kParts)];
         while (code < 255 && l >= m_begin[code + 1]) ++code;
         return std::uint8_t(code);

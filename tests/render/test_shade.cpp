@@ -167,6 +167,7 @@ TEST(Srgb, TableIsTheFormula) {
         EXPECT_EQ(render::srgb_from_linear(light), code);
     }
     EXPECT_EQ(render::srgb_from_linear(std::numeric_limits<double>::infinity()), 255);
+    EXPECT_EQ(render::srgb_from_linear(std::numeric_limits<double>::quiet_NaN()), 0);
 }
 
 }  // namespace
