@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import inspect
 import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Concatenate, ParamSpec
 
 import gymnasium
 import numpy
@@ -33,6 +34,7 @@ from pliant._lumen_tree import LumenEnd, find_lumen_ends
 Array = numpy.typing.NDArray[Any]
 Observation = dict[str, Array]
 Reward = Callable[[dict[str, Any], dict[str, Any], Array], float]
+_P = ParamSpec("_P")
 
 OBSERVATIONS = ("rgb", "depth", "normals", "flow", "state", "guide")
 ADVANCE_MM_S = 20.0  # bounds of an action
@@ -139,22 +141,26 @@ def _lumen_from(scan: str | os.PathLike[str] | Volume | Lumen) -> Lumen:
 class _Flights:
     """Several endoscopes on their ways: all that single and vector environments share."""
 
+    default_threads = 1
+
     def __init__(
         self,
-        count: int,
-        scan: str | os.PathLike[str] | Volume | Lumen,
-        obs: Sequence[str],
-        size: tuple[int, int],
-        wall: str,
-        control_hz: float,
-        max_steps: int,
-        generation: int | None,
-        split: str,
-        targets: Sequence[int] | None,
-        max_force_n: float | None,
-        reward: str | Reward,
-        threads: int,
-        settings: dict[str, Any],
+        num_envs: int = 1,
+        scan: str | os.PathLike[str] | Volume | Lumen = "airway",
+        obs: Sequence[str] = ("depth", "state", "guide"),
+        size: tuple[int, int] = (64, 64),
+        wall: str = "deforming",
+        control_hz: float = 20.0,
+        max_steps: int = 600,
+        generation: int | None = None,
+        split: str = "all",
+        targets: Sequence[int] | None = None,
+        max_force_n: float | None = None,
+        reward: str | Reward = "path",
+        render_mode: str | None = None,
+        render_size: tuple[int, int] = (256, 256),
+        threads: int | None = None,
+        **settings: Any,
     ) -> None:
         for name in obs:
             if name not in OBSERVATIONS:
@@ -171,10 +177,12 @@ class _Flights:
         self.obs, self.size, self.max_steps = tuple(obs), size, max_steps
         self.max_force_n = numpy.inf if max_force_n is None else max_force_n
         self.reward = reward
+        self.render_mode, self._render_size = render_mode, render_size
         pictures = [name for name in ("rgb", "depth", "normals", "flow") if name in obs]
         self.arena = EndoscopeArena(
-            self.lumen.scan, count, size, control_hz, wall, iso_hu=self.lumen.iso_hu,
-            polarity=self.lumen.polarity, pictures=pictures, threads=threads, **settings,
+            self.lumen.scan, num_envs, size, control_hz, wall, iso_hu=self.lumen.iso_hu,
+            polarity=self.lumen.polarity, pictures=pictures,
+            threads=self.default_threads if threads is None else threads, **settings,
         )  # fmt: skip
         ends = self.lumen.ends
         longest = max(len(end.path_mm) for end in ends)
@@ -189,9 +197,9 @@ class _Flights:
             steps = numpy.linalg.norm(numpy.diff(e.path_mm, axis=0), axis=1)
             self._ahead[n, : len(e.path_mm)] = numpy.append(numpy.cumsum(steps[::-1])[::-1], 0)
         self._last = numpy.array([len(e.path_mm) - 1 for e in ends])
-        self.target = numpy.zeros(count, int)
-        self._at = numpy.zeros(count, int)
-        self.left_mm = numpy.zeros(count)
+        self.target = numpy.zeros(num_envs, int)
+        self._at = numpy.zeros(num_envs, int)
+        self.left_mm = numpy.zeros(num_envs)
         self.states = self.arena.states
         extent = numpy.array(self.lumen.scan.size) * numpy.array(self.lumen.scan.spacing_mm)
         self._far_mm = float(numpy.linalg.norm(extent))
@@ -304,6 +312,9 @@ class _Flights:
             columns += [(v * right).sum(1), -(v * up).sum(1), (v * look).sum(1)]
         return numpy.stack([*columns, self.left_mm], axis=1).astype(numpy.float32)
 
+    def picture(self, n: int) -> Array:
+        return self.arena.picture(n, self._render_size)
+
     def info(self, n: int) -> dict[str, Any]:
         s = self.states[n]
         return {
@@ -330,6 +341,32 @@ class _Flights:
         }
 
 
+class _ManyFlights(_Flights):
+    default_threads = 0
+
+
+def _signed(init: Any, flights: Callable[..., Any], left_out: str = "") -> Any:
+    whole = inspect.signature(flights)
+    self = inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)
+    kept = [p for name, p in whole.parameters.items() if name != left_out]
+    init.__signature__ = whole.replace(parameters=[self, *kept])
+    return init
+
+
+def _arguments_of(
+    flights: Callable[_P, Any],
+) -> Callable[[Callable[..., None]], Callable[Concatenate[Any, _P], None]]:
+    """The signature of a constructor that hands its arguments to _Flights."""
+    return lambda init: _signed(init, flights)
+
+
+def _arguments_of_one(
+    flights: Callable[Concatenate[int, _P], Any],
+) -> Callable[[Callable[..., None]], Callable[Concatenate[Any, _P], None]]:
+    """Likewise, without the number of environments."""
+    return lambda init: _signed(init, flights, "num_envs")
+
+
 def _action_space() -> gymnasium.spaces.Box:
     bound = numpy.array([ADVANCE_MM_S, TURN_RAD_S, TURN_RAD_S, TURN_RAD_S], numpy.float32)
     return gymnasium.spaces.Box(-bound, bound, dtype=numpy.float32)
@@ -353,34 +390,16 @@ class EndoscopeEnv(gymnasium.Env[Observation, Array]):
         reward: "path": progress along the path [mm], less force and time; or a function of the
             infos before and after a step and the action.
         render_mode: "rgb_array" or None; render_size: width and height of these pictures.
+        threads: 0: one for each core; None: 1, and 0 of a vector.
         settings: Further arguments of pliant.EndoscopeArena.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(
-        self,
-        scan: str | os.PathLike[str] | Volume | Lumen = "airway",
-        obs: Sequence[str] = ("depth", "state", "guide"),
-        size: tuple[int, int] = (64, 64),
-        wall: str = "deforming",
-        control_hz: float = 20.0,
-        max_steps: int = 600,
-        generation: int | None = None,
-        split: str = "all",
-        targets: Sequence[int] | None = None,
-        max_force_n: float | None = None,
-        reward: str | Reward = "path",
-        render_mode: str | None = None,
-        render_size: tuple[int, int] = (256, 256),
-        threads: int = 1,
-        **settings: Any,
-    ) -> None:
-        self._flights = _Flights(
-            1, scan, obs, size, wall, control_hz, max_steps, generation, split, targets,
-            max_force_n, reward, threads, settings,
-        )  # fmt: skip
-        self.render_mode, self._render_size = render_mode, render_size
+    @_arguments_of_one(_Flights)  # type: ignore[arg-type]  # num_envs has a name
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        self._flights = _Flights(1, *arguments, **settings)
+        self.render_mode = self._flights.render_mode
         self.observation_space: Any = self._flights.space()
         self.action_space = _action_space()
         self._steps = 0
@@ -420,7 +439,7 @@ class EndoscopeEnv(gymnasium.Env[Observation, Array]):
         """A picture (h, w, 3) of render_size."""
         if self.render_mode != "rgb_array":
             return None
-        return self.arena.picture(0, self._render_size)
+        return self._flights.picture(0)
 
     def save_state(self) -> dict[str, Any]:
         """All that decides about the future, but for the random numbers of the next reset."""
@@ -442,7 +461,9 @@ class EndoscopeEnv(gymnasium.Env[Observation, Array]):
 
 
 class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
-    """Several endoscopes in one arena, for gymnasium.make_vec. Arguments as EndoscopeEnv.
+    """Several endoscopes in one arena, for gymnasium.make_vec.
+
+    Arguments are the number num_envs, those of EndoscopeEnv, and autoreset_mode.
 
     An endoscope whose way has ended begins a new one in the next step
     (AutoresetMode.NEXT_STEP), or when reset(options={"reset_mask": …}) says so (DISABLED).
@@ -453,23 +474,10 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
         "autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP,
     }
 
+    @_arguments_of(_ManyFlights)
     def __init__(
         self,
-        num_envs: int = 1,
-        scan: str | os.PathLike[str] | Volume | Lumen = "airway",
-        obs: Sequence[str] = ("depth", "state", "guide"),
-        size: tuple[int, int] = (64, 64),
-        wall: str = "deforming",
-        control_hz: float = 20.0,
-        max_steps: int = 600,
-        generation: int | None = None,
-        split: str = "all",
-        targets: Sequence[int] | None = None,
-        max_force_n: float | None = None,
-        reward: str | Reward = "path",
-        render_mode: str | None = None,
-        render_size: tuple[int, int] = (256, 256),
-        threads: int = 0,
+        *arguments: Any,
         autoreset_mode: gymnasium.vector.AutoresetMode = gymnasium.vector.AutoresetMode.NEXT_STEP,
         **settings: Any,
     ) -> None:
@@ -477,12 +485,9 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
             raise Error("autoreset_mode: expected NEXT_STEP or DISABLED, found SAME_STEP")
         self.metadata = {**self.metadata, "autoreset_mode": autoreset_mode}
         self._is_autoreset = autoreset_mode == gymnasium.vector.AutoresetMode.NEXT_STEP
-        self._flights = _Flights(
-            num_envs, scan, obs, size, wall, control_hz, max_steps, generation, split, targets,
-            max_force_n, reward, threads, settings,
-        )  # fmt: skip
-        self.num_envs = num_envs
-        self.render_mode, self._render_size = render_mode, render_size
+        self._flights = _ManyFlights(*arguments, **settings)
+        self.render_mode = self._flights.render_mode
+        self.num_envs = num_envs = len(self._flights.target)
         self.single_observation_space = self._flights.space()
         self.single_action_space = _action_space()
         self.observation_space: Any = batch_space(self.single_observation_space, num_envs)
@@ -539,7 +544,7 @@ class EndoscopeVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
         """Pictures (h, w, 3) of all endoscopes."""
         if self.render_mode != "rgb_array":
             return None
-        return tuple(self.arena.picture(n, self._render_size) for n in range(self.num_envs))
+        return tuple(self._flights.picture(n) for n in range(self.num_envs))
 
 
 def register() -> None:
