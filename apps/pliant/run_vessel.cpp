@@ -21,6 +21,12 @@
 namespace pliant::app {
 namespace {
 
+const char* wall_model_name(WallModel model) {
+    return model == WallModel::Solid       ? "solid"
+           : model == WallModel::Distances ? "distances"
+                                           : "rigid";
+}
+
 Error named(const std::string& file, const Error& error) {
     return {error.code, file + ": " + error.message};
 }
@@ -64,7 +70,7 @@ nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& mos
             {"cell_mm", scene.wall().cell_mm},
             {"refined_because", scene.wall().refined_because},
             {"dropped_pieces", scene.wall().dropped_pieces},
-            {"wall_model", scene.settings().wall.model == WallModel::Solid ? "solid" : "distances"},
+            {"wall_model", wall_model_name(scene.settings().wall.model)},
             {"sub_steps", scene.settings().sub_steps},
             {"most_sub_steps", most.sub_steps},
             {"reach_mm", scene.settings().reach_mm},

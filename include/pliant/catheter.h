@@ -61,6 +61,7 @@ struct CatheterShape {
 enum class WallModel {
     Solid,      ///< neo-Hookean tetrahedra
     Distances,  ///< stretch, bend and volume constraints [VesselPbd2016]
+    Rigid,      ///< doesn't move: the wire alone is computed
 };
 
 struct WallTissue {
@@ -119,7 +120,8 @@ SettingRows<CatheterSettings> catheter_rows() noexcept;
 
 /// Reach at which a local step differs from a step of the whole wall by at most 2 % of the
 /// movement. It follows from the decay length of a displacement along a tube on its elastic
-/// support. Returns 1000 without a support, and for WallModel::Distances, which has no modulus.
+/// support. Returns 1000 without a support, and for WallModel::Distances, which has no modulus; 0
+/// for a rigid wall.
 double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue);
 
 /// Motion of the hand. It stays in force until the next command.
@@ -340,6 +342,13 @@ struct MadeVessel {
     CatheterSettings settings;   ///< including the entry
     bool has_own_ghost = false;  ///< the wall's inner surface is that of a file
 };
+/// Centreline of a synthetic vessel: "bend" and "arch" are tubes, "aorta" a tree whose first branch
+/// leads from the descending aorta, where catheters enter, to the ascending one; then follow the
+/// left subclavian, the left carotid, the brachiocephalic, the right subclavian and the right
+/// carotid artery.
+/// @returns InvalidArgument for another name
+Result<Centreline> phantom_centreline(const std::string& name) noexcept;
+
 /// @returns one line with the faulty file
 Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena) noexcept;
 

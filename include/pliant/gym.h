@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Many endoscopes in one scan, for training and for data sets. Each has a tissue of its own; all
-// move in one call, in parallel.
+// Many endoscopes in one scan, and many catheters in one vessel (below), for training and for data
+// sets. Each has a tissue of its own; all move in one call, in parallel.
 //
 //   scan ──┬── endoscope 0: tip, tissue, deformed scan (only touched pages are copied), picture
 //          ├── endoscope 1
@@ -39,6 +39,7 @@
 
 #pragma once
 
+#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
@@ -46,9 +47,11 @@
 #include <pliant/tasks.h>
 #include <pliant/volume.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -186,6 +189,123 @@ class EndoscopeArena {
   private:
     struct Impl;
     explicit EndoscopeArena(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> m_impl;
+};
+
+// Many catheters, each in a vessel of its own with the same wall at rest; all move in one call.
+//
+//   action  3 numbers: insertion [mm/s], rotation [rad/s], bending of the tip [rad/s], for
+//           1 / control_hz seconds
+//
+// The picture is a fluoroscopy: the shadow of a scan at rest, a roadmap of the vessel, and the
+// shadow of the catheter beyond the guide. A pixel has the mean of the chords through a straight
+// cylinder over the pixel's square,
+//
+//   (B(d + a₊) − B(d + a₋) − B(d − a₋) + B(d − a₊)) / 4 a b,   B″(t) = 2 √(r² − t²),
+//   a₊ = a + b,  a₋ = a − b,   a, b = s/2 · |n|
+//
+// with r the catheter's radius, d the distance of the pixel's middle from the axis, s the pixel's
+// width, and n the unit vector across the catheter. So a catheter thinner than a pixel is as dark
+// as it should be. Where a catheter crosses itself, it counts once.
+//
+// @code
+//   auto catheters = CatheterArena::create(wall, scan, {.count = 16}, arena);
+//   auto placed = (*catheters)->place(0, 0.5);  // and the others
+//   while (running) {
+//       auto done = (*catheters)->step(wanted_actions());
+//       if (!done) break;  // done.error()
+//       show((*catheters)->pictures());
+//   }
+// @endcode
+
+struct CatheterArenaSettings {
+    int count = 1;             ///< catheters, 1…4096
+    int width = 64;            ///< of a picture [pixels], 1…8192
+    int height = 64;           ///< likewise
+    double control_hz = 7.5;   ///< steps per second of the catheter's motion, above 0
+    bool has_pictures = true;  ///< false: no fluoroscopy
+    Fluoroscopy view{};
+    double device_water = 20;  ///< absorption of the catheter, in that of water, 0…1000
+    int points = 8;            ///< tracked points from the tip on, 1…1024
+    double points_mm = 5;      ///< distance of the tracked points along the catheter, above 0
+    double bend_rad = 0;       ///< bend of the tip about its first axis at first
+    double max_bend_rad = 2;   ///< limit of the bend, 0…2π
+    /// Catheter, wall and guide. The largest time step of at most time_step_s of which a whole
+    /// number makes a step of control is used.
+    CatheterSettings catheter{};
+};
+
+struct CatheterArenaState {
+    Vec3d tip_mm{0, 0, 0};    ///< LPS
+    Vec3d ahead{0, 0, 1};     ///< direction of the tip, LPS
+    Vec3d bends_to{1, 0, 0};  ///< direction to which the tip bends, LPS
+    double inserted_mm = 0;
+    double rotated_rad = 0;          ///< of the hand, since place(), with its rotation
+    double bend_rad = 0;             ///< wanted bend of the tip
+    double push_n = 0;               ///< reaction on the hand along the guide
+    double wall_force_n = 0;         ///< sum of the contact forces' magnitudes on the wall
+    double depth_mm = 0;             ///< penetration of the wall's surface; negative: distance
+    double max_displacement_mm = 0;  ///< of the wall's nodes
+    int left_end = 0;        ///< number of the open end through which the tip has left; 0: none
+    std::int64_t steps = 0;  ///< since place()
+};
+
+/// Thread safety: one thread.
+class CatheterArena {
+  public:
+    /// Keeps references: scan and threads must outlive it.
+    /// @param scan  seen in the pictures
+    /// @returns InvalidArgument that names the setting; LimitExceeded if memory runs out
+    static Result<std::unique_ptr<CatheterArena>> create(const VesselWall& wall, const Volume& scan,
+                                                         const CatheterArenaSettings& settings,
+                                                         const TaskArena& threads) noexcept;
+    ~CatheterArena();
+    CatheterArena(const CatheterArena&) = delete;
+    CatheterArena& operator=(const CatheterArena&) = delete;
+
+    /// Withdraws a catheter to the guide, and returns its wall to rest; then rotates it, which
+    /// takes 0.2 s of simulated time. Its picture is brought up to date by the next call of look()
+    /// or step().
+    /// @returns as step()
+    Status place(int catheter, double rotated_rad) noexcept;
+
+    /// Moves the catheters, and makes their pictures. A tip that has left the vessel is not
+    /// pushed any further.
+    /// @param actions  three numbers for each catheter: mm/s, rad/s, rad/s
+    /// @param moves    one for each: 0 if it keeps its state; empty: all move
+    /// @returns InvalidArgument for another count, numbers that are not finite, or over 1000 mm/s;
+    ///          LimitExceeded if a position is no longer finite or memory runs out. Then nothing
+    ///          has changed
+    Status step(std::span<const double> actions, std::span<const std::uint8_t> moves = {}) noexcept;
+    /// Makes the pictures of catheters that were placed or loaded since their last one.
+    Status look() noexcept;
+
+    /// Fluoroscopies of the last call of step() or look(), one after the other, rows from the top.
+    std::span<const std::uint8_t> pictures() const;
+    /// Tracked points of all catheters, projected to the plane through the middle of the picture:
+    /// mm to the right and up from it, the tip first, the guide's end repeated. Three nested axes:
+    /// catheter, point, 2.
+    std::span<const float> points() const;
+    /// Projects a point [mm, LPS] to the plane through the middle of the picture: mm to the right
+    /// and up from it. Both are infinite for points that are not in front of the source.
+    std::array<double, 2> project(Vec3d point_mm) const;
+    /// A fluoroscopy of another size. @returns LimitExceeded if memory runs out
+    Result<Image> picture(int catheter, int width, int height) const noexcept;
+    const CatheterArenaState& state(int catheter) const;
+    const CatheterScene& scene(int catheter) const;
+    int count() const;
+    const CatheterArenaSettings& settings() const;  ///< with the actual time step
+    /// Hash of positions and velocities, equal for any number of threads.
+    std::uint64_t hash(int catheter) const;
+
+    /// The complete state of a catheter and its wall, as numbers.
+    Result<std::vector<double>> save_state(int catheter) const noexcept;
+    /// @returns InvalidArgument for the state of another arena; then nothing has changed
+    Status load_state(int catheter, std::span<const double> state) noexcept;
+
+  private:
+    struct Impl;
+    explicit CatheterArena(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;
 };
 

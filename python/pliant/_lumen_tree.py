@@ -159,21 +159,40 @@ def find_lumen_ends(
         left = numpy.flatnonzero(~flood.is_covered)
         far = left[numpy.argmax(flood.steps[left])]
         try:
-            found = find_lumen_path(
-                scan, root_mm, tuple(flood.points_mm[far]), iso_hu, polarity,
-                reach_mm=beside_mm, spacing_mm=_STEP_MM, threads=threads,
-            )  # fmt: skip
+            path, radius = path_to(
+                scan, root_mm, tuple(flood.points_mm[far]), iso_hu, polarity, beside_mm, threads
+            )
         except Error:
             flood.is_covered[far] = True
             continue
-        path, radius = _resampled(found.points_mm, found.radius_mm)
         parts = [p for p in (_parting(path, radius, other) for other, _ in paths)]
         new = 0 if not paths else max((len(path) if p is None else p) for p in parts)
         flood.cover(path[new:], radius[new:], beside_mm)
         flood.is_covered[far] = True
         if (len(path) - new) * _STEP_MM >= min_length_mm:
             paths.append(_without_tip(path, radius))
-    paths = [p for p in paths if not _leads_back(p[1])]
+    return ends_of_paths([p for p in paths if not _leads_back(p[1])])
+
+
+def path_to(
+    scan: Volume,
+    root_mm: tuple[float, float, float],
+    end_mm: tuple[float, float, float],
+    iso_hu: float,
+    polarity: str,
+    reach_mm: float,
+    threads: int = 0,
+) -> tuple[Points, Points]:
+    """A path along the middle of a lumen, and its radii, in points 1 mm apart."""
+    found = find_lumen_path(
+        scan, root_mm, end_mm, iso_hu, polarity, reach_mm=reach_mm, spacing_mm=_STEP_MM,
+        threads=threads,
+    )  # fmt: skip
+    return _resampled(found.points_mm, found.radius_mm)
+
+
+def ends_of_paths(paths: list[tuple[Points, Points]]) -> list[LumenEnd]:
+    """The ends of paths from one root, each with its radii; sorted as find_lumen_ends."""
     ends = []
     for n, (path, radius) in enumerate(paths):
         parts = [_parting(path, radius, other) for m, (other, _) in enumerate(paths) if m != n]
@@ -187,4 +206,4 @@ def find_lumen_ends(
     return sorted(ends, key=lambda end: (end.generation, end.point_mm))
 
 
-__all__: list[Any] = ["LumenEnd", "find_lumen_ends"]
+__all__: list[Any] = ["LumenEnd", "ends_of_paths", "find_lumen_ends", "path_to"]

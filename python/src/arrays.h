@@ -135,6 +135,7 @@ void bind_fits(nb::module_& m);
 void bind_organs(nb::module_& m);
 void bind_augment(nb::module_& m);
 void bind_gym(nb::module_& m);
+void bind_catheter_gym(nb::module_& m);
 void bind_truth(nb::module_& m);
 
 }  // namespace pliant::python

@@ -22,5 +22,6 @@ NB_MODULE(_core, m) {
     pliant::python::bind_organs(m);
     pliant::python::bind_augment(m);
     pliant::python::bind_gym(m);
+    pliant::python::bind_catheter_gym(m);
     pliant::python::bind_truth(m);
 }

@@ -9,6 +9,7 @@
 #include "made_tissue.h"
 #include "numbers.h"
 #include "struct_class.h"
+#include "vessels.h"
 
 namespace pliant::python {
 namespace {
@@ -45,6 +46,52 @@ nb::list branches_of(const Centreline& line) {
             array_owning<double>(std::move(numbers), std::array{branch.size(), std::size_t(4)}));
     }
     return branches;
+}
+
+template <std::size_t kCount>
+nb::object indices_of(const std::vector<std::array<std::int32_t, kCount>>& cells) {
+    std::vector<std::int32_t> numbers;
+    for (const auto& cell : cells) numbers.insert(numbers.end(), cell.begin(), cell.end());
+    return array_owning<std::int32_t>(std::move(numbers), std::array{cells.size(), kCount});
+}
+
+nb::tuple state_of(const VesselWall& w) {
+    std::vector<double> places;
+    for (const Embedded& e : w.ghost_positions) {
+        places.push_back(e.tetrahedron);
+        places.insert(places.end(), e.weights.begin(), e.weights.end());
+    }
+    nb::list ends;
+    for (const VesselEnd& e : w.ends)
+        ends.append(nb::make_tuple(e.centre_mm, e.outward, e.radius_mm));
+    return nb::make_tuple(
+        points_of(w.mesh.nodes_mm), indices_of(w.mesh.cells), points_of(w.ghost.nodes_mm),
+        indices_of(w.ghost.cells),
+        array_owning<double>(std::move(places),
+                             std::array<std::size_t, 2>{w.ghost_positions.size(), 5}),
+        ends, w.min_layers, w.lumen_mm3, w.cell_mm, w.dropped_pieces, w.refined_because);
+}
+
+VesselWall wall_from(const nb::tuple& state) {
+    VesselWall w;
+    const auto part = [&](std::size_t n) { return nb::borrow(state[n]); };
+    w.mesh.nodes_mm = Numbers<double, 3>(part(0), "mesh").copied_vectors();
+    w.mesh.cells = Numbers<std::int32_t, 4>(part(1), "mesh").copied_rows();
+    w.ghost.nodes_mm = Numbers<double, 3>(part(2), "ghost").copied_vectors();
+    w.ghost.cells = Numbers<std::int32_t, 3>(part(3), "ghost").copied_rows();
+    for (const auto& row : Numbers<double, 5>(part(4), "ghost_positions").copied_rows())
+        w.ghost_positions.push_back({std::int32_t(row[0]), {row[1], row[2], row[3], row[4]}});
+    for (const nb::handle each : nb::cast<nb::list>(part(5))) {
+        const auto end = nb::cast<nb::tuple>(each);
+        w.ends.push_back(
+            {nb::cast<Vec3d>(end[0]), nb::cast<Vec3d>(end[1]), nb::cast<double>(end[2])});
+    }
+    w.min_layers = nb::cast<int>(part(6));
+    w.lumen_mm3 = nb::cast<double>(part(7));
+    w.cell_mm = nb::cast<double>(part(8));
+    w.dropped_pieces = nb::cast<int>(part(9));
+    w.refined_because = nb::cast<std::string>(part(10));
+    return w;
 }
 
 void bind_walls(nb::module_& m) {
@@ -92,6 +139,12 @@ void bind_walls(nb::module_& m) {
             nb::arg("layers") = 1,
             "Raises pliant.Error for a wall in several pieces, a surface that isn't a manifold, "
             "other openings than the ends, or fewer layers of tetrahedra.")
+        .def("__getstate__", &state_of, nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
+        .def(
+            "__setstate__",
+            [](VesselWall& w, const nb::tuple& state) { new (&w) VesselWall(wall_from(state)); },
+            nb::arg("state"),
+            nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
         .def("__repr__", [](const VesselWall& w) {
             return "VesselWall(" + std::to_string(w.mesh.cells.size()) + " tetrahedra, " +
                    std::to_string(w.ends.size()) + " ends)";
@@ -175,6 +228,16 @@ void bind_walls(nb::module_& m) {
         "Branches of a file of lines (VTP, VTK), such as VMTK's: arrays (n, 4) of positions [mm, "
         "LPS] and radii [mm].");
     m.def(
+        "phantom_centreline",
+        [](const std::string& name) { return branches_of(take(phantom_centreline(name))); },
+        nb::arg("name"),
+        nb::sig("def phantom_centreline(name: str) -> list[numpy.typing.NDArray[numpy.float64]]"),
+        "Branches of a synthetic vessel: arrays (n, 4) of positions [mm, LPS] and radii [mm].\n\n"
+        "Args:\n"
+        "    name: \"bend\" or \"arch\", tubes; or \"aorta\", whose first branch leads from the "
+        "descending aorta to the ascending one; then follow the left subclavian, left carotid, "
+        "brachiocephalic, right subclavian and right carotid artery.");
+    m.def(
         "ends_of",
         [](const nb::list& branches, double inwards) {
             return ends_of(centreline_of_branches(branches), inwards);
@@ -251,27 +314,6 @@ std::unique_ptr<PyCatheter> catheter_in(VesselWall wall, const CatheterSettings&
     auto arena = std::make_unique<Arena>(threads);
     auto scene = take(arena->run([&] { return CatheterScene::create(std::move(wall), settings); }));
     return std::unique_ptr<PyCatheter>(new PyCatheter{std::move(arena), std::move(scene)});
-}
-
-/// Where the guide ends: an open end of the vessel, or a position and a direction.
-CatheterEntry entry_of(const nb::object& entry, double inwards, double inserted_mm,
-                       const VesselWall& wall) {
-    CatheterEntry made;
-    std::size_t number = 0;
-    nb::tuple pair;
-    const VesselEnd* end = nullptr;
-    if (nb::try_cast(entry, number) && number < wall.ends.size())
-        made = entry_at(wall.ends[number], inwards);
-    else if (nb::try_cast(entry, end) && end)
-        made = entry_at(*end, inwards);
-    else if (!nb::try_cast(entry, pair) || pair.size() != 2 ||
-             !vector_from(pair[0], made.position_mm) || !vector_from(pair[1], made.direction))
-        raise_value("entry",
-                    "a number below " + std::to_string(wall.ends.size()) +
-                        ", a VesselEnd, or a tuple of a position and a direction",
-                    entry);
-    made.inserted_mm = inserted_mm;
-    return made;
 }
 
 nb::object matrix_of(const Rotation& frame) {
@@ -651,6 +693,26 @@ void bind_carried(nb::module_& m) {
 }
 
 }  // namespace
+
+CatheterEntry entry_of(const nb::object& entry, double inwards, double inserted_mm,
+                       const VesselWall& wall) {
+    CatheterEntry made;
+    std::size_t number = 0;
+    nb::tuple pair;
+    const VesselEnd* end = nullptr;
+    if (nb::try_cast(entry, number) && number < wall.ends.size())
+        made = entry_at(wall.ends[number], inwards);
+    else if (nb::try_cast(entry, end) && end)
+        made = entry_at(*end, inwards);
+    else if (!nb::try_cast(entry, pair) || pair.size() != 2 ||
+             !vector_from(pair[0], made.position_mm) || !vector_from(pair[1], made.direction))
+        raise_value("entry",
+                    "a number below " + std::to_string(wall.ends.size()) +
+                        ", a VesselEnd, or a tuple of a position and a direction",
+                    entry);
+    made.inserted_mm = inserted_mm;
+    return made;
+}
 
 void bind_vessels(nb::module_& m) {
     bind_walls(m);

@@ -29,6 +29,8 @@ struct WallContactSettings {
     double friction = 0.1;       ///< Coulomb friction coefficient
     double compliance = 1e-7;    ///< of the surfaces [mm/µN]
     double sticking_mm_s = 0.5;  ///< regularisation: at lower speeds friction is reduced
+    bool is_rigid = false;       ///< the wall doesn't move
+    double kept_mm = 0.3;        ///< motion until the next broad phase; results don't depend on it
 };
 
 /// Larger than the motion in a step: triangles within this distance contribute to the depth [mm].

@@ -28,6 +28,7 @@ double lumen_mm3_of(const VesselWall& wall) {
 
 double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue) {
     constexpr double kMost = 1000;
+    if (tissue.model == WallModel::Rigid) return 0;
     if (tissue.model == WallModel::Distances) return kMost;
     double area = 0, tissue_mm3 = 0;
     for (const auto& t : wall.ghost.cells) {

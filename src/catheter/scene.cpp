@@ -128,7 +128,7 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
                          .repacks = settings.local});
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;
-    if (settings.local) {
+    if (settings.local && settings.wall.model != WallModel::Rigid) {
         auto made =
             PbdBoxes::create(wall.mesh, {.side = settings.box_mm, .index = settings.box_index});
         if (!made) return made.error();

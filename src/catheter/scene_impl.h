@@ -40,14 +40,13 @@ struct CatheterScene::Impl {
           wire(*made_wire),
           body(std::move(b)),
           ends(std::move(e)),
-          contact(wall.mesh, wall.ghost, wall.ghost_positions,
-                  {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}),
+          contact(wall.mesh, wall.ghost, wall.ghost_positions, contact_settings()),
           now{.pace = catheter::ContactPace(s.time_step_s / s.sub_steps),
               .inserted = s.entry.inserted_mm},
           kept(now) {
         if (settings.reach_mm < 0) settings.reach_mm = wide_reach_mm(wall, settings.wall);
         ends.reserve(wire.segments());
-        PbdRollback::reserve(body);
+        if (!is_rigid()) PbdRollback::reserve(body);
     }
 
     /// State that a step changes, except wire, body, boxes and contact.
@@ -87,11 +86,18 @@ struct CatheterScene::Impl {
     template <class Place>
     double wall_energy(const Place& place) const;
 
+    bool is_rigid() const { return settings.wall.model == WallModel::Rigid; }
+    catheter::WallContactSettings contact_settings() const {
+        return {.radius_mm = settings.catheter.radius_mm,
+                .friction = settings.catheter.friction,
+                .is_rigid = is_rigid(),
+                .kept_mm = is_rigid() ? 1.0 : 0.3};
+    }
+
     /// Rebuilds contact from scratch after the body was repositioned.
     void renew_contact(const TaskArena& arena) {
-        contact = catheter::WallContact(
-            wall.mesh, wall.ghost, wall.ghost_positions,
-            {.radius_mm = settings.catheter.radius_mm, .friction = settings.catheter.friction});
+        contact =
+            catheter::WallContact(wall.mesh, wall.ghost, wall.ghost_positions, contact_settings());
         contact.see_all(body, arena);
         contact.wake(body, arena);
         is_contact_old = false;
@@ -100,7 +106,7 @@ struct CatheterScene::Impl {
     Status wake_boxes(const TaskArena& arena) {
         if (!boxes) {
             if (now.awake < 0) contact.wake(body, arena);
-            now.awake = std::int32_t(wall.mesh.cells.size());
+            now.awake = is_rigid() ? 0 : std::int32_t(wall.mesh.cells.size());
             return Ok{};
         }
         const auto& x = wire.positions();
@@ -120,8 +126,10 @@ struct CatheterScene::Impl {
         wire.feed(now.inserted, now.rotated * kRadians);
         wire.bend_tip(command.bend_first_deg * kRadians, command.bend_second_deg * kRadians);
         wire.predict(h);
-        if (const Status s = body.set_time_step(h); !s.ok()) return s;
-        if (const Status s = body.step(1, arena); !s.ok()) return s;
+        if (!is_rigid()) {
+            if (const Status s = body.set_time_step(h); !s.ok()) return s;
+            if (const Status s = body.step(1, arena); !s.ok()) return s;
+        }
         const auto contacts = contact.gather(wire, body, h, arena);
         for (int i = 0; i < settings.iterations; ++i) {
             if (i > 0) contact.yield(h);
@@ -132,7 +140,7 @@ struct CatheterScene::Impl {
             return Error{ErrorCode::LimitExceeded,
                          "step: a place of the wire is no number any more; expected more "
                          "sub_steps or iterations"};
-        return contact.apply(body, h);
+        return is_rigid() ? Status(Ok{}) : contact.apply(body, h);
     }
 
     Status sub_steps(const TaskArena& arena) {
@@ -170,7 +178,7 @@ struct CatheterScene::Impl {
     Status step(const TaskArena& arena) noexcept {
         kept = now;
         kept_wire->assign(wire);
-        PbdRollback::keep(body);
+        if (!is_rigid()) PbdRollback::keep(body);
         if (boxes) PbdRollback::keep(*boxes);
         contact.keep();
         const Status status = attempt([&] { return go_on(arena); });
@@ -180,7 +188,7 @@ struct CatheterScene::Impl {
     void take_back() noexcept {
         now = kept;
         wire.assign(*kept_wire);
-        PbdRollback::take_back(body);
+        if (!is_rigid()) PbdRollback::take_back(body);
         if (boxes) PbdRollback::take_back(*boxes);
         if (!contact.take_back()) is_contact_old = true;
     }

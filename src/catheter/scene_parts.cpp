@@ -67,13 +67,14 @@ double mean_edge_mm(const TetMesh& mesh) {
     return edge;
 }
 
-/// Volume constraints of stiffness 0 stay, for the measure of the volumes.
+/// Volume constraints of stiffness 0 stay, for the measure of the volumes. A rigid wall has none.
 Result<PbdParts> constraints_of(const TetMesh& mesh, const WallTissue& tissue) {
-    const bool solids = tissue.model == WallModel::Solid;
+    const bool solids = tissue.model == WallModel::Solid,
+               distances = tissue.model == WallModel::Distances;
     auto parts = pbd_of_mesh(mesh, {.density = tissue.density_g_mm3,
-                                    .edges = !solids && tissue.stretch_stiffness > 0,
-                                    .volumes = !solids,
-                                    .bends = !solids && tissue.bend_stiffness > 0,
+                                    .edges = distances && tissue.stretch_stiffness > 0,
+                                    .volumes = distances,
+                                    .bends = distances && tissue.bend_stiffness > 0,
                                     .solids = solids,
                                     .young_modulus = tissue.young_modulus_pa,
                                     .poisson_ratio = tissue.poisson_ratio});
@@ -148,6 +149,10 @@ int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
 Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
     auto parts = constraints_of(wall.mesh, tissue);
     if (!parts) return parts.error();
+    if (tissue.model == WallModel::Rigid) {
+        parts->inverse_masses.assign(parts->inverse_masses.size(), 0);
+        return parts;
+    }
     const auto& positions = wall.mesh.nodes_mm;
     const double edge = mean_edge_mm(wall.mesh);
     for (const VesselEnd& end : wall.ends)

@@ -45,10 +45,10 @@ std::vector<double> CatheterScene::state() const {
                         .steps = i.now.steps,
                         .awake = i.now.awake,
                         .wire = i.wire.copy(),
-                        .positions = wall_positions(),
+                        .positions = i.is_rigid() ? std::vector<Vec3d>() : wall_positions(),
                         .velocities = {},
                         .boxes = {}};
-    for (std::int32_t n = 0; n < i.body.particle_count(); ++n)
+    for (std::int32_t n = 0; !i.is_rigid() && n < i.body.particle_count(); ++n)
         state.velocities.push_back(i.body.velocity(n));
     if (i.boxes) state.boxes = i.boxes->state();
     catheter::StateNumbers numbers;
@@ -69,7 +69,7 @@ Status CatheterScene::restore(std::span<const double> numbers, const TaskArena& 
 
 Status CatheterScene::put(std::span<const double> numbers) {
     Impl& i = *m_impl;
-    const auto count = std::size_t(i.body.particle_count());
+    const auto count = i.is_rigid() ? 0 : std::size_t(i.body.particle_count());
     CatheterState state{.command = {},
                         .wire = i.wire.copy(),
                         .positions = std::vector<Vec3d>(count),
@@ -87,7 +87,7 @@ Status CatheterScene::put(std::span<const double> numbers) {
     if (i.boxes)
         if (const Status s = i.boxes->restore(state.boxes, i.body); !s.ok()) return s;
     // The rest can't fail.
-    PbdRollback::put_all(i.body, state.positions, state.velocities);
+    if (!i.is_rigid()) PbdRollback::put_all(i.body, state.positions, state.velocities);
     i.wire.assign(*state.wire);
     i.command = state.command;
     i.now.pace.set_wanted_s(state.sub_step_s);

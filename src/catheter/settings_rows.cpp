@@ -79,10 +79,11 @@ constexpr Setting<C> kCatheter[] = {
                                              .high = 2,
                                              .text = "Coulomb's coefficient on the wall"}),
     setting<&C::wall, &WallTissue::model>({.table = "wall",
-                                           .name = "model",
-                                           .choices = "solid|distances",
-                                           .text = "neo-Hookean tetrahedra, or the constraints "
-                                                   "below"}),
+                                           .key = "model",
+                                           .name = "wall_model",
+                                           .choices = "solid|distances|rigid",
+                                           .text = "neo-Hookean tetrahedra, the constraints "
+                                                   "below, or a wall that doesn't move"}),
     setting<&C::wall, &WallTissue::stretch_stiffness>(
         {.table = "wall",
          .name = "stretch_stiffness",
@@ -118,7 +119,8 @@ constexpr Setting<C> kCatheter[] = {
                                                    .text = "Poisson's ratio of a solid"}),
     setting<&C::wall, &WallTissue::iterations>(
         {.table = "wall",
-         .name = "iterations",
+         .key = "iterations",
+         .name = "wall_iterations",
          .low = 1,
          .high = 100,
          .text = "visits of each constraint of the wall in a sub-step"}),
@@ -143,7 +145,8 @@ constexpr Setting<C> kCatheter[] = {
          .text = "stiffness of the tissue around: pressure for a displacement"}),
     setting<&C::wall, &WallTissue::damping_per_s>(
         {.table = "wall",
-         .name = "damping_per_s",
+         .key = "damping_per_s",
+         .name = "wall_damping_per_s",
          .unit = "1/s",
          .low = 0,
          .high = 1000,
@@ -206,8 +209,9 @@ constexpr Setting<C> kCatheter[] = {
 constexpr Setting<V> kFile[] = {
     setting<&V::phantom>({.table = "vessel",
                           .name = "phantom",
-                          .choices = "bend|arch",
-                          .text = "a tube made by the program"}),
+                          .choices = "bend|arch|aorta",
+                          .text = "a tube made by the program, or an aorta with "
+                                  "the arteries of its arch"}),
     setting<&V::mesh>({.table = "vessel", .name = "mesh", .text = "file of a wall's tetrahedra"}),
     setting<&V::ghost>({.table = "vessel",
                         .name = "ghost",

@@ -40,7 +40,7 @@ Status check_vessel(const TomlTable& table, const VesselFile& v) {
             return expected_in(table, key, "none beside mesh, which has its own tetrahedra", "one");
     if (!v.ghost.empty() && v.mesh.empty())
         return expected_in(table, "ghost", "mesh beside it", "none");
-    if (!v.phantom.empty() && has(table, "cell_mm"))
+    if (!v.phantom.empty() && v.phantom != "aorta" && has(table, "cell_mm"))
         return expected_in(table, "cell_mm", "none beside phantom, which is swept in layers",
                            "one");
     if (!v.scan.empty() && !has(table, "window_hu"))

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -16,20 +15,34 @@
 namespace pliant {
 namespace {
 
-/// The phantoms: "bend" is a tube with a quarter circle, "arch" one with a half circle.
-std::vector<CentrePoint> phantom_branch(const std::string& name) {
-    const double bend = name == "arch" ? std::numbers::pi : std::numbers::pi / 2,
-                 radius = name == "arch" ? 35 : 30, tube = name == "arch" ? 10 : 4;
-    std::vector<CentrePoint> branch;
-    for (double z = 0; z < 60; z += 3) branch.push_back({{0, 0, z}, tube});
-    for (int n = 0; n <= 24; ++n) {
-        const double angle = bend * n / 24;
-        branch.push_back(
-            {{radius * (1 - std::cos(angle)), 0, 60 + radius * std::sin(angle)}, tube});
-    }
-    const Vec3d last = branch.back().position_mm, ahead{std::sin(bend), 0, std::cos(bend)};
-    for (double s = 3; s < 40; s += 3) branch.push_back({last + s * ahead, tube});
-    return branch;
+/// The way along the first branch to the start of another, and along that.
+std::vector<Vec3d> way_into(const Centreline& tree, std::size_t branch) {
+    std::vector<Vec3d> way;
+    const Vec3d start = tree.branches[branch].front().position_mm;
+    const auto& trunk = tree.branches.front();
+    const auto nearest =
+        std::min_element(trunk.begin(), trunk.end(), [&](const auto& p, const auto& q) {
+            return norm(p.position_mm - start) < norm(q.position_mm - start);
+        });
+    for (auto p = trunk.begin(); p != nearest; ++p) way.push_back(p->position_mm);
+    for (const CentrePoint& p : tree.branches[branch]) way.push_back(p.position_mm);
+    return way;
+}
+
+/// Sweeps a tube; a tree has no sweep.
+Result<VesselWall> wall_of_phantom(const VesselFile& v, std::vector<Vec3d>& way,
+                                   const TaskArena& arena) {
+    constexpr std::size_t kCarotid = 2;
+    const auto tree = phantom_centreline(v.phantom);
+    if (!tree) return tree.error();
+    const bool is_tube = tree->branches.size() == 1;
+    if (way.empty() && is_tube)
+        for (const CentrePoint& p : tree->branches[0]) way.push_back(p.position_mm);
+    else if (way.empty())
+        way = way_into(*tree, kCarotid);
+    if (!is_tube) return wall_around_centreline(*tree, v.wall, arena);
+    return swept_tube(tree->branches[0],
+                      {.thickness_mm = v.wall.thickness_mm, .layers = v.wall.layers});
 }
 
 Error named(const std::string& file, const Error& error) {
@@ -158,10 +171,7 @@ Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
     }
     Result<VesselWall> wall = Error{ErrorCode::InvalidArgument, ""};
     if (!v.phantom.empty()) {
-        const auto branch = phantom_branch(v.phantom);
-        if (made.way.empty())
-            for (const CentrePoint& p : branch) made.way.push_back(p.position_mm);
-        wall = swept_tube(branch, {.thickness_mm = v.wall.thickness_mm, .layers = v.wall.layers});
+        wall = wall_of_phantom(v, made.way, arena);
     } else if (!v.mesh.empty()) {
         wall = wall_of_given_mesh(v, arena);
         made.has_own_ghost = !v.ghost.empty();

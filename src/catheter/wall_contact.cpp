@@ -13,8 +13,7 @@ namespace pliant::catheter {
 namespace {
 
 constexpr std::int64_t kSegmentGrain = 4;  ///< segments per task
-/// The broad phase is reused until a node has moved by more than this [mm], or for so many steps.
-constexpr double kKept = 0.3;
+/// The broad phase is reused until a node has moved by more than kept_mm, or for so many steps.
 constexpr int kMaxKept = 20;
 
 /// Distance of a segment in a step at its present speed.
@@ -54,7 +53,7 @@ bool WallContact::may_keep(const Wire& wire, double duration_s) {
     const std::int32_t first = std::max(0, wire.first() - 1);
     if (m_near.empty() || first < m_first || ++m_age >= kMaxKept) return false;
     for (std::int32_t s = first; s < wire.segments(); ++s)
-        if (moved(wire, s) + way_of(wire, s, duration_s) > kKept) return false;
+        if (moved(wire, s) + way_of(wire, s, duration_s) > m_settings.kept_mm) return false;
     return true;
 }
 
@@ -79,13 +78,15 @@ void WallContact::look_anew(const Wire& wire, const PbdBody& body, double durati
             const std::size_t s = n + std::size_t(m_first);
             const Vec3d begin =
                 std::int32_t(s) < wire.first() ? x[s + 1] : outside_of(wire, std::int32_t(s)).begin;
-            m_moves[n] = kKept + way_of(wire, std::int32_t(s), duration_s);
+            m_moves[n] = m_settings.kept_mm + way_of(wire, std::int32_t(s), duration_s);
             m_near[n].look(begin, x[s + 1], m_moves[n], m_settings, m_ghost);
         }
     };
     arena.for_each(count, kSegmentGrain, std::cref(look_at));
-    find_near_nodes();
-    m_ghost.mark();
+    if (!m_settings.is_rigid) {
+        find_near_nodes();
+        m_ghost.mark();
+    }
     m_places_seen = x;
     m_wall_moved = 0;
 }
@@ -117,6 +118,7 @@ double WallContact::moved(const Wire& wire, std::int32_t segment) const {
 
 /// The grid of triangles may be incomplete after a failure.
 double WallContact::update_near(const PbdBody& body, const TaskArena& arena) {
+    if (m_settings.is_rigid) return 0;
     const bool was_new = m_is_new;
     m_is_new = true;
     const double moved = m_ghost.update(body, m_near_nodes, arena);

@@ -10,6 +10,7 @@
 #include "core/text.h"
 #include "gym/endoscope_scope.h"
 #include "gym/endoscope_sight.h"
+#include "gym/for_all.h"
 
 namespace pliant {
 namespace {
@@ -78,23 +79,7 @@ struct EndoscopeArena::Impl {
     /// Calls work(n) for all endoscopes. @returns the first error by number
     template <class Work>
     Status for_all(const Work& work) {
-        std::vector<std::optional<Error>> errors(scopes.size());
-        const auto one = [&](std::size_t n) {
-            const Status s = attempt([&]() -> Status { return work(n); });
-            if (!s.ok()) errors[n] = s.error();
-        };
-        // With few endoscopes the loops inside are the parallel part.
-        if (int(scopes.size()) < scan.threads.thread_count()) {
-            for (std::size_t n = 0; n < scopes.size(); ++n) one(n);
-        } else {
-            scan.threads.for_each(std::int64_t(scopes.size()), 1,
-                                  [&](std::int64_t begin, std::int64_t end) {
-                                      for (auto n = begin; n < end; ++n) one(std::size_t(n));
-                                  });
-        }
-        for (const auto& error : errors)
-            if (error) return *error;
-        return Ok{};
+        return gym::for_all(scopes.size(), scan.threads, work);
     }
 
     Status look() {

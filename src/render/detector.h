@@ -24,6 +24,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "render/camera.h"
+
 namespace pliant::render {
 
 /// Standard deviation of the line integral at 45 % grey with a noise factor of 1: 400 photons per
@@ -76,5 +78,14 @@ inline double collimator(FieldStop stop, double aspect, double u, double v) {
     const double s = std::clamp((away - kBlade) / (kOpen - kBlade), 0.0, 1.0);
     return 1 - s * s * (3 - 2 * s);
 }
+
+/// Camera of the X-ray source, with the detector as its picture.
+Endoscope x_ray_source(const Fluoroscopy& settings, int width, int height);
+/// Median over a grid of rays through the central third of the picture, without rays that miss the
+/// scan [mm of water]; 0 if all miss.
+double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int width, int height);
+/// Grey value of a pixel, with noise and collimator.
+std::uint8_t detected(const Fluoroscopy& settings, const Camera& camera, int x, int y,
+                      double water_mm, double exposure_mm);
 
 }  // namespace pliant::render

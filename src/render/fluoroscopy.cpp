@@ -23,17 +23,6 @@ constexpr double kBorderVoxels = 2;    ///< step beyond the scan [voxels]
 constexpr double kBorderShare = 1.0 / 3;
 constexpr int kMeterRays = 7;  ///< rays along each side of the central third
 
-Endoscope source_of(const Fluoroscopy& s, int width, int height) {
-    const Vec3d ahead = norm(s.look) > 0 ? normalized(s.look) : Vec3d{0, 1, 0};
-    const double half_height_mm = 0.5 * s.width_mm * height / width;
-    return {
-        .eye_mm = s.centre_mm - s.source_mm * ahead,
-        .look = ahead,
-        .up = s.up,
-        .field_of_view_deg = 2 * std::atan(half_height_mm / s.source_mm) * 180 / std::numbers::pi,
-        .barrel_distortion = 0};
-}
-
 /// Interval of a ray's length; empty if end ≤ begin.
 struct Stretch {
     double begin, end;
@@ -134,35 +123,12 @@ class Projection {
     Vec3d m_margin;  ///< the border [voxels]
 };
 
-/// Median over a grid of rays through the central third of the picture, without rays that miss the
-/// scan [mm of water]; 0 if all miss.
-double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int width, int height) {
-    const Volume& volume = render::volume_or_air(scan);
-    const Endoscope source = source_of(settings, width, height);
-    const render::Camera camera(source, width, height);
-    const Projection projection(volume.grid, source, settings);
-    std::vector<double> lengths;
-    render::with_field(volume, [&](const auto& field) {
-        for (int i = 0; i < kMeterRays; ++i)
-            for (int j = 0; j < kMeterRays; ++j) {
-                const auto at = [](int n) { return (1 + (n + 0.5) / kMeterRays) / 3; };
-                const Vec3d ray = camera.direction(width * at(i), height * at(j));
-                const double water = projection.water_along(field, ray);
-                if (water > 1) lengths.push_back(water);
-            }
-    });
-    if (lengths.empty()) return 0;
-    const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
-    std::nth_element(lengths.begin(), middle, lengths.end());
-    return *middle;
-}
-
 /// Water lengths of the rays of the wanted pixels (x, y); 0 for the others.
 template <class Wanted>
 std::vector<float> lengths_of(const Volume& scan, const Fluoroscopy& settings, int width,
                               int height, const TaskArena& arena, const Wanted& wanted) {
     const Volume& volume = render::volume_or_air(scan);
-    const Endoscope source = source_of(settings, width, height);
+    const Endoscope source = render::x_ray_source(settings, width, height);
     const render::Camera camera(source, width, height);
     const Projection projection(volume.grid, source, settings);
     std::vector<float> lengths(std::size_t(width) * std::size_t(height));
@@ -180,6 +146,54 @@ std::vector<float> lengths_of(const Volume& scan, const Fluoroscopy& settings, i
 
 }  // namespace
 
+namespace render {
+
+Endoscope x_ray_source(const Fluoroscopy& s, int width, int height) {
+    const Vec3d ahead = norm(s.look) > 0 ? normalized(s.look) : Vec3d{0, 1, 0};
+    const double half_height_mm = 0.5 * s.width_mm * height / width;
+    return {
+        .eye_mm = s.centre_mm - s.source_mm * ahead,
+        .look = ahead,
+        .up = s.up,
+        .field_of_view_deg = 2 * std::atan(half_height_mm / s.source_mm) * 180 / std::numbers::pi,
+        .barrel_distortion = 0};
+}
+
+double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int width, int height) {
+    const Volume& volume = volume_or_air(scan);
+    const Endoscope source = x_ray_source(settings, width, height);
+    const Camera camera(source, width, height);
+    const Projection projection(volume.grid, source, settings);
+    std::vector<double> lengths;
+    with_field(volume, [&](const auto& field) {
+        for (int i = 0; i < kMeterRays; ++i)
+            for (int j = 0; j < kMeterRays; ++j) {
+                const auto at = [](int n) { return (1 + (n + 0.5) / kMeterRays) / 3; };
+                const Vec3d ray = camera.direction(width * at(i), height * at(j));
+                const double water = projection.water_along(field, ray);
+                if (water > 1) lengths.push_back(water);
+            }
+    });
+    if (lengths.empty()) return 0;
+    const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    return *middle;
+}
+
+std::uint8_t detected(const Fluoroscopy& settings, const Camera& camera, int x, int y,
+                      double water_mm, double exposure_mm) {
+    const auto [u, v] = camera.place(x + 0.5, y + 0.5);
+    const double open = collimator(settings.field_stop, camera.aspect(), u, v);
+    if (!(open > 0)) return 0;
+    double excess = settings.water_per_mm * (water_mm - exposure_mm);
+    if (settings.noise > 0)
+        excess += settings.noise * quantum_noise(excess) * pixel_noise(x, y, settings.seed);
+    const double light = open * curve(settings.contrast * excess);
+    return std::uint8_t(255 * std::clamp(light, 0.0, 1.0) + 0.5);
+}
+
+}  // namespace render
+
 std::vector<float> water_lengths_mm(const Volume& volume, const Fluoroscopy& settings, int width,
                                     int height, const TaskArena& arena) {
     return lengths_of(volume, settings, width, height, arena, [](int, int) { return true; });
@@ -187,7 +201,7 @@ std::vector<float> water_lengths_mm(const Volume& volume, const Fluoroscopy& set
 
 Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int width, int height,
                        const TaskArena& arena) {
-    const render::Camera camera(source_of(settings, width, height), width, height);
+    const render::Camera camera(render::x_ray_source(settings, width, height), width, height);
     const auto open_at = [&](int x, int y) {
         const auto [u, v] = camera.place(x + 0.5, y + 0.5);
         return render::collimator(settings.field_stop, camera.aspect(), u, v);
@@ -196,19 +210,13 @@ Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int wi
                                                   [&](int x, int y) { return open_at(x, y) > 0; });
     const double exposure = settings.exposure_water_mm
                                 ? *settings.exposure_water_mm
-                                : metered_water_mm(volume, settings, width, height);
+                                : render::metered_water_mm(volume, settings, width, height);
     Image image = render::make_image(width, height, {0, 0, 0});
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const double open = open_at(x, y);
-            if (!(open > 0)) continue;
             const std::size_t n = std::size_t(y) * std::size_t(width) + std::size_t(x);
-            double excess = settings.water_per_mm * (double(lengths[n]) - exposure);
-            if (settings.noise > 0)
-                excess += settings.noise * render::quantum_noise(excess) *
-                          render::pixel_noise(x, y, settings.seed);
-            const double light = open * render::curve(settings.contrast * excess);
-            const auto grey = std::uint8_t(255 * std::clamp(light, 0.0, 1.0) + 0.5);
+            const std::uint8_t grey =
+                render::detected(settings, camera, x, y, double(lengths[n]), exposure);
             image.pixels[n] = {grey, grey, grey};
         }
     return image;

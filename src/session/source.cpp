@@ -128,6 +128,7 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
     add_changed(7, double(s.boxes_near), double(BoxWaker::Catheter));
     add_changed(8, double(w.iterations), 1);
     add_changed(9, double(w.alternates), 0);
+    if (w.model == WallModel::Rigid) hash.add_word(11);
     if (vessel.has_own_ghost) {
         hash.add_word(10);
         hash.add(std::span<const Vec3d>(vessel.wall.ghost.nodes_mm));

@@ -613,5 +613,30 @@ TEST(CatheterScene, SaysWhatIsWrong) {
     EXPECT_FALSE(good.command({.insert_mm_s = 2000}).ok());
 }
 
+TEST(CatheterSettings, HaveDifferentNames) {
+    std::vector<std::string_view> names;
+    for (const auto& row : catheter_rows()) names.push_back(row.name);
+    std::sort(names.begin(), names.end());
+    EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
+    CatheterSettings s;
+    ASSERT_TRUE(apply({{"wall_model", "rigid"}, {"iterations", 7}}, catheter_rows(), s).ok());
+    EXPECT_EQ(s.wall.model, WallModel::Rigid);
+    EXPECT_EQ(s.iterations, 7);
+    EXPECT_EQ(s.wall.iterations, 1);
+}
+
+TEST(Phantoms, TheAortaIsOneTreeWithSixEnds) {
+    const TaskArena arena(2);
+    const auto tree = made(phantom_centreline("aorta"));
+    EXPECT_EQ(tree.branches.size(), 6U);
+    const auto wall =
+        made(wall_around_centreline(tree, {.thickness_mm = 3, .layers = 1, .cell_mm = 2}, arena));
+    EXPECT_EQ(wall.ends.size(), 6U);
+    EXPECT_TRUE(check_wall(wall).ok());
+    for (const std::string name : {"bend", "arch"})
+        EXPECT_EQ(made(phantom_centreline(name)).branches.size(), 1U);
+    EXPECT_FALSE(phantom_centreline("foot").ok());
+}
+
 }  // namespace
 }  // namespace pliant::test
