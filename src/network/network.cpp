@@ -260,8 +260,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   private:
     /// Answers a malformed request; a closed connection gets no answer.
     void hear_no_request(error_code error) {
-        static const auto* const kHttp = &make_error_code(http::error::bad_method).category();
-        if (error.category() != *kHttp || error == http::error::end_of_stream ||
+        static const auto* const of_http = &make_error_code(http::error::bad_method).category();
+        if (error.category() != *of_http || error == http::error::end_of_stream ||
             error == http::error::partial_message)
             return close();
         const bool is_long = error == http::error::header_limit;
