@@ -26,3 +26,14 @@ class Error(Exception):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+def expected_error(field: str, expected: str, found: object, about: str = "") -> Error:
+    """The error of a wrong argument. about: the file or object whose field it is."""
+    message = f"{field}: expected {expected}, found {found}"
+    return Error(
+        f"{about}: {message}" if about else message,
+        field=field,
+        expected=expected,
+        found=str(found),
+    )

@@ -20,26 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class PathTest : public ::testing::Test {
+class PathTest : public ProgramInSharedFolder {
   protected:
     static void SetUpTestSuite() {
-        s_folder = new TemporaryFolder;
+        ProgramInSharedFolder::SetUpTestSuite();
         ASSERT_EQ(run("phantom airway --size 96 --out airway.nrrd"), 0);
     }
-    static void TearDownTestSuite() {
-        delete s_folder;
-        s_folder = nullptr;
-    }
-    static int run(const std::string& arguments) {
-        return run_program(s_folder->path(), arguments);
-    }
-    static fs::path file(const std::string& name) { return *s_folder / name; }
-    static std::string said() { return bytes_of(file(".err")); }
-
-    static TemporaryFolder* s_folder;
 };
-
-TemporaryFolder* PathTest::s_folder = nullptr;
 
 /// No wall between one eye of the flight and the next, by the ray caster's exact crossings.
 void expect_flight_inside(const Volume& volume, const std::vector<Vec3d>& points, double iso_hu) {

@@ -29,23 +29,16 @@ struct Finished {
     std::string out, err;
 };
 
-class ProgramTest : public ::testing::Test {
+class ProgramTest : public ProgramInSharedFolder {
   protected:
     static void SetUpTestSuite() {
-        s_folder = new TemporaryFolder;
+        ProgramInSharedFolder::SetUpTestSuite();
         ASSERT_EQ(run("phantom cube --size 48 --out cube.nrrd").status, 0);
         ASSERT_EQ(run("phantom airway --size 64 --out airway.nrrd").status, 0);
     }
-    static void TearDownTestSuite() {
-        delete s_folder;
-        s_folder = nullptr;
-    }
-
-    /// Runs in the test's folder, so that names are short.
     static Finished run(const std::string& arguments) {
-        const fs::path out = *s_folder / ".out", err = *s_folder / ".err";
-        const int status = run_program(s_folder->path(), arguments);
-        return {status, bytes_of(out), without_progress(bytes_of(err))};
+        const int status = ProgramInSharedFolder::run(arguments);
+        return {status, out(), said()};
     }
     /// The airway's first landmark, as --push takes it.
     static std::string carina() {
@@ -56,18 +49,13 @@ class ProgramTest : public ::testing::Test {
         ADD_FAILURE() << "the airway has no carina";
         return "0,0,0:0,0,0";
     }
-    static fs::path file(const std::string& name) { return *s_folder / name; }
 
     static Json deform_report(const std::string& arguments) {
         const Finished done = run("deform " + arguments + " --out r.nrrd --report r.json");
         EXPECT_EQ(done.status, 0) << done.err;
         return Json::parse(bytes_of(file("r.json")));
     }
-
-    static TemporaryFolder* s_folder;
 };
-
-TemporaryFolder* ProgramTest::s_folder = nullptr;
 
 constexpr const char* kSoft = "[material]\nbone_threshold_hu = 3000\n";
 
@@ -384,7 +372,7 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         EXPECT_FALSE(fs::exists(file("x.nrrd"))) << c.arguments;
         EXPECT_FALSE(fs::exists(file("x.png"))) << c.arguments;
     }
-    for (const auto& entry : fs::directory_iterator(s_folder->path()))
+    for (const auto& entry : fs::directory_iterator(file("")))
         EXPECT_FALSE(entry.path().filename().string().starts_with(".pliant")) << entry.path();
 }
 
@@ -775,7 +763,7 @@ TEST_F(ProgramTest, FoldersEndlessFilesAndBadNamesAreRefusedByName) {
         EXPECT_EQ(done.status, 2) << arguments;
         EXPECT_NE(done.err.find(expected), std::string::npos) << arguments << ": " << done.err;
     }
-    for (const auto& entry : fs::directory_iterator(s_folder->path()))
+    for (const auto& entry : fs::directory_iterator(file("")))
         EXPECT_FALSE(entry.path().filename().string().starts_with(".pliant-")) << entry.path();
 }
 

@@ -16,35 +16,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TruthTest : public ::testing::Test {
+class TruthTest : public ProgramInSharedFolder {
   protected:
     static void SetUpTestSuite() {
-        s_folder = new TemporaryFolder;
+        ProgramInSharedFolder::SetUpTestSuite();
         ASSERT_EQ(run("phantom airway --size 40 --out airway.nrrd"), 0);
         ASSERT_EQ(run("truth make airway.nrrd --cases 2 --seed 5 --landmarks 30 --out t"), 0)
             << said();
     }
-    static void TearDownTestSuite() {
-        delete s_folder;
-        s_folder = nullptr;
-    }
-    static int run(const std::string& arguments) {
-        return run_program(s_folder->path(), arguments);
-    }
-    static fs::path file(const std::string& name) { return *s_folder / name; }
-    static std::string said() { return without_progress(bytes_of(file(".err"))); }
-    static std::string told() { return bytes_of(file(".out")); }
     static void expect_bad(const std::string& arguments, const std::string& expected) {
         EXPECT_EQ(run(arguments), 2) << arguments;
         EXPECT_NE(said().find(expected), std::string::npos) << said();
         const std::string text = said();
         EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
     }
-
-    static TemporaryFolder* s_folder;
 };
-
-TemporaryFolder* TruthTest::s_folder = nullptr;
 
 TEST_F(TruthTest, Makes_all_files_of_its_cases) {
     EXPECT_TRUE(fs::exists(file("t/fixed.nrrd")));
@@ -102,7 +88,7 @@ TEST_F(TruthTest, Scores_the_truth_as_perfect_and_nothing_as_none) {
     EXPECT_EQ(report["methods"][1]["over_cases"]["moved"]["max_mm"], 0.0);
     EXPECT_EQ(report["methods"][2]["over_cases"]["landmarks"]["max_mm"], 0.0);
     EXPECT_TRUE(report["methods"][2]["folded_share"].is_null());
-    EXPECT_EQ(told(), bytes_of(file("s.md")));
+    EXPECT_EQ(out(), bytes_of(file("s.md")));
     const std::string page = bytes_of(file("s.html"));
     EXPECT_NE(page.find("<svg"), std::string::npos);
     EXPECT_EQ(page.find("<script"), std::string::npos);

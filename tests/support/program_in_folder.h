@@ -10,6 +10,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <set>
 #include <sstream>
 #include <string>
@@ -60,6 +61,23 @@ class ProgramInFolder : public ::testing::Test {
     }
 
     TemporaryFolder m_folder;
+};
+
+/// The tests of a suite share a folder. A suite that fills it says so in its SetUpTestSuite(), after
+/// that of this class.
+class ProgramInSharedFolder : public ::testing::Test {
+  protected:
+    static void SetUpTestSuite() { s_folder = std::make_unique<TemporaryFolder>(); }
+    static void TearDownTestSuite() { s_folder.reset(); }
+    static int run(const std::string& arguments) {
+        return run_program(s_folder->path(), arguments);
+    }
+    static std::filesystem::path file(const std::string& name) { return *s_folder / name; }
+    static std::string out() { return bytes_of(file(".out")); }
+    static std::string said() { return without_progress(bytes_of(file(".err"))); }
+
+  private:
+    static inline std::unique_ptr<TemporaryFolder> s_folder;
 };
 
 }  // namespace pliant::test

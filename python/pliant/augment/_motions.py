@@ -10,7 +10,7 @@ import numpy
 import numpy.typing
 
 from pliant._core import Field, PreparedScan, Volume, Warp
-from pliant._error import Error
+from pliant._error import expected_error
 from pliant.augment._plan import Plan
 
 Array = numpy.typing.NDArray[Any]
@@ -24,26 +24,17 @@ _GOOD_SHARE = 0.5
 _SPARE = 1.5
 
 
-def _expected(field: str, expected: str, found: object) -> Error:
-    return Error(
-        f"{field}: expected {expected}, found {found}",
-        field=field,
-        expected=expected,
-        found=str(found),
-    )
-
-
 def _range(name: str, given: Range, low: float = 0.0) -> tuple[float, float]:
     numbers = (given, given) if isinstance(given, (int, float)) else tuple(given)
     if len(numbers) != 2 or not low <= numbers[0] <= numbers[1] < float("inf"):
-        raise _expected(name, f"a number or two that grow, from {low:g} upwards", given)
+        raise expected_error(name, f"a number or two that grow, from {low:g} upwards", given)
     return float(numbers[0]), float(numbers[1])
 
 
 def _count(name: str, given: Range) -> tuple[int, int]:
     low, high = _range(name, given)
     if low != int(low) or high != int(high):
-        raise _expected(name, "whole numbers", given)
+        raise expected_error(name, "whole numbers", given)
     return int(low), int(high)
 
 
@@ -162,20 +153,20 @@ class TissueMotions:
         self.swelling_mm = _range("swelling_mm", swelling_mm)
         self.swelling_radius_mm = _range("swelling_radius_mm", swelling_radius_mm)
         if not 0 <= breathing <= 1:
-            raise _expected("breathing", "a probability, 0...1", breathing)
+            raise expected_error("breathing", "a probability, 0...1", breathing)
         self.breathing, self.breath_mm = float(breathing), _range("breath_mm", breath_mm)
         if isinstance(at, str):
             if at not in ("soft", "wall"):
-                raise _expected("at", "soft, wall or labels", at)
+                raise expected_error("at", "soft, wall or labels", at)
             self.at: str | tuple[int, ...] = at
         else:
             self.at = (int(at),) if isinstance(at, (int, numpy.integer)) else tuple(map(int, at))
         if not 0 < offset < 1 / 3:
-            raise _expected("offset", "above 0 and below 1/3", offset)
+            raise expected_error("offset", "above 0 and below 1/3", offset)
         if label_sampling not in ("nearest", "majority"):
-            raise _expected("label_sampling", "nearest or majority", label_sampling)
+            raise expected_error("label_sampling", "nearest or majority", label_sampling)
         if threads < 0:
-            raise _expected("threads", "0 (one for each core) or more", threads)
+            raise expected_error("threads", "0 (one for each core) or more", threads)
         self.bone_hu, self.air_hu, self.offset = bone_hu, float(air_hu), float(offset)
         self.label_sampling, self.label_beyond = label_sampling, label_beyond
         self.threads = int(threads)
@@ -206,7 +197,7 @@ class TissueMotions:
     def _prepared(self, scan: Volume, settings: Mapping[str, Any]) -> PreparedScan:
         prepared = PreparedScan(scan, self.threads, **settings)
         if not prepared.fold_number < 1:
-            raise _expected(
+            raise expected_error(
                 "tissue", "settings that can't fold (a fold number below 1)", prepared.fold_number
             )
         return prepared
@@ -244,7 +235,7 @@ class TissueMotions:
         """
         if isinstance(scan, PreparedScan):
             if plan.tissue != scan.settings:
-                raise _expected("plan", "the tissue of the prepared scan", plan.tissue)
+                raise expected_error("plan", "the tissue of the prepared scan", plan.tissue)
             prepared = scan
         else:
             prepared = self._prepared(scan, plan.tissue)
@@ -362,10 +353,10 @@ class _Sampler:
         self.labels: Array | None = None
         if not isinstance(motions.at, str):
             if labels is None:
-                raise _expected("labels", "a label map, since at names labels", "none")
+                raise expected_error("labels", "a label map, since at names labels", "none")
             self.labels = numpy.asarray(labels)
             if self.labels.shape != self.array.shape:
-                raise _expected("labels", f"axes {self.array.shape}", self.labels.shape)
+                raise expected_error("labels", f"axes {self.array.shape}", self.labels.shape)
         settings = prepared.settings
         self.bone, self.air = settings["bone_threshold_hu"], settings["air_threshold_hu"]
 

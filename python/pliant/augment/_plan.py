@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plans: motions of tissue as plain numbers."""
 
+import functools
 import json
 import os
 import pathlib
 from dataclasses import dataclass
 from typing import Any
 
-from pliant._error import Error
+from pliant._error import Error, expected_error
 
 VERSION = 1
 
@@ -21,13 +22,7 @@ _FIELDS = {
 }
 
 
-def _expected(field: str, expected: str, found: object) -> Error:
-    return Error(
-        f"plan: {field}: expected {expected}, found {found}",
-        field=field,
-        expected=expected,
-        found=str(found),
-    )
+_expected = functools.partial(expected_error, about="plan")
 
 
 def _number(field: str, value: object) -> float:

@@ -10,15 +10,13 @@ import pytest
 import pliant
 
 
-def versions_of(*names: str) -> str:
-    """Versions of installed packages; skips the module if one is missing."""
-    versions = []
+def skip_without(*names: str) -> None:
+    """Skips the module if a package is missing."""
     for name in names:
         try:
-            versions.append(f"{name} {importlib.metadata.version(name)}")
+            importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             pytest.skip(f"{name} is not installed", allow_module_level=True)
-    return ", ".join(versions)
 
 
 class Case:

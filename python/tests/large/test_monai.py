@@ -7,9 +7,9 @@ import pickle
 import numpy
 import pytest
 
-from augment_case import case, ramps, versions_of
+from augment_case import case, ramps, skip_without
 
-VERSIONS = versions_of("torch", "monai")
+skip_without("torch", "monai")
 
 import torch
 from monai.data import DataLoader, Dataset, MetaTensor, decollate_batch, list_data_collate
@@ -19,11 +19,6 @@ import pliant
 from pliant.augment.monai import RandTissueMotiond
 
 SETTINGS = {"pushes": 3, "at": "wall", "prob": 1.0}
-
-
-def test_versions(capsys):
-    with capsys.disabled():
-        print(f"\n{VERSIONS}")
 
 
 def item_of(case):

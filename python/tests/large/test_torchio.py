@@ -8,19 +8,14 @@ import pickle
 import numpy
 import pytest
 
-from augment_case import case, ramps, versions_of
+from augment_case import case, ramps, skip_without
 
-VERSIONS = versions_of("torch", "torchio")
+skip_without("torch", "torchio")
 
 import torch
 import torchio
 
 from pliant.augment.torchio import RandomTissueMotion, TissueMotion
-
-
-def test_versions(capsys):
-    with capsys.disabled():
-        print(f"\n{VERSIONS}")
 
 
 def subject_of(case):

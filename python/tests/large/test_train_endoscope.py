@@ -5,7 +5,6 @@
 import importlib.util
 import pathlib
 
-import gymnasium
 import numpy
 import pytest
 
@@ -19,10 +18,6 @@ EXAMPLE = pathlib.Path(__file__).resolve().parents[2] / "examples/train_endoscop
 
 @pytest.fixture(scope="module")
 def example():
-    print(
-        f"stable-baselines3 {stable_baselines3.__version__}, torch {torch.__version__}, "
-        f"gymnasium {gymnasium.__version__}"
-    )
     spec = importlib.util.spec_from_file_location("train_endoscope", EXAMPLE)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
