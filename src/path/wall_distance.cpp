@@ -15,7 +15,7 @@
 #include <limits>
 
 #include "render/field.h"
-#include "render/line_transform.h"
+#include "volume/line_transform.h"
 
 namespace pliant::render {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "render/field.h"
-#include "render/line_transform.h"
+#include "volume/line_transform.h"
 
 namespace pliant::render {
 namespace {

@@ -8,8 +8,8 @@
 #include <limits>
 #include <type_traits>
 
-#include "render/line_transform.h"
 #include "volume/boxes.h"
+#include "volume/line_transform.h"
 
 namespace pliant::truth {
 namespace {
@@ -28,7 +28,7 @@ std::vector<float> distances_mm(const Grid& grid, const std::vector<std::uint8_t
         const int b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
         const std::int64_t nb = grid.size[b];
         arena.for_each(nb * grid.size[c], 64, [&](std::int64_t begin, std::int64_t end) {
-            render::LineTransform transform(grid.size[axis]);
+            LineTransform transform(grid.size[axis]);
             for (; begin < end; ++begin)
                 transform.run(squares.data() + std::size_t(begin % nb) * strides[b] +
                                   std::size_t(begin / nb) * strides[c],

@@ -63,8 +63,8 @@ class ProgramInFolder : public ::testing::Test {
     TemporaryFolder m_folder;
 };
 
-/// The tests of a suite share a folder. A suite that fills it says so in its SetUpTestSuite(), after
-/// that of this class.
+/// The tests of a suite share a folder. A suite that fills it does so in its own SetUpTestSuite(),
+/// after that of this class.
 class ProgramInSharedFolder : public ::testing::Test {
   protected:
     static void SetUpTestSuite() { s_folder = std::make_unique<TemporaryFolder>(); }

@@ -11,7 +11,7 @@
 #include <limits>
 #include <vector>
 
-namespace pliant::render {
+namespace pliant {
 
 class LineTransform {
   public:
@@ -55,4 +55,4 @@ class LineTransform {
     std::vector<double> m_from;
 };
 
-}  // namespace pliant::render
+}  // namespace pliant
