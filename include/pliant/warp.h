@@ -85,8 +85,8 @@ class Warp {
 
     /// φ of a point [mm, LPS].
     Vec3d forward(Vec3d point_mm) const;
-    /// φ⁻¹ of a point [mm, LPS], to 10⁻⁹ voxels; empty if the search ends elsewhere, which it
-    /// doesn't where limits rule out folds.
+    /// φ⁻¹ of a point [mm, LPS], to 10⁻⁹ voxels. Where space is folded, one of several, or empty if
+    /// Newton's method finds none; limits rule out folds.
     std::optional<Vec3d> inverse(Vec3d point_mm) const;
 
     /// Displacement field on the whole grid, and its inverse. @pre made with the inverse
@@ -101,7 +101,6 @@ class Warp {
     Vec3d displacement_mm(Vec3i ijk) const;
 
   private:
-    friend class WarpCell;
     Warp() = default;
 
     WarpState m_state;

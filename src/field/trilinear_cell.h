@@ -35,36 +35,24 @@ class TrilinearCell {
                t.y * t.z * m_yz + t.x * t.y * t.z * m_xyz;
     }
 
-    /// A step of Newton's method towards a point. @param[out] move  of t
-    /// @returns false if the volume of the cell is at most `flat` at t [voxels]
-    bool newton_move(Vec3d point, Vec3d t, double flat, Vec3d& move) const {
-        const Vec3d miss = point - at(t);
-        const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
-        const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
-        const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
-        const Vec3d across = cross(dy, dz);
-        const double det = dot(dx, across);
-        if (!(det > flat)) return false;
-        const Vec3d turned = cross(dx, miss);
-        const double scale = 1 / det;
-        move = {scale * dot(miss, across), scale * dot(dz, turned), -scale * dot(dy, turned)};
-        return true;
-    }
-
     /// Cell coordinates of a point, each in 0…1.
-    /// @returns nothing if the point lies outside by more than kOutside, or the cell is folded and
-    ///          Newton's method doesn't converge in kMaxSteps
-    std::optional<Vec3d> locate(Vec3d point) const {
+    /// @param outside  a point this far outside counts as on the face [cell coordinates]
+    /// @returns nothing if the point lies farther outside, or the cell is so steep or folded that
+    ///          Newton's method from its middle doesn't converge in kMaxSteps
+    std::optional<Vec3d> locate(Vec3d point, double outside = kOutside) const {
         Vec3d t{0.5, 0.5, 0.5};
-        for (int step = 0; step < kMaxSteps; ++step) {
-            Vec3d move;
-            if (!newton_move(point, t, kFlat, move)) return std::nullopt;
-            t = t + move;
-            // In a parallelepiped the first step is exact; elsewhere steps shrink quadratically.
-            if (m_is_affine || dot(move, move) < kSettled * kSettled) return inside(t);
-            if (dot(t, t) > kFarAway * kFarAway) return std::nullopt;
+        if (!solve(point, t)) return std::nullopt;
+        return inside(t, outside);
+    }
+    /// As locate(), for steep cells: where Newton's method is lost, it begins again at each corner.
+    std::optional<Vec3d> locate_from_corners(Vec3d point, double outside) const {
+        Vec3d t{0.5, 0.5, 0.5};
+        bool is_solved = solve(point, t);
+        for (int c = 0; !is_solved && c < 8; ++c) {
+            t = {double(c & 1), double(c >> 1 & 1), double(c >> 2)};
+            is_solved = solve(point, t);
         }
-        return std::nullopt;
+        return is_solved ? inside(t, outside) : std::nullopt;
     }
 
   private:
@@ -75,9 +63,38 @@ class TrilinearCell {
     static constexpr double kFarAway = 8;     ///< cell coordinates
     static constexpr double kFlat = 1e-9;     ///< volume of the cell [voxels]
 
-    static std::optional<Vec3d> inside(Vec3d t) {
+    /// A step of Newton's method towards a point. @param[out] move  of t
+    /// @returns false if the cell is flat at t
+    bool newton_move(Vec3d point, Vec3d t, Vec3d& move) const {
+        const Vec3d miss = point - at(t);
+        const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
+        const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
+        const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
+        const Vec3d across = cross(dy, dz);
+        const double det = dot(dx, across);
+        if (!(det > kFlat)) return false;
+        const Vec3d turned = cross(dx, miss);
+        const double scale = 1 / det;
+        move = {scale * dot(miss, across), scale * dot(dz, turned), -scale * dot(dy, turned)};
+        return true;
+    }
+
+    /// Newton's method. @param[in,out] t  first guess. @returns whether it has settled
+    bool solve(Vec3d point, Vec3d& t) const {
+        for (int step = 0; step < kMaxSteps; ++step) {
+            Vec3d move;
+            if (!newton_move(point, t, move)) return false;
+            t = t + move;
+            // In a parallelepiped the first step is exact; elsewhere steps shrink quadratically.
+            if (m_is_affine || dot(move, move) < kSettled * kSettled) return true;
+            if (dot(t, t) > kFarAway * kFarAway) return false;
+        }
+        return false;
+    }
+
+    static std::optional<Vec3d> inside(Vec3d t, double outside) {
         for (int a = 0; a < 3; ++a) {
-            if (t[a] < -kOutside || t[a] > 1 + kOutside) return std::nullopt;
+            if (t[a] < -outside || t[a] > 1 + outside) return std::nullopt;
             t[a] = t[a] < 0 ? 0 : t[a] > 1 ? 1 : t[a];
         }
         return t;

@@ -7,43 +7,32 @@
 #include <cmath>
 
 #include "field/field.h"
-#include "field/trilinear_cell.h"
+#include "resample/find_source.h"
 #include "volume/boxes.h"
 
 namespace pliant::truth {
 namespace {
 
 constexpr double kPositive = 1e-6;  ///< smallest triple product of a regular cell [voxels]
-constexpr double kSettled = 1e-12;  ///< last step of Newton's method [cell coordinates]
-constexpr double kOnFace = 1e-7;    ///< a point this far outside is in the cell, too
-constexpr double kNearFace = 1e-5;  ///< likewise, for points at rest, which are rounded
+constexpr double kBeside = 1e-7;    ///< slack of boxes around cells [voxels]
+constexpr double kNearFace = 1e-5;  ///< a point at rest, which is rounded, is in both cells
 constexpr double kSame = 1e-5;      ///< sources closer than this are one [voxels]
-constexpr double kFit = 1e-9;       ///< |φ(x) − y| of a solution [voxels]
-constexpr int kNewtonSteps = 24, kCellMoves = 12;
-
-Vec3i floor_of(Vec3d v) {
-    return {int(std::floor(v.x)), int(std::floor(v.y)), int(std::floor(v.z))};
-}
-Vec3d real(Vec3i v) {
-    return {double(v.x), double(v.y), double(v.z)};
-}
-
-/// Solves cell.at(t) = point by Newton's method. @param[in,out] t  first guess; not limited to the
-/// cell. @returns whether it converged
-bool solve(const TrilinearCell& cell, Vec3d point, Vec3d& t) {
-    constexpr double kFlat = 1e-12, kFarAway = 8;
-    for (int step = 0; step < kNewtonSteps; ++step) {
-        Vec3d move;
-        if (!cell.newton_move(point, t, kFlat, move)) return false;
-        t = t + move;
-        if (dot(move, move) < kSettled * kSettled) return true;
-        if (!(dot(t, t) < kFarAway * kFarAway)) return false;
-    }
-    const Vec3d miss = point - cell.at(t);
-    return dot(miss, miss) < kFit * kFit;
-}
+static_assert(kBeside > kOnFace);
 
 }  // namespace
+
+/// As find_source.h asks, for a walk. Only regular cells count.
+class ExactMap::Cells {
+  public:
+    explicit Cells(const ExactMap& map) : m_map(map) {}
+    bool corners(Vec3i cell, std::array<Vec3d, 8>& points) const {
+        return contains(m_map.m_cells, cell) && m_map.find_corners(cell, points);
+    }
+    bool is_whole(Vec3i cell) const { return m_map.state_of(cell) == CellState::Regular; }
+
+  private:
+    const ExactMap& m_map;
+};
 
 CellState state_of_shape(const std::array<Vec3d, 8>& p) {
     // Edges along each axis, by the two other coordinates.
@@ -89,7 +78,7 @@ std::size_t ExactMap::cell_index(Vec3i c) const {
 }
 bool ExactMap::Bounds::hold(Vec3d y) const {
     for (int a = 0; a < 3; ++a)
-        if (y[a] < low[a] - kOnFace || y[a] > high[a] + kOnFace) return false;
+        if (y[a] < low[a] - kBeside || y[a] > high[a] + kBeside) return false;
     return true;
 }
 
@@ -123,13 +112,20 @@ Vec3d ExactMap::image_of(Vec3i e) const {
             e.z + m_voxels_per_unit.z * u.z};
 }
 
-std::array<Vec3d, 8> ExactMap::corners_of(Vec3i cell) const {
-    std::array<Vec3d, 8> corners;
-    for (int c = 0; c < 8; ++c) {
-        const Vec3i step{c & 1, c >> 1 & 1, c >> 2};
-        corners[std::size_t(c)] = image_of(cell + step) - real(cell);
+bool ExactMap::find_corners(Vec3i cell, std::array<Vec3d, 8>& points) const {
+    const Vec3i n = m_elements.end - m_elements.begin;
+    const std::size_t row = std::size_t(n.x), slice = row * std::size_t(n.y);
+    const Vec3<Fixed>* const u = m_u.data() + index_of(cell);
+    Fixed any = 0;
+    for (std::size_t c = 0; c < 8; ++c) {
+        const std::size_t x = c & 1, y = c >> 1 & 1, z = c >> 2;
+        const Vec3<Fixed>& here = u[x + y * row + z * slice];
+        any |= here.x | here.y | here.z;
+        points[c] = {double(x) + m_voxels_per_unit.x * here.x,
+                     double(y) + m_voxels_per_unit.y * here.y,
+                     double(z) + m_voxels_per_unit.z * here.z};
     }
-    return corners;
+    return any != 0;
 }
 
 bool ExactMap::is_broken(Vec3i cell) const {
@@ -179,6 +175,11 @@ bool ExactMap::is_plainly_regular(Vec3i cell) const {
     return lowest[0] > 0.01 && lowest[1] > 0.01 && lowest[2] > 0.01;
 }
 
+CellState ExactMap::shape_of(Vec3i cell) const {
+    std::array<Vec3d, 8> corners;
+    return find_corners(cell, corners) ? state_of_shape(corners) : CellState::Regular;
+}
+
 void ExactMap::find_states(const TaskArena& arena) {
     const Vec3i n = m_cells.end - m_cells.begin;
     m_states.assign(dense_count(n), CellState::Regular);
@@ -197,7 +198,7 @@ void ExactMap::find_states(const TaskArena& arena) {
             if (is_broken(cell))
                 states[x] = CellState::Broken;
             else if (!is_plainly_regular(cell))
-                states[x] = state_of_shape(corners_of(cell));
+                states[x] = shape_of(cell);
             folded_here += states[x] == CellState::Folded;
             bad_here += states[x] != CellState::Regular;
         }
@@ -215,14 +216,15 @@ void ExactMap::find_states(const TaskArena& arena) {
 }
 
 void ExactMap::mark(Vec3i cell, CellState state) {
-    const std::array<Vec3d, 8> corners = corners_of(cell);
+    std::array<Vec3d, 8> corners;
+    find_corners(cell, corners);
     Vec3d low = corners[0], high = corners[0];
     for (const Vec3d& p : corners)
         for (int a = 0; a < 3; ++a) {
             low[a] = std::min(low[a], p[a]);
             high[a] = std::max(high[a], p[a]);
         }
-    const Vec3d slack{kOnFace, kOnFace, kOnFace};
+    const Vec3d slack{kBeside, kBeside, kBeside};
     const Box3i box =
         overlap({cell + floor_of(low - slack), cell + floor_of(high + slack) + Vec3i{1, 1, 1}},
                 voxel_box(m_grid));
@@ -295,7 +297,7 @@ void ExactMap::list_blocks(const TaskArena& arena) {
 
 std::optional<Vec3d> ExactMap::image_of(Vec3d x) const {
     const Vec3i low = floor_of(x);
-    const Vec3d t = x - real(low);
+    const Vec3d t = x - real_of(low);
     if (t == Vec3d{0, 0, 0}) {
         if (is_void(low)) return {};
         return image_of(low);
@@ -309,38 +311,9 @@ std::optional<Vec3d> ExactMap::image_of(Vec3d x) const {
         const Vec3i cell = low + step;
         if (!is_in || state_of(cell) == CellState::Broken) continue;
         if (!contains(m_cells, cell)) return x;
-        return real(cell) + TrilinearCell(corners_of(cell)).at(x - real(cell));
-    }
-    return {};
-}
-
-/// Newton's method from cell to cell. @returns nothing if it loses its way
-std::optional<Vec3d> ExactMap::walk(Vec3d y, Vec3d guess) const {
-    Vec3i cell = floor_of(guess);
-    Vec3d t = guess - real(cell);
-    for (int move = 0; move < kCellMoves; ++move) {
-        if (!contains(m_cells, cell)) {
-            // At rest: here φ is the identity.
-            const Vec3i there = floor_of(y);
-            if (!contains(m_cells, there)) return y;
-            cell = there;
-            t = y - real(cell);
-            continue;
-        }
-        if (m_states[cell_index(cell)] != CellState::Regular) return {};
-        if (!solve(TrilinearCell(corners_of(cell)), y - real(cell), t)) return {};
-        Vec3i step{0, 0, 0};
-        for (int a = 0; a < 3; ++a) {
-            if (t[a] < -kOnFace) step[a] = std::max(int(std::floor(t[a])), -4);
-            if (t[a] > 1 + kOnFace) step[a] = std::min(int(std::floor(t[a])), 4);
-        }
-        if (step == Vec3i{0, 0, 0}) {
-            for (int a = 0; a < 3; ++a) t[a] = std::clamp(t[a], 0.0, 1.0);
-            return real(cell) + t;
-        }
-        cell = cell + step;
-        t = t - real(step);
-        for (int a = 0; a < 3; ++a) t[a] = std::clamp(t[a], 0.0, 1.0);
+        std::array<Vec3d, 8> corners;
+        if (!find_corners(cell, corners)) return x;
+        return real_of(cell) + TrilinearCell(corners).at(x - real_of(cell));
     }
     return {};
 }
@@ -365,37 +338,19 @@ TruthMask ExactMap::search(Vec3d y, Vec3d& x) const {
             m_cells.begin + kBlock * Vec3i{int(n % m_blocks.x), int(n / m_blocks.x % m_blocks.y),
                                            int(n / m_blocks.x / m_blocks.y)};
         bool is_clear = true;
-        for_each_in(overlap({first, first + Vec3i{kBlock, kBlock, kBlock}}, m_cells),
-                    [&](Vec3i cell) {
-                        const CellState state = m_states[cell_index(cell)];
-                        if (!is_clear || state == CellState::Broken) return;
-                        const std::array<Vec3d, 8> corners = corners_of(cell);
-                        Bounds bounds{corners[0], corners[0]};
-                        for (const Vec3d& p : corners)
-                            for (int a = 0; a < 3; ++a) {
-                                bounds.low[a] = std::min(bounds.low[a], p[a]);
-                                bounds.high[a] = std::max(bounds.high[a], p[a]);
-                            }
-                        const Vec3d point = y - real(cell);
-                        if (!bounds.hold(point)) return;
-                        if (state == CellState::Folded) {
-                            is_clear = false;
-                            return;
-                        }
-                        const TrilinearCell map(corners);
-                        Vec3d t{0.5, 0.5, 0.5};
-                        bool solved = solve(map, point, t);
-                        for (int c = 0; !solved && c < 8; ++c) {
-                            t = {double(c & 1), double(c >> 1 & 1), double(c >> 2)};
-                            solved = solve(map, point, t);
-                        }
-                        if (!solved) return;
-                        for (int a = 0; a < 3; ++a) {
-                            if (t[a] < -kOnFace || t[a] > 1 + kOnFace) return;
-                            t[a] = std::clamp(t[a], 0.0, 1.0);
-                        }
-                        take(real(cell) + t);
-                    });
+        for_each_in(
+            overlap({first, first + Vec3i{kBlock, kBlock, kBlock}}, m_cells), [&](Vec3i cell) {
+                const CellState state = m_states[cell_index(cell)];
+                if (!is_clear || state == CellState::Broken) return;
+                std::array<Vec3d, 8> corners;
+                find_corners(cell, corners);
+                const Vec3d point = y - real_of(cell);
+                if (!is_near(corners, point)) return;
+                if (state == CellState::Folded)
+                    is_clear = false;
+                else if (const auto t = TrilinearCell(corners).locate_from_corners(point, kOnFace))
+                    take(real_of(cell) + *t);
+            });
         return is_clear;
     };
     const Vec3i p = floor_of(y);
@@ -410,8 +365,9 @@ TruthMask ExactMap::search(Vec3d y, Vec3d& x) const {
 TruthMask ExactMap::source_of(Vec3d y, Vec3d guess, Vec3d& x) const {
     if (mark_at(y) != 0) return search(y, x);
     // Exactly one source, in a regular cell.
-    auto found = walk(y, guess);
-    if (!found) found = walk(y, y);
+    Cells cells(*this);
+    auto found = walk_to_source(cells, y, guess);
+    if (!found) found = walk_to_source(cells, y, y);
     if (!found) return search(y, x);
     x = *found;
     return TruthMask::Exact;

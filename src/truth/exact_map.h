@@ -71,9 +71,10 @@ class ExactMap {
     CellState state_of(Vec3i cell) const {
         return contains(m_cells, cell) ? m_states[cell_index(cell)] : CellState::Regular;
     }
-    std::array<Vec3d, 8> corners_of(Vec3i cell) const;
 
   private:
+    class Cells;
+
     static constexpr std::uint8_t kNearFolded = 1, kNearBroken = 2;
     static constexpr int kTile = 16, kBlock = 4;  ///< voxels, cells along an edge
 
@@ -89,10 +90,12 @@ class ExactMap {
     void find_states(const TaskArena& arena);
     bool is_broken(Vec3i cell) const;
     bool is_plainly_regular(Vec3i cell) const;
+    CellState shape_of(Vec3i cell) const;
+    /// As find_source.h asks. @pre cell of m_cells
+    bool find_corners(Vec3i cell, std::array<Vec3d, 8>& points) const;
     void mark(Vec3i cell, CellState state);
     void list_blocks(const TaskArena& arena);
     Bounds bounds_of_block(Vec3i block) const;
-    std::optional<Vec3d> walk(Vec3d y, Vec3d guess) const;
     TruthMask search(Vec3d y, Vec3d& x) const;
 
     Grid m_grid;

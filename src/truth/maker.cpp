@@ -16,6 +16,7 @@
 #include "core/hash.h"
 #include "core/text.h"
 #include "field/field.h"
+#include "resample/find_source.h"
 #include "truth/exact_map.h"
 #include "truth/motions.h"
 #include "volume/boxes.h"
@@ -35,9 +36,6 @@ constexpr double kRounded = 1e-5;   ///< points that lie beyond the border by le
 constexpr double kClosed = 0.1;     ///< volume that is left of air in a closed lumen
 constexpr std::uint64_t kOrder = 0, kLandmarks = 1, kFirstMotion = 2;  ///< streams of a case
 
-Vec3d real_of(Vec3i v) {
-    return {double(v.x), double(v.y), double(v.z)};
-}
 /// World vector [mm, LPS] of a difference of voxel indices.
 Vec3d world_vector(const Grid& grid, Vec3d d) {
     return world_from_lattice_vector(

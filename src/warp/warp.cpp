@@ -4,12 +4,14 @@
 #include <pliant/warp.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <string>
 #include <utility>
 
 #include "core/errors.h"
+#include "field/cell_block.h"
 #include "field/field.h"
+#include "resample/find_source.h"
 #include "volume/boxes.h"
 
 namespace pliant {
@@ -82,55 +84,67 @@ Result<Deformation> deformation_of(const WarpState& state) {
     return deformation;
 }
 
-}  // namespace
-
-/// A cell that holds a point, with the displacements of its corners [voxels].
-class WarpCell {
+/// The cells of a state, as find_source.h asks.
+class WarpCells {
   public:
-    /// @param at  continuous voxel index
-    WarpCell(const Warp& warp, Vec3d at) : m_warp(warp) { move_to(at); }
+    explicit WarpCells(const WarpState& state)
+        : m_state(state), m_scale(voxels_per_unit(state.grid)) {}
 
-    void move_to(Vec3d at) {
-        const Vec3i low{int(std::floor(at.x)), int(std::floor(at.y)), int(std::floor(at.z))};
-        m_at = at - Vec3d{double(low.x), double(low.y), double(low.z)};
-        if (m_is_read && low == m_low) return;
-        m_low = low;
-        m_is_read = true;
-        const Vec3d h = m_warp.grid().spacing_mm;
-        for (int n = 0; n < 8; ++n)
-            m_corners[n] = scaled({1 / h.x, 1 / h.y, 1 / h.z},
-                                  m_warp.displacement_mm(low + Vec3i{n & 1, n >> 1 & 1, n >> 2}));
-    }
-    Vec3d displacement() const {
-        Vec3d sum{0, 0, 0};
-        for (int n = 0; n < 8; ++n)
-            sum = sum + weight(n, 0) * weight(n, 1) * weight(n, 2) * m_corners[n];
-        return sum;
-    }
-    /// ∂φ/∂X
-    Mat3d gradient() const {
-        Mat3d gradient = kIdentity3;
-        for (int n = 0; n < 8; ++n)
+    bool corners(Vec3i cell, std::array<Vec3d, 8>& points) const {
+        const Vec3i first = cell - m_state.box.begin, n = m_state.box.end - m_state.box.begin;
+        for (int a = 0; a < 3; ++a)
+            if (first[a] < -1 || first[a] >= n[a]) return false;
+        const std::size_t count = m_state.units.size() / 3;
+        bool moved = false;
+        for (int c = 0; c < 8; ++c) {
+            const Vec3i step{c & 1, c >> 1 & 1, c >> 2};
+            Vec3d& point = points[std::size_t(c)];
+            point = real_of(step);
+            if (!contains(m_state.box, cell + step)) continue;
+            const std::size_t at = dense_index(first + step, n);
             for (int a = 0; a < 3; ++a) {
-                const double slope =
-                    (n >> a & 1 ? 1 : -1) * weight(n, (a + 1) % 3) * weight(n, (a + 2) % 3);
-                Vec3d& column = gradient.columns[std::size_t(a)];
-                column = column + slope * m_corners[n];
+                const std::int32_t u = m_state.units[std::size_t(a) * count + at];
+                moved = moved || u != 0;
+                point[a] += m_scale[a] * u;
             }
-        return gradient;
+        }
+        return moved;
+    }
+    bool is_whole(Vec3i) const { return true; }
+    /// Reads all displacements: few searches are needed.
+    DisplacementBounds bounds() const {
+        DisplacementBounds bounds;
+        const std::size_t count = m_state.units.size() / 3;
+        if (count == 0) return bounds;
+        for (int a = 0; a < 3; ++a) {
+            const auto first = m_state.units.begin() + std::ptrdiff_t(std::size_t(a) * count);
+            const auto [low, high] = std::minmax_element(first, first + std::ptrdiff_t(count));
+            bounds.min[a] = std::min(0.0, m_scale[a] * *low);
+            bounds.max[a] = std::max(0.0, m_scale[a] * *high);
+        }
+        return bounds;
     }
 
   private:
-    double weight(int corner, int axis) const {
-        return corner >> axis & 1 ? m_at[axis] : 1 - m_at[axis];
-    }
-
-    const Warp& m_warp;
-    bool m_is_read = false;
-    Vec3i m_low{0, 0, 0};
-    Vec3d m_at{0, 0, 0};
-    Vec3d m_corners[8];
+    const WarpState& m_state;
+    Vec3d m_scale;
 };
+
+/// u at a continuous voxel index [voxels].
+Vec3d displacement_at(const Warp& warp, Vec3d at) {
+    const Vec3i low = floor_of(at);
+    const Vec3d h = warp.grid().spacing_mm, high = at - real_of(low);
+    Vec3d sum{0, 0, 0};
+    for (int n = 0; n < 8; ++n) {
+        double weight = 1;
+        for (int a = 0; a < 3; ++a) weight *= n >> a & 1 ? high[a] : 1 - high[a];
+        const Vec3d u_mm = warp.displacement_mm(low + Vec3i{n & 1, n >> 1 & 1, n >> 2});
+        sum = sum + weight * scaled({1 / h.x, 1 / h.y, 1 / h.z}, u_mm);
+    }
+    return sum;
+}
+
+}  // namespace
 
 Result<Warp> Warp::create(const MovingScan& scan, Volume* deformed) noexcept {
     return attempt([&]() -> Result<Warp> {
@@ -180,32 +194,19 @@ Vec3d Warp::displacement_mm(Vec3i ijk) const {
 Vec3d Warp::forward(Vec3d point_mm) const {
     const Vec3d ijk = voxel_from_world(grid(), point_mm);
     if (!(norm(ijk) < 1e8)) return point_mm;
-    const Vec3d moved = WarpCell(*this, ijk).displacement();
+    const Vec3d moved = displacement_at(*this, ijk);
     if (moved == Vec3d{0, 0, 0}) return point_mm;
     return point_mm + world_from_lattice_vector(grid(), scaled(grid().spacing_mm, moved));
 }
 
 std::optional<Vec3d> Warp::inverse(Vec3d point_mm) const {
-    constexpr double kClose = 1e-10;  // [voxels]
-    constexpr int kNewtonSteps = 30, kSteps = 5000;
-    const Vec3d target = voxel_from_world(grid(), point_mm);
-    if (!(norm(target) < 1e8)) return point_mm;
-    WarpCell cell(*this, target);
-    Vec3d at = target - cell.displacement();
-    for (int n = 0; n < kSteps; ++n) {
-        cell.move_to(at);
-        const Vec3d left = target - at - cell.displacement();
-        if (std::max({std::abs(left.x), std::abs(left.y), std::abs(left.z)}) < kClose) {
-            if (at == target) return point_mm;
-            return point_mm +
-                   world_from_lattice_vector(grid(), scaled(grid().spacing_mm, at - target));
-        }
-        // Newton's steps can circle between cells. Where limits rule out folds, u contracts.
-        const Mat3d gradient = cell.gradient();
-        at = at + (n < kNewtonSteps && determinant(gradient) > 0 ? pliant::inverse(gradient) * left
-                                                                 : left);
-    }
-    return std::nullopt;
+    const Vec3d now = voxel_from_world(grid(), point_mm);
+    if (!(norm(now) < 1e8)) return point_mm;
+    WarpCells cells(m_state);
+    const auto rest = find_source(cells, now, now - displacement_at(*this, now));
+    if (!rest) return std::nullopt;
+    if (*rest == now) return point_mm;
+    return point_mm + world_from_lattice_vector(grid(), scaled(grid().spacing_mm, *rest - now));
 }
 
 Result<VectorField> Warp::forward_field() const noexcept {
