@@ -64,7 +64,9 @@ pliant_test(vessel
             test_soundness.cpp test_wall.cpp)
 pliant_test(scenes SOURCES test_unsteered_tips.cpp)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
-pliant_test(gym SOURCES test_catheter_arena.cpp test_endoscope_arena.cpp test_scene_flow.cpp)
+pliant_test(gym
+    SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
+            test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
     SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp

@@ -145,7 +145,8 @@ class EndoscopeArena {
     /// Places an endoscope, and returns its tissue to rest. Its pictures are brought up to date by
     /// the next call of look() or step().
     /// @returns InvalidArgument if the eye is not in a lumen of the scan, or a vector is no
-    ///          direction; then nothing has changed
+    ///          direction; then nothing has changed. LimitExceeded if memory runs out: it is placed
+    ///          or not, tip and tissue alike
     Status place(int endoscope, const EndoscopePose& pose) noexcept;
 
     /// Moves the endoscopes, and makes their pictures.
@@ -155,12 +156,14 @@ class EndoscopeArena {
     ///          changed. LimitExceeded if memory runs out: tissue has moved or not, and tips are
     ///          where they were or where they should be
     Status step(std::span<const double> actions, std::span<const std::uint8_t> moves = {}) noexcept;
-    /// Makes the pictures of endoscopes that were placed or loaded since their last one.
+    /// Makes the pictures of endoscopes that were placed or loaded since their last one, or lack
+    /// them after a failure. @returns LimitExceeded; the flow of the next picture is then 0
     Status look() noexcept;
 
     /// Pushes tissue with a tool of its own. The push shows at the next step.
     /// @returns InvalidArgument like ChainMail::push, or if tissue would come to the eye or the
-    ///          walls are rigid; then nothing has changed
+    ///          walls are rigid; then nothing has changed. LimitExceeded if memory runs out: tissue
+    ///          has moved or not
     Result<PushReport> push(int endoscope, const Push& push) noexcept;
 
     /// Pictures of the last call of step() or look(); valid until the next.
@@ -183,7 +186,8 @@ class EndoscopeArena {
     /// @returns Unwritable; LimitExceeded
     Result<std::vector<std::byte>> save_state(int endoscope) const noexcept;
     /// @returns Unreadable for other bytes; InvalidArgument for the state of another scan. Then
-    ///          nothing has changed
+    ///          nothing has changed. LimitExceeded if memory runs out: it is loaded or not, tip and
+    ///          tissue alike
     Status load_state(int endoscope, std::span<const std::byte> state) noexcept;
 
   private:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -85,11 +86,22 @@ struct EndoscopeArena::Impl {
     Status look() {
         return for_all([&](std::size_t n) -> Status {
             if (!stale[n]) return Ok{};
-            sights[n].look(*scopes[n], follows[n] != 0, target(n));
+            if (const Status s = scopes[n]->follow(); !s.ok()) return s;
+            // After a failure in it, the points of the last picture are lost.
+            sights[n].look(*scopes[n], std::exchange(follows[n], 0) != 0, target(n));
             stale[n] = 0;
             follows[n] = 1;
             return Ok{};
         });
+    }
+
+    /// The result of a change of an endoscope's state, unless that was refused.
+    Status changed(std::size_t n, Status result) {
+        if (result.ok() || result.error().code == ErrorCode::LimitExceeded) {
+            stale[n] = 1;
+            follows[n] = 0;
+        }
+        return result;
     }
 
     ArenaScan scan;
@@ -123,7 +135,10 @@ Result<std::unique_ptr<EndoscopeArena>> EndoscopeArena::create(
             if (!made) return made.error();
             scope = std::move(*made);
             // A scan without a lumen has no start; then place() has to succeed first.
-            if (start) (void)scope->place(*start);
+            if (!start) continue;
+            if (const Status s = scope->place(*start);
+                !s.ok() && s.error().code == ErrorCode::LimitExceeded)
+                return s.error();
         }
         return std::unique_ptr<EndoscopeArena>(new EndoscopeArena(std::move(impl)));
     });
@@ -133,10 +148,7 @@ Status EndoscopeArena::place(int endoscope, const EndoscopePose& pose) noexcept 
     PLIANT_ASSERT(endoscope >= 0 && endoscope < count());
     return attempt([&]() -> Status {
         const auto n = std::size_t(endoscope);
-        if (const Status s = m_impl->scopes[n]->place(pose); !s.ok()) return s;
-        m_impl->stale[n] = 1;
-        m_impl->follows[n] = 0;
-        return Ok{};
+        return m_impl->changed(n, m_impl->scopes[n]->place(pose));
     });
 }
 
@@ -176,7 +188,13 @@ Status EndoscopeArena::look() noexcept {
 
 Result<PushReport> EndoscopeArena::push(int endoscope, const Push& push) noexcept {
     PLIANT_ASSERT(endoscope >= 0 && endoscope < count());
-    return attempt([&] { return m_impl->scopes[std::size_t(endoscope)]->push(push); });
+    return attempt([&] {
+        const auto n = std::size_t(endoscope);
+        auto done = m_impl->scopes[n]->push(push);
+        // The deformed scan may be behind.
+        if (!done.ok() && done.error().code == ErrorCode::LimitExceeded) m_impl->stale[n] = 1;
+        return done;
+    });
 }
 
 EndoscopePictures EndoscopeArena::pictures() const {
@@ -227,10 +245,7 @@ Result<std::vector<std::byte>> EndoscopeArena::save_state(int endoscope) const n
 Status EndoscopeArena::load_state(int endoscope, std::span<const std::byte> state) noexcept {
     return attempt([&]() -> Status {
         const auto n = std::size_t(endoscope);
-        if (const Status s = m_impl->scopes[n]->load(state); !s.ok()) return s;
-        m_impl->stale[n] = 1;
-        m_impl->follows[n] = 0;
-        return Ok{};
+        return m_impl->changed(n, m_impl->scopes[n]->load(state));
     });
 }
 

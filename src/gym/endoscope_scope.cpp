@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include <stdlib.h>
+#include <unistd.h>
 
 #include "core/errors.h"
 #include "core/hash.h"
@@ -51,20 +52,25 @@ class TemporaryFile {
         std::error_code error;
         std::string folder =
             (std::filesystem::temp_directory_path(error) / "pliant-gym-XXXXXX").string();
-        if (!error && ::mkdtemp(folder.data())) m_folder = folder;
+        m_file = folder + "/tissue.plst";
+        m_folder.reserve(folder.size());
+        if (error || !::mkdtemp(folder.data())) return;
+        m_folder = folder;
+        m_file.replace(0, folder.size(), folder);
     }
-    ~TemporaryFile() {
-        std::error_code error;
-        if (is_there()) std::filesystem::remove_all(m_folder, error);
+    ~TemporaryFile() {  // without memory
+        if (!is_there()) return;
+        ::unlink(m_file.c_str());
+        ::rmdir(m_folder.c_str());
     }
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
     bool is_there() const { return !m_folder.empty(); }
-    std::filesystem::path path() const { return m_folder / "tissue.plst"; }
+    const std::string& path() const { return m_file; }
 
   private:
-    std::filesystem::path m_folder;
+    std::string m_folder, m_file;
 };
 
 /// All of a state but the tissue.
@@ -133,13 +139,11 @@ Status Scope::place(const EndoscopePose& pose) {
         return about("eye_mm", ErrorCode::InvalidArgument,
                      "expected a position in a lumen of the scan, found " +
                          short_text(pose.eye_mm) + (is_inside ? " in tissue" : " outside"));
-    if (m_tissue) {
-        m_tissue->reset();
-        if (const Status s = follow(); !s.ok()) return s;
-    }
     m_state = {};
     m_state.pose = upright(pose);
-    return Ok{};
+    if (!m_tissue) return Ok{};
+    m_tissue->reset();
+    return follow();
 }
 
 void Scope::turn(const double* action) {
@@ -168,17 +172,21 @@ Vec3d Scope::end_in_scan(Vec3d end_mm) const {
 
 Status Scope::step(const double* action) {
     const EndoscopeState before = m_state;
+    const Status done = attempt([&] { return advance(action); });
+    if (!done.ok()) m_state = before;
+    return done;
+}
+
+Status Scope::advance(const double* action) {
     turn(action);
     const double way_mm = action[0] / m_scan.settings.control_hz;
     const Vec3d meant = m_state.pose.eye_mm + way_mm * m_state.pose.look;
     const Vec3d wanted = end_in_scan(meant);
     m_state.is_stopped = wanted != meant;
-    if (!m_tissue) {
+    if (!m_tissue)
         slide_along(wanted);
-    } else if (const Status s = push_through(wanted); !s.ok()) {
-        m_state = before;
+    else if (const Status s = push_through(wanted); !s.ok())
         return s;
-    }
     feel(wanted);
     measure();
     ++m_state.steps;
@@ -211,15 +219,23 @@ Status Scope::settle() {
     return Ok{};
 }
 
-/// Brings the deformed scan up to date.
 Status Scope::follow() {
+    if (!m_tissue) return Ok{};
     const std::uint64_t version = m_tissue->deformation().version();
     if (version == m_seen_version) return Ok{};
-    const auto update = m_live->update();
-    if (!update) return update.error();
-    m_rays->update(update->boxes);
-    m_seen_version = version;
-    return Ok{};
+    return attempt([&]() -> Status {
+        const auto update = m_live->update();
+        if (!update) return update.error();
+        // After a failure here, the boxes are lost.
+        const Box3i all[] = {voxel_box(m_scan.volume.grid)};
+        const auto boxes =
+            m_rays_are_behind ? std::span<const Box3i>(all) : std::span(update->boxes);
+        m_rays_are_behind = true;
+        m_rays->update(boxes);
+        m_rays_are_behind = false;
+        m_seen_version = version;
+        return Ok{};
+    });
 }
 
 /// Moves along rigid walls: at each small part of the way the sphere leaves the wall along its
@@ -347,10 +363,11 @@ Status Scope::save(std::vector<std::byte>& bytes) const {
             return Error{ErrorCode::Unwritable, "expected a folder for temporary files"};
         if (const Status s = m_tissue->save_state(file.path()); !s.ok()) return s;
         std::error_code error;
-        tissue.resize(std::filesystem::file_size(file.path(), error));
+        const auto size = std::filesystem::file_size(file.path(), error);
+        if (!error) tissue.resize(size);
         std::ifstream stream(file.path(), std::ios::binary);
         stream.read(reinterpret_cast<char*>(tissue.data()), std::streamsize(tissue.size()));
-        if (error || !stream || tissue.empty())
+        if (!stream || tissue.empty())
             return Error{ErrorCode::Unwritable, "expected room for a temporary file"};
     }
     head.tissue_bytes = tissue.size();
@@ -381,7 +398,6 @@ Status Scope::load(std::span<const std::byte> bytes) {
         if (!stream) return Error{ErrorCode::Unwritable, "expected room for a temporary file"};
         if (const Status s = m_tissue->load_state(file.path()); !s.ok()) return s;
         m_seen_version = ~std::uint64_t(0);
-        if (const Status s = follow(); !s.ok()) return s;
     }
     m_state.pose = {head.eye, head.look, head.up};
     m_state.force_n = head.force;
@@ -389,7 +405,7 @@ Status Scope::load(std::span<const std::byte> bytes) {
     m_state.is_touching = (head.flags & 1) != 0;
     m_state.is_stopped = (head.flags & 2) != 0;
     m_state.steps = head.steps;
-    return Ok{};
+    return follow();
 }
 
 }  // namespace pliant

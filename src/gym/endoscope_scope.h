@@ -28,12 +28,20 @@ class Scope {
   public:
     static Result<std::unique_ptr<Scope>> create(const ArenaScan& scan);
 
-    /// @returns InvalidArgument, with nothing changed
+    // After LimitExceeded, follow() may have to bring the deformed scan up to date.
+
+    /// @returns InvalidArgument, with nothing changed; LimitExceeded, with the scope placed
     Status place(const EndoscopePose& pose);
+    /// @returns LimitExceeded, with the tip where it was; tissue has moved or not
     Status step(const double* action);
+    /// @returns InvalidArgument, with nothing changed; LimitExceeded, tissue has moved or not
     Result<PushReport> push(const Push& push);
     Status save(std::vector<std::byte>& bytes) const;
+    /// @returns Unreadable, Unwritable or InvalidArgument, with nothing changed; LimitExceeded, with
+    ///          the state loaded or not
     Status load(std::span<const std::byte> bytes);
+    /// Brings the deformed scan up to date. @returns LimitExceeded
+    Status follow();
 
     const EndoscopeState& state() const { return m_state; }
     const Volume& volume() const { return m_live ? m_live->volume() : m_scan.volume; }
@@ -51,8 +59,8 @@ class Scope {
     Vec3d end_in_scan(Vec3d end_mm) const;
     Status push_through(Vec3d wanted_mm);
     void slide_along(Vec3d wanted_mm);
+    Status advance(const double* action);
     Status settle();
-    Status follow();
     void feel(Vec3d wanted_mm);
     void measure();
 
@@ -62,6 +70,7 @@ class Scope {
     std::optional<RayCaster> m_rays;
     EndoscopeState m_state;
     std::uint64_t m_seen_version = 0;  ///< of the deformation at the last update of the volume
+    bool m_rays_are_behind = false;    ///< the rays lack changes of the volume
 };
 
 }  // namespace pliant

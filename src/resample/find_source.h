@@ -166,5 +166,14 @@ std::optional<Vec3d> find_source(Cells& cells, Vec3d now, Vec3d from) {
     if (const auto found = walk_to_source(cells, now, from)) return found;
     return search_source(cells, now, from);
 }
+/// Likewise. The first guess is where the displacement is that of the point's own position.
+template <class Cells>
+std::optional<Vec3d> find_source(Cells& cells, Vec3d now) {
+    const Vec3i cell = floor_of(now);
+    const Vec3d local = now - real_of(cell);
+    std::array<Vec3d, 8> points;
+    if (!cells.corners(cell, points)) return find_source(cells, now, now);
+    return find_source(cells, now, now - (TrilinearCell(points).at(local) - local));
+}
 
 }  // namespace pliant

@@ -133,13 +133,13 @@ class WarpCells {
 /// u at a continuous voxel index [voxels].
 Vec3d displacement_at(const Warp& warp, Vec3d at) {
     const Vec3i low = floor_of(at);
-    const Vec3d h = warp.grid().spacing_mm, high = at - real_of(low);
+    const Vec3d h = warp.grid().spacing_mm, per_mm{1 / h.x, 1 / h.y, 1 / h.z};
+    const Vec3d high = at - real_of(low), weights[2] = {Vec3d{1, 1, 1} - high, high};
     Vec3d sum{0, 0, 0};
     for (int n = 0; n < 8; ++n) {
-        double weight = 1;
-        for (int a = 0; a < 3; ++a) weight *= n >> a & 1 ? high[a] : 1 - high[a];
-        const Vec3d u_mm = warp.displacement_mm(low + Vec3i{n & 1, n >> 1 & 1, n >> 2});
-        sum = sum + weight * scaled({1 / h.x, 1 / h.y, 1 / h.z}, u_mm);
+        const Vec3i step{n & 1, n >> 1 & 1, n >> 2};
+        const double weight = weights[step.x].x * weights[step.y].y * weights[step.z].z;
+        sum = sum + weight * scaled(per_mm, warp.displacement_mm(low + step));
     }
     return sum;
 }
@@ -203,7 +203,7 @@ std::optional<Vec3d> Warp::inverse(Vec3d point_mm) const {
     const Vec3d now = voxel_from_world(grid(), point_mm);
     if (!(norm(now) < 1e8)) return point_mm;
     WarpCells cells(m_state);
-    const auto rest = find_source(cells, now, now - displacement_at(*this, now));
+    const auto rest = find_source(cells, now);
     if (!rest) return std::nullopt;
     if (*rest == now) return point_mm;
     return point_mm + world_from_lattice_vector(grid(), scaled(grid().spacing_mm, *rest - now));

@@ -22,27 +22,6 @@ EndoscopeArenaSettings all_pictures(int count) {
     return s;
 }
 
-template <class T>
-std::vector<std::byte> bytes_of(std::span<const T> values) {
-    const auto bytes = std::as_bytes(values);
-    return {bytes.begin(), bytes.end()};
-}
-
-/// All pictures, and the hashes.
-std::vector<std::byte> result_of(const EndoscopeArena& arena) {
-    const EndoscopePictures p = arena.pictures();
-    std::vector<std::byte> all;
-    for (const auto& part : {bytes_of(p.colour), bytes_of(p.depth_mm), bytes_of(p.normals),
-                             bytes_of(p.flow), bytes_of(p.visibility), bytes_of(p.scene_flow_mm)})
-        all.insert(all.end(), part.begin(), part.end());
-    for (int n = 0; n < arena.count(); ++n) {
-        const std::uint64_t hash = arena.hash(n);
-        const auto more = bytes_of(std::span<const std::uint64_t>(&hash, 1));
-        all.insert(all.end(), more.begin(), more.end());
-    }
-    return all;
-}
-
 std::unique_ptr<EndoscopeArena> made(const Volume& scan, const EndoscopeArenaSettings& settings,
                                      const TaskArena& threads) {
     auto arena = EndoscopeArena::create(scan, settings, threads);
