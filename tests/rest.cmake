@@ -54,7 +54,9 @@ pliant_test(tissue
             test_giving_up.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp)
-pliant_test(truth SOURCES test_cases.cpp test_exact_map.cpp)
+pliant_test(truth
+    SOURCES ../support/count_allocations.cpp test_cases.cpp test_exact_map.cpp
+            test_out_of_memory.cpp)
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp

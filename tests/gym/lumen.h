@@ -53,7 +53,7 @@ inline std::vector<std::byte> bytes_of(std::span<const T> values) {
 }
 
 /// All pictures, and the hashes.
-inline std::vector<std::byte> result_of(const EndoscopeArena& arena) {
+inline std::vector<std::byte> result_of_endoscopes(const EndoscopeArena& arena) {
     const EndoscopePictures p = arena.pictures();
     std::vector<std::byte> all;
     for (const auto& part : {bytes_of(p.colour), bytes_of(p.depth_mm), bytes_of(p.normals),

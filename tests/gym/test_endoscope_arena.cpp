@@ -48,7 +48,7 @@ TEST(EndoscopeArena, GivesTheSameBitsForAnyNumberOfThreadsAndEndoscopes) {
             for (int step = 0; step < 25; ++step) {
                 const Status s = arena->step(random_actions(random, 3));
                 ASSERT_TRUE(s.ok()) << s.error().message;
-                const auto result = result_of(*arena);
+                const auto result = result_of_endoscopes(*arena);
                 if (threads == &one) {
                     first.push_back(result);
                 } else {
@@ -168,13 +168,14 @@ TEST(EndoscopeArena, ALoadedStateContinuesLikeTheSavedOne) {
         ASSERT_TRUE(loaded.ok()) << loaded.error().message;
         EXPECT_EQ(other->hash(0), arena->hash(0));
         ASSERT_TRUE(other->look().ok());
-        EXPECT_EQ(result_of(*other), result_of(*arena));
+        EXPECT_EQ(result_of_endoscopes(*other), result_of_endoscopes(*arena));
         for (int step = 0; step < 20; ++step) {
             std::vector<double> actions = random_actions(random, 1);
             if (step % 3 == 0) actions[0] = 0;  // relaxation alone
             ASSERT_TRUE(arena->step(actions).ok());
             ASSERT_TRUE(other->step(actions).ok());
-            ASSERT_EQ(result_of(*other), result_of(*arena)) << "seed 21, step " << step;
+            ASSERT_EQ(result_of_endoscopes(*other), result_of_endoscopes(*arena))
+                << "seed 21, step " << step;
         }
         auto damaged = *state;
         damaged[4] ^= std::byte{1};
@@ -210,13 +211,13 @@ TEST(EndoscopeArena, PlacesAnEndoscopeInTissueAtRest) {
     const TaskArena threads(1);
     const auto arena = made(scan, all_pictures(1), threads);
     ASSERT_TRUE(arena->look().ok());
-    const auto fresh = result_of(*arena);
+    const auto fresh = result_of_endoscopes(*arena);
     for (int step = 0; step < 30; ++step)
         ASSERT_TRUE(arena->step(std::vector<double>{10, 0, 0, step < 10 ? 2.0 : 0}).ok());
     EXPECT_GT(arena->state(0).max_displacement_mm, 0);
     ASSERT_TRUE(arena->place(0, start_in(scan)).ok());
     ASSERT_TRUE(arena->look().ok());
-    EXPECT_EQ(result_of(*arena), fresh);
+    EXPECT_EQ(result_of_endoscopes(*arena), fresh);
     EXPECT_EQ(hash_volume(arena->volume(0)), hash_volume(scan));
 }
 

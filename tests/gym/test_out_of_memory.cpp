@@ -74,7 +74,7 @@ class ArenaOutOfMemory : public ::testing::TestWithParam<int> {
             ASSERT_TRUE(arena.step(ahead()).ok());
             ASSERT_TRUE(twin->step(ahead()).ok());
         }
-        EXPECT_EQ(result_of(arena), result_of(*twin));
+        EXPECT_EQ(result_of_endoscopes(arena), result_of_endoscopes(*twin));
     }
 
     /// Lets an operation fail at each of its allocations. Afterwards the hash is that of before or
