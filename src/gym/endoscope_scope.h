@@ -37,8 +37,8 @@ class Scope {
     /// @returns InvalidArgument, with nothing changed; LimitExceeded, tissue has moved or not
     Result<PushReport> push(const Push& push);
     Status save(std::vector<std::byte>& bytes) const;
-    /// @returns Unreadable, Unwritable or InvalidArgument, with nothing changed; LimitExceeded, with
-    ///          the state loaded or not
+    /// @returns Unreadable, Unwritable or InvalidArgument, with nothing changed; LimitExceeded, and
+    ///          the state has been loaded or not
     Status load(std::span<const std::byte> bytes);
     /// Brings the deformed scan up to date. @returns LimitExceeded
     Status follow();
