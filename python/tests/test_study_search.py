@@ -147,3 +147,39 @@ def test_a_study_of_listed_combinations(folder):
         Study("bad", "valley.py:valley", parameters=[1])
 
 
+
+
+SPRINGS = '''
+import functools
+import pliant
+
+@functools.cache
+def problem(size):
+    """Springs of a box, of two kinds, and a box of finite elements."""
+    box = pliant.FitBox(size=(size,) * 3, groups="kinds")
+    return pliant.fit_box(box, [pliant.FitBoxLoad(force_n=(0, 0, -40))], threads=1).problem
+
+def misfit(edges, diagonals, size=4):
+    at = problem(size).evaluate([edges, diagonals])
+    return {"cost": at.cost, "average_percent": at.cases[0].average_percent}
+'''
+
+
+def test_springs_are_fitted_to_finite_elements(folder):
+    (folder / "springs.py").write_text(SPRINGS)
+    stiffness = {"low": 500, "high": 50000, "scale": "log"}
+    found = Search(
+        "springs",
+        "springs.py:misfit",
+        parameters={"edges": stiffness, "diagonals": stiffness, "size": 4},
+        search={"minimise": "cost", "population": 16, "generations": 60, "tolerance": 1e-4},
+    ).run("out", workers=2)
+    assert found.is_converged
+    box = pliant.FitBox(size=(4, 4, 4), groups="kinds")
+    problem = pliant.fit_box(box, [pliant.FitBoxLoad(force_n=(0, 0, -40))]).problem
+    annealed = pliant.fit(problem, "annealing")
+    assert found.value <= annealed.at.cost, "the method of one machine finds no better"
+    best = pliant.fit(problem, "gauss_newton")
+    assert found.value <= 1.001 * best.at.cost
+    values = [found.parameters["edges"], found.parameters["diagonals"]]
+    assert problem.evaluate(values).cost == found.value
