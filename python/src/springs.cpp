@@ -368,14 +368,15 @@ void bind_motion(nb::class_<PySprings>& c) {
         .def(
             "find_equilibrium",
             [](P& p, double tolerance) {
-                const auto done = [&] {
-                    const nb::gil_scoped_release without_lock;
-                    return p.tissue.find_equilibrium(tolerance);
-                }();
-                take(done);
+                const Arena& arena = *p.arena;
+                take(arena.run_reading([&] {
+                    return p.tissue.find_equilibrium(tolerance,
+                                                     [&] { return arena.tasks().gives_up(); });
+                }));
             },
             nb::arg("tolerance") = 1e-9,
-            "Moves the active nodes to a static equilibrium by Newton's method.\n\n"
+            "Moves the active nodes to a static equilibrium by Newton's method. Ctrl-C leaves them "
+            "where they were.\n\n"
             "Args:\n    tolerance: Largest remaining force, relative to the largest load or "
             "reaction.")
         .def(
