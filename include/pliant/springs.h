@@ -401,8 +401,11 @@ class SpringTissue {
     /// nodes through the lattice into a folded equilibrium: see folded_cells().
     /// @param tolerance  largest remaining force on a node, relative to the largest load or
     ///                   reaction; clamped to the rounding error
-    /// @returns LimitExceeded if it isn't reached
-    Status find_equilibrium(double tolerance = 1e-9) noexcept;
+    /// @param give_up    polled in each iteration; may be empty
+    /// @returns LimitExceeded if it isn't reached, or give_up returned true: then nothing has
+    ///          changed
+    Status find_equilibrium(double tolerance = 1e-9,
+                            const std::function<bool()>& give_up = {}) noexcept;
 
     Vec3d position(std::int32_t node) const;
     Vec3d velocity(std::int32_t node) const;

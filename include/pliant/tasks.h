@@ -23,6 +23,9 @@ struct HostJobs {
     /// out: LimitExceeded, and nothing has changed. It must be false in calls that can't fail. May
     /// be empty.
     std::function<bool()> give_up{};
+    /// Likewise, but polled between the parts of a loop, on all threads at the same time. For calls
+    /// that change nothing, such as pictures: others may be in the middle of a change.
+    std::function<bool()> give_up_within{};
 };
 
 /// Thread safety: any call on any thread.
@@ -37,6 +40,8 @@ class TaskArena {
     TaskArena& operator=(TaskArena&&) noexcept;
 
     int thread_count() const;
+    /// Polls HostJobs::give_up_within. For long work inside of a loop's part.
+    bool gives_up() const;
 
     /// Calls body(begin, end) for ranges of 0…count, each at most grain long, on all threads, and
     /// waits for them. An exception of the body is rethrown after all running ranges have ended;

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import importlib
+import operator
 import pathlib
 import tempfile
 from typing import Any
@@ -13,7 +14,7 @@ import numpy
 import numpy.typing
 
 import pliant._core
-from pliant._core import Field, TetMesh, Tissue, Volume
+from pliant._core import Field, SpringParts, TetMesh, Tissue, Volume
 from pliant._error import Error
 
 _RAS = numpy.diag([-1.0, -1.0, 1.0])
@@ -131,6 +132,25 @@ def reduced_mesh(mesh: TetMesh) -> tuple[Any, ...]:
     return TetMesh, (numpy.array(mesh.nodes_mm), numpy.array(mesh.cells))
 
 
+_PARTS = ("mass", "node_damping", "fixed", "stiffness", "link_damping", "rest_length") + (
+    "branch_stiffness", "branch_time", "cell_node_count", "bulk",
+)  # fmt: skip
+
+
+def _remade_parts(rest: Any, links: Any, cells: Any, arrays: dict[str, Any]) -> SpringParts:
+    parts = SpringParts(rest, links, cells=cells if len(cells) else None)
+    for name, array in arrays.items():
+        getattr(parts, name)[:] = array
+    return parts
+
+
+def reduced_parts(parts: SpringParts) -> tuple[Any, ...]:
+    """For pickle."""
+    arrays = {name: numpy.array(getattr(parts, name)) for name in _PARTS}
+    rest, links, cells = (numpy.array(a) for a in (parts.rest, parts.links, parts.cells))
+    return _remade_parts, (rest, links, cells, arrays)
+
+
 def _state_of(tissue: Tissue) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "state")
@@ -149,7 +169,7 @@ def _remade_tissue(
     maker: tuple[str, tuple[Any, ...], dict[str, Any]], changes: list[dict[str, Any]], state: bytes
 ) -> Any:
     function, arguments, settings = maker
-    tissue = getattr(pliant._core, function)(*arguments, **settings)
+    tissue = operator.attrgetter(function)(pliant._core)(*arguments, **settings)
     for change in changes:
         tissue.configure(**change)
     _take_state(tissue, state)
@@ -172,8 +192,8 @@ def reduced_tissue(
     """For pickle and copy.deepcopy: the scan and the state, without history; tools have let go."""
     if maker is None:
         raise Error(
-            "pickle: expected a tissue of make_chainmail, make_springs or make_body, or one of "
-            "your own",
+            "pickle: expected a tissue of make_chainmail, make_springs, make_body, make_network or "
+            "make_tissue, or one of your own",
             "unsupported",
         )
     return _remade_tissue, (maker, changes, _state_of(tissue))

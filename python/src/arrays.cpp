@@ -3,8 +3,6 @@
 
 #include "arrays.h"
 
-#include <thread>
-
 namespace pliant::python {
 namespace {
 
@@ -49,23 +47,48 @@ Arena::Arena(int threads) {
     if (count > 1) {
         m_workers = std::make_unique<TaskArena>(count);
         jobs.run = [this](std::int64_t number, const std::function<void(std::int64_t)>& job) {
+            Call* const call = current();
             m_workers->for_each(number, 1, [&](std::int64_t begin, std::int64_t end) {
+                Call* const before = std::exchange(current(), call);
                 for (std::int64_t n = begin; n < end; ++n) job(n);
+                current() = before;
             });
         };
     }
-    jobs.give_up = [this] { return is_interrupted(); };
+    jobs.give_up = [this] { return is_interrupted(false); };
+    jobs.give_up_within = [this] { return is_interrupted(true); };
     m_tasks = std::make_unique<TaskArena>(std::move(jobs));
 }
 
-bool Arena::is_interrupted() const {
-    if (!m_armed) return false;
-    if (m_is_interrupted) return true;
+Arena::Call*& Arena::current() {
+    thread_local Call* call = nullptr;
+    return call;
+}
+
+bool Arena::is_interrupted(bool in_part) const {
+    Call* const call = current();
+    if (!call || &call->arena != this || (in_part && !call->is_reading)) return false;
+    return call->look_for_interruption();
+}
+
+Arena::Call::Call(const Arena& its_arena, bool reading)
+    : arena(its_arena),
+      is_reading(reading),
+      thread(std::this_thread::get_id()),
+      outer(std::exchange(current(), this)),
+      next_look(std::chrono::steady_clock::now() + kLookEvery) {}
+Arena::Call::~Call() {
+    current() = outer;
+}
+
+bool Arena::Call::look_for_interruption() {
+    if (is_interrupted) return true;
+    if (std::this_thread::get_id() != thread) return false;
     const auto now = std::chrono::steady_clock::now();
-    if (now < m_next_look) return false;
-    m_next_look = now + kLookEvery;
+    if (now < next_look) return false;
+    next_look = now + kLookEvery;
     const nb::gil_scoped_acquire lock;
-    return m_is_interrupted = PyErr_CheckSignals() != 0;
+    return is_interrupted = PyErr_CheckSignals() != 0;
 }
 
 nb::object points_of(std::vector<Vec3d> points) {

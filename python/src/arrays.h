@@ -31,6 +31,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace nb = nanobind;
@@ -63,34 +64,73 @@ class Arena {
     /// @returns its result; an interruption is raised
     template <class Work>
     auto run(const Work& work) const {
-        struct Armed {
-            explicit Armed(const Arena& arena) : m_arena(arena) { arena.m_armed = true; }
-            ~Armed() { m_arena.m_armed = false; }
-            const Arena& m_arena;
-        };
-        m_is_interrupted = false;
+        return run(work, false);
+    }
+    /// Likewise, of a call that changes nothing, or polls TaskArena::gives_up: Ctrl-C ends it within
+    /// about 20 ms of a loop's part.
+    template <class Work>
+    auto run_reading(const Work& work) const {
+        return run(work, true);
+    }
+
+  private:
+    /// A call that Ctrl-C may end.
+    struct Call {
+        Call(const Arena& arena, bool is_reading);
+        ~Call();
+        Call(const Call&) = delete;
+        Call& operator=(const Call&) = delete;
+        bool look_for_interruption();
+
+        const Arena& arena;
+        const bool is_reading;
+        const std::thread::id thread;  ///< which began it: Python looks at signals in one thread
+        Call* const outer;
+        std::atomic<bool> is_interrupted = false;
+        std::chrono::steady_clock::time_point next_look;
+    };
+    /// The call that this thread works for, on any arena; null: none.
+    static Call*& current();
+    bool is_interrupted(bool in_part) const;
+
+    template <class Work>
+    auto run(const Work& work, bool is_reading) const {
+        Call call(*this, is_reading);
         try {
             auto result = [&] {
-                const Armed armed(*this);
                 const nb::gil_scoped_release without_lock;
                 return work();
             }();
-            if (m_is_interrupted) throw nb::python_error();
+            if (call.is_interrupted) throw nb::python_error();
             return result;
         } catch (const std::bad_alloc&) {  // of a call that isn't noexcept
-            if (m_is_interrupted) throw nb::python_error();
+            if (call.is_interrupted) throw nb::python_error();
             throw;
         }
     }
 
-  private:
-    bool is_interrupted() const;
-
     std::unique_ptr<TaskArena> m_workers;  ///< null with one thread
     std::unique_ptr<TaskArena> m_tasks;
-    mutable std::atomic<bool> m_armed = false;
-    mutable bool m_is_interrupted = false;
-    mutable std::chrono::steady_clock::time_point m_next_look{};
+};
+
+/// Whether Ctrl-C was pressed, for calls that poll it themselves.
+class Interruption {
+  public:
+    /// Looks every 20 ms. Takes the interpreter's lock.
+    bool is_there() {
+        const auto now = std::chrono::steady_clock::now();
+        if (m_is_there || now < m_next) return m_is_there;
+        m_next = now + std::chrono::milliseconds(20);
+        const nb::gil_scoped_acquire lock;
+        return m_is_there = PyErr_CheckSignals() != 0;
+    }
+    void raise_if_there() const {
+        if (m_is_there) throw nb::python_error();
+    }
+
+  private:
+    bool m_is_there = false;
+    std::chrono::steady_clock::time_point m_next{};
 };
 
 /// The settings in a call's keyword arguments. @returns InvalidArgument for other kinds of values

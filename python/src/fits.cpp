@@ -252,7 +252,7 @@ void bind_fit(nb::module_& m) {
            const nb::kwargs& settings) {
             const auto chosen = method_of(method, values, settings);
             const Arena arena(threads);
-            return take(arena.run([&] { return fit(problem, chosen, arena.tasks()); }));
+            return take(arena.run_reading([&] { return fit(problem, chosen, arena.tasks()); }));
         },
         nb::arg("problem"), nb::arg("method") = "gauss_newton", nb::arg("values") = nb::none(),
         nb::arg("threads") = 0, nb::arg("settings"),
@@ -271,7 +271,7 @@ void bind_fit(nb::module_& m) {
             const auto v = values_of(values);
             const Arena arena(threads);
             const auto found =
-                take(arena.run([&] { return fit_directions(problem, v, arena.tasks()); }));
+                take(arena.run_reading([&] { return fit_directions(problem, v, arena.tasks()); }));
             std::vector<double> directions, influences;
             for (const FitDirection& d : found) {
                 directions.insert(directions.end(), d.direction.begin(), d.direction.end());
@@ -293,8 +293,8 @@ void bind_fit(nb::module_& m) {
             const auto v = values_of(values);
             const Arena arena(threads);
             std::vector<std::array<double, 2>> pairs;
-            for (const FitInterval& i :
-                 take(arena.run([&] { return fit_intervals(problem, v, noise, arena.tasks()); })))
+            for (const FitInterval& i : take(arena.run_reading(
+                     [&] { return fit_intervals(problem, v, noise, arena.tasks()); })))
                 pairs.push_back({i.low, i.high});
             return array_of_pairs(pairs);
         },
@@ -362,7 +362,7 @@ void bind_box(nb::module_& m) {
             made.loads = loads;
             made.settings = fit_settings(settings);
             const Arena arena(threads);
-            return take(arena.run([&] { return fit_box(made, arena.tasks()); }));
+            return take(arena.run_reading([&] { return fit_box(made, arena.tasks()); }));
         },
         nb::arg("box"), nb::arg("loads"), nb::arg("threads") = 0, nb::arg("settings"),
         nb::sig("def fit_box(box: FitBox, loads: collections.abc.Sequence[FitBoxLoad], threads: "
@@ -467,7 +467,7 @@ void bind_mesh(nb::module_& m) {
             if (!regions.empty()) made.regions = regions;
             if (region_of) made.region_of = Nodes(*region_of, "region_of").copied();
             const Arena arena(threads);
-            return take(arena.run([&] { return fit_mesh(made, arena.tasks()); }));
+            return take(arena.run_reading([&] { return fit_mesh(made, arena.tasks()); }));
         },
         nb::arg("mesh"), nb::arg("held"), nb::arg("loads"),
         nb::arg("regions") = std::vector<FitRegion>{}, nb::arg("region_of") = nb::none(),
@@ -516,7 +516,8 @@ void bind_mesh(nb::module_& m) {
             for (std::size_t n = 0; n < u.rows(); ++n)
                 creep.samples.push_back({times[n], at.numbers()[n], u.vectors()[n]});
             const Arena arena(threads);
-            return take(arena.run([&] { return fit_creep(fitted, v, creep, arena.tasks()); }));
+            return take(
+                arena.run_reading([&] { return fit_creep(fitted, v, creep, arena.tasks()); }));
         },
         nb::arg("fitted"), nb::arg("values"), nb::arg("times_s"), nb::arg("nodes"),
         nb::arg("displacements_mm"), nb::arg("load") = 0, nb::arg("noise_mm") = 0.0,

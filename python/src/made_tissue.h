@@ -11,8 +11,16 @@
 
 namespace pliant::python {
 
+/// The call of a function of the module that makes a tissue again, for pickle. Its arguments must
+/// not change afterwards.
+struct MakerCall {
+    const char* function;  ///< a member's is "Class.function"
+    nb::tuple arguments;
+    nb::dict settings{};
+};
+
 /// Makes a Tissue of Python, with threads of its own. It keeps the scan.
-nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make);
+nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make, MakerCall maker);
 /// The tissue in an object of Python, which must outlive it; null for other objects.
 Tissue* find_tissue(nb::handle object);
 

@@ -120,24 +120,4 @@ inline nb::object viewed_rows(std::span<const Vec3d> vectors, nb::handle owner) 
         reinterpret_cast<const double*>(vectors.data()), {vectors.size(), 3}, owner));
 }
 
-/// Whether Ctrl-C was pressed, for calls that poll it themselves.
-class Interruption {
-  public:
-    /// Looks every 20 ms. Takes the interpreter's lock.
-    bool is_there() {
-        const auto now = std::chrono::steady_clock::now();
-        if (m_is_there || now < m_next) return m_is_there;
-        m_next = now + std::chrono::milliseconds(20);
-        const nb::gil_scoped_acquire lock;
-        return m_is_there = PyErr_CheckSignals() != 0;
-    }
-    void raise_if_there() const {
-        if (m_is_there) throw nb::python_error();
-    }
-
-  private:
-    bool m_is_there = false;
-    std::chrono::steady_clock::time_point m_next{};
-};
-
 }  // namespace pliant::python

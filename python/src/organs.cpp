@@ -66,6 +66,43 @@ std::vector<TetMesh> meshes_of(const PyOrgans& organs, nb::handle tissue) {
     return meshes;
 }
 
+/// Settings as apply() takes them back. An empty list has no type; it is the default.
+template <class T>
+nb::dict kept_settings(const T& settings, SettingRows<T> rows) {
+    nb::dict kept;
+    for (const auto& [name, value] : dict_of(record_of(settings, rows)))
+        if (!nb::isinstance<nb::list>(value) || nb::len(value) > 0) kept[name] = value;
+    return kept;
+}
+
+/// All that make_tissue needs: scan, labels, settings, bodies, hash.
+nb::tuple state_of_organs(const PyOrgans& organs) {
+    const MadeOrgans& made = organs.made;
+    nb::list bodies;
+    for (const Organ& organ : made.organs)
+        bodies.append(nb::make_tuple(organ.name, TetMesh(organ.mesh),
+                                     kept_settings(organ.settings, organ_rows())));
+    return nb::make_tuple(organs.scan,
+                          made.labels ? nb::cast(PyVolume{*made.labels, {}}) : nb::none(),
+                          kept_settings(made.file, organ_file_rows()), bodies, made.hash);
+}
+
+PyOrgans organs_from(const nb::tuple& state) {
+    PyOrgans organs{{}, state[0]};
+    MadeOrgans& made = organs.made;
+    if (!state[1].is_none())
+        made.labels = std::make_shared<const Volume>(nb::cast<const PyVolume&>(state[1]).volume);
+    take(apply(record_of(nb::cast<nb::dict>(state[2])), organ_file_rows(), made.file));
+    for (const nb::handle body : nb::cast<nb::list>(state[3])) {
+        Organ organ{.name = nb::cast<std::string>(body[0]),
+                    .mesh = nb::cast<const TetMesh&>(body[1])};
+        take(apply(record_of(nb::cast<nb::dict>(body[2])), organ_rows(), organ.settings));
+        made.organs.push_back(std::move(organ));
+    }
+    made.hash = nb::cast<std::uint64_t>(state[4]);
+    return organs;
+}
+
 void bind_organ(nb::module_& m) {
     nb::class_<Organ>(m, "Organ", "A body of organs.")
         .def_ro("name", &Organ::name, "Its name.")
@@ -102,14 +139,16 @@ void bind_organ(nb::module_& m) {
             "Settings of all bodies: settings_of(\"organs\").")
         .def(
             "make_tissue",
-            [](const P& p, int threads) {
+            [](nb::handle self, int threads) {
+                const P& p = nb::cast<const P&>(self);
                 return tissue_of(p.scan, threads,
                                  [&](const Volume& scan,
                                      const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
                                      auto tissue = make_tissue(p.made, scan, arena);
                                      if (!tissue.ok()) return tissue.error();
                                      return std::unique_ptr<Tissue>(std::move(tissue).value());
-                                 });
+                                 },
+                                 {"MadeOrgans.make_tissue", nb::make_tuple(self)});
             },
             nb::arg("threads") = 0, nb::sig("def make_tissue(self, threads: int = 0) -> Tissue"),
             "A tissue of all bodies at rest, to push, grab, slide along and cut.")
@@ -119,6 +158,12 @@ void bind_organ(nb::module_& m) {
              "have added.")
         .def(
             "hash", [](const P& p) { return p.made.hash; }, "Of meshes and settings.")
+        .def("__getstate__", &state_of_organs,
+             nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
+        .def(
+            "__setstate__", [](P& p, const nb::tuple& state) { new (&p) P(organs_from(state)); },
+            nb::arg("state"),
+            nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
         .def("__repr__", [](const P& p) {
             std::string names;
             for (const Organ& organ : p.made.organs)

@@ -65,8 +65,7 @@ class PyCaster {
             m_live.emplace(take(std::move(live)));
         }
         const Volume& volume = m_live ? m_live->volume() : nb::cast<const PyVolume&>(m_scan).volume;
-        const nb::gil_scoped_release without_lock;
-        m_caster.emplace(volume, m_arena.tasks());
+        m_arena.run_reading([&] { return &m_caster.emplace(volume, m_arena.tasks()); });
     }
 
     nb::object scan() const { return m_scan; }
@@ -75,8 +74,7 @@ class PyCaster {
     template <class Work>
     auto run(const Work& work) {
         follow(false);
-        const nb::gil_scoped_release without_lock;
-        return work(*m_caster);
+        return m_arena.run_reading([&] { return work(*m_caster); });
     }
 
     /// Calls work(caster, endoscope) likewise, with the rest field that the style needs.
@@ -85,8 +83,7 @@ class PyCaster {
         follow(endoscope.style == Style::Real);
         Endoscope e = endoscope;
         if (m_rest) e.rest = &*m_rest;
-        const nb::gil_scoped_release without_lock;
-        return work(*m_caster, e);
+        return m_arena.run_reading([&] { return work(*m_caster, e); });
     }
 
   private:
@@ -364,14 +361,13 @@ void bind_caster(nb::module_& m) {
             "distance; None if there is none within that distance.");
 }
 
-/// Calls work(volume, arena) without the interpreter's lock.
+/// Calls work(volume, arena) without the interpreter's lock; Ctrl-C ends it.
 template <class Work>
 auto with_scan(const nb::object& scan, int threads, const Work& work) {
     const SeenScan seen = seen_scan(scan);
     const Arena arena(threads);
     const Volume& volume = seen.volume();
-    const nb::gil_scoped_release without_lock;
-    return work(volume, arena.tasks());
+    return arena.run_reading([&] { return work(volume, arena.tasks()); });
 }
 
 void bind_aims(nb::module_& m) {

@@ -186,6 +186,9 @@ void bind_parts(nb::module_& m) {
             "__deepcopy__", [](const SpringParts& parts, const nb::object&) { return parts; },
             nb::arg("memo"), nb::sig("def __deepcopy__(self, memo: typing.Any) -> SpringParts"),
             "A copy with arrays of its own.")
+        .def(
+            "__reduce__", [](nb::handle self) { return exchange("reduced_parts")(self); },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
         .def("__repr__", [](const SpringParts& parts) {
             return "SpringParts(" + std::to_string(parts.nodes.size()) + " nodes, " +
                    std::to_string(parts.links.size()) + " links, " +
@@ -368,14 +371,15 @@ void bind_motion(nb::class_<PySprings>& c) {
         .def(
             "find_equilibrium",
             [](P& p, double tolerance) {
-                const auto done = [&] {
-                    const nb::gil_scoped_release without_lock;
-                    return p.tissue.find_equilibrium(tolerance);
-                }();
-                take(done);
+                const Arena& arena = *p.arena;
+                take(arena.run_reading([&] {
+                    return p.tissue.find_equilibrium(tolerance,
+                                                     [&] { return arena.tasks().gives_up(); });
+                }));
             },
             nb::arg("tolerance") = 1e-9,
-            "Moves the active nodes to a static equilibrium by Newton's method.\n\n"
+            "Moves the active nodes to a static equilibrium by Newton's method. Ctrl-C leaves them "
+            "where they were.\n\n"
             "Args:\n    tolerance: Largest remaining force, relative to the largest load or "
             "reaction.")
         .def(
@@ -601,9 +605,12 @@ void bind_files(nb::module_& m) {
                 parts = &file->parts;
             else if (!nb::try_cast(network, parts) || !parts)
                 raise_value("network", "SpringParts or a NetworkFile", network);
-            return tissue_of(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
-                return make_network(volume, *parts, chosen, arena);
-            });
+            // A copy: the arrays of the given parts can be changed.
+            return tissue_of(scan, threads,
+                             [&](const Volume& volume, const TaskArena& arena) {
+                                 return make_network(volume, *parts, chosen, arena);
+                             },
+                             {"make_network", nb::make_tuple(scan, SpringParts(*parts)), settings});
         },
         nb::arg("scan"), nb::arg("network"), nb::arg("threads") = 0, nb::arg("settings"),
         nb::sig("def make_network(scan: Volume, network: SpringParts | NetworkFile, threads: int = "

@@ -372,8 +372,10 @@ void bind_results(nb::class_<PyTissue>& c) {
 
 }  // namespace
 
-nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make) {
-    return nb::cast(PyTissue::made(scan, threads, make));
+nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make, MakerCall maker) {
+    auto made = PyTissue::made(scan, threads, make);
+    made->note_maker(maker.function, std::move(maker.arguments), std::move(maker.settings));
+    return nb::cast(std::move(made));
 }
 
 Tissue* find_tissue(nb::handle object) {

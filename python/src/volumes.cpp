@@ -97,14 +97,8 @@ std::string text_of(const PyVolume& v) {
 PyVolume read(const std::filesystem::path& path, const std::string& series_uid,
               std::optional<std::int64_t> frame, bool straighten) {
     ReadOptions options{.series_uid = series_uid, .frame = frame, .straighten = straighten};
-    bool is_interrupted = false;
-    options.give_up = [&, next = std::chrono::steady_clock::now()]() mutable {
-        const auto now = std::chrono::steady_clock::now();
-        if (is_interrupted || now < next) return is_interrupted;
-        next = now + std::chrono::milliseconds(20);
-        const nb::gil_scoped_acquire lock;
-        return is_interrupted = PyErr_CheckSignals() != 0;
-    };
+    Interruption interruption;
+    options.give_up = [&] { return interruption.is_there(); };
     auto volume = [&] {
         const nb::gil_scoped_release without_lock;
         ReadNotes notes;
@@ -112,7 +106,7 @@ PyVolume read(const std::filesystem::path& path, const std::string& series_uid,
         if (found.ok()) found->background = float(value_defaults(*found, notes).background);
         return found;
     }();
-    if (is_interrupted) throw nb::python_error();
+    interruption.raise_if_there();
     return {take(std::move(volume)), {}};
 }
 

@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""The interpreter's lock is free during solves: other threads run meanwhile."""
+"""The interpreter's lock is free during solves, other threads run meanwhile; Ctrl-C ends them."""
 
+import os
+import signal
 import threading
 import time
 
@@ -77,3 +79,72 @@ def test_other_threads_run_during(made):
         thread.join()
     print(f"longest call {1000 * longest:.1f} ms")
     assert seen > 3
+
+
+PICTURES = ("endoscope", "blended", "fluoroscopy")
+
+
+def long_equilibrium():
+    parts = pliant.springs_of_lattice((36, 36, 36))
+    parts.fixed[: 36 * 36] = True
+    tissue = pliant.SpringTissue(parts, depth=100, threads=1)
+    tissue.load([36**3 - 1], [(0, 0, 0.5)])
+    tissue.step(3)
+    return tissue.find_equilibrium, lambda: tissue.displacements
+
+
+def long_fit(method, threads, **settings):
+    parts = pliant.springs_of_lattice((12, 12, 12), stiffness=100)
+    parts.fixed[: 12 * 12] = True
+    groups = [
+        pliant.FitGroup(f"group {n}", 1, 0.1, 10, links=links)
+        for n, links in enumerate(numpy.array_split(numpy.arange(len(parts.links)), 4))
+    ]
+    moved = numpy.random.default_rng(1).normal(size=(12**3, 3))
+    case = pliant.FitCase([12**3 - 1], [(0.0, 0.0, -1.0)], 0.01 * moved)
+    problem = pliant.FitProblem(parts, groups, [case], **settings)
+    return lambda: pliant.fit(problem, method, threads=threads), None
+
+
+def long_picture(name, threads):
+    scan = pliant.make_phantom("airway", (96, 96, 96))
+    endoscope = pliant.find_endoscope(scan)
+    caster = pliant.RayCaster(scan, threads=threads)
+    if name == "fluoroscopy":
+        settings = pliant.Fluoroscopy(centre_mm=scan.world_from_voxel((48, 48, 48)))
+        return lambda: pliant.fluoroscopy_view(scan, settings, 4000, 4000, threads=threads), None
+    if name == "blended":
+        transfer = pliant.TransferFunction()
+        return lambda: caster.blended_view(endoscope, transfer, 4000, 4000), None
+    return lambda: caster.endoscope_view(endoscope, 4000, 4000), None
+
+
+@pytest.mark.parametrize(
+    ("make", "arguments"),
+    [(long_equilibrium, ())]
+    + [(long_fit, (method, 1)) for method in ("gauss_newton", "annealing", "direct_search")]
+    + [(long_fit, ("annealing", 2))]
+    + [(long_picture, (name, n)) for name in PICTURES for n in (1, 2)],
+)
+def test_ctrl_c_ends(make, arguments):
+    call, state = make(*arguments)
+    before = state() if state else None
+    sent = []
+
+    def send():
+        sent.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.1, send)
+    with pytest.raises(KeyboardInterrupt):
+        timer.start()
+        call()
+    print(f"ended after {1000 * (time.perf_counter() - sent[0]):.0f} ms")
+    timer.join()
+    if state:
+        assert (state() == before).all()
+
+
+def test_ctrl_c_ends_fits_that_move_tissue():
+    for settings in ({"motion": "equilibrium"}, {"motion": "run", "duration": 5.0}):
+        test_ctrl_c_ends(lambda s=settings: long_fit("gauss_newton", 1, **s), ())

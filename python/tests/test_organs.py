@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Organs: scenes of files, bodies that push each other, meshes as arrays."""
 
+import copy
 import gc
+import pickle
 
 import numpy
 import pytest
@@ -144,6 +146,9 @@ def test_labels_become_bodies(tmp_path):
     assert len(organs.organs) == 2  # and the tissue around it
     assert volume_of(organs.organs[0].mesh).sum() == pytest.approx(8 * ball.sum(), rel=0.1)
     assert (organs.labels.array == labels).any()
+    again = pickle.loads(pickle.dumps(organs))
+    assert (again.labels.array == organs.labels.array).all()
+    assert again.make_tissue().hash() == organs.make_tissue().hash()
     alone = pliant.make_organs_of_labels(*files, [5], tetrahedra=3000, surroundings=False)
     assert len(alone.organs) == 1
     with pytest.raises(pliant.Error, match="9"):
@@ -161,3 +166,22 @@ def test_bad_files_are_named(two, airway):
     with pytest.raises(pliant.Error, match="nodes of a mesh") as raised:
         pliant.make_chainmail(airway).positions_mm()
     assert raised.value.code == "unsupported"
+
+
+def test_organs_and_their_tissues_are_pickled(two):
+    organs = pliant.make_organs(two, sub_steps=7)
+    again = pickle.loads(pickle.dumps(organs))
+    assert again.hash() == organs.hash()
+    assert again.settings == organs.settings
+    assert (again.scan.array == organs.scan.array).all()
+    assert again.labels is None
+    for one, other in zip(again.organs, organs.organs, strict=True):
+        assert (one.name, one.settings) == (other.name, other.settings)
+        assert (one.mesh.nodes_mm == other.mesh.nodes_mm).all()
+        assert (one.mesh.cells == other.mesh.cells).all()
+    tissue = organs.make_tissue(threads=1)
+    tissue.push((10, 10, 20), (0, 0, -3), sphere_radius_mm=4)
+    for same in (pickle.loads(pickle.dumps(tissue)), copy.deepcopy(tissue)):
+        assert same.hash() == tissue.hash()
+        assert (same.positions_mm() == tissue.positions_mm()).all()
+        assert len(organs.meshes(same)) == 2

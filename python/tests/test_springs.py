@@ -3,6 +3,7 @@
 """Mass-spring networks, against formulas and against NumPy."""
 
 import copy
+import pickle
 import gc
 
 import numpy
@@ -187,6 +188,27 @@ def test_a_network_moves_a_scan(airway, tmp_path):
     assert (tissue.volume().array != airway.array).any()
     with pytest.raises(pliant.Error, match="network: expected SpringParts or a NetworkFile"):
         pliant.make_network(airway, box)
+    parts.stiffness[:] = 0  # of the caller, no longer of the network
+    for again in (pickle.loads(pickle.dumps(tissue)), copy.deepcopy(tissue)):
+        assert again.hash() == tissue.hash()
+        assert (again.positions_mm() == tissue.positions_mm()).all()
+        again.push((0, 0, 12), (1, 0, -1), sphere_radius_mm=6)
+        assert (again.positions_mm() != tissue.positions_mm()).any()
+
+
+def test_parts_are_pickled():
+    nodes = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
+    parts = pliant.SpringParts(
+        nodes, [(0, 1), (1, 4), (2, 3)], mass=[1, 2, 3, 4, 5], fixed=[3], cells=[[0, 1, 2, 3]]
+    )
+    parts.branch_stiffness[:] = (0, 7, 8)
+    parts.branch_time[:] = (0, 0.5, 0.25)
+    for given in (parts, pliant.springs_of_lattice((3, 3, 3), bulk=2), pliant.SpringParts([], [])):
+        again = pickle.loads(pickle.dumps(given))
+        names = [n for n in dir(given) if isinstance(getattr(given, n), numpy.ndarray)]
+        assert len(names) == 13
+        for name in names:
+            assert numpy.array_equal(getattr(again, name), getattr(given, name))
 
 
 def cube(begin, side):

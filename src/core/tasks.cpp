@@ -53,6 +53,7 @@ void run_on(const HostJobs& host, std::int64_t count, std::int64_t grain,
         if (has_failed) return;
         is_in_job = true;
         try {
+            if (host.give_up_within && host.give_up_within()) throw std::bad_alloc();
             body(n * grain, n < (count - 1) / grain ? (n + 1) * grain : count);
         } catch (...) {
             const std::lock_guard lock(mutex);
@@ -91,14 +92,20 @@ int TaskArena::thread_count() const {
     return m_impl->host ? m_impl->host->thread_count : m_impl->arena.max_concurrency();
 }
 
+bool TaskArena::gives_up() const {
+    return m_impl->host && m_impl->host->give_up_within && m_impl->host->give_up_within();
+}
+
 void TaskArena::for_each(std::int64_t count, std::int64_t grain,
                          const std::function<void(std::int64_t, std::int64_t)>& body) const {
     if (count <= 0) return;
     if (m_impl->host && m_impl->host->give_up && !is_in_job && m_impl->host->give_up())
         throw std::bad_alloc();
     if (count <= grain || thread_count() == 1 || is_in_job) {
-        for (std::int64_t begin = 0; begin < count; begin += grain)
+        for (std::int64_t begin = 0; begin < count; begin += grain) {
+            if (gives_up()) throw std::bad_alloc();
             body(begin, begin + grain < count ? begin + grain : count);
+        }
         return;
     }
     if (m_impl->host) return run_on(*m_impl->host, count, grain, body);

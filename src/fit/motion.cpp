@@ -55,10 +55,11 @@ std::vector<Vec3d> FitProblem::Impl::force_of(const FitCase& c) const {
     return force;
 }
 
-Result<Displacements> FitProblem::Impl::move(std::span<const double> values, bool all) const {
+Result<Displacements> FitProblem::Impl::move(std::span<const double> values, bool all,
+                                             const std::function<bool()>& give_up) const {
     if (const Status status = check_values(values); !status.ok()) return status.error();
     return settings.motion == FitMotion::Linear ? move_linear(values, all)
-                                                : move_tissue(values, all);
+                                                : move_tissue(values, all, give_up);
 }
 
 Result<Displacements> FitProblem::Impl::move_linear(std::span<const double> values,
@@ -76,13 +77,13 @@ Result<Displacements> FitProblem::Impl::move_linear(std::span<const double> valu
     return moved;
 }
 
-Result<Displacements> FitProblem::Impl::move_tissue(std::span<const double> values,
-                                                    bool all) const {
+Result<Displacements> FitProblem::Impl::move_tissue(std::span<const double> values, bool all,
+                                                    const std::function<bool()>& give_up) const {
     const bool runs = settings.motion == FitMotion::Run;
     SpringSettings how = settings.run;
     if (!runs) how = {.solver = SpringSolver::Explicit};
     const SpringParts made = parts_at(values);
-    const TaskArena one_thread(1);
+    const TaskArena one_thread(HostJobs{.run = {}, .give_up = give_up});
     Displacements moved(cases.size());
     for (std::size_t c = 0; c < cases.size(); ++c) {
         if (cases[c].held_out && !all) continue;
@@ -102,7 +103,8 @@ Result<Displacements> FitProblem::Impl::move_tissue(std::span<const double> valu
                              "fit: duration: expected fewer than 2000000000 steps"};
             const auto report = tissue->step(std::int32_t(steps), one_thread);
             if (!report.ok()) return report.error();
-        } else if (const Status status = tissue->find_equilibrium(kEquilibrium); !status.ok()) {
+        } else if (const Status status = tissue->find_equilibrium(kEquilibrium, give_up);
+                   !status.ok()) {
             return status.error();
         }
         moved[c] = tissue->displacements();
@@ -149,7 +151,7 @@ Result<FitProblem::Impl::Derivatives> FitProblem::Impl::differences(std::span<co
         for (auto p = std::size_t(begin); p < std::size_t(end); ++p) {
             std::vector<double> there(values.begin(), values.end());
             if (p > 0) there[(p - 1) / 2] *= std::exp(p % 2 == 1 ? kDifference : -kDifference);
-            moved[p] = move(there, false);
+            moved[p] = move(there, false, [&] { return arena.gives_up(); });
         }
     });
     for (const auto& one : moved)

@@ -37,7 +37,9 @@ struct FitProblem::Impl {
     std::vector<Vec3d> force_of(const FitCase& fit_case) const;
 
     /// @param all  includes cases that are held out
-    Result<Displacements> move(std::span<const double> values, bool all) const;
+    /// @param give_up  polled now and then; true: LimitExceeded
+    Result<Displacements> move(std::span<const double> values, bool all,
+                               const std::function<bool()>& give_up = {}) const;
     double cost_of(const Displacements& displacements) const;
 
     /// Derivatives of the fitted cases' displacements with respect to the logarithms of the values.
@@ -50,7 +52,8 @@ struct FitProblem::Impl {
 
   private:
     Result<Displacements> move_linear(std::span<const double> values, bool all) const;
-    Result<Displacements> move_tissue(std::span<const double> values, bool all) const;
+    Result<Displacements> move_tissue(std::span<const double> values, bool all,
+                                      const std::function<bool()>& give_up) const;
     Result<Derivatives> differences(std::span<const double> values, const TaskArena& arena) const;
 };
 

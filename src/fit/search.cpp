@@ -52,7 +52,8 @@ std::vector<double> Search::costs(const std::vector<Point>& points) {
     std::vector<double> costs(points.size());
     m_arena.for_each(std::int64_t(points.size()), 1, [&](std::int64_t begin, std::int64_t end) {
         for (auto p = std::size_t(begin); p < std::size_t(end); ++p) {
-            const auto moved = m_problem.move(values(points[p]), false);
+            const auto moved =
+                m_problem.move(values(points[p]), false, [&] { return m_arena.gives_up(); });
             const double cost = moved.ok() ? m_problem.cost_of(*moved) : 0;
             const bool known = moved.ok() && std::isfinite(cost);
             costs[p] = known ? cost : std::numeric_limits<double>::infinity();

@@ -198,6 +198,7 @@ double Tangent::descend(const SpringNetwork& network, std::span<const Vec3d> for
     double weight = product_of(m_residual, m_scaled);
     for (std::int32_t turn = 0; turn < limits.iterations; ++turn) {
         if (!(product_of(m_residual, m_residual) > enough)) break;
+        if (limits.give_up && (*limits.give_up)()) break;
         multiply_unknowns(network, m_direction);
         const double curvature = product_of(m_direction, m_image);
         if (!(curvature > 0)) {

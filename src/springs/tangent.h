@@ -18,6 +18,7 @@ namespace pliant {
 struct SolveLimits {
     double tolerance;  ///< of the residual, relative to the right side
     std::int32_t iterations;
+    const std::function<bool()>* give_up = nullptr;  ///< ends descend()
 };
 
 enum class TangentKind { Positive, Exact };

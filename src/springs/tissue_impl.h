@@ -44,7 +44,7 @@ struct SpringTissue::Impl {
     }
     Status load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces);
     Status hold(std::span<const std::int32_t> nodes);
-    Status find_equilibrium(double tolerance);
+    Status find_equilibrium(double tolerance, const std::function<bool()>& give_up);
     Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law);
     double static_energy();
     Error unstable();

@@ -4,7 +4,9 @@
 // Equilibria, reactions, energies.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include "core/errors.h"
 #include "springs/cell_volume.h"
@@ -129,12 +131,14 @@ std::int64_t SpringTissue::folded_cells() const {
     return folded;
 }
 
-Status SpringTissue::find_equilibrium(double tolerance) noexcept {
-    return attempt([&] { return m_impl->find_equilibrium(tolerance); });
+Status SpringTissue::find_equilibrium(double tolerance,
+                                      const std::function<bool()>& give_up) noexcept {
+    return attempt([&] { return m_impl->find_equilibrium(tolerance, give_up); });
 }
 
 /// Allocates everything before the first node moves: later iterations need no more memory.
-Status SpringTissue::Impl::find_equilibrium(double tolerance) {
+Status SpringTissue::Impl::find_equilibrium(double tolerance,
+                                            const std::function<bool()>& give_up) {
     if (!(tolerance > 0 && tolerance < 1))
         return Error{ErrorCode::InvalidArgument,
                      "find_equilibrium: expected a tolerance between 0 and 1"};
@@ -142,6 +146,12 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
     find_movable();
     const auto count = std::size_t(network.node_count());
     std::vector<Vec3d> force(count), move(count), start(count);
+    std::array<std::vector<double>, 3> first;
+    if (give_up) std::copy_n(state.x, 3, first.begin());
+    bool is_given_up = false;
+    const std::function<bool()> ask = [&] {
+        return is_given_up = is_given_up || (give_up && give_up());
+    };
     // Rounding error of cancelling forces.
     double rounding = 0;
     for (std::int32_t n = 0; n < network.node_count(); ++n) {
@@ -180,9 +190,13 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
         for (std::size_t n = 0; n < count; ++n) start[n] = state.place(std::int32_t(n));
         const double before = potential();
         for (int halving = 0; halving < kHalvings; ++halving, radius /= 4) {
-            const double expected =
-                tangent.descend(network, force, {accuracy * 1e-2, kSolveIterations}, radius, move);
+            const double expected = tangent.descend(
+                network, force, {accuracy * 1e-2, kSolveIterations, &ask}, radius, move);
             edited();
+            if (is_given_up) {
+                std::copy_n(first.begin(), 3, state.x);
+                return Error{ErrorCode::LimitExceeded, "find_equilibrium: given up"};
+            }
             for (std::size_t n = 0; n < count; ++n)
                 if (movable[n]) state.put(std::int32_t(n), start[n] + move[n]);
             // The gain of the last steps is below rounding.

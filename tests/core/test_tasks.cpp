@@ -81,6 +81,29 @@ TEST(TaskArena, GivesUpWhenTheHostDoesButNotWithinAJob) {
     }
 }
 
+TEST(TaskArena, EndsALoopBetweenItsPartsIfTheHostGivesUpWithin) {
+    for (const int threads : {1, 2}) {
+        std::atomic<int> jobs{0};
+        std::atomic<bool> is_over{false};
+        HostJobs host = backward_jobs(jobs);
+        host.thread_count = threads;
+        host.give_up_within = [&] { return is_over.load(); };
+        const TaskArena arena(std::move(host));
+        std::atomic<int> visits{0};
+        const auto visit = [&](std::int64_t, std::int64_t) { is_over = ++visits == 4; };
+        EXPECT_FALSE(arena.gives_up());
+        arena.for_each(4, 1, visit);
+        EXPECT_TRUE(arena.gives_up());
+        EXPECT_THROW(arena.for_each(4, 1, visit), std::bad_alloc);
+        EXPECT_EQ(visits, 4);
+        is_over = false;
+        visits = 0;
+        EXPECT_THROW(arena.for_each(20, 1, visit), std::bad_alloc);
+        EXPECT_EQ(visits, 4);
+    }
+    EXPECT_FALSE(TaskArena(1).gives_up());
+}
+
 TEST(TaskArena, RethrowsAnExceptionOfAHostsJobAfterAllHaveEnded) {
     std::atomic<int> jobs{0};
     const TaskArena arena(backward_jobs(jobs));
