@@ -185,7 +185,7 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
         EXPECT_FALSE(exists("r.json"));
     };
     refused("\"bend\"", "\"knot\"",
-            "s.toml: [vessel] phantom: expected \"bend\" or \"arch\", found \"knot\"");
+            "s.toml: [vessel] phantom: expected \"bend\", \"arch\" or \"aorta\", found \"knot\"");
     refused("layers = 1", "cell_mm = 2",
             "[vessel] cell_mm: expected none beside phantom, which is swept in layers, found one");
     refused("[0, 0, 5]", "[0, 9, 5]",
@@ -202,7 +202,7 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     refused("length_mm", "model = \"steel\"\nlength_mm",
             "[catheter] model: expected \"rod\" or \"tetrahedra\", found \"steel\"");
     refused("[entry]", "[wall]\nmodel = \"steel\"\n[entry]",
-            "[wall] model: expected \"solid\" or \"distances\", found \"steel\"");
+            "[wall] model: expected \"solid\", \"distances\" or \"rigid\", found \"steel\"");
     refused("[entry]", "[wall]\nstretch_stiffness = 2\n[entry]",
             "[wall] stretch_stiffness: expected 0 to 1, found 2");
     refused("place_mm = [0, 0, 5]", "end = 7", "[entry] end: expected one of the vessel's 2");
