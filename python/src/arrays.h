@@ -66,8 +66,8 @@ class Arena {
     auto run(const Work& work) const {
         return run(work, false);
     }
-    /// Likewise, of a call that changes nothing, or polls TaskArena::gives_up: Ctrl-C ends it within
-    /// about 20 ms of a loop's part.
+    /// Likewise, of a call that changes nothing, or polls TaskArena::gives_up: Ctrl-C ends it
+    /// within about 20 ms of a loop's part.
     template <class Work>
     auto run_reading(const Work& work) const {
         return run(work, true);
