@@ -15,6 +15,7 @@
 #include "resample/material_points.h"
 #include "support/random.h"
 #include "truth/exact_map.h"
+#include "volume/boxes.h"
 
 namespace pliant::test {
 namespace {
