@@ -149,6 +149,22 @@ T settings_from(const nb::dict& arguments, SettingRows<T> rows) {
 inline std::string shown(const nb::object& object) {
     return nb::cast<std::string>(nb::str(nb::handle(object)));
 }
+/// Raises an error about the value of an argument or setting.
+[[noreturn]] inline void raise_value(const std::string& name, const std::string& expected,
+                                     nb::handle found) {
+    const std::string text = nb::cast<std::string>(nb::repr(found));
+    raise({ErrorCode::InvalidArgument, name + ": expected " + expected + ", found " + text, name,
+           expected, text});
+}
+
+/// The object of a class of the module in an argument. @param kind  its class, in messages
+template <class T>
+const T& object_in(nb::handle given, const char* name, const char* kind) {
+    const T* found = nullptr;
+    if (!nb::try_cast(given, found) || !found) raise_value(name, kind, given);
+    return *found;
+}
+
 /// A function of pliant._exchange.
 inline nb::object exchange(const char* name) {
     return nb::module_::import_("pliant._exchange").attr(name);

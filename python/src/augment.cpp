@@ -93,6 +93,7 @@ class BoneDistance {
         for (int a = 0; a < 3; ++a) spread(a);
     }
     double at(Vec3d point_mm) const {
+        if (!is_finite(point_mm)) raise_value("point_mm", "finite numbers", nb::cast(point_mm));
         const Vec3d ijk = voxel_from_world(m_grid, point_mm);
         Vec3i block;
         for (int a = 0; a < 3; ++a)
@@ -159,7 +160,7 @@ class PreparedScan {
         : m_scan(std::move(scan)), m_given(given), m_arena(std::make_unique<Arena>(threads)) {
         ChainMailSettings settings = settings_from<ChainMailSettings>(given, chainmail_rows());
         settings.history_max_steps = 0;
-        const Volume& volume = nb::cast<const PyVolume&>(m_scan).volume;
+        const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         m_tissue.emplace(take(
             m_arena->run([&] { return ChainMail::create(volume, settings, m_arena->tasks()); })));
     }
@@ -186,6 +187,7 @@ class PreparedScan {
         for (const auto& [centre, growth, radius] : swellings) {
             if (!(radius > 0))
                 raise({ErrorCode::InvalidArgument, "radius_mm: expected more than 0", "radius_mm"});
+            if (!is_finite(centre)) raise_value("centre_mm", "finite numbers", nb::cast(centre));
             balls.push_back({centre, growth, radius});
         }
         std::vector<Breath> waves;
@@ -288,14 +290,18 @@ nb::object each_channel(const Grid& grid, const nb::object& given, const Write& 
 /// A background as a number of any type.
 template <class T>
 T number(double value) {
-    if constexpr (std::is_integral_v<T>)
-        return T(std::clamp(value, double(std::numeric_limits<T>::min()),
-                            double(std::numeric_limits<T>::max() / 2) * 2));
-    else
-        return T(value);
+    using Limits = std::numeric_limits<T>;
+    // The largest numbers of 64 bits round to one more.
+    if (std::is_integral_v<T> && value >= double(Limits::max())) return Limits::max();
+    if (std::is_integral_v<T> && value <= double(Limits::min())) return Limits::min();
+    return T(value);
 }
 
 nb::object image(const PyWarp& self, const nb::object& array, double beyond, bool back) {
+    const bool is_integer =
+        nb::cast<std::string>(
+            nb::module_::import_("numpy").attr("asarray")(array).attr("dtype").attr("kind")) != "f";
+    if (is_integer && std::isnan(beyond)) raise_value("beyond", "a number", nb::float_(beyond));
     if (!back && !self.warp.has_inverse())
         raise({ErrorCode::InvalidArgument, "warp: expected one with an inverse", "warp"});
     return each_channel(self.warp.grid(), array,
@@ -428,20 +434,29 @@ Warp warp_of(const nb::tuple& state) {
     using Units = nb::ndarray<const std::int32_t, nb::ndim<5>, nb::c_contig, nb::device::cpu>;
     if (nb::len(state) != 8) raise_about_state();
     std::vector<int> size, box;
+    Vec3d spacing_mm, origin_mm;
+    bool with_inverse = false;
     List list;
     Units units;
-    if (!nb::try_cast(state[0], size) || !nb::try_cast(state[4], box) ||
-        !nb::try_cast(state[5], list) || !nb::try_cast(state[6], units) || size.size() != 3 ||
-        box.size() != 6 || units.shape(0) != list.shape(0) || units.shape(1) != 3 ||
+    if (!nb::try_cast(state[0], size) || !nb::try_cast(state[1], spacing_mm) ||
+        !nb::try_cast(state[2], origin_mm) || !nb::try_cast(state[7], with_inverse) ||
+        !nb::try_cast(state[4], box) || !nb::try_cast(state[5], list) ||
+        !nb::try_cast(state[6], units) || size.size() != 3 || box.size() != 6 ||
+        units.shape(0) != list.shape(0) || units.shape(1) != 3 ||
         units.size() != 3 * 512 * list.size())
         raise_about_state();
     WarpState made;
-    made.grid = grid_from({size[0], size[1], size[2]}, nb::cast<Vec3d>(state[1]),
-                          nb::cast<Vec3d>(state[2]), numbers_of(nb::cast<nb::object>(state[3])));
+    made.grid = grid_from({size[0], size[1], size[2]}, spacing_mm, origin_mm,
+                          numbers_of(nb::cast<nb::object>(state[3])));
     made.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
-    for (int a = 0; a < 3; ++a)
-        if (made.box.end[a] < made.box.begin[a] || made.box.end[a] - made.box.begin[a] > 100000)
-            raise_about_state();
+    constexpr double kMostElements = 1e11;  // whose blocks have numbers of 32 bits
+    double elements = 1;
+    for (int a = 0; a < 3; ++a) {
+        const double length = double(made.box.end[a]) - double(made.box.begin[a]);
+        if (!(length >= 0 && length <= 100000)) raise_about_state();
+        elements *= length;
+    }
+    if (elements > kMostElements) raise_about_state();
     const Vec3i n = made.box.end - made.box.begin, blocks = blocks_of(made.box);
     const std::size_t count = std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z);
     made.units.assign(3 * count, 0);
@@ -456,7 +471,6 @@ Warp warp_of(const nb::tuple& state) {
                                               made.units.begin() + std::ptrdiff_t(a * count + to));
                           });
     }
-    const bool with_inverse = nb::cast<bool>(state[7]);
     const Arena arena(1);
     return take(
         arena.run([&] { return Warp::create(std::move(made), arena.tasks(), with_inverse); }));

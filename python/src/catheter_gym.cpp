@@ -23,7 +23,7 @@ class PyCatheters {
     PyCatheters(const VesselWall& wall, nb::object scan, const CatheterArenaSettings& settings,
                 int threads)
         : m_scan(std::move(scan)), m_threads(std::make_unique<Arena>(threads)) {
-        const Volume& volume = nb::cast<const PyVolume&>(m_scan).volume;
+        const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         m_arena = take(m_threads->run(
             [&] { return CatheterArena::create(wall, volume, settings, m_threads->tasks()); }));
     }

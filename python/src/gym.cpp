@@ -43,7 +43,7 @@ class PyArena {
   public:
     PyArena(nb::object scan, EndoscopeArenaSettings settings, int threads)
         : m_scan(std::move(scan)), m_threads(std::make_unique<Arena>(threads)) {
-        const Volume& volume = nb::cast<const PyVolume&>(m_scan).volume;
+        const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         m_arena = take(m_threads->run(
             [&] { return EndoscopeArena::create(volume, settings, m_threads->tasks()); }));
     }
@@ -212,7 +212,8 @@ void make_arena(PyArena* self, const nb::object& scan, int count, std::pair<int,
         s.*has = true;
     }
     if (labels) {
-        s.labels = std::make_shared<const Volume>(nb::cast<const PyVolume&>(*labels).volume);
+        s.labels = std::make_shared<const Volume>(
+            object_in<PyVolume>(*labels, "labels", "a Volume").volume);
     }
     s.materials = settings_from<ChainMailSettings>(materials, chainmail_rows());
     new (self) PyArena(scan, s, threads);

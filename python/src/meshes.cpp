@@ -5,34 +5,14 @@
 
 #include <pliant/mesh.h>
 
-#include "arrays.h"
+#include "numbers.h"
 
 namespace pliant::python {
 namespace {
 
-using Nodes = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Cells = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-template <class Array>
-Array rows(const nb::object& given, const char* type, std::size_t columns, const char* name) {
-    const nb::object memory = nb::module_::import_("numpy").attr("ascontiguousarray")(given, type);
-    Array array;
-    if (!nb::try_cast<Array>(memory, array) || array.shape(1) != columns)
-        raise({ErrorCode::InvalidArgument,
-               std::string(name) + ": expected axes (n, " + std::to_string(columns) + "), found " +
-                   shown(memory.attr("shape")),
-               name});
-    return array;
-}
-
 TetMesh mesh_of(const nb::object& nodes_mm, const nb::object& cells) {
-    const auto nodes = rows<Nodes>(nodes_mm, "float64", 3, "nodes_mm");
-    const auto corners = rows<Cells>(cells, "int32", 4, "cells");
-    TetMesh mesh;
-    const auto* const first = reinterpret_cast<const Vec3d*>(nodes.data());
-    mesh.nodes_mm.assign(first, first + nodes.shape(0));
-    const auto* const cell = reinterpret_cast<const std::array<std::int32_t, 4>*>(corners.data());
-    mesh.cells.assign(cell, cell + corners.shape(0));
+    TetMesh mesh{Numbers<double, 3>(nodes_mm, "nodes_mm").copied_vectors(),
+                 Numbers<std::int32_t, 4>(cells, "cells").copied_rows()};
     take(check_mesh(mesh));
     return mesh;
 }

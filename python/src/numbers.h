@@ -43,6 +43,8 @@ class Numbers {
         if (!fits) refuse(name, array);
         for (std::size_t n = 0; n + (Columns == 0 ? 0 : 1) < ndim; ++n)
             m_leading.push_back(nb::cast<std::size_t>(array.attr("shape")[nb::int_(n)]));
+        // No numbers: no rows, whatever the other axes say.
+        if (is_empty && Columns > 0) m_leading = {0};
         if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>)
             if (!is_empty && (nb::cast<double>(array.attr("min")()) < -2147483648.0 ||
                               nb::cast<double>(array.attr("max")()) > 2147483647.0))

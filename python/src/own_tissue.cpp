@@ -7,6 +7,7 @@
 #include "own_tissue.h"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 #include <utility>
 
@@ -49,7 +50,12 @@ class OwnTissue final : public NodeTissue {
                                         : nb::cast<PushReport>(report);
             },
             push.point_mm, push.push_mm, push.sphere_radius_mm, tool);
-        if (result.ok()) m_tools.push_back(tool);
+        if (!result.ok() || is_touched_by(tool)) return result;
+        try {
+            m_tools.push_back(tool);
+        } catch (const std::bad_alloc&) {
+            return Error{ErrorCode::LimitExceeded, "out of memory"};
+        }
         return result;
     }
     void release(std::uint32_t tool) noexcept override {
@@ -176,7 +182,14 @@ std::unique_ptr<Tissue> make_own_tissue(nb::handle self, const Volume& scan,
     return std::make_unique<OwnTissue>(self, scan, arena, take(Deformation::create(scan.grid)));
 }
 
-void displace_own(Tissue& tissue, Vec3i first, const nb::object& displacements_mm) {
+void displace_own(Tissue& tissue, Vec3d first, const nb::object& displacements_mm) {
+    constexpr double kFarthest = 1e6;
+    Vec3i begin;
+    for (int a = 0; a < 3; ++a) {
+        if (!(std::abs(first[a]) <= kFarthest) || first[a] != std::floor(first[a]))
+            raise_value("first", "three whole numbers up to 1000000", nb::cast(first));
+        begin[a] = int(first[a]);
+    }
     auto* const own = dynamic_cast<OwnTissue*>(&tissue);
     if (!own) raise({ErrorCode::Unsupported, "displace: expected a tissue of a class of your own"});
     const nb::object array =
@@ -193,7 +206,7 @@ void displace_own(Tissue& tissue, Vec3i first, const nb::object& displacements_m
     const std::span<const Vec3d> vectors(from, values.size() / 3);
     const Status written = [&] {
         const nb::gil_scoped_release without_lock;
-        return own->own_deformation().write({first, first + size}, vectors);
+        return own->own_deformation().write({begin, begin + size}, vectors);
     }();
     take(written);
 }

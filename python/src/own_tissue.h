@@ -15,6 +15,6 @@ std::unique_ptr<Tissue> make_own_tissue(nb::handle self, const Volume& scan,
 
 /// Displaces elements of such a tissue. @param first  voxel (i, j, k)
 /// @param displacements_mm  array (k, j, i, 3) [mm, LPS]
-void displace_own(Tissue& tissue, Vec3i first, const nb::object& displacements_mm);
+void displace_own(Tissue& tissue, Vec3d first, const nb::object& displacements_mm);
 
 }  // namespace pliant::python

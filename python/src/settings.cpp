@@ -20,7 +20,13 @@ SettingValue value_from(const std::string& name, nb::handle value) {
     if (value.is_none()) return std::monostate{};
     if (nb::isinstance<nb::bool_>(value)) return nb::cast<bool>(value);
     if (nb::isinstance<nb::str>(value)) return nb::cast<std::string>(value);
-    if (PyIndex_Check(value.ptr())) return nb::cast<std::int64_t>(nb::int_(nb::borrow(value)));
+    // Arrays have __index__, too; one without axes is a number.
+    const bool has_axes = nb::hasattr(value, "ndim") && nb::cast<int>(value.attr("ndim")) > 0;
+    if (!has_axes && PyIndex_Check(value.ptr())) {
+        std::int64_t number = 0;
+        if (nb::try_cast(nb::int_(nb::borrow(value)), number)) return number;
+        raise_value(name, "a whole number of 64 bits", value);
+    }
     if (PyFloat_Check(value.ptr()) || !PySequence_Check(value.ptr())) {
         const double number = PyFloat_AsDouble(value.ptr());
         if (!PyErr_Occurred()) return number;

@@ -70,6 +70,7 @@ template <class E>
 std::string text_of(E value) {
     return std::string(kTextsOf<E>[std::size_t(value)]);
 }
+
 /// The enumerator with a text; another text is raised as an error of the named argument.
 template <class E>
 E choice_of(const std::string& text, const std::string& name) {
@@ -77,13 +78,6 @@ E choice_of(const std::string& text, const std::string& name) {
         if (kTextsOf<E>[n] == text) return E(n);
     raise({ErrorCode::InvalidArgument, name + ": expected " + choices_of<E>() + ", found " + text,
            name, choices_of<E>(), text});
-}
-
-[[noreturn]] inline void raise_value(const std::string& name, const std::string& expected,
-                                     nb::handle found) {
-    const std::string text = nb::cast<std::string>(nb::repr(found));
-    raise({ErrorCode::InvalidArgument, name + ": expected " + expected + ", found " + text, name,
-           expected, text});
 }
 
 // Values of fields: to Python, from Python, the name of their type in the stubs, and words for

@@ -37,7 +37,7 @@ class PyTissue {
     }
 
     nb::object scan() const { return m_scan; }
-    const Volume& rest() const { return nb::cast<const PyVolume&>(m_scan).volume; }
+    const Volume& rest() const { return object_in<PyVolume>(m_scan, "scan", "a Volume").volume; }
     bool is_own() const { return m_is_own; }
     /// Notes the call that made it, for copies.
     void note_maker(const char* function, nb::tuple arguments, nb::dict settings) {
@@ -186,8 +186,7 @@ void bind_own(nb::class_<PyTissue>& c) {
         .def(
             "displace",
             [](const PyTissue& t, const nb::object& displacements_mm, const Vec3d& first) {
-                displace_own(t.tissue(), {int(first.x), int(first.y), int(first.z)},
-                             displacements_mm);
+                displace_own(t.tissue(), first, displacements_mm);
             },
             nb::arg("displacements_mm"), nb::arg("first") = Vec3d{0, 0, 0},
             nb::sig("def displace(self, displacements_mm: numpy.typing.NDArray[typing.Any], "
@@ -419,7 +418,7 @@ void bind_tissues(nb::module_& m) {
         [](const nb::object& scan, const nb::object& mesh, int threads,
            const nb::kwargs& settings) {
             const auto chosen = settings_from<BodySettings>(settings, body_rows());
-            const TetMesh& tetrahedra = nb::cast<const TetMesh&>(mesh);
+            const auto& tetrahedra = object_in<TetMesh>(mesh, "mesh", "a TetMesh");
             auto made =
                 PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
                     return make_body(volume, tetrahedra, chosen, arena);

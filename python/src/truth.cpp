@@ -20,7 +20,7 @@ class PyMaker {
   public:
     PyMaker(nb::object scan, int threads, const nb::dict& materials, const nb::kwargs& settings)
         : m_scan(std::move(scan)), m_arena(std::make_unique<Arena>(threads)) {
-        const Volume& volume = nb::cast<const PyVolume&>(m_scan).volume;
+        const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         ChainMailSettings chosen;
         suit_materials(value_defaults(volume), chosen);
         take(apply(record_of(materials), chainmail_rows(), chosen));

@@ -642,7 +642,7 @@ class PyCarried {
     PyCarried(nb::object scan, const TetMesh& wall, const CarriedScanSettings& settings,
               int threads)
         : m_scan(std::move(scan)), m_arena(threads) {
-        const Volume& volume = nb::cast<const PyVolume&>(m_scan).volume;
+        const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         m_carried.emplace(take(m_arena.run(
             [&] { return CarriedScan::create(volume, wall, settings, m_arena.tasks()); })));
     }
