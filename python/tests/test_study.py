@@ -652,7 +652,7 @@ def test_the_document_runs(place, airway, capsys):
     (place / "scans").mkdir()
     airway.save(place / "scans" / "airway.nrrd")
     files = re.findall(r"^```toml\n# (\S+)\n(.*?)^```", text, re.M | re.S)
-    assert [name for name, _ in files] == ["breathing.toml", "identify.toml"]
+    assert sorted(name for name, _ in files) == ["breathing.toml", "identify.toml", "springs.toml"]
     for name, study in files:
         (place / name).write_text(study)
     marked = r"test_study.py runs these commands -->\n```bash\n(.*?)^```"
@@ -663,8 +663,11 @@ def test_the_document_runs(place, airway, capsys):
         assert main(words[2:]) == 0, capsys.readouterr()
     assert "10 done, 0 failed, 0 left" in capsys.readouterr().out
     assert main(["run", "identify.toml"]) == 0
-    (block,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+    block, springs = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     exec(compile(block, "study.md", "exec"), {})
+    (place / "springs.py").write_text(springs)
+    assert main(["search", "springs.toml"]) == 0
+    assert (place / "springs-results" / "best.json").exists()
 
 
 def test_pages_have_a_plot_for_each_pair(place):
