@@ -143,8 +143,8 @@ def test_an_interruption_leaves_the_tissue_as_it_was(threads):
 
     thread = threading.Thread(target=interrupt)
     begin = time.perf_counter()
-    thread.start()
     with pytest.raises(KeyboardInterrupt):
+        thread.start()
         while time.perf_counter() - begin < 30:
             tissue.push(middle, (0, 0, 10))
             tissue.undo()
