@@ -3,11 +3,18 @@
 """Scans and random numbers of the tests."""
 
 import random
+import signal
 
 import numpy
 import pytest
 
 import pliant
+
+
+@pytest.fixture(scope="session", autouse=True)
+def interruptions() -> None:
+    """Python's own handler of Ctrl-C, which shells leave out for tests in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -44,12 +44,13 @@ inline bool is_vectorised(const Volume& volume) {
     return volume.grid.size.x > 1;
 }
 
+/// Computes the light of walls at hits, linear, 0…1, as RealLook::shade does for one.
 /// @param rest  offset of each hit's tissue from its position at rest [mm]; empty: none has moved
 /// @pre is_vectorised(scene.scan.volume)
 void shade_hits(const LookScene& scene, std::span<const LookHit> hits, std::span<const Vec3f> rest,
                 Vec3d* light);
 
-/// Unit normals at hits. @see VolumeRays::normal
+/// Computes unit normals at hits, as VolumeRays::normal does for one.
 /// @param[in,out] hits  their normals are written
 /// @pre is_vectorised(scan.volume)
 void find_normals(const ScanView& scan, Polarity polarity, std::span<LookHit> hits);
