@@ -284,7 +284,7 @@ void add_body(CLI::App& app, BodyOptions& options) {
     c->add_option(
          "FILE", o.file,
          "an organ (VTU, VTP, VTK, MSH, STL, OBJ, PLY: tetrahedra, or a closed surface), a "
-         "scene of organs (TOML: docs/organs.md), or a scan with --labels")
+         "scene of organs (TOML: docs/howto/organs.md), or a scan with --labels")
         ->required();
     c->add_option("--labels", options.labels, "label map of the scan: a body of each organ");
     add_label_names(c, options.label_names);
@@ -316,8 +316,8 @@ void add_body(CLI::App& app, BodyOptions& options) {
         "--push \"-20,-235,-285:0,-10,12\" --tool sphere:12 --png cut.png\n"
         "  pliant body abdomen.nii.gz --labels organs.nii.gz --bodies 5,6 "
         "--push \"41,-235,388:0,10,0\" --tool sphere:12 --volume pushed.nrrd\n"
-        "Positions are those of liver_set and of abdomen_ct_3mm (docs/organs.md); pliant mesh "
-        "FILE\n"
+        "Positions are those of liver_set and of abdomen_ct_3mm (docs/howto/organs.md); "
+        "pliant mesh FILE\n"
         "prints the corners of another mesh.");
 }
 

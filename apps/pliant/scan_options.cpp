@@ -182,7 +182,7 @@ void add_path(CLI::App& app, PathOptions& o) {
 void add_mesh(CLI::App& app, MeshOptions& o) {
     auto* c = app.add_subcommand(
         "mesh",
-        "Make tetrahedra of a vessel's wall or of an organ, or judge a mesh (docs/mesh.md)");
+        "Make tetrahedra of a vessel's wall or of an organ, or judge a mesh (docs/method/mesh.md)");
     c->add_option("FILE", o.file,
                   "scan or label volume; surface or centreline (VTP, VTU, VTK, MSH, STL, OBJ, PLY)")
         ->required();

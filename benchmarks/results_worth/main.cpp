@@ -99,7 +99,7 @@ void add_introduction(Page& page) {
         "ChainMail is geometry; tissue is nearly an elastic solid. This page compares "
         "displacements of the same voxels under the same tool with linear finite elements. Errors "
         "are in per cent of the push. The models are described in "
-        "[chainmail.md](../../chainmail.md) and [fem.md](../../fem.md).");
+        "[chainmail.md](../../method/chainmail.md) and [fem.md](../../method/fem.md).");
     page.origin("./dev results worth");
     page.heading(2, "Set-up");
     page.paragraph(
@@ -226,7 +226,7 @@ int main(int argc, char** argv) {
     page.paragraph(
         "A factor computed once suits loads at the same nodes only: a tool at another place holds "
         "other nodes, and needs another factor. On 16³ = 4096 nodes a factor takes 7.7 s, and a "
-        "load with it 25 ms ([fem.md](../../fem.md)); these blocks have 27 225 nodes.");
+        "load with it 25 ms ([fem.md](../../method/fem.md)); these blocks have 27 225 nodes.");
     page.heading(2, "Finite elements, stopped early");
     page.paragraph(
         "Mean error and time of conjugate gradients that stop at a residual (every "

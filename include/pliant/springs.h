@@ -16,8 +16,8 @@
 //
 //   m (x⁺ − 2x + x⁻)/h² + d (x⁺ − x⁻)/2h = F − Σ f        [Choi2004, Eq. 5, 7, 8]
 //
-// The order is computed once per contact. docs/springs.md has the paper's open points, and the
-// costs.
+// The order is computed once per contact. docs/method/springs.md has the paper's open points, and
+// the costs.
 
 #pragma once
 

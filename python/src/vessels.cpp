@@ -580,7 +580,7 @@ void bind_files(nb::module_& m) {
             [](const VesselScript& script, const PyCatheter& p) { return script.way_mm(p.scene); },
             nb::arg("scene"), "Distance of the tip along the path [mm]; 0 without a path.")
         .def_prop_ro("progress", &VesselScript::progress, "Share of finished acts, 0 to 1.");
-    nb::class_<PyVessel>(m, "MadeVessel", "The vessel of a scene file (docs/vessel.md).")
+    nb::class_<PyVessel>(m, "MadeVessel", "The vessel of a scene file (docs/howto/vessel.md).")
         .def_prop_ro(
             "wall", [](const PyVessel& v) -> const VesselWall& { return v.made.wall; },
             nb::rv_policy::reference_internal, "Its wall.")

@@ -281,7 +281,7 @@ class SolverOf final : public Solver {
     /// Integral control of hard volumes: the error C that a lasting load leaves after the
     /// projections of a sub-step is compensated by shifting the target by as much in the other
     /// direction. The slow modes are oscillators with the damping c of velocities; their error
-    /// grows if the rate is above c (docs/pbd.md).
+    /// grows if the rate is above c (docs/method/pbd.md).
     void recover_volumes(const TaskArena& arena) {
         constexpr int kVolume = int(PbdKind::Volume);
         const double share = m_settings.volume_recovery * m_settings.time_step;

@@ -16,7 +16,7 @@
 
 namespace pliant::mutate {
 
-inline constexpr int kTaken = 0, kRefused = 2;  ///< exit statuses of docs/conventions.md
+inline constexpr int kTaken = 0, kRefused = 2;  ///< exit statuses of docs/reference/conventions.md
 inline constexpr double kMaxPeakMb = 1024;
 inline constexpr std::size_t kMaxLineBytes = 408;  ///< "pliant: " and 400 bytes
 inline constexpr std::size_t kMaxAnswerBytes = 400;

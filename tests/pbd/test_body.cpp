@@ -343,7 +343,7 @@ std::vector<Vec3d> projected(const PbdParts& parts, const PbdSettings& settings,
     return after;
 }
 
-// With masses M and projections P, uᵀMPv = vᵀMPu: then no step feeds a shake (docs/pbd.md).
+// With masses M and projections P, uᵀMPv = vᵀMPu: then no step feeds a shake (docs/method/pbd.md).
 TEST(PbdBody, ProjectionsToAndFroAreSymmetric) {
     const std::uint64_t seed = 11;
     SCOPED_TRACE(seed);
