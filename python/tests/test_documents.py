@@ -12,7 +12,7 @@ import pliant
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.parametrize("document", ["README.md", "docs/howto/python.md", "docs/howto/augment.md"])
+@pytest.mark.parametrize("document", ["README.md", "docs/hello.md", "docs/howto/python.md", "docs/howto/augment.md"])
 def test_its_examples_run(document, tmp_path, monkeypatch):
     blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / document).read_text(), re.M | re.S)
     assert blocks
