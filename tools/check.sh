@@ -121,12 +121,13 @@ use_example() { # PREFIX EXAMPLE [ARGUMENT…]
 
 # Builds and runs the program of docs/hello.md, from the files that a reader makes of it.
 use_hello() { # PREFIX
-    local folder=$1/build/hello file language
+    local folder=$1/build/hello page=$root/docs/hello.md
     mkdir -p "$folder"
-    for file in hello.cpp CMakeLists.txt; do
-        [[ $file == *.cpp ]] && language=cpp || language=cmake
-        sed -n "/^\`\`\`$language\$/,/^\`\`\`\$/{/^\`\`\`/d;p}" "$root/docs/hello.md" >"$folder/$file"
-    done
+    # shellcheck disable=SC2016  # the quotes around code in Markdown
+    {
+        sed -n '/^```cpp$/,/^```$/{/^```/d;p}' "$page" >"$folder/hello.cpp"
+        sed -n '/^```cmake$/,/^```$/{/^```/d;p}' "$page" >"$folder/CMakeLists.txt"
+    }
     cmake -S "$folder" -B "$folder/build" -G Ninja -DCMAKE_CXX_COMPILER=g++ \
         -DCMAKE_PREFIX_PATH="$1" >/dev/null
     cmake --build "$folder/build"
@@ -159,7 +160,8 @@ consumer() {
     cmake --install "$root/build/gcc" --prefix "$prefix/static" >/dev/null
     at_once "use_example $prefix consumer $prefix" \
         "use_example $prefix colliding_objects $prefix/collision.png" \
-        "use_hello $prefix/static" "use_example $prefix "{own_tissue,own_law,own_tool,own_mapper,soft_body,host_loop}
+        "use_hello $prefix/static" \
+        "use_example $prefix "{own_tissue,own_law,own_tool,own_mapper,soft_body,host_loop}
     "$prefix/static/bin/pliant" --version
     use_models_alone "$prefix/static"
     cmake -S "$root/tests/package" -B "$prefix/package" -G Ninja -DCMAKE_CXX_COMPILER=g++ \

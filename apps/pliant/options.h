@@ -100,7 +100,7 @@ struct PictureOptions {
 
 struct DeformOptions {
     std::string model = "chainmail";  ///< or another of tissue_models()
-    // Of models other than chainmail.
+    // Options of models other than chainmail.
     Record settings;  ///< by the names of spring_rows(), body_rows() and network_rows()
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
     std::optional<int> steps;                          ///< nullopt: until it is at rest
@@ -130,7 +130,7 @@ struct DeformOptions {
     int threads = 0;
 };
 
-/// Of `pliant body`, which deforms like `pliant deform`.
+/// Options of `pliant body`, which deforms like `pliant deform`.
 struct BodyOptions {
     std::string labels, label_names;
     std::optional<std::vector<int>> bodies;  ///< as of ServeOptions

@@ -193,7 +193,7 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
                               "fill a closed surface, or --labels, instead of making a wall")
                       ->needs(out);
     c->add_option("--tetrahedra", o.tetrahedra,
-                  "of the solid, about so many where --cell is not given (default 20000)")
+                  "approximate number in the solid if --cell is not given (default 20000)")
         ->check(CLI::Range(24, 10'000'000))
         ->needs(solid);
     c->add_option("--ghost", o.ghost, "its inner surface (.vtp, .stl, .obj, .ply)")->needs(out);

@@ -59,7 +59,7 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->add_option("--replay", o.replay,
                   "watch this session instead of a live scene: a time line, any speed, any camera");
     c->add_option("--checkpoint", o.checkpoint_s,
-                  "with a session: save its state after so many seconds of work, which bounds the "
+                  "with a session: save its state after each S seconds of work, which bounds the "
                   "time to open it (default 30)")
         ->check(CLI::Range(0.0, 1e6));
     c->add_option("--spring-nodes", o.spring_nodes,

@@ -68,8 +68,8 @@ struct WallTissue {
     WallModel model = WallModel::Solid;
     double young_modulus_pa = 5e5;  ///< this and Poisson's ratio: of Solid
     double poisson_ratio = 0.45;
-    /// Of Distances: the share of its error that a projection removes from the length of an edge,
-    /// from the angle between two faces of the surface, and from the volume of a tetrahedron
+    /// Distances: share of its error that a projection removes from the length of an edge, from
+    /// the angle between two faces of the surface, and from the volume of a tetrahedron
     /// [VesselPbd2016, Eq. 1]. 0: no such constraints. There is one projection in a sub-step, so
     /// smaller sub-steps make a stiffer wall.
     double stretch_stiffness = 0.1, bend_stiffness = 0.05, volume_stiffness = 1;

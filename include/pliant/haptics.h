@@ -243,7 +243,7 @@ class ChainMailFeel {
                                                          const ChainMailSettings& materials,
                                                          const ChainMailFeelSettings& settings,
                                                          const TaskArena& arena);
-    /// As above for a scan that deforms. Walls are those of `shown`; L is that of the scan minus
+    /// The same for a scan that deforms. Walls are those of `shown`; L is that of the scan minus
     /// the displacement so far.
     static Result<std::unique_ptr<ChainMailFeel>> create(const Volume& scan, const Volume& shown,
                                                          const ChainMailSettings& materials,

@@ -284,7 +284,7 @@ struct SpringScan {
     /// Poisson's ratio at a value, from 0.25, below 0.5; empty: 1/4, that of links alone. Above 1/4
     /// a link takes µ·a, and a cell the volume energy λ − µ, means of their nodes (closed_form).
     std::function<double(double hu)> poisson_ratio{};
-    /// As in SpringLattice; it matters where the outermost nodes are free.
+    /// See SpringLattice; it matters where the outermost nodes are free.
     bool shared_by_cells = false;
     /// Tissues whose properties don't follow from the values, such as labelled organs. A node takes
     /// the mean of the voxels around it.

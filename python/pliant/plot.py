@@ -180,7 +180,7 @@ def to_pyvista(item: Volume | Field | TetMesh) -> Any:
 
     Args:
         item: A scan becomes an image with point data "values", a field one with vectors
-            "displacement_mm", tetrahedra an unstructured grid. Places are LPS millimetres.
+            "displacement_mm", tetrahedra an unstructured grid. Positions are LPS millimetres.
     """
     pyvista = _package("pyvista")
     if isinstance(item, TetMesh):

@@ -440,7 +440,7 @@ void bind_scene(nb::module_& m) {
                 take(p.arena->run([&] { return p.scene.step(count, p.arena->tasks()); }));
             },
             nb::arg("count") = 1,
-            "Advances by so many time steps. The wire stops at the end of its length.\n\n"
+            "Advances by `count` time steps. The wire stops at the end of its length.\n\n"
             "Raises:\n    pliant.Error: limit_exceeded if a position is no longer finite: earlier "
             "steps of the call remain.")
         .def(

@@ -274,7 +274,7 @@ class SolverOf final : public Solver {
             copy(m_good_v, m_v, begin, end);
         });
         return Error{ErrorCode::LimitExceeded,
-                     "step: a place or velocity is no number any more; expected more sub-steps, "
+                     "step: a position or velocity is no longer finite; expected more sub-steps, "
                      "damping or compliance"};
     }
 

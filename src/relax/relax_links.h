@@ -47,7 +47,7 @@ class ElasticWeights {
   public:
     ElasticWeights(const MaterialTable& materials, Vec3d spacing_mm);
     int operator()(MaterialId material, int b) const { return m_weights[std::size_t(b)][material]; }
-    /// Of the component along the link.
+    /// Weight of the component along the link.
     int along(MaterialId material, int b) const { return m_along[std::size_t(b)][material]; }
 
   private:

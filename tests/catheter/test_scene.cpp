@@ -311,7 +311,7 @@ TEST(CatheterScene, IsTheSameHoweverLongAgoItLookedForTheWall) {
     }
 }
 
-/// Wall places while the catheter stands in the bend, after some time.
+/// Wall positions while the catheter stands in the bend, after some time.
 std::vector<Vec3d> standing(const VesselWall& wall, CatheterSettings s, std::vector<Vec3d>* wire) {
     const TaskArena arena(1);
     CatheterScene scene = made(CatheterScene::create(wall, s));

@@ -50,7 +50,7 @@ struct Answer {
 std::vector<std::string> faults_of(const Answer& answer, const std::vector<std::string>& expected,
                                    double max_seconds);
 
-/// Printable: other bytes as \xNN, at most so many characters.
+/// Text with other than printable bytes as \xNN, cut to max_length characters.
 std::string printable(std::string_view text, std::size_t max_length = 160);
 
 }  // namespace pliant::mutate

@@ -41,7 +41,7 @@ export interface TissueState extends Partial<SpringSettings> {
     depth_by_time?: boolean; ///< the server adapts the depth
     line_mb_s?: number; ///< rate of the slowest client's line, if that limits the depth
     update_hz?: number;
-    // Of organs.
+    // Organs only.
     particles?: number;
     fixed_particles?: number;
     edge_mm?: number; ///< mean edge of the tetrahedra

@@ -95,7 +95,7 @@ export class Overlay {
         }).observe(this.element);
     }
 
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     private get scale(): number {
         return scaleOf(this.session.store.state.scan.volume);
     }
@@ -294,7 +294,7 @@ export class Overlay {
         return runs.filter((run) => run.length > 1);
     }
 
-    /// Line of a cut in progress, and the places of other clients' tools without a body.
+    /// Line of a cut in progress, and the positions of other clients' tools without a body.
     private toolMarks(others: readonly Tool[], plane: SectionPlane): SVGElement[] {
         const marks: SVGElement[] = [];
         const { stroke } = this.session.hand;

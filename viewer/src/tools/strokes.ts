@@ -69,7 +69,7 @@ abstract class Follower implements Stroke {
         this.means.store.set({ hands: { force_n: 0, energy_per_mm: 0 } });
     }
 
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     protected get scale(): number {
         return scaleOf(this.means.store.state.scan.volume);
     }
