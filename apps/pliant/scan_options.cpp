@@ -34,7 +34,7 @@ void add_convert(CLI::App& app, ConvertOptions& o) {
         ->required();
     add_scan(c, o.scan);
     c->add_flag("--raw", o.raw, "no compression (NRRD, MetaImage; .nii never has any)");
-    c->add_flag("--json", o.json, "say what was written as one JSON object");
+    c->add_flag("--json", o.json, "report the written files as one JSON object");
     c->footer(
         "Examples:\n"
         "  pliant convert dicom/ scan.nii.gz\n"

@@ -118,7 +118,7 @@ class SpringNetwork {
 
     std::int32_t node_count() const { return std::int32_t(m_parts.nodes.size()); }
     std::span<const SpringNode> nodes() const { return m_parts.nodes; }
-    /// In the order of the parts, with computed rest lengths.
+    /// Links in the order of the parts, with computed rest lengths.
     std::span<const SpringLink> links() const { return m_parts.links; }
     std::span<const SpringCell> cells() const { return m_parts.cells; }
     bool is_cut(std::size_t link) const { return m_link_cut[link]; }

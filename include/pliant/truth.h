@@ -224,7 +224,7 @@ struct TruthScore {
 };
 
 /// Scores a displacement field of the fixed image: fixed point → moving point [mm, LPS], as ITK's.
-/// On another grid than the truth's it is interpolated linearly, and zero beyond its grid.
+/// A field on another grid than the truth's is interpolated linearly, and zero beyond its grid.
 /// @returns InvalidArgument for a field that check_field refuses; LimitExceeded
 Result<TruthScore> score_field(const TruthData& truth, const VectorField& found,
                                const TaskArena& arena) noexcept;

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures for people who look: matplotlib for sections, PyVista for surfaces and meshes.
+"""Pictures: matplotlib for sections, PyVista for surfaces and meshes.
 
 Both packages are optional and imported by the call that needs them.
 

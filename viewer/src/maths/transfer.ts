@@ -17,7 +17,7 @@ export interface TransferPoint {
     readonly colour: Vec3; ///< sRGB, 0…255
 }
 
-/// By ascending value; 1 … kMaxPoints points.
+/// Points by ascending value; 1 … kMaxPoints of them.
 export type Transfer = readonly TransferPoint[];
 
 export const kMaxPoints = 8; ///< as in shaders/blend.frag.glsl

@@ -42,7 +42,7 @@ const kTitles: Record<ViewName, string> = {
     coronal: 'Coronal',
     sagittal: 'Sagittal',
 };
-// In a body.
+// Lengths for a patient (scaleOf).
 const kPathSight = 60; // length of a path that the endoscope shows [mm]
 const kNearSection = 2; // distance of path points that are drawn strong [mm]
 

@@ -11,7 +11,7 @@ import { lengthText, scaleOf } from '../state/units.ts';
 import { saveBlob } from './download.ts';
 import type { Scene } from './scene.ts';
 
-// In a body.
+// Lengths for a patient (scaleOf).
 const kReach = 5; // largest distance of a click on a wall to the lumen [mm]
 const kSpeed = 20; // along the path [mm/s]
 

@@ -89,7 +89,7 @@ abstract class Follower implements Stroke {
     }
 }
 
-// In a body.
+// Lengths for a patient (scaleOf).
 const kCellStep = 1; // longest push of a single cell [mm]
 const kMinCarving = 0.5; // smallest radius for carving: single cells can't be carved [mm]
 const kMinMotion = 0.02; // shorter motions are postponed [mm]
