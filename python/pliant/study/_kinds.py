@@ -29,7 +29,8 @@ import numpy
 
 from pliant._core import Field, Volume, read_volume
 from pliant._error import Error
-from pliant._show import program
+from pliant._program import program
+from pliant.augment import TissueMotions
 from pliant.study._keys import digest, digest_of_path
 
 Results = dict[str, Any]
@@ -270,8 +271,6 @@ def truth(work: Work) -> Results:
 
 def _prepared(path: str, settings: str) -> tuple[Any, Any]:
     """Motions with this thread's scan, which is kept for the next item."""
-    from pliant.augment import TissueMotions
-
     if getattr(_here, "prepared_key", None) != (path, settings):
         motions: Any = TissueMotions(**json.loads(settings))
         _here.prepared = motions, motions.prepare(read_volume(path))
