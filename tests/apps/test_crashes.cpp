@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "serve/test_client.h"
+#include "hub/test_client.h"
 #include "support/program_in_folder.h"
 #include "support/running_program.h"
 

@@ -4,7 +4,7 @@
 // Programs in the decoder's place that end, crash, hang or lie; and the decoder itself, with
 // damaged codestreams and on several threads.
 
-#include "core/memory_budget.h"
+#include "base/memory_budget.h"
 #include "formats/dicom_series.h"
 #include "formats/pixel_decoder.h"
 #include "support/compressed_dicom.h"

@@ -4,7 +4,7 @@
 // Headers at the limits: long lines, many keys, skips, text for numbers, and images beyond the
 // memory.
 
-#include "core/memory_budget.h"
+#include "base/memory_budget.h"
 #include "formats/header_lines.h"
 #include "formats/image_file.h"
 #include "support/scan_files.h"

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "mesh/file_numbers.h"
+#include "meshes/file_numbers.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
 

@@ -9,7 +9,7 @@
 
 #include <string>
 
-#include "core/memory_budget.h"
+#include "base/memory_budget.h"
 #include "support/count_allocations.h"
 #include "support/temporary_folder.h"
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gtest/gtest.h>
+#include <pliant/png.h>
 #include <pliant/render.h>
 #include <png.h>
 #include <unistd.h>
@@ -9,7 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "render/font.h"
 #include "render/scenes.h"
 #include "render/section.h"

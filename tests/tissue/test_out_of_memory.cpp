@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/errors.h"
+#include "base/errors.h"
 #include "support/broken_volumes.h"
 #include "support/each_allocation.h"
 #include "support/temporary_folder.h"
