@@ -28,8 +28,9 @@ from pliant._error import Error
 from pliant.study._inputs import hash_of, input_of, inputs_of, is_url
 from pliant.study._item import Item, key_of, names_in
 from pliant.study._keys import canonical, digest, number_of, plain
-from pliant.study._kinds import KINDS, Kind, refuse_in_items
+from pliant.study._kinds import KINDS, Kind
 from pliant.study._parameters import combinations, expected, known, whole
+from pliant.study._work import refuse_in_items
 
 Function = Callable[..., Any]
 

@@ -9,11 +9,11 @@ import os
 from typing import Any
 
 from pliant.study._engines import open_engine
-from pliant.study._kinds import refuse_in_items
 from pliant.study._merge import merge_study, rows_of
 from pliant.study._plan import Plan
 from pliant.study._report import report_study
 from pliant.study._run import RunReport, Status, run_on, status_of
+from pliant.study._work import refuse_in_items
 
 
 class Study(Plan):
