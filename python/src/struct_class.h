@@ -206,14 +206,14 @@ class StructClass {
             return dict;
         };
         const T defaults{};
-        std::string arguments, changes;
+        std::string arguments, attributes;
         for (const Row& row : *rows) {
-            const std::string typed = ", " + row.name + ": " + row.type + " = ";
-            arguments += typed + nb::cast<std::string>(nb::repr(row.get(defaults)));
-            changes += typed + "...";
+            const std::string argument = ", " + row.name + ": " + row.type + " = ";
+            arguments += argument + nb::cast<std::string>(nb::repr(row.get(defaults)));
+            attributes += argument + "...";
         }
         const std::string sig = "def __init__(self, *" + arguments + ") -> None";
-        const std::string replaced = "def replaced(self, *" + changes + ") -> typing.Self";
+        const std::string replaced = "def replaced(self, *" + attributes + ") -> typing.Self";
         m_class
             .def(
                 "__init__",
