@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Solids with closed-form solutions.
+// Covers: fem/hex_element.cpp.
 
 #include "fem/solids.h"
 

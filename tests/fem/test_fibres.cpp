@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Transversely isotropic solids [Choi2004, Eq. 3].
+// Covers: fem/hex_element.cpp.
 
 #include "fem/solids.h"
 

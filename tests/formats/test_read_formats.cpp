@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Good files of every kind: their numbers are known, and so is where they lie.
+// Covers: formats/data_stream.cpp, formats/*_header.cpp, formats/nrrd_fields.cpp.
 
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"

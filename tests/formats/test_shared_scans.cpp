@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Real scans, where they are at hand.
+// Covers: formats/read_volume.cpp.
 
 #include "support/temporary_folder.h"
 

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: mesh/parse_*.cpp, mesh/read_mesh.cpp, mesh/write_surface.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
 #include <zlib.h>

@@ -3,6 +3,7 @@
 
 // Documents and types that are made from the rows of settings are as the rows say. With
 // PLIANT_WRITE_SETTINGS in the environment, as `./dev settings` has it, they are written anew.
+// Covers: protocol/record_json.cpp, protocol/wire_rows.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/version.h>

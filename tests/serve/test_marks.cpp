@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Marks that clients share.
+// Covers: serve/mark_feed.cpp.
 
 #include "serve/twin_scene.h"
 
