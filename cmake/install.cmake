@@ -32,7 +32,7 @@ configure_package_config_file(cmake/pliant-config.cmake.in
     ${PROJECT_BINARY_DIR}/pliant-config.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/pliant-config-version.cmake
     COMPATIBILITY SameMinorVersion)
-install(FILES cmake/components.cmake
+install(FILES cmake/house.cmake
               ${PROJECT_BINARY_DIR}/pliant-config.cmake
               ${PROJECT_BINARY_DIR}/pliant-config-version.cmake
         DESTINATION ${package_dir})

@@ -11,7 +11,7 @@ foreach(check IN ITEMS layers bibliography files documents symbols)
 endforeach()
 pliant_test(material SOURCES test_settings.cpp)
 pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
-pliant_test(core
+pliant_test(base
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)
@@ -19,7 +19,7 @@ pliant_test(volume
     SOURCES test_check_volume.cpp test_phantom.cpp test_phantom_scene.cpp test_sample_linear.cpp
             test_scan_values.cpp test_slices.cpp test_voxel_array.cpp)
 pliant_test(formats
-    SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
+    SOURCES ../support/scan_files.cpp ../../src/io/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
             test_damaged_at_random.cpp test_dicom_codestreams.cpp test_dicom_decoder.cpp
             test_dicom_folders.cpp test_dicom_frames.cpp test_dicom_pixels.cpp
@@ -97,15 +97,15 @@ target_compile_definitions(test_haptics PRIVATE
     PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
 add_dependencies(test_haptics fake_spnav)
 pliant_test(protocol
-    SOURCES ../serve/test_client.cpp settings_files.cpp test_commands.cpp test_frames.cpp
+    SOURCES ../hub/test_client.cpp settings_files.cpp test_commands.cpp test_frames.cpp
             test_settings_files.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 target_compile_definitions(test_protocol PRIVATE PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 pliant_test(session
-    SOURCES ../serve/test_client.cpp ../support/scan_files.cpp test_checkpoint.cpp test_scene.cpp
+    SOURCES ../hub/test_client.cpp ../support/scan_files.cpp test_checkpoint.cpp test_scene.cpp
             test_source.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
-pliant_test(serve
+pliant_test(hub
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
             test_changed_blocks.cpp test_depth_for_time.cpp test_fairness.cpp test_files.cpp
             test_haptic_catheter.cpp
@@ -114,15 +114,15 @@ pliant_test(serve
             test_playback.cpp test_recording.cpp test_rest_field.cpp test_server.cpp
             test_slow_line.cpp test_traffic.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL)
-target_include_directories(test_serve PRIVATE ${PROJECT_SOURCE_DIR}/examples)
-target_compile_definitions(test_serve PRIVATE
+target_include_directories(test_hub PRIVATE ${PROJECT_SOURCE_DIR}/examples)
+target_compile_definitions(test_hub PRIVATE
     PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>"
     PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-add_dependencies(test_serve slow_haptic_device)
+add_dependencies(test_hub slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
-                             ../serve/test_client.cpp ../support/scan_files.cpp test_body.cpp
+                             ../hub/test_client.cpp ../support/scan_files.cpp test_body.cpp
                              test_crashes.cpp test_ending.cpp
                              test_ending_movies.cpp test_fit_mesh.cpp test_keyframes.cpp
                              test_kinds_of_scans.cpp

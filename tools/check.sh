@@ -92,9 +92,9 @@ build_example() { # EXAMPLE PREFIX [CMake arguments…]
 
 # Libraries that the component `models` must not need, by CMake's names and by those of files. To
 # build it, the headers of Eigen and toml++ are needed, to use it not.
-readonly not_for_models=(Boost CLI11 GDCM NLopt OpenSSL PNG ZLIB nlohmann_json pugixml)
-readonly no_files_for_models='boost|lib(ssl|crypto)|gdcm|nlopt|png|/libz\.|pugi|toml'\
-'|pliant_(io|fit|render|serve)'
+readonly not_for_models=(Boost CLI11 GDCM OpenSSL PNG ZLIB nlohmann_json pugixml)
+readonly no_files_for_models='boost|lib(ssl|crypto)|gdcm|png|/libz\.|pugi|toml'\
+'|pliant_(io|view|scenes|serve)'
 
 # CMake's arguments that hide packages.
 without() { # PACKAGE…

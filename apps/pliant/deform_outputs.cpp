@@ -4,6 +4,7 @@
 #include "deform_outputs.h"
 
 #include <pliant/files.h>
+#include <pliant/png.h>
 
 #include <fstream>
 

@@ -3,6 +3,8 @@
 
 #include "movie.h"
 
+#include <pliant/png.h>
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>

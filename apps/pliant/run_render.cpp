@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/chainmail.h>
+#include <pliant/png.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 

@@ -4,6 +4,7 @@
 // pliant replay: replays a recorded session; a different result is an error.
 
 #include <pliant/files.h>
+#include <pliant/png.h>
 #include <pliant/resample.h>
 #include <pliant/session.h>
 

@@ -3,6 +3,8 @@
 
 #include "page.h"
 
+#include <pliant/png.h>
+
 #include <algorithm>
 #include <charconv>
 #include <chrono>

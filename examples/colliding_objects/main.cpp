@@ -7,6 +7,7 @@
 //   colliding_objects PICTURE.png            writes the picture
 //   colliding_objects PICTURE.png --check    and exits with 1 if something passes through something
 
+#include <pliant/png.h>
 #include <pliant/render.h>
 
 #include <cstdio>

@@ -11,7 +11,7 @@
 //                     body_contact.h, vessel.h, catheter.h, organs.h
 //   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
 //                     (fem.h) or measurements; network_file.h: their file
-//   a view            render.h
+//   a view            render.h; image.h, png.h: its pictures
 //   a hand            haptics.h
 //   learning          gym.h
 //   a scene           session.h, serve.h
@@ -39,11 +39,13 @@
 #include <pliant/fit_mesh.h>
 #include <pliant/gym.h>
 #include <pliant/haptics.h>
+#include <pliant/image.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
 #include <pliant/network_file.h>
 #include <pliant/organs.h>
 #include <pliant/pbd.h>
+#include <pliant/png.h>
 #include <pliant/record.h>
 #include <pliant/relax.h>
 #include <pliant/render.h>

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/image.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/volume.h>
@@ -22,20 +23,6 @@
 namespace pliant {
 
 class RestField;
-
-struct Rgb8 {
-    std::uint8_t r, g, b;
-    friend constexpr bool operator==(const Rgb8&, const Rgb8&) = default;
-};
-
-/// 8-bit sRGB picture, rows from the top.
-struct Image {
-    int width = 0;
-    int height = 0;
-    std::vector<Rgb8> pixels;
-};
-
-Status write_png(const std::filesystem::path& path, const Image& image);
 
 /// Direction in which values cross the threshold at the wall.
 enum class Polarity {

@@ -3,14 +3,14 @@
 
 // Damaged scans that once ended the process (tests/apps/data/crashes.tar.gz): with the command
 // line, and uploaded to a server.
-// Covers: pliant/main.cpp, serve/hub_files.cpp.
+// Covers: pliant/main.cpp, hub/hub_files.cpp.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
-#include "serve/test_client.h"
+#include "hub/test_client.h"
 #include "support/program_in_folder.h"
 #include "support/running_program.h"
 

@@ -21,7 +21,7 @@
 #include <optional>
 #include <thread>
 
-#include "serve/test_client.h"
+#include "hub/test_client.h"
 #include "support/program_in_folder.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "base/hash.h"
 #include "chainmail/instances.h"
-#include "core/hash.h"
 #include "material/settings.h"
 #include "support/temporary_folder.h"
 

@@ -9,7 +9,7 @@
 
 #include <cstring>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "fem/lattice_stiffness.h"
 
 namespace pliant {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/text.h"
+#include "base/text.h"
 #include "support/random.h"
 
 namespace pliant::test {

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "core/text.h"
+#include "base/text.h"
 
 namespace pliant::test {
 namespace {

@@ -6,7 +6,7 @@
 // Covers: decoder/decode.cpp, decoder/main.cpp, formats/find_pixel_decoder.cpp,
 // formats/pixel_decoder.cpp.
 
-#include "core/memory_budget.h"
+#include "base/memory_budget.h"
 #include "formats/dicom_series.h"
 #include "formats/pixel_decoder.h"
 #include "support/compressed_dicom.h"

@@ -4,7 +4,7 @@
 // Every layout of pixels and every transfer syntax, against recorded hashes of the voxels
 // (recorded_dicom.h).
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "formats/recorded_dicom.h"
 #include "support/compressed_dicom.h"
 #include "support/scan_files.h"

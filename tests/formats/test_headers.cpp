@@ -5,7 +5,7 @@
 // memory.
 // Covers: formats/header_lines.cpp.
 
-#include "core/memory_budget.h"
+#include "base/memory_budget.h"
 #include "formats/header_lines.h"
 #include "formats/image_file.h"
 #include "support/scan_files.h"

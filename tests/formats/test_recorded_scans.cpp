@@ -17,7 +17,7 @@
 #include <map>
 #include <span>
 
-#include "core/hash.h"
+#include "base/hash.h"
 
 namespace pliant {
 namespace {

@@ -8,7 +8,7 @@
 #include <pliant/serve.h>
 
 #include "fuzz/fuzz.h"
-#include "serve/test_client.h"
+#include "hub/test_client.h"
 
 using namespace pliant;
 

@@ -7,7 +7,7 @@
 #include <pliant/mesh.h>
 
 #include "fuzz/fuzz.h"
-#include "mesh/file_numbers.h"
+#include "meshes/file_numbers.h"
 
 using namespace pliant;
 

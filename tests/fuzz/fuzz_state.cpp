@@ -7,7 +7,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/volume.h>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "fuzz/fuzz.h"
 #include "material/settings.h"
 

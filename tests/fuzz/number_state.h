@@ -10,7 +10,7 @@
 #include <iterator>
 
 #include <pliant/tissue.h>
-#include "core/hash.h"
+#include "base/hash.h"
 #include "fuzz/fuzz.h"
 
 namespace pliant::fuzz {

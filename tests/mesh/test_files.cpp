@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Covers: mesh/parse_*.cpp, mesh/read_mesh.cpp, mesh/write_surface.cpp.
+// Covers: meshes/parse_*.cpp, meshes/read_mesh.cpp, meshes/write_surface.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
@@ -10,7 +10,7 @@
 #include <cstring>
 #include <string>
 
-#include "mesh/file_numbers.h"
+#include "meshes/file_numbers.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
 

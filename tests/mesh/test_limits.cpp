@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Small files that would take much memory, and messages about files that hold anything.
-// Covers: mesh/parse_*.cpp, mesh/vtk_document.cpp.
+// Covers: meshes/parse_*.cpp, meshes/vtk_document.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
@@ -10,7 +10,7 @@
 
 #include <string>
 
-#include "core/memory_budget.h"
+#include "base/memory_budget.h"
 #include "support/count_allocations.h"
 #include "support/temporary_folder.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "session/session_line.h"
 
 namespace pliant::mutate {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "mutate/formats.h"
 #include "mutate/judge.h"
 #include "mutate/upload_server.h"

@@ -20,7 +20,7 @@
 
 #include <cmath>
 
-#include "core/text.h"
+#include "base/text.h"
 #include "protocol/wire_rows.h"
 
 namespace pliant::test {

@@ -10,10 +10,10 @@
 #include <bit>
 #include <cmath>
 
+#include "hub/test_client.h"
 #include "protocol/dirty_blocks.h"
 #include "protocol/frames.h"
 #include "protocol/half.h"
-#include "serve/test_client.h"
 #include "support/random.h"
 
 namespace pliant::serve {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "render/camera.h"
 #include "render/scenes.h"
 

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Covers: render/canvas.cpp, render/font.cpp, render/four_up.cpp, render/png.cpp,
+// Covers: render/canvas.cpp, render/font.cpp, render/four_up.cpp, pictures/png.cpp,
 // render/section.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/png.h>
 #include <pliant/render.h>
 #include <png.h>
 #include <unistd.h>
@@ -12,7 +13,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "render/font.h"
 #include "render/scenes.h"
 #include "render/section.h"

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "render/colour.h"
 #include "render/exposure.h"
 #include "render/noise_tile.h"

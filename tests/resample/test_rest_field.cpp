@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/half.h"
+#include "base/half.h"
 #include "resample/lattices.h"
 #include "resample/random_tissue.h"
 #include "support/random.h"

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
 
-#include "serve/client.h"
-#include "serve/random_session.h"
+#include "hub/client.h"
+#include "hub/random_session.h"
 #include "session/replay.h"
 #include "support/temporary_folder.h"
 

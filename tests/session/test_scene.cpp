@@ -13,8 +13,8 @@
 #include <string_view>
 #include <variant>
 
-#include "serve/client.h"
-#include "serve/random_session.h"
+#include "hub/client.h"
+#include "hub/random_session.h"
 #include "session/checkpoint.h"
 #include "session/replay.h"
 #include "support/random.h"

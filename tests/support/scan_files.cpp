@@ -3,7 +3,7 @@
 
 #include "support/scan_files.h"
 
-#include "core/text.h"
+#include "base/text.h"
 
 #include <zlib.h>
 

@@ -15,7 +15,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "support/each_allocation.h"
 #include "support/temporary_folder.h"
 #include "tissue/body_tissue.h"

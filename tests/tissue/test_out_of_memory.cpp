@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/errors.h"
+#include "base/errors.h"
 #include "support/broken_volumes.h"
 #include "support/temporary_folder.h"
 #include "tissue/no_trace.h"

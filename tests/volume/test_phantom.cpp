@@ -9,7 +9,7 @@
 #include <limits>
 #include <map>
 
-#include "core/hash.h"
+#include "base/hash.h"
 #include "support/random.h"
 
 namespace pliant {

@@ -35,7 +35,7 @@ test('the noise tile is that of the C++ renderer', () => {
 test('the colours of each lining are those of the C++ renderer', () => {
     // lining.h has one block per lining, .snake_case = number or {r, g, b}; the last is for the
     // airway.
-    const text = readFileSync(join(kFolder, '../src/render/lining.h'), 'utf8');
+    const text = readFileSync(join(kFolder, '../src/view/render/lining.h'), 'utf8');
     for (const lining of kLinings) {
         const name = lining[0]!.toUpperCase() + lining.slice(1);
         const block = /return \{(.*?)\};/s.exec(text.slice(text.indexOf(`case Lining::${name}:`)));

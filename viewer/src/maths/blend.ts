@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One ray of the volume rendering in the page's mirror of the voxels: the equations of
-// src/render/blend.h and shaders/blend.frag.glsl, in steps of half a voxel, without skipping. For
+// src/view/render/blend.h and shaders/blend.frag.glsl, in steps of half a voxel, without skipping. For
 // picking, and as a reference.
 
 import { voxelFromWorld, voxelVector } from './grid.ts';

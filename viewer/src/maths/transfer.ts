@@ -3,7 +3,7 @@
 
 // Opacity transfer functions of the volume rendering: extinction [1/mm] and colour of each value,
 // linear between points and constant beyond them. With two points it is the ramp of the C++
-// renderer (src/render/blend.h): no extinction and the dim colour at the window's lower end, the
+// renderer (src/view/render/blend.h): no extinction and the dim colour at the window's lower end, the
 // full extinction and the bright colour at its upper end.
 //
 // Presets for CT are in HU. For other scans, whose values have no unit, they follow the histogram.
@@ -21,7 +21,7 @@ export interface TransferPoint {
 export type Transfer = readonly TransferPoint[];
 
 export const kMaxPoints = 8; ///< as in shaders/blend.frag.glsl
-const kSteepShare = 0.1; // as in src/render/blend.cpp
+const kSteepShare = 0.1; // as in src/view/render/blend.cpp
 
 /// Zero at low, then rising to perMm at high.
 export const rampOf = (

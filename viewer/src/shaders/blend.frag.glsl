@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Volume rendering: the scan as an absorbing and emitting medium, front to back, with the equations
-// of src/render/blend.h. A step of length s has the opacity 1 − exp(−extinction · s), so the
+// of src/view/render/blend.h. A step of length s has the opacity 1 − exp(−extinction · s), so the
 // picture hardly depends on the step. Samples are shifted along each ray by a share of the step
 // that differs between neighbouring pixels: noise instead of rings like wood grain. Bricks without
 // extinction are crossed in one step.

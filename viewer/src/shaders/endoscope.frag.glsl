@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Picture of the endoscope, with the camera and the light of the C++ renderer
-// (src/render/endoscope.cpp): a lamp at the camera, specular highlights on wet tissue, light that
+// (src/view/render/endoscope.cpp): a lamp at the camera, specular highlights on wet tissue, light that
 // falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Light of the style "real", explained in src/render/real_look.cpp: lamps beside the lens, colours
+// Light of the style "real", explained in src/view/render/real_look.cpp: lamps beside the lens, colours
 // by the scan behind the wall, blood vessels anchored to the tissue at rest, translucency, a film
 // of liquid. Names are the same there.
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Colours of tissues behind a wall for each kind of lumen: the table of src/render/lining.h.
+// Colours of tissues behind a wall for each kind of lumen: the table of src/view/render/lining.h.
 
 import * as THREE from 'three';
 import type { Lining } from '../state/state.ts';

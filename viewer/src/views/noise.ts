@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Periodic value noise with its gradient: 16 cells, four samples per cell, as a texture. The same
-// tile as in src/render/noise_tile.cpp.
+// tile as in src/view/render/noise_tile.cpp.
 
 import * as THREE from 'three';
 import { halfOfFloat } from '../maths/half.ts';

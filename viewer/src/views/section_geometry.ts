@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Geometry of the sections in the radiological convention: patient's right on the left of the
-// picture, anterior or head up, as in src/render/section.cpp.
+// picture, anterior or head up, as in src/view/render/section.cpp.
 
 import { type Grid, worldBounds } from '../maths/grid.ts';
 import { add, along, dot, mul, sub, type Vec3 } from '../maths/vec.ts';

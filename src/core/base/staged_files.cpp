@@ -1,0 +1,283 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <pliant/files.h>
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cerrno>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "base/errors.h"
+#include "base/output_stream.h"
+#include "base/staging_folder.h"
+#include "base/staging_journal.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+namespace {
+
+Error unwritable(const fs::path& target, const std::string& what) {
+    return {ErrorCode::Unwritable, target.string() + ": " + what};
+}
+
+/// Resolves a chain of symbolic links to the final name, which need not exist, or to a name such as
+/// /dev/stdout on the way.
+Result<fs::path> followed(const fs::path& target) {
+    constexpr int kMaxLinks = 40;
+    std::error_code error;
+    fs::path path = target;
+    for (int n = 0; n < kMaxLinks; ++n) {
+        if (n > 0 && descriptor_of(path)) return path;
+        if (!fs::is_symlink(fs::symlink_status(path, error))) return path;
+        const fs::path next = fs::read_symlink(path, error);
+        if (error) break;
+        path = path.parent_path() / next;
+    }
+    if (!error) error = std::make_error_code(std::errc::too_many_symbolic_link_levels);
+    return unwritable(target, "can't be written (" + error.message() + ")");
+}
+
+/// Calls visit(name) for each file of a folder. Unlike a directory_iterator, it doesn't end the
+/// process if memory is short.
+template <class Visit>
+std::error_code for_each_file(const fs::path& folder, const Visit& visit) {
+    struct Close {
+        void operator()(DIR* listing) const { ::closedir(listing); }
+    };
+    const std::unique_ptr<DIR, Close> listing(::opendir(folder.c_str()));
+    if (!listing) return {errno, std::generic_category()};
+    while (const dirent* file = ::readdir(listing.get()))
+        if (const std::string name = file->d_name; name != "." && name != "..") visit(name);
+    return {};
+}
+
+/// Syncs many files at once, which is faster than one by one.
+std::error_code sync_file_system(const fs::path& folder) {
+    staging::before_step();
+    const Descriptor opened = open_file(folder, O_RDONLY);
+    if (!opened.is_open() || (::syncfs(opened.number()) != 0 && errno != ENOSYS))
+        return {errno, std::generic_category()};
+    return {};
+}
+
+}  // namespace
+
+struct StagedFiles::Impl {
+    struct Place {
+        staging::Folder* folder;
+        std::string number;  ///< number of the staging folder
+        std::string name;    ///< name of the output; empty: the whole folder
+        fs::path target;     ///< for messages
+        std::optional<OutputStream> stream{};
+    };
+    std::vector<std::unique_ptr<staging::Folder>> folders;
+    std::vector<Place> positions;
+
+    /// @returns a new folder in the temporary folder beside parent
+    Result<fs::path> add(const fs::path& parent, const fs::path& target, const std::string& name) {
+        std::error_code error;
+        auto known = std::find_if(folders.begin(), folders.end(),
+                                  [&](const auto& f) { return f->parent() == parent; });
+        if (known == folders.end()) {
+            staging::sweep(parent);
+            folders.reserve(folders.size() + 1);
+            auto made = staging::Folder::create(parent, error);
+            if (made) known = folders.insert(folders.end(), std::move(made));
+        }
+        if (!error) {
+            const std::string number = std::to_string((*known)->place_count());
+            positions.push_back({known->get(), number, name, target});
+            fs::path place = (*known)->add_place(error);
+            if (!error) return place;
+            positions.pop_back();
+        }
+        return unwritable(target, "the folder " + parent.string() + " can't be written (" +
+                                      error.message() + ")");
+    }
+
+    Result<fs::path> add_stream(OutputStream stream, const fs::path& target) {
+        std::error_code error;
+        const fs::path temporary = fs::temp_directory_path(error);
+        auto place = add(error ? fs::path("/tmp") : temporary, target, "output");
+        if (!place) return place;
+        positions.back().stream = std::move(stream);
+        // Writers detect the file type by its name.
+        const fs::path name = target.filename();
+        positions.back().name = name == "-" ? "output" : name.string();
+        return *place / positions.back().name;
+    }
+
+    Result<std::vector<staging::Moves>> moves() const;
+    Status sync(const std::vector<staging::Moves>& all) const;
+};
+
+Result<std::vector<staging::Moves>> StagedFiles::Impl::moves() const {
+    std::vector<staging::Moves> all;
+    std::set<fs::path> taken;
+    for (const auto& folder : folders) {
+        staging::Moves of{folder.get(), {}};
+        // Data files precede the headers that name them.
+        for (const bool outputs : {false, true})
+            for (const Place& place : positions) {
+                if (place.folder != folder.get() || place.stream) continue;
+                const fs::path staged = folder->path() / place.number;
+                std::vector<std::string> names;
+                bool is_there = place.name.empty();
+                const std::error_code error = for_each_file(staged, [&](const std::string& name) {
+                    is_there |= name == place.name;
+                    if ((name == place.name) == outputs) names.push_back(name);
+                });
+                if (error) return unwritable(place.target, error.message());
+                if (!is_there) return unwritable(place.target, "can't be written");
+                std::sort(names.begin(), names.end());
+                for (std::string& name : names) {
+                    const fs::path to = folder->parent() / name;
+                    if (!taken.insert(to).second)
+                        return unwritable(to, "expected one output of this name, found two");
+                    of.moves.push_back({place.number, std::move(name)});
+                }
+            }
+        if (!of.moves.empty()) all.push_back(std::move(of));
+    }
+    return all;
+}
+
+Status StagedFiles::Impl::sync(const std::vector<staging::Moves>& all) const {
+    constexpr std::size_t kOneByOne = 32;
+    std::size_t count = 0;
+    for (const staging::Moves& of : all) count += of.moves.size();
+    // New folders contain an unknown number of files.
+    const bool one_by_one =
+        count <= kOneByOne && std::none_of(positions.begin(), positions.end(),
+                                           [](const Place& p) { return p.name.empty(); });
+    for (const staging::Moves& of : all) {
+        std::error_code error;
+        if (!one_by_one) error = sync_file_system(of.folder->path());
+        for (const staging::Move& move : of.moves)
+            if (one_by_one && !error)
+                error = staging::sync_to_disk(of.folder->path() / move.place / move.name);
+        if (error)
+            return unwritable(of.folder->parent() / of.moves.front().name,
+                              "can't be written (" + error.message() + ")");
+    }
+    return Ok{};
+}
+
+StagedFiles::StagedFiles() = default;
+StagedFiles::~StagedFiles() = default;
+
+Result<fs::path> StagedFiles::stage(const fs::path& target) {
+    return attempt([&]() -> Result<fs::path> {
+        if (staging::is_staged(target)) return target;
+        if (!m_impl) m_impl = std::make_unique<Impl>();
+        if (auto stream = OutputStream::of(target, target == "-")) {
+            if (Status s = stream->check(); !s) return s.error();
+            return m_impl->add_stream(std::move(*stream), target);
+        }
+        std::error_code error;
+        if (!target.has_filename()) return unwritable(target, "expected a file name");
+        const auto file = followed(target);
+        if (!file) return file.error();
+        if (auto stream = OutputStream::of(*file, false)) {
+            if (Status s = stream->check(); !s) return s.error();
+            return m_impl->add_stream(std::move(*stream), target);
+        }
+        const fs::path parent = file->has_parent_path() ? file->parent_path() : fs::path(".");
+        if (!fs::is_directory(parent, error))
+            return unwritable(target, "the folder " + parent.string() + " does not exist");
+        const auto type = fs::status(*file, error).type();
+        if (type == fs::file_type::none)  // a name that is too long
+            return unwritable(target, "can't be written (" + error.message() + ")");
+        if (type == fs::file_type::directory)
+            return unwritable(target, "is a folder, expected a file");
+        if (type != fs::file_type::not_found && type != fs::file_type::regular)
+            return unwritable(target, "is no regular file, expected one to replace");
+        auto place = m_impl->add(parent, target, file->filename().string());
+        if (!place) return place;
+        return *place / file->filename();
+    });
+}
+
+Result<fs::path> StagedFiles::stage_folder(const fs::path& target) {
+    return attempt([&]() -> Result<fs::path> {
+        if (!m_impl) m_impl = std::make_unique<Impl>();
+        std::error_code error;
+        if (target.empty()) return unwritable(target, "expected a folder");
+        if (fs::is_directory(target, error)) return m_impl->add(target, target, {});
+        // The nearest existing folder receives the first new one, which contains the others.
+        fs::path parent = target.lexically_normal(), made;
+        if (!parent.has_filename()) parent = parent.parent_path();
+        do {
+            made = parent.filename() / made;
+            parent = parent.parent_path();
+            if (parent.empty()) parent = ".";
+            if (fs::exists(fs::symlink_status(parent, error))) break;
+        } while (parent.has_relative_path() && parent != ".");
+        if (!fs::is_directory(parent, error) ||
+            fs::exists(fs::symlink_status(parent / *made.begin(), error)))
+            return unwritable(target, "can't be made, expected a folder");
+        auto place = m_impl->add(parent, target, {});
+        if (!place) return place;
+        const fs::path staged = (*place / made).parent_path();
+        fs::create_directories(staged, error);
+        if (error) return unwritable(target, "can't be made (" + error.message() + ")");
+        return staged;
+    });
+}
+
+Status StagedFiles::commit() {
+    return attempt([&]() -> Status {
+        if (!m_impl) return Ok{};
+        auto all = m_impl->moves();
+        if (!all) return all.error();
+        if (Status s = m_impl->sync(*all); !s) return s;
+        for (const Impl::Place& place : m_impl->positions)
+            if (place.stream)
+                if (Status s =
+                        place.stream->write(place.folder->path() / place.number / place.name);
+                    !s)
+                    return s;
+        if (!all->empty())
+            if (Status s = staging::commit(*all); !s) return s;
+        m_impl.reset();
+        return Ok{};
+    });
+}
+
+std::string about_places(std::string message) {
+    // FOLDER/.pliant-out-Xa81Qe/0/NAME
+    constexpr std::size_t kRandom = 6;
+    for (std::size_t at = 0; (at = message.find(staging::kPrefix, at)) != message.npos;) {
+        std::size_t end = at + staging::kPrefix.size() + kRandom;
+        if (end >= message.size() || message[end] != '/') break;
+        do ++end;
+        while (end < message.size() && std::isdigit(static_cast<unsigned char>(message[end])));
+        if (end >= message.size() || message[end] != '/') break;
+        message.erase(at, end + 1 - at);
+    }
+    return message;
+}
+
+namespace {
+
+std::atomic<RecoveryListener> g_listener{nullptr};
+
+}  // namespace
+
+RecoveryListener set_recovery_listener(RecoveryListener listener) noexcept {
+    return g_listener.exchange(listener);
+}
+RecoveryListener recovery_listener() noexcept {
+    return g_listener;
+}
+
+}  // namespace pliant

@@ -1,0 +1,299 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "base/staging_journal.h"
+
+#include <dirent.h>
+#include <pliant/files.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "base/errors.h"
+#include "base/journal_text.h"
+
+namespace pliant::staging {
+namespace fs = std::filesystem;
+namespace {
+
+// The first folder's journal is `redo`, renamed to `undo` after a failed move. The others have
+// `part`, which names the first one.
+constexpr const char* kRedo = "redo";
+constexpr const char* kUndo = "undo";
+constexpr const char* kPart = "part";
+
+/// Paths of a move, allocated before the commit: nothing is allocated later.
+struct Paths {
+    fs::path from, to, backup;
+    bool replaces;
+};
+
+fs::path beside(const fs::path& folder, const std::string& name) {
+    return folder.has_parent_path() ? folder.parent_path() / name : fs::path(name);
+}
+
+Paths paths_of(const fs::path& folder, const Move& move) {
+    return {folder / move.place / move.name, beside(folder, move.name),
+            folder / ("before-" + move.place) / move.name, move.replaces};
+}
+
+bool is_there(const fs::path& path) noexcept {
+    struct stat status {};
+    return ::lstat(path.c_str(), &status) == 0;
+}
+
+std::error_code rename_file(const fs::path& from, const fs::path& to) noexcept {
+    before_step();
+    if (::rename(from.c_str(), to.c_str()) == 0) return {};
+    return {errno, std::generic_category()};
+}
+
+/// Idempotent: a file that no longer exists is already at its target.
+std::error_code redo(const Paths& p) noexcept {
+    return is_there(p.from) ? rename_file(p.from, p.to) : std::error_code();
+}
+
+/// Idempotent.
+std::error_code undo(const Paths& p) noexcept {
+    if (p.replaces) return is_there(p.backup) ? rename_file(p.backup, p.to) : std::error_code();
+    if (is_there(p.from) || !is_there(p.to)) return {};
+    return rename_file(p.to, p.from);
+}
+
+/// Links the old file to a backup name, so that the target always exists. On file systems without
+/// hard links, the old file is moved.
+std::error_code keep_old(const Paths& p) noexcept {
+    if (!p.replaces) return {};
+    before_step();
+    if (::link(p.to.c_str(), p.backup.c_str()) == 0) return {};
+    const int why = errno;
+    struct stat status {};
+    if (::lstat(p.to.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
+        return {why, std::generic_category()};  // it was a file when it was staged
+    return rename_file(p.to, p.backup);
+}
+
+void remove_file(const fs::path& file) noexcept {
+    before_step();
+    ::unlink(file.c_str());
+}
+
+// Leftovers of ended processes
+
+void tell(const std::string& line) noexcept {
+    try {
+        if (const RecoveryListener listener = recovery_listener()) listener(line.c_str());
+    } catch (...) {  // thrown by a listener
+    }
+}
+
+std::error_code carry_out(const fs::path& folder, const Journal& journal, bool forwards) {
+    std::vector<Paths> all;
+    for (const Move& move : journal.moves) all.push_back(paths_of(folder, move));
+    if (!forwards) std::reverse(all.begin(), all.end());
+    for (const Paths& paths : all)
+        if (const auto error = forwards ? redo(paths) : undo(paths)) return error;
+    return sync_to_disk(folder.has_parent_path() ? folder.parent_path() : fs::path("."));
+}
+
+/// Another folder of the same commit, locked.
+struct Part {
+    fs::path folder;
+    Descriptor lock;
+    Journal journal;
+};
+
+std::vector<Part> parts_of(const fs::path& folder, const Journal& journal) {
+    std::vector<Part> parts;
+    for (const std::string& part : journal.parts) {
+        if (!fs::path(part).filename().native().starts_with(kPrefix)) continue;
+        Lock lock{};
+        auto opened = open_and_lock(part, true, lock);
+        auto own = opened ? read_journal(fs::path(part) / kPart) : std::nullopt;
+        // It must refer to this folder: a name alone isn't sufficient.
+        std::error_code ignored;
+        if (own && fs::equivalent(own->first, folder, ignored))
+            parts.push_back({part, std::move(*opened), std::move(*own)});
+    }
+    return parts;
+}
+
+/// Carries out the parts first, as commit does.
+std::error_code carry_out(const fs::path& folder, const Journal& journal,
+                          const std::vector<Part>& parts, bool forwards) {
+    std::error_code error;
+    for (const Part& part : parts)
+        if (!error) error = carry_out(part.folder, part.journal, forwards);
+    return error ? error : carry_out(folder, journal, forwards);
+}
+
+/// Finishes a locked folder with a journal. @returns false if that isn't possible now
+bool finish(const fs::path& folder) {
+    bool forwards = is_there(folder / kRedo);
+    fs::path file = folder / (forwards ? kRedo : kUndo);
+    const auto journal = read_journal(file);
+    if (!journal) {
+        tell(folder.string() + ": the journal of an earlier run is damaged; its files are there");
+        return false;
+    }
+    std::vector<Part> parts = parts_of(folder, *journal);
+    std::error_code error = carry_out(folder, *journal, parts, forwards);
+    if (error && forwards && !rename_file(file, folder / kUndo)) {
+        forwards = false;
+        file = folder / kUndo;
+        error = carry_out(folder, *journal, parts, forwards);
+    }
+    const std::string parent = folder.has_parent_path() ? folder.parent_path().string() : ".";
+    if (error) {
+        tell(parent +
+             ": outputs of an earlier run, which was ended, can't be put in their places (" +
+             error.message() + "); they are in " + folder.filename().string());
+        return false;
+    }
+    // The journal is removed last: until then everything is repeatable.
+    for (const Part& part : parts) remove_tree(part.folder.c_str());
+    remove_file(file);
+    remove_tree(folder.c_str());
+    tell(parent + (forwards
+                       ? ": an earlier run was ended while it put its outputs in their places; "
+                         "all are there now"
+                       : ": an earlier run was ended while it took its outputs back; the old "
+                         "files are there again"));
+    return true;
+}
+
+void sweep_folder(const fs::path& folder) {
+    Lock lock{};
+    auto opened = open_and_lock(folder, false, lock);
+    if (!opened || lock != Lock::Taken) return;
+    if (is_there(folder / kRedo) || is_there(folder / kUndo)) {
+        finish(folder);
+        return;
+    }
+    if (const auto part = read_journal(folder / kPart)) {
+        const fs::path first = part->first;
+        if (first.filename().native().starts_with(kPrefix) &&
+            (is_there(first / kRedo) || is_there(first / kUndo))) {
+            opened.reset();  // the first folder's turn locks it again
+            auto lead = open_and_lock(first, false, lock);
+            if (lead && lock == Lock::Taken && (is_there(first / kRedo) || is_there(first / kUndo)))
+                finish(first);
+            return;
+        }
+    }
+    remove_tree(folder.c_str());
+}
+
+}  // namespace
+
+void sweep(const fs::path& parent) {
+    // A directory_iterator ends the process if memory is short.
+    DIR* listing = ::opendir(parent.c_str());
+    if (!listing) return;
+    std::vector<fs::path> found;
+    while (const dirent* entry = ::readdir(listing))
+        if (std::string_view(entry->d_name).starts_with(kPrefix)) {
+            try {
+                found.push_back(parent == "." ? fs::path(entry->d_name) : parent / entry->d_name);
+            } catch (...) {
+                ::closedir(listing);
+                throw;
+            }
+        }
+    ::closedir(listing);
+    for (const fs::path& folder : found) sweep_folder(folder);
+}
+
+namespace {
+
+/// @returns the first error; `failed` is the index of the failed move
+std::error_code carry_out(std::span<Paths> all, std::size_t& failed) noexcept {
+    for (failed = 0; failed < all.size(); ++failed) {
+        auto error = keep_old(all[failed]);
+        if (!error) error = rename_file(all[failed].from, all[failed].to);
+        if (error) return error;
+    }
+    return {};
+}
+
+Error failed_at(const Paths& paths, const std::error_code& error) {
+    return {ErrorCode::Unwritable,
+            paths.to.string() + ": can't be written (" + error.message() + ")"};
+}
+
+/// Backup names lie in separate folders, because a name may already have the maximum length.
+/// @param keeps  backs up old files; a single rename is atomic without a backup
+Status prepare(std::vector<Moves>& all, bool keeps) {
+    for (Moves& of : all)
+        for (Move& move : of.moves) {
+            const Paths paths = paths_of(of.folder->path(), move);
+            struct stat status {};
+            move.replaces = keeps && ::lstat(paths.to.c_str(), &status) == 0;
+            if (!move.replaces) continue;
+            if (S_ISDIR(status.st_mode))
+                return failed_at(paths, std::make_error_code(std::errc::is_a_directory));
+            before_step();
+            if (::mkdir(paths.backup.parent_path().c_str(), 0700) != 0 && errno != EEXIST)
+                return failed_at(paths, {errno, std::generic_category()});
+        }
+    return Ok{};
+}
+
+Status write_journals(const std::vector<Moves>& all) {
+    std::error_code error;
+    const auto whole = [&](const Folder* folder) {
+        return fs::absolute(folder->path(), error).string();
+    };
+    Journal first{.moves = all.front().moves};
+    for (std::size_t n = 1; n < all.size() && !error; ++n) {
+        first.parts.push_back(whole(all[n].folder));
+        error = write_journal(all[n].folder->path(), kPart,
+                              {.first = whole(all.front().folder), .moves = all[n].moves});
+    }
+    if (!error) error = write_journal(all.front().folder->path(), kRedo, first);
+    if (!error) return Ok{};
+    return failed_at(paths_of(all.front().folder->path(), all.front().moves.front()), error);
+}
+
+}  // namespace
+
+Status commit(std::vector<Moves>& all) {
+    std::size_t count = 0;
+    for (const Moves& of : all) count += of.moves.size();
+    const bool has_journal = count > 1;
+    if (Status s = prepare(all, has_journal); !s) return s;
+    std::vector<Paths> paths;
+    // The other folders' files first, in the same order as in a recovery.
+    for (auto of = all.rbegin(); of != all.rend(); ++of)
+        for (const Move& move : of->moves) paths.push_back(paths_of(of->folder->path(), move));
+    const fs::path &folder = all.front().folder->path(), redo_file = folder / kRedo,
+                   undo_file = folder / kUndo;
+    std::vector<fs::path> parents;
+    for (const Moves& of : all) parents.push_back(of.folder->parent());
+
+    const Commit under_way;
+    if (has_journal)
+        if (Status s = write_journals(all); !s) {
+            remove_file(redo_file);
+            return s;
+        }
+    std::size_t failed = 0;
+    if (const auto error = carry_out(paths, failed)) {
+        if (has_journal) static_cast<void>(rename_file(redo_file, undo_file));
+        for (std::size_t n = failed + 1; n-- > 0;) static_cast<void>(undo(paths[n]));
+        if (has_journal) remove_file(undo_file);
+        return failed_at(paths[failed], error);
+    }
+    for (const fs::path& parent : parents) static_cast<void>(sync_to_disk(parent));
+    if (has_journal) remove_file(redo_file);
+    return Ok{};
+}
+
+}  // namespace pliant::staging

@@ -1,0 +1,343 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "formats/data_stream.h"
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "formats/data_check.h"
+#include "formats/vtk_array_source.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <new>
+#include <vector>
+
+namespace pliant {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kPieceBytes = 1 << 18;
+
+template <class Word>
+void swap_words(std::span<std::byte> numbers, Word (*swapped)(Word)) {
+    for (std::size_t at = 0; at + sizeof(Word) <= numbers.size(); at += sizeof(Word)) {
+        Word word;
+        std::memcpy(&word, &numbers[at], sizeof word);
+        word = swapped(word);
+        std::memcpy(&numbers[at], &word, sizeof word);
+    }
+}
+
+void swap_bytes(std::span<std::byte> numbers, std::size_t size) {
+    if (size == 2)
+        swap_words<std::uint16_t>(numbers, [](std::uint16_t w) { return __builtin_bswap16(w); });
+    if (size == 4)
+        swap_words<std::uint32_t>(numbers, [](std::uint32_t w) { return __builtin_bswap32(w); });
+    if (size == 8)
+        swap_words<std::uint64_t>(
+            numbers, [](std::uint64_t w) { return std::uint64_t(__builtin_bswap64(w)); });
+}
+
+/// Parses a whole number; some writers print 1e+06. @returns whether it is one in range
+template <class T>
+bool parse_whole(std::string_view text, T& value) {
+    const char* const end = text.data() + text.size();
+    if (const auto [next, error] = std::from_chars(text.data(), end, value);
+        error == std::errc{} && next == end)
+        return true;
+    const auto number = number_from(text);
+    using Limits = std::numeric_limits<T>;
+    if (!number || *number != std::trunc(*number) || !(*number >= double(Limits::lowest())) ||
+        !(*number < std::ldexp(1.0, Limits::digits)))
+        return false;
+    value = T(*number);
+    return true;
+}
+
+template <class T>
+bool parse_real(std::string_view text, T& value) {
+    const char* const end = text.data() + text.size();
+    if (const auto [next, error] = std::from_chars(text.data(), end, value);
+        error == std::errc{} && next == end)
+        return true;
+    const auto number = number_from(text);  // infinite or zero outside of a float's range
+    if (!number) return false;
+    value = T(*number);
+    return true;
+}
+
+template <class T>
+bool parse_as(std::string_view text, std::byte* out) {
+    T value{};
+    const bool is_parsed =
+        std::is_integral_v<T> ? parse_whole(text, value) : parse_real(text, value);
+    std::memcpy(out, &value, sizeof value);
+    return is_parsed;
+}
+
+bool parse_number(Component type, std::string_view text, std::byte* out) {
+    if (text.starts_with('+')) text.remove_prefix(1);
+    switch (type) {
+        case Component::Int8:
+            return parse_as<std::int8_t>(text, out);
+        case Component::UInt8:
+            return parse_as<std::uint8_t>(text, out);
+        case Component::Int16:
+            return parse_as<std::int16_t>(text, out);
+        case Component::UInt16:
+            return parse_as<std::uint16_t>(text, out);
+        case Component::Int32:
+            return parse_as<std::int32_t>(text, out);
+        case Component::UInt32:
+            return parse_as<std::uint32_t>(text, out);
+        case Component::Int64:
+            return parse_as<std::int64_t>(text, out);
+        case Component::UInt64:
+            return parse_as<std::uint64_t>(text, out);
+        case Component::Float32:
+            return parse_as<float>(text, out);
+        case Component::Float64:
+            return parse_as<double>(text, out);
+    }
+    return false;
+}
+
+}  // namespace
+
+/// Reader of one data file.
+class DataStream::Source {
+  public:
+    virtual ~Source() = default;
+    virtual Status read(std::span<std::byte> out) = 0;
+    /// Skips bytes without reading them. @returns false if they must be read
+    virtual bool jump(std::uint64_t) { return false; }
+    virtual Status finish() { return Ok{}; }
+};
+
+/// An array of VTK's XML files.
+class DataStream::VtkSource final : public DataStream::Source {
+  public:
+    VtkSource(const fs::path& path, std::uint64_t start, const DataPlace& data,
+              std::uint64_t expected)
+        : m_array(path, start, data.vtk, data.swapped != (std::endian::native == std::endian::big),
+                  expected) {}
+    Status read(std::span<std::byte> out) override { return m_array.read(out); }
+
+  private:
+    VtkArraySource m_array;
+};
+
+/// Numbers in text, separated by blanks and optional commas. In XML a tag ends them.
+class DataStream::TextSource final : public DataStream::Source {
+  public:
+    TextSource(const fs::path& path, const fs::path& name, std::uint64_t start,
+               const ImageHeader& header, std::uint64_t count)
+        : m_path(path),
+          m_file(name, std::ios::binary),
+          m_type(header.stored),
+          m_count(count),
+          m_in_xml(header.format == ImageFormat::Vti) {
+        m_file.seekg(std::streamoff(start));
+    }
+    Status read(std::span<std::byte> out) override {
+        const std::size_t size = size_of(m_type);
+        for (std::size_t at = 0; at < out.size(); at += size, ++m_done) {
+            const std::string_view word = next_word();
+            if (word.empty())
+                return unreadable(m_path, "ends early: holds " + std::to_string(m_done) +
+                                              " numbers, expected " + std::to_string(m_count));
+            if (!parse_number(m_type, word, &out[at]))
+                return unreadable(m_path, "holds '" + shown(word) +
+                                              "' among its data, expected a number of type " +
+                                              std::string(name_of(m_type)));
+        }
+        return Ok{};
+    }
+
+  private:
+    /// Maximum length of a number's text [bytes].
+    static constexpr std::size_t kMaxWord = 1200;
+
+    std::string_view next_word() {
+        constexpr int kEnd = std::streambuf::traits_type::eof();
+        const auto is_blank = [](int c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
+        std::streambuf& source = *m_file.rdbuf();
+        m_word.clear();
+        if (m_tag_follows) return m_word;
+        int c = source.sbumpc();
+        while (is_blank(c)) c = source.sbumpc();
+        for (; c != kEnd && !is_blank(c) && m_word.size() < kMaxWord; c = source.sbumpc()) {
+            m_tag_follows = m_in_xml && c == '<';
+            if (m_tag_follows) break;
+            m_word += char(c);
+        }
+        std::string_view word = m_word;
+        if (word.size() > 1 && word.ends_with(',')) word.remove_suffix(1);
+        return word;
+    }
+
+    const fs::path& m_path;
+    std::ifstream m_file;
+    Component m_type;
+    std::uint64_t m_count, m_done = 0;
+    bool m_in_xml, m_tag_follows = false;
+    std::string m_word;
+};
+
+/// Raw or compressed numbers.
+class DataStream::BytesSource final : public DataStream::Source {
+  public:
+    BytesSource(const fs::path& path, const fs::path& name, std::uint64_t start, bool deflated)
+        : m_path(path), m_file(name, std::ios::binary), m_deflated(deflated) {
+        m_file.seekg(std::streamoff(start));
+        if (!deflated) return;
+        m_input.resize(kPieceBytes);
+        constexpr int kGzipOrZlib = 15 + 32;
+        if (inflateInit2(&m_zlib, kGzipOrZlib) != Z_OK) throw std::bad_alloc();
+        m_end.reset(&m_zlib);
+    }
+
+    Status read(std::span<std::byte> out) override {
+        if (!m_deflated) {
+            m_file.read(reinterpret_cast<char*>(out.data()), std::streamsize(out.size()));
+            if (std::size_t(m_file.gcount()) == out.size()) return Ok{};
+            return unreadable(m_path, "ends early: it was cut short while it was read");
+        }
+        while (!out.empty()) {
+            const auto count = inflate_some(out);
+            if (!count) return count.error();
+            out = out.subspan(*count);
+        }
+        return Ok{};
+    }
+
+    bool jump(std::uint64_t bytes) override {
+        if (!m_deflated) m_file.seekg(std::streamoff(bytes), std::ios::cur);
+        return !m_deflated;
+    }
+
+    Status finish() override {
+        std::byte rest[4096];
+        for (std::size_t beyond = 0; m_deflated && !m_ended && beyond < kPieceBytes;) {
+            const auto count = inflate_some(rest);
+            if (!count) return count.error();
+            beyond += *count;
+        }
+        return Ok{};
+    }
+
+  private:
+    /// @returns number of decompressed bytes, possibly zero. gzip files may have several members.
+    Result<std::size_t> inflate_some(std::span<std::byte> out) {
+        if (m_zlib.avail_in == 0) {
+            m_file.read(reinterpret_cast<char*>(m_input.data()), std::streamsize(m_input.size()));
+            m_zlib.next_in = m_input.data();
+            m_zlib.avail_in = uInt(m_file.gcount());
+        }
+        if (m_zlib.avail_in == 0)
+            return unreadable(m_path, m_ended
+                                          ? "ends early: its compressed data hold less than its "
+                                            "sizes say"
+                                          : "ends early: its compressed data are cut off");
+        if (m_ended) inflateReset(&m_zlib);
+        const std::size_t room = std::min(out.size(), kPieceBytes);
+        m_zlib.next_out = reinterpret_cast<Bytef*>(out.data());
+        m_zlib.avail_out = uInt(room);
+        const int result = inflate(&m_zlib, Z_NO_FLUSH);
+        m_ended = result == Z_STREAM_END;
+        if (result != Z_OK && !m_ended)
+            return unreadable(m_path, std::string("its compressed data are damaged (") +
+                                          (m_zlib.msg ? m_zlib.msg : "no gzip or zlib") + ")");
+        return room - m_zlib.avail_out;
+    }
+
+    struct EndInflate {
+        void operator()(z_stream* stream) const { inflateEnd(stream); }
+    };
+
+    const fs::path& m_path;
+    std::ifstream m_file;
+    bool m_deflated;
+    bool m_ended = false;  ///< a member ended with the correct checksum
+    std::vector<Bytef> m_input;
+    z_stream m_zlib{};
+    std::unique_ptr<z_stream, EndInflate> m_end;
+};
+
+DataStream::DataStream(const fs::path& path, const ImageHeader& header)
+    : m_path(path), m_header(header) {
+    const std::uint64_t values =
+        std::uint64_t(voxel_count(header.grid)) * std::uint64_t(header.components);
+    m_bytes_per_file = values / header.data.files.size() * size_of(header.stored);
+}
+
+DataStream::~DataStream() = default;
+
+Status DataStream::open_next() {
+    const DataPlace& data = m_header.data;
+    const auto start = find_data_start(m_path, m_header, data.files[m_next]);
+    if (!start) return start.error();
+    const bool deflated = data.encoding == DataEncoding::Deflated;
+    const fs::path& name = data.files[m_next++];
+    if (data.encoding == DataEncoding::Text)
+        m_source = std::make_unique<TextSource>(m_path, name, *start, m_header,
+                                                m_bytes_per_file / size_of(m_header.stored));
+    else if (data.encoding == DataEncoding::VtkArray)
+        m_source = std::make_unique<VtkSource>(name, *start, data, m_bytes_per_file);
+    else
+        m_source = std::make_unique<BytesSource>(m_path, name, *start, deflated);
+    m_left = m_bytes_per_file;
+    std::vector<std::byte> skipped;
+    for (std::uint64_t left = deflated ? data.inner_skip : 0; left > 0; left -= skipped.size()) {
+        skipped.resize(std::size_t(std::min<std::uint64_t>(left, kPieceBytes)));
+        if (Status status = m_source->read(skipped); !status) return status;
+    }
+    return Ok{};
+}
+
+Status DataStream::read(std::span<std::byte> out) {
+    for (std::span<std::byte> rest = out; !rest.empty();) {
+        if (m_left == 0) {
+            if (Status status = finish(); !status) return status;
+            if (Status status = open_next(); !status) return status;
+        }
+        const auto count = std::size_t(std::min<std::uint64_t>(m_left, rest.size()));
+        if (Status status = m_source->read(rest.first(count)); !status) return status;
+        m_left -= count;
+        rest = rest.subspan(count);
+    }
+    if (m_header.data.swapped && m_header.data.encoding != DataEncoding::Text)
+        swap_bytes(out, size_of(m_header.stored));
+    return Ok{};
+}
+
+Status DataStream::skip(std::uint64_t bytes) {
+    std::vector<std::byte> skipped;
+    while (bytes > 0) {
+        if (m_left == 0)
+            if (Status status = open_next(); !status) return status;
+        std::uint64_t count = std::min(m_left, bytes);
+        if (!m_source->jump(count)) {
+            count = std::min<std::uint64_t>(count, kPieceBytes);
+            skipped.resize(std::size_t(count));
+            if (Status status = m_source->read(skipped); !status) return status;
+        }
+        m_left -= count;
+        bytes -= count;
+    }
+    return Ok{};
+}
+
+Status DataStream::finish() {
+    return m_source ? m_source->finish() : Status(Ok{});
+}
+
+}  // namespace pliant

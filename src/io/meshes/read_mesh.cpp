@@ -1,0 +1,245 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Choice of the reader, and checks common to all.
+
+#include <pliant/files.h>
+#include <pliant/mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <new>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+
+#include "meshes/file_numbers.h"
+
+namespace pliant {
+namespace mesh {
+
+std::optional<NumberType> number_type(std::string_view name) {
+    using enum NumberType;
+    struct Name {
+        std::string_view name;
+        NumberType type;
+    };
+    constexpr Name kNames[] = {{"int8", Int8},
+                               {"char", Int8},
+                               {"signed_char", Int8},
+                               {"uint8", UInt8},
+                               {"uchar", UInt8},
+                               {"unsigned_char", UInt8},
+                               {"int16", Int16},
+                               {"short", Int16},
+                               {"uint16", UInt16},
+                               {"ushort", UInt16},
+                               {"unsigned_short", UInt16},
+                               {"int32", Int32},
+                               {"int", Int32},
+                               {"uint32", UInt32},
+                               {"uint", UInt32},
+                               {"unsigned_int", UInt32},
+                               {"int64", Int64},
+                               {"long", Int64},
+                               {"vtktypeint64", Int64},
+                               {"vtkidtype", Int32},
+                               {"uint64", UInt64},
+                               {"unsigned_long", UInt64},
+                               {"vtktypeuint64", UInt64},
+                               {"float32", Float32},
+                               {"float", Float32},
+                               {"float64", Float64},
+                               {"double", Float64}};
+    std::string lower(name);
+    for (char& c : lower)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    for (const Name& n : kNames)
+        if (n.name == lower) return n.type;
+    return std::nullopt;
+}
+
+Status set_nodes(MeshData& mesh, std::span<const double> coordinates) {
+    if (coordinates.size() / 3 > std::size_t(1) << 31)
+        return Error{ErrorCode::LimitExceeded, "more than 2147483648 nodes"};
+    const std::size_t first = mesh.nodes_mm.size();
+    ask_for(coordinates.size() * sizeof(double));
+    mesh.nodes_mm.resize(first + coordinates.size() / 3);
+    for (std::size_t n = first; n < mesh.nodes_mm.size(); ++n) {
+        const double* at = coordinates.data() + 3 * (n - first);
+        mesh.nodes_mm[n] = {at[0], at[1], at[2]};
+        if (!is_finite(mesh.nodes_mm[n]))
+            return unreadable("node " + std::to_string(n) + " is at a place that is not finite");
+    }
+    return Ok{};
+}
+
+Status add_cell(MeshData& mesh, int type, std::span<const std::int64_t> nodes) {
+    for (const std::int64_t n : nodes)
+        if (n < 0 || n >= std::int64_t(mesh.nodes_mm.size()))
+            return unreadable("a cell names node " + std::to_string(n) + ", expected 0…" +
+                              std::to_string(std::int64_t(mesh.nodes_mm.size()) - 1));
+    const auto at = [&](std::size_t n) { return std::int32_t(nodes[n]); };
+    const auto count_is = [&](std::size_t expected) -> Status {
+        if (nodes.size() == expected) return Ok{};
+        return unreadable("a cell of type " + std::to_string(type) + " has " +
+                          std::to_string(nodes.size()) + " nodes, expected " +
+                          std::to_string(expected));
+    };
+    switch (type) {
+        case 1:
+        case 2:
+            return Ok{};
+        case 3:
+        case 4:
+            if (nodes.size() >= 2) mesh.lines.emplace_back(nodes.begin(), nodes.end());
+            return Ok{};
+        case 6:
+            for (std::size_t n = 0; n + 2 < nodes.size(); ++n)
+                mesh.triangles.push_back({at(n + n % 2), at(n + 1 - n % 2), at(n + 2)});
+            return Ok{};
+        case 5:
+        case 7:
+        case 9:
+            if (type != 7)
+                if (const Status s = count_is(type == 5 ? 3 : 4); !s) return s;
+            for (std::size_t n = 1; n + 1 < nodes.size(); ++n)
+                mesh.triangles.push_back({at(0), at(n), at(n + 1)});
+            return Ok{};
+        case 8:
+            if (const Status s = count_is(4); !s) return s;
+            mesh.triangles.push_back({at(0), at(1), at(3)});
+            mesh.triangles.push_back({at(0), at(3), at(2)});
+            return Ok{};
+        case 10:
+            if (const Status s = count_is(4); !s) return s;
+            mesh.tetrahedra.push_back({at(0), at(1), at(2), at(3)});
+            return Ok{};
+    }
+    return unsupported("a cell of VTK's type " + std::to_string(type) +
+                       ", expected lines, polygons or linear tetrahedra");
+}
+
+Status CellList::add_to(MeshData& mesh, int type) const {
+    for (std::size_t at = 0; at < m_numbers.size();) {
+        const auto count = std::size_t(m_numbers[at]);
+        const auto cell = std::span(m_numbers).subspan(at + 1, count);
+        if (const Status s = add_cell(mesh, type, cell); !s) return s;
+        at += 1 + count;
+    }
+    return Ok{};
+}
+
+Result<MeshData> parse_mesh(std::string_view file, std::string_view ending) {
+    const auto starts = [&](std::string_view with) { return file.starts_with(with); };
+    TextCursor text(file);
+    if (starts("# vtk DataFile")) return parse_vtk_legacy(file);
+    if (starts("$MeshFormat") || starts("$Comments") || starts("$NOD")) return parse_msh(file);
+    if (starts("ply\n") || starts("ply\r")) return parse_ply(file);
+    const std::string_view first = text.word();
+    if (first.starts_with("<?xml") || first.starts_with("<VTKFile") || first.starts_with("<!--"))
+        return parse_vtk_xml(file);
+    if (ending == ".obj") return parse_obj(file);
+    if (ending == ".stl" || first == "solid") return parse_stl(file);
+    return unreadable("expected VTP, VTU, VTK, MSH, STL, OBJ or PLY");
+}
+
+}  // namespace mesh
+
+namespace {
+
+/// A distant node would enlarge all lattices and trees around the mesh.
+Status check_distances(const MeshData& mesh) {
+    for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n) {
+        const Vec3d p = mesh.nodes_mm[n];
+        if (dot(p, p) <= kMaxNodeDistanceMm * kMaxNodeDistanceMm) continue;
+        char found[64];
+        std::snprintf(found, sizeof found, "%.6g", std::hypot(p.x, p.y, p.z));
+        return Error{ErrorCode::LimitExceeded, "node " + std::to_string(n) + " is " + found +
+                                                   " mm from the origin, expected up to " +
+                                                   std::to_string(std::lround(kMaxNodeDistanceMm)) +
+                                                   "; lengths are in millimetres"};
+    }
+    return Ok{};
+}
+
+}  // namespace
+
+Result<MeshData> read_mesh(const std::filesystem::path& path) {
+    const auto too_large = [&] {
+        return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
+    };
+    try {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(path, ignored))
+            return Error{ErrorCode::NotFound, path.string() + ": expected a file, found none"};
+        std::ifstream stream(path, std::ios::binary | std::ios::ate);
+        const auto size = stream ? std::streamoff(stream.tellg()) : -1;
+        // The bytes, and about as much again for the mesh; more is checked later.
+        if (size > 0 && !has_memory_for(2 * std::uint64_t(size))) return too_large();
+        std::string bytes(std::size_t(std::max<std::streamoff>(size, 0)), '\0');
+        stream.seekg(0);
+        if (size < 0 || !stream.read(bytes.data(), size))
+            return Error{ErrorCode::Unreadable, path.string() + ": can't be read"};
+        std::string ending = path.extension().string();
+        for (char& c : ending)
+            if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+        auto mesh = mesh::parse_mesh(bytes, ending);
+        if (!mesh)
+            return Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)};
+        if (Status status = check_distances(*mesh); !status)
+            return Error{status.error().code, path.string() + ": " + status.error().message};
+        return mesh;
+    } catch (const std::bad_alloc&) {
+        return too_large();
+    } catch (const std::length_error&) {
+        return too_large();
+    }
+}
+
+TriangleMesh joined(const TriangleMesh& surface) {
+    // Sorted by position, then by number: the first of equal nodes represents all.
+    std::vector<std::int32_t> order(surface.nodes_mm.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto key = [&](std::int32_t n) {
+        const Vec3d p = surface.nodes_mm[std::size_t(n)];
+        return std::tuple(p.x, p.y, p.z);
+    };
+    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+        return key(a) != key(b) ? key(a) < key(b) : a < b;
+    });
+    std::vector<std::int32_t> same(order.size());
+    for (std::size_t n = 0; n < order.size(); ++n)
+        same[std::size_t(order[n])] = n > 0 && key(order[n]) == key(order[n - 1])
+                                          ? same[std::size_t(order[n - 1])]
+                                          : order[n];
+    std::vector<std::array<std::int32_t, 3>> triangles;
+    for (auto t : surface.cells) {
+        for (std::int32_t& n : t) n = same[std::size_t(n)];
+        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+    }
+    return part_of(surface.nodes_mm, triangles);
+}
+
+Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
+    auto mesh = read_mesh(path);
+    if (!mesh) return mesh.error();
+    if (!mesh->triangles.empty())
+        return joined({std::move(mesh->nodes_mm), std::move(mesh->triangles)});
+    if (!mesh->tetrahedra.empty())
+        return boundary_triangles(TetMesh{std::move(mesh->nodes_mm), std::move(mesh->tetrahedra)});
+    return Error{ErrorCode::Unsupported,
+                 path.string() + ": found no triangles, expected a surface"};
+}
+
+Result<TetMesh> read_tetrahedra(const std::filesystem::path& path) {
+    auto mesh = read_mesh(path);
+    if (!mesh) return mesh.error();
+    if (mesh->tetrahedra.empty())
+        return Error{ErrorCode::Unsupported, path.string() + ": found no tetrahedra"};
+    return with_used_nodes({std::move(mesh->nodes_mm), std::move(mesh->tetrahedra)});
+}
+
+}  // namespace pliant

@@ -1,0 +1,259 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "catheter/scene_impl.h"
+
+#include <cmath>
+#include <new>
+
+#include "base/hash.h"
+#include "base/text.h"
+#include "pbd/volume_change.h"
+
+namespace pliant {
+namespace {
+
+using catheter::kMicronewtons;
+
+constexpr double kNanojoules = 1e6;  ///< nJ per mJ
+
+}  // namespace
+
+CatheterEntry entry_at(const VesselEnd& end, double inwards) {
+    return {end.centre_mm - inwards * end.radius_mm * end.outward, -end.outward, 5};
+}
+
+std::vector<std::string> warnings_of(const CatheterMeasures& m) {
+    constexpr double kBeyond_mm = 0.1;
+    std::vector<std::string> warnings;
+    if (m.depth_mm > kBeyond_mm)
+        warnings.push_back("the catheter is " + text_of(std::round(1e3 * m.depth_mm) / 1e3) +
+                           " mm beyond the wall, expected at most " + text_of(kBeyond_mm) +
+                           ": raise sub_steps");
+    if (m.inverted > 0)
+        warnings.push_back(std::to_string(m.inverted) +
+                           (m.inverted == 1 ? " tetrahedron is" : " tetrahedra are") +
+                           " inverted, expected none: raise sub_steps");
+    if (m.left_end > 0)
+        warnings.push_back("the tip has left the vessel through open end " +
+                           std::to_string(m.left_end));
+    return warnings;
+}
+
+/// Calls work with a function from a particle to its position: from a copy of all positions, or
+/// without memory for that, one by one.
+template <class Work>
+void CatheterScene::Impl::with_places(const Work& work) const {
+    const auto count = std::size_t(body.particle_count());
+    const std::unique_ptr<Vec3d[]> copied(new (std::nothrow) Vec3d[count]);
+    if (!copied) return work([&](std::int32_t n) { return body.position(n); });
+    body.get_positions({copied.get(), count});
+    work([&](std::int32_t n) { return copied[std::size_t(n)]; });
+}
+
+template <class Place>
+bool CatheterScene::Impl::has_moved(const Cell& cell, const Place& place) const {
+    return std::any_of(cell.begin(), cell.end(),
+                       [&](std::int32_t n) { return place(n) != rest_place(n); });
+}
+
+template <class Place>
+std::int64_t CatheterScene::Impl::inverted_in_wall(const Place& place) const {
+    std::int64_t inverted = 0;
+    for (const Cell& cell : wall.mesh.cells)
+        inverted += has_moved(cell, place) && !(pbd::volume_at(cell, place) > 0);
+    return inverted;
+}
+
+template <class Place>
+double CatheterScene::Impl::wall_energy(const Place& place) const {
+    double elastic = 0;
+    const bool has_energy = settings.wall.model == WallModel::Solid;
+    const double e = settings.wall.young_modulus_pa, nu = settings.wall.poisson_ratio;
+    const double mu = e / (2 * (1 + nu)), lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
+    for (const Cell& cell : wall.mesh.cells) {
+        if (!has_energy || !has_moved(cell, place)) continue;
+        const auto edges = [&](const auto& x) {
+            const Vec3d from = x(cell[0]);
+            return Mat3d{{x(cell[1]) - from, x(cell[2]) - from, x(cell[3]) - from}};
+        };
+        const Mat3d at_rest = edges([&](std::int32_t n) { return rest_place(n); }),
+                    f = edges(place) * inverse(at_rest);
+        const double j = determinant(f), volume = determinant(at_rest) / 6;
+        double squares = 0;
+        for (const Vec3d& c : f.columns) squares += dot(c, c);
+        elastic += volume * 0.5 * (mu * (squares - 4 * j + j * j) + lambda * (j - 1) * (j - 1));
+    }
+    for (const PbdAttachment& at : body.parts().attachments) {
+        const Vec3d off = place(at.nodes[0]) - at.target;
+        elastic += 0.5 * dot(off, off) / at.compliance;
+    }
+    return elastic;
+}
+
+CatheterScene::CatheterScene(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+CatheterScene::~CatheterScene() = default;
+CatheterScene::CatheterScene(CatheterScene&&) noexcept = default;
+CatheterScene& CatheterScene::operator=(CatheterScene&&) noexcept = default;
+
+Result<CatheterScene> CatheterScene::create(VesselWall wall,
+                                            const CatheterSettings& wanted) noexcept {
+    return attempt([&] { return make(std::move(wall), wanted); });
+}
+
+Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSettings& wanted) {
+    if (const Status s = catheter::check(wanted); !s.ok()) return s.error();
+    if (const Status s = pbd::GhostSurface::check(wall.mesh, wall.ghost, wall.ghost_positions);
+        !s.ok())
+        return invalid("wall: " + s.error().message);
+    auto ends = catheter::OpenEnds::create(wall);
+    if (!ends) return invalid("wall: " + ends.error().message);
+    if (const Status s = catheter::check_entry(wall, wanted.entry, wanted.catheter.segment_mm);
+        !s.ok())
+        return s.error();
+    CatheterSettings settings = wanted;
+    settings.sub_steps = catheter::sub_steps_of(wall, wanted);
+    auto parts = catheter::parts_of(wall, settings.wall);
+    if (!parts) return invalid("wall: " + parts.error().message);
+    auto body =
+        PbdBody::create(std::move(*parts),
+                        {.time_step = settings.time_step_s / settings.sub_steps,
+                         .sub_steps = 1,
+                         .iterations = settings.wall.iterations,
+                         .gravity = settings.wall.gravity_mm_s2,
+                         .damping = settings.wall.damping_per_s,
+                         .method = settings.wall.model == WallModel::Solid ? PbdMethod::Compliance
+                                                                           : PbdMethod::Stiffness,
+                         .alternates = settings.wall.alternates,
+                         .repacks = settings.local});
+    if (!body) return body.error();
+    std::unique_ptr<PbdBoxes> boxes;
+    if (settings.local && settings.wall.model != WallModel::Rigid) {
+        auto made =
+            PbdBoxes::create(wall.mesh, {.side = settings.box_mm, .index = settings.box_index});
+        if (!made) return made.error();
+        boxes = std::make_unique<PbdBoxes>(std::move(*made));
+    }
+    auto impl =
+        std::make_unique<Impl>(std::move(wall), settings, std::move(*body), std::move(*ends));
+    impl->boxes = std::move(boxes);
+    return CatheterScene(std::move(impl));
+}
+
+const CatheterSettings& CatheterScene::settings() const {
+    return m_impl->settings;
+}
+const VesselWall& CatheterScene::wall() const {
+    return m_impl->wall;
+}
+
+Status CatheterScene::check_command(const CatheterCommand& c) {
+    for (const double value : {c.insert_mm_s, c.rotate_deg_s, c.bend_first_deg, c.bend_second_deg})
+        if (!std::isfinite(value)) return invalid("command: expected numbers");
+    if (std::abs(c.insert_mm_s) > 1000)
+        return invalid("command: insert_mm_s: expected -1000 to 1000, found " +
+                       text_of(c.insert_mm_s));
+    return Ok{};
+}
+
+Status CatheterScene::command(const CatheterCommand& c) noexcept {
+    const Status status = attempt([&] { return check_command(c); });
+    if (status.ok()) m_impl->command = c;
+    return status;
+}
+
+const CatheterCommand& CatheterScene::hand() const {
+    return m_impl->command;
+}
+
+Status CatheterScene::step(std::int32_t count, const TaskArena& arena) noexcept {
+    for (std::int32_t n = 0; n < count; ++n)
+        if (const Status s = m_impl->step(arena); !s.ok()) return s;
+    return Ok{};
+}
+
+CatheterMeasures CatheterScene::quick_measures() const noexcept {
+    const Impl& i = *m_impl;
+    CatheterMeasures m;
+    m.steps = i.now.steps;
+    m.time_s = double(i.now.steps) * i.settings.time_step_s;
+    m.inserted_mm = i.now.inserted;
+    m.rotated_deg = i.now.rotated;
+    const Vec3d axis = normalized(i.settings.entry.direction);
+    m.force_n = -dot(i.wire.base_force(), axis) / kMicronewtons;
+    m.torque_n_mm = -dot(i.wire.base_moment(), axis) / kMicronewtons;
+    m.contact_n = i.now.contact / kMicronewtons;
+    m.depth_mm = i.now.depth;
+    m.left_end = i.now.left_end;
+    m.wire_energy_mj = i.wire.elastic_energy() / kNanojoules;
+    m.active_tetrahedra = std::max(0, i.now.awake);
+    m.sub_steps = i.now.sub_steps;
+    return m;
+}
+
+CatheterMeasures CatheterScene::measures() const noexcept {
+    CatheterMeasures m = quick_measures();
+    const Impl& i = *m_impl;
+    const auto& rest = i.wall.mesh.nodes_mm;
+    double kinetic = i.wire.kinetic_energy();
+    for (std::size_t n = 0; n < rest.size(); ++n) {
+        const double w = i.body.inverse_mass(std::int32_t(n));
+        const Vec3d v = i.body.velocity(std::int32_t(n));
+        if (w > 0) kinetic += 0.5 * dot(v, v) / w;
+    }
+    m.kinetic_energy_mj = kinetic / kNanojoules;
+    i.with_places([&](const auto& place) {
+        for (std::size_t n = 0; n < rest.size(); ++n)
+            m.wall_moved_mm = std::max(m.wall_moved_mm, norm(place(std::int32_t(n)) - rest[n]));
+        m.wall_energy_mj = i.wall_energy(place) / kNanojoules;
+        m.inverted = i.wire.inverted() + i.inverted_in_wall(place);
+        m.volume = pbd::volume_change_of(i.body.parts(), place);
+    });
+    return m;
+}
+
+std::int64_t CatheterScene::inverted_tetrahedra() const noexcept {
+    const Impl& i = *m_impl;
+    std::int64_t inverted = i.wire.inverted();
+    i.with_places([&](const auto& place) { inverted += i.inverted_in_wall(place); });
+    return inverted;
+}
+
+std::span<const Vec3d> CatheterScene::wire_positions() const {
+    return m_impl->wire.positions();
+}
+std::int32_t CatheterScene::first_inserted() const {
+    return m_impl->wire.first();
+}
+Vec3d CatheterScene::tip_mm() const {
+    return m_impl->wire.positions().back();
+}
+Rotation CatheterScene::tip_frame() const {
+    return m_impl->wire.tip_frame();
+}
+TetMesh CatheterScene::catheter_mesh() const {
+    return m_impl->wire.mesh();
+}
+std::vector<Vec3d> CatheterScene::wall_positions() const {
+    std::vector<Vec3d> positions(std::size_t(m_impl->body.particle_count()));
+    m_impl->body.get_positions(positions);
+    return positions;
+}
+std::vector<Vec3d> CatheterScene::ghost_positions() const {
+    const TetMesh now{wall_positions(), m_impl->wall.mesh.cells};
+    std::vector<Vec3d> positions;
+    for (const Embedded& e : m_impl->wall.ghost_positions) positions.push_back(place_of(e, now));
+    return positions;
+}
+const PbdBody& CatheterScene::body() const {
+    return m_impl->body;
+}
+std::uint64_t CatheterScene::hash() const noexcept {
+    Hash64 hash;
+    m_impl->wire.add_to(hash);
+    const std::uint64_t wall = m_impl->body.hash();
+    hash.add(std::span<const std::uint64_t>(&wall, 1));
+    return hash.value();
+}
+
+}  // namespace pliant

@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Interface of a wire that is fed through a guide into a vessel: a chain of segments along its
+// axis, which is all that contact needs.
+//
+//     guide                  in the vessel
+//   ═══●════●════●═╗
+//      n    n+1  first ●────●────●────●   nodes up to `first` are in the guide and follow it
+//   ═══════════════╝
+//
+// A step of h seconds: predict, find contacts at the predicted positions, Newton steps, finish.
+
+#pragma once
+
+#include <pliant/mesh.h>
+#include <pliant/pbd.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/hash.h"
+#include "catheter/state_numbers.h"
+
+namespace pliant::catheter {
+
+struct WireSettings {
+    std::int32_t segments = 100;
+    double segment_mm = 3;
+    double mass_g_mm = 2e-3;
+    std::vector<double> bend;   ///< [segment]: EI of the joint in front of it [µN mm²]
+    std::vector<double> twist;  ///< [segment]: GJ [µN mm²]
+    double stretch = 1e9;       ///< EA and GA of the rod [µN]
+    double radius_mm = 0.9;     ///< distance of the tetrahedra's nodes from the axis
+    double damping = 0;         ///< of velocities [1/s]
+    std::int32_t tip_segments = 0;
+    Vec3d entry{0, 0, 0};  ///< end of the guide, which leads there along the third axis
+    Rotation frame{};
+};
+
+/// Contact at a point of a segment: the wire stays on one side of a plane and slides along it. A
+/// unilateral spring, with Coulomb friction.
+struct WireContact {
+    std::int32_t segment = 0;
+    double along = 0;        ///< 0…1
+    Vec3d normal{0, 0, 0};   ///< towards the free side
+    Vec3d lever{0, 0, 0};    ///< from the axis to the contact point
+    double least = 0;        ///< lower bound of normal · (position on the axis)
+    double compliance = 0;   ///< [mm/µN]
+    double friction = 0;     ///< Coulomb friction coefficient
+    Vec3d sticks{0, 0, 0};   ///< position on the axis without sliding and rotation
+    double sticking_mm = 0;  ///< friction grows with the sliding distance up to here
+    Vec3d force{0, 0, 0};    ///< on the wire [µN], after solve
+    // State of the last iteration: normal force, and displacement of the wall.
+    double pushed = 0;
+    Vec3d yielded{0, 0, 0};
+
+    /// Computes the force. Friction is complete from a sliding distance of `sticking_mm` on.
+    /// @param place  position on the axis
+    /// @param slid  sliding distance of the contact point, as a vector
+    /// @returns stiffness of the friction; 0 with a force of 0 for an open contact
+    double touch(Vec3d place, Vec3d slid);
+};
+
+class Wire {
+  public:
+    virtual ~Wire() = default;
+    virtual std::unique_ptr<Wire> copy() const = 0;
+    /// Copies another wire of the same kind and settings without allocating.
+    virtual void assign(const Wire& other) noexcept = 0;
+
+    std::int32_t segments() const { return m_settings.segments; }
+    std::int32_t first() const { return m_first; }  ///< index of the last node in the guide
+    /// Position of the guide's end on segment `first`, 0…1.
+    double guide_end() const;
+    double length() const { return m_settings.segment_mm * m_settings.segments; }
+
+    /// Sets the guide's position and rotation at the end of the next step.
+    void feed(double inserted_mm, double turned_rad);
+    /// Sets the rest shape of the tip: total bends towards the first and the second axis.
+    virtual void bend_tip(double first_rad, double second_rad) = 0;
+
+    virtual void predict(double h) = 0;
+    virtual void solve(std::span<WireContact> contacts) = 0;
+    virtual void finish() = 0;
+
+    /// Positions of the nodes along the axis.
+    const std::vector<Vec3d>& positions() const { return m_x; }
+    const std::vector<Vec3d>& places_before() const { return m_old_x; }
+    const std::vector<Vec3d>& velocities() const { return m_v; }
+    /// Frame of the tip: the third axis points ahead, the tip bends about the first two.
+    virtual Rotation tip_frame() const = 0;
+    /// Force [µN] and moment [µN mm] of the wire on the guide.
+    virtual Vec3d base_force() const = 0;
+    virtual Vec3d base_moment() const = 0;
+    virtual double elastic_energy() const = 0;  ///< [nJ = µN mm]
+    virtual double kinetic_energy() const = 0;
+    virtual bool is_good() const = 0;
+    /// Adds positions and velocities.
+    virtual void add_to(Hash64& hash) const;
+    /// Writes or reads the state between two steps.
+    virtual void exchange(StateNumbers& state);
+    /// Tetrahedra in the present shape; empty for a rod.
+    virtual TetMesh mesh() const { return {}; }
+    virtual std::int64_t inverted() const { return 0; }  ///< number of inverted tetrahedra
+
+  protected:
+    Wire(const WireSettings& settings, double inserted_mm);
+    Wire(const Wire&) = default;
+    Wire& operator=(const Wire&) = default;
+    /// Coordinate of a node in the guide along its axis.
+    double fed_mm(std::size_t node) const {
+        return m_inserted - m_settings.segment_mm * double(m_count - node);
+    }
+
+    WireSettings m_settings;
+    std::size_t m_count;
+    std::int32_t m_first = 0;
+    double m_h = 1e-3, m_inserted = 0, m_turned = 0;
+    std::vector<Vec3d> m_x, m_old_x, m_v;
+};
+
+/// Time constant by which nodes drawn into the guide settle on its axis [s].
+inline constexpr double kSettle = 0.02;
+
+}  // namespace pliant::catheter

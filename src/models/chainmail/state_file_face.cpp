@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The public interface of saving and loading. A loaded state is built and checked beside the
+// present one, which is replaced once nothing can fail any more.
+
+#include <pliant/files.h>
+
+#include <charconv>
+#include <fstream>
+
+#include "base/errors.h"
+#include "base/hash.h"
+#include "base/text.h"
+#include "chainmail/chainmail_impl.h"
+#include "chainmail/state_file.h"
+#include "material/settings.h"
+
+namespace pliant {
+namespace {
+
+Status check_scan(const std::string& name, const ScanFingerprint& own,
+                  const ScanFingerprint& found) {
+    const auto other = [&](const std::string& what) -> Status {
+        return Error{ErrorCode::InvalidArgument,
+                     name + ": expected a state of this scan, found one of another: " + what};
+    };
+    if (own.grid.size != found.grid.size)
+        return other("of " + text_of_size(found.grid.size) + " voxels instead of " +
+                     text_of_size(own.grid.size));
+    if (own.grid.spacing_mm != found.grid.spacing_mm)
+        return other("with a spacing of " + text_of(found.grid.spacing_mm) + " mm instead of " +
+                     text_of(own.grid.spacing_mm));
+    if (own.grid.origin_mm != found.grid.origin_mm)
+        return other("with its origin at " + text_of(found.grid.origin_mm) + " mm instead of " +
+                     text_of(own.grid.origin_mm));
+    if (own.grid != found.grid) return other("with other directions");
+    if (own != found) return other("with other voxel values");
+    return Ok{};
+}
+
+Result<Bytes> read_bytes(const std::filesystem::path& path) {
+    std::error_code error;
+    if (const Status s = check_is_file(path, "a saved state"); !s) return s.error();
+    std::ifstream stream(path, std::ios::binary);
+    const auto size = std::filesystem::file_size(path, error);
+    if (!stream || error)
+        return Error{ErrorCode::NotFound,
+                     path.string() + ": expected a saved state that can be read"};
+    Bytes bytes(size);
+    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
+    if (std::size_t(stream.gcount()) != bytes.size())
+        return Error{ErrorCode::Unreadable, path.string() + ": can't be read to its end"};
+    return bytes;
+}
+
+/// Hash of the label materials, which the settings' text doesn't include. @returns 0 without label
+/// materials
+std::uint64_t hash_label_materials(const ChainMailSettings& settings) {
+    if (settings.label_materials.empty()) return 0;
+    Hash64 hash;
+    const auto add_numbers = [&](Vec3d v) {
+        const double numbers[] = {v.x, v.y, v.z};
+        hash.add(std::span<const double>(numbers));
+    };
+    for (const LabelMaterial& label : settings.label_materials) {
+        hash.add(std::span<const int>(label.values));
+        for (const auto& number :
+             {label.offset, label.bone_threshold_hu, label.max_movement_mm, label.yield})
+            add_numbers({number ? 1.0 : 0.0, number.value_or(0), 0});
+        for (const Vec3d& v : {label.factor, label.compress, label.stretch, label.shear})
+            add_numbers(v);
+        hash.add_word(std::uint64_t(label.law) * 2 + label.along_direction);
+    }
+    if (settings.labels) hash.add_word(fingerprint_of(*settings.labels).voxel_hash);
+    if (settings.directions) hash.add(std::span<const Vec3f>(settings.directions->vectors_mm));
+    return hash.value();
+}
+
+}  // namespace
+
+Status ChainMail::save_state(const std::filesystem::path& path) const {
+    return attempt([&] { return m_impl->save_state(path); });
+}
+
+Status ChainMail::load_state(const std::filesystem::path& path) {
+    return attempt([&]() -> Status {
+        auto loaded = m_impl->load_state(path);
+        if (!loaded.ok()) return loaded.error();
+        m_impl = std::move(*loaded);
+        return Ok{};
+    });
+}
+
+Status ChainMail::Impl::save_state(const std::filesystem::path& path) const {
+    const StateHeader header{.scan = fingerprint_of(volume),
+                             .custom_law = bool(settings.custom_law),
+                             .materials_changed = materials_changed,
+                             .label_hash = hash_label_materials(settings),
+                             .settings = settings_text(settings)};
+    const Bytes bytes = encode_state(header, lattice, plastic_rest);
+    StagedFiles files;
+    const auto staged = files.stage(path);
+    if (!staged.ok()) return staged.error();
+    std::ofstream stream(*staged, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    stream.close();
+    if (!stream) return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
+    return files.commit();
+}
+
+Result<std::unique_ptr<ChainMail::Impl>> ChainMail::Impl::load_state(
+    const std::filesystem::path& path) const {
+    const std::string name = path.string();
+    if (history.depth() > (held.empty() ? 0 : 1))
+        return Error{ErrorCode::InvalidArgument,
+                     name + ": expected no open group of steps, found one; end it first"};
+    const auto bytes = read_bytes(path);
+    if (!bytes.ok()) return bytes.error();
+    auto opened = StateReader::open(name, *bytes);
+    if (!opened.ok()) return opened.error();
+    StateReader& reader = *opened;
+    const auto header = reader.read_header();
+    if (!header.ok()) return header.error();
+    const Status scan = check_scan(name, fingerprint_of(volume), header->scan);
+    if (!scan.ok()) return scan.error();
+    auto loaded = parse_settings(name, header->settings);
+    if (!loaded.ok()) return loaded.error();
+    if (header->custom_law && !settings.custom_law)
+        return Error{
+            ErrorCode::InvalidArgument,
+            name + ": was saved with a material law of its own; expected the same law here"};
+    if (header->custom_law) loaded->custom_law = settings.custom_law;
+    loaded->solver = settings.solver;
+    if (header->label_hash != hash_label_materials(settings))
+        return Error{ErrorCode::InvalidArgument,
+                     name +
+                         ": was saved with other label materials; expected the same [[label]] "
+                         "tables, labels and directions here"};
+    loaded->label_materials = settings.label_materials;
+    loaded->labels = settings.labels;
+    loaded->directions = settings.directions;
+    auto materials = make_materials(volume, *loaded);
+    if (!materials.ok())
+        return Error{materials.error().code, name + ": " + materials.error().message};
+    auto impl = std::make_unique<Impl>(volume, *loaded, std::move(*materials), arena);
+    impl->lattice.continue_clock(lattice.clock());
+    impl->lattice.tick();
+    const Status read =
+        reader.read_lattice(impl->lattice, impl->plastic_rest, settings.max_elements);
+    if (!read.ok()) return read.error();
+    impl->materials_changed = header->materials_changed;
+    impl->restore_allowance();
+    if (!header->materials_changed) {
+        std::string fault = find_fault(impl->lattice, arena);
+        if (fault.empty()) fault = find_imprint_fault(impl->lattice, impl->plastic_rest);
+        if (!fault.empty())
+            return Error{ErrorCode::Unreadable,
+                         name + ": expected displacements within all limits, but " + fault};
+    }
+    return impl;
+}
+
+}  // namespace pliant

@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Settings from a file, and their text in a saved state.
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/record_toml.h"
+#include "base/text.h"
+#include "material/settings.h"
+
+namespace pliant {
+namespace {
+
+Status read_label(const TomlTable& table, ChainMailSettings& settings) {
+    if (table.number == 0)
+        return expected_error("[label]", "[[label]], one for each material", "[label]");
+    return read_table(table, label_rows(), settings.label_materials.emplace_back());
+}
+
+Status read_tables(const std::vector<TomlTable>& tables, ChainMailSettings& settings) {
+    for (const TomlTable& table : tables) {
+        if (table.name == "label") {
+            if (const Status s = read_label(table, settings); !s) return s;
+            continue;
+        }
+        if (const Status s = read_table(table, chainmail_rows(), settings); !s) return s;
+    }
+    return Ok{};
+}
+
+/// TOML has tables, or keys with a dot before the '='; Divod's lines have neither.
+bool looks_like_toml(const std::string& text) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const std::string_view content = trimmed(line);
+        if (content.empty() || content.front() == '#') continue;
+        if (content.front() == '[') return true;
+        const auto equals = content.find('=');
+        return equals != std::string_view::npos &&
+               content.substr(0, equals).find('.') != std::string_view::npos;
+    }
+    return true;
+}
+
+Result<ChainMailSettings> read_toml(const std::string& text, ChainMailSettings settings = {}) {
+    const auto tables = parse_toml(text);
+    if (!tables) return tables.error();
+    if (const Status s = read_tables(*tables, settings); !s) return s.error();
+    return settings;
+}
+
+/// Same as read_toml, for a text of settings_text.
+Result<ChainMailSettings> read_own_toml(const std::string& text) {
+    ChainMailSettings settings;
+    const auto tables = parse_plain_toml(text);
+    if (!tables.empty() && read_tables(tables, settings).ok()) return settings;
+    return read_toml(text);
+}
+
+/// Consistent settings, or an error that names the file.
+Result<ChainMailSettings> checked(const std::string& file, Result<ChainMailSettings> read) {
+    const Status valid = read ? check_settings(*read) : Status(read.error());
+    if (!valid) return in_one_line(within(file, valid.error()));
+    return read;
+}
+
+/// TOML over settings that suit the scan's values, in the range that the file gives.
+Result<ChainMailSettings> read_toml_for(const std::string& text, const ValueDefaults& values) {
+    ChainMailSettings settings;
+    suit_materials(values, settings);
+    const ValueSpan range = settings.range;
+    auto read = read_toml(text, settings);
+    if (!read || read->range == range) return read;
+    settings.range = read->range;
+    suit_thresholds(values, settings);
+    return read_toml(text, settings);
+}
+
+Result<ChainMailSettings> read_settings(const std::filesystem::path& path,
+                                        const ValueDefaults& values,
+                                        std::vector<std::string>* notes) {
+    const Result<std::string> text = read_small_file(path, kMaxSmallFileBytes, "a settings file");
+    if (!text) return text.error();
+    if (looks_like_toml(*text)) return checked(path.string(), read_toml_for(*text, values));
+    std::vector<std::string> own_notes;
+    ChainMailSettings settings;
+    suit_materials(values, settings);
+    const Status read = read_divod(*text, settings, own_notes);
+    auto result = checked(path.string(), read ? Result(settings) : read.error());
+    if (result && notes) notes->insert(notes->end(), own_notes.begin(), own_notes.end());
+    return result;
+}
+
+}  // namespace
+
+std::string settings_text(const ChainMailSettings& settings) {
+    return toml_text(settings, chainmail_rows());
+}
+
+Result<ChainMailSettings> parse_settings(const std::string& name, const std::string& toml) {
+    return checked(name, read_own_toml(toml));
+}
+
+Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
+                                                  std::vector<std::string>* notes) {
+    return attempt([&] { return read_settings(path, {}, notes); });
+}
+
+Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
+                                                  const ValueDefaults& values,
+                                                  std::vector<std::string>* notes) {
+    return attempt([&] { return read_settings(path, values, notes); });
+}
+
+void suit_thresholds(const ValueDefaults& values, ChainMailSettings& settings) {
+    if (values.kind == ValueKind::Hounsfield) return;
+    // Thresholds keep their places in the range, but none becomes bone where nothing is.
+    const double scale =
+        (settings.range.high - settings.range.low) / (values.range.high - values.range.low);
+    const auto place = [&](double value) {
+        return settings.range.low + scale * (value - values.range.low);
+    };
+    settings.air_enabled = values.has_air;
+    settings.air_threshold_hu = place(values.air_threshold);
+    settings.bone_threshold_hu = values.has_bone
+                                     ? place(values.bone_threshold)
+                                     : std::max(values.bone_threshold, settings.range.high);
+}
+
+void suit_materials(const ValueDefaults& values, ChainMailSettings& settings) {
+    if (values.kind == ValueKind::Hounsfield) return;
+    settings.range = values.range;
+    suit_thresholds(values, settings);
+}
+
+}  // namespace pliant

@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <pliant/tissue.h>
+
+#include <iterator>
+
+#include "base/errors.h"
+#include "tissue/number_file.h"
+
+namespace pliant {
+namespace {
+
+// Limits of the history; a state of 12,000 nodes takes 0.6 MB.
+constexpr std::size_t kMaxSteps = 200, kMaxBytes = 256'000'000;
+
+}  // namespace
+
+void NodeTissue::begin_group(const std::string&) {
+    State now;
+    state(now);
+    m_now.resize(now.size());
+    if (m_before.empty()) m_before.emplace_back();
+    m_before.front().swap(now);
+}
+
+int NodeTissue::end_group() noexcept {
+    if (m_before.empty()) return 0;
+    const Status compared = attempt([&]() -> Status {
+        state(m_now);
+        return Ok{};
+    });
+    if (compared.ok() && m_before.front() == m_now) {
+        m_before.clear();
+        return 0;
+    }
+    m_undone.clear();
+    m_done.splice(m_done.end(), m_before);
+    int forgotten = 0;
+    const std::size_t bytes = m_done.back().size() * sizeof(double);
+    while (m_done.size() > kMaxSteps || m_done.size() * bytes > kMaxBytes) {
+        m_done.pop_front();
+        ++forgotten;
+    }
+    // Without memory for the comparison, a step that may be empty can't be kept.
+    if (!compared.ok()) m_done.clear();
+    return m_done.empty() ? -1 : forgotten;
+}
+
+/// Takes the last of some steps. @param to  steps in the other direction
+Status NodeTissue::go_back(std::list<State>& from, std::list<State>& to) noexcept {
+    return attempt([&]() -> Status {
+        State now;
+        state(now);
+        if (const Status s = set_state(from.back()); !s.ok()) return s;
+        from.back().swap(now);
+        to.splice(to.end(), from, std::prev(from.end()));
+        return Ok{};
+    });
+}
+
+Status NodeTissue::undo() noexcept {
+    if (m_done.empty()) return Error{ErrorCode::NotFound, "undo: expected a step, found none"};
+    return go_back(m_done, m_undone);
+}
+
+Status NodeTissue::redo() noexcept {
+    if (m_undone.empty()) return Error{ErrorCode::NotFound, "redo: expected a step, found none"};
+    return go_back(m_undone, m_done);
+}
+
+Status NodeTissue::rest() noexcept {
+    return attempt([&]() -> Status {
+        State now;
+        state(now);
+        return set_state(now);
+    });
+}
+
+Status NodeTissue::save_state(const std::filesystem::path& path) const noexcept {
+    return attempt([&]() -> Status {
+        State now;
+        state(now);
+        return save_numbers(path, file_kind(), now);
+    });
+}
+
+Status NodeTissue::load_state(const std::filesystem::path& path) noexcept {
+    return attempt([&]() -> Status {
+        const auto numbers = load_numbers(path, file_kind());
+        if (!numbers.ok()) return numbers.error();
+        if (const Status s = set_state(*numbers); !s.ok())
+            return is_out_of_memory(s.error()) ? s.error()
+                                               : unreadable(path.filename(), s.error().message);
+        m_done.clear();
+        m_undone.clear();
+        return Ok{};
+    });
+}
+
+std::uint64_t NodeTissue::hash() const {
+    (void)update_deformation();
+    return deformation().hash();
+}
+
+}  // namespace pliant

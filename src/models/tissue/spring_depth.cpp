@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The necessary depth for tools that hold a scan's tissue. Unlike pliant::find_depth the positions
+// of the touched nodes are given, not the forces on them.
+
+#include <algorithm>
+
+#include "base/errors.h"
+#include "tissue/spring_deformation_impl.h"
+
+namespace pliant {
+namespace {
+
+/// Remaining force at an equilibrium, relative to the largest reaction.
+constexpr double kTolerance = 1e-4;
+
+}  // namespace
+
+Result<DepthFound> SpringDeformation::find_depth(double threshold_mm,
+                                                 std::int32_t max_depth) const noexcept {
+    return attempt([&] { return m_impl->find_depth(threshold_mm, max_depth); });
+}
+
+Result<DepthFound> SpringDeformation::Impl::find_depth(double threshold_mm,
+                                                       std::int32_t max_depth) const {
+    if (!(threshold_mm > 0))
+        return about("depth", ErrorCode::InvalidArgument, "expected a threshold above 0 mm");
+    if (held.empty())
+        return about("depth", ErrorCode::NotFound, "expected a tool that holds tissue, found none");
+    auto trial = SpringTissue::create(tissue.network(), {.time_step = tissue.time_step()});
+    if (!trial.ok()) return trial.error();
+    if (const Status s = trial->hold(held); !s.ok()) return s.error();
+    std::vector<Vec3d> places;
+    for (const std::int32_t n : held) places.push_back(tissue.position(n));
+    if (const Status s = trial->move_held(places); !s.ok()) return s.error();
+    DepthFound found;
+    std::vector<Vec3d> last;
+    for (std::int32_t depth = 1; depth <= max_depth + 1; ++depth) {
+        if (const Status s = trial->set_depth(depth); !s.ok()) return s.error();
+        // The last shape is near the next one.
+        if (const Status s = trial->find_equilibrium(kTolerance); !s.ok()) return s.error();
+        std::vector<Vec3d> shape = trial->displacements();
+        if (!last.empty()) {
+            double change = 0;
+            for (std::size_t n = 0; n < shape.size(); ++n)
+                change = std::max(change, norm(shape[n] - last[n]));
+            found.changes.push_back(change);
+            if (change < threshold_mm) {
+                found.depth = depth - 1;
+                break;
+            }
+        }
+        last = std::move(shape);
+    }
+    return found;
+}
+
+}  // namespace pliant

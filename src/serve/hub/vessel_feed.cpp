@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "hub/vessel_feed.h"
+
+namespace pliant::serve {
+
+bool VesselFeed::take(Client& client, const Message& message) {
+    const auto* wish = std::get_if<VesselMessage>(&message.action);
+    if (!wish) return false;
+    std::string text = outcome_text(message.id, "vessel", m_host.step(), {});
+    if (wish->on)
+        m_sent[client.info.number] = {};
+    else
+        m_sent.erase(client.info.number);
+    m_host.say(client, std::move(text));
+    return true;
+}
+
+bool VesselFeed::follow(std::span<const Box3i>) {
+    m_has_moved = true;
+    return true;
+}
+
+void VesselFeed::refresh() {
+    const VesselTissue* vessel = m_host.scene().catheter();
+    if (vessel && (m_has_moved || m_frames.version() == 0)) m_frames.update(*vessel);
+    m_has_moved = false;
+}
+
+void VesselFeed::add(Client& client, std::vector<Outgoing>& batch) {
+    const auto found = m_sent.find(client.info.number);
+    if (found == m_sent.end() || !m_host.scene().catheter()) return;
+    const std::uint32_t volume = m_host.scene().info().id;
+    const Sent& sent = found->second;
+    if (!sent.surface) batch.push_back({false, m_frames.surface(m_host.step(), volume)});
+    if (sent.version == m_frames.version()) return;
+    batch.push_back({false, m_frames.since(sent.version, m_host.step(), volume)});
+}
+
+void VesselFeed::sent(Client& client) noexcept {
+    const auto found = m_sent.find(client.info.number);
+    if (found != m_sent.end() && m_host.scene().catheter())
+        found->second = {true, m_frames.version()};
+}
+
+void VesselFeed::leave(Client& client) {
+    m_sent.erase(client.info.number);
+}
+
+void VesselFeed::enter_scene() noexcept {
+    m_sent.clear();
+    m_frames = {};
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,261 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "session/scene.h"
+
+#include <pliant/tissues.h>
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <utility>
+
+#include "base/errors.h"
+#include "session/guarded.h"
+#include "session/outcomes.h"
+#include "session/vessel_tissue.h"
+#include "volume/boxes.h"
+
+namespace pliant::serve {
+namespace {
+
+/// Region of the control lattice: around its centre, clamped to the scan.
+Box3i region_of(const TissueChoice& choice, const Grid& grid) {
+    const Vec3d centre = voxel_from_world(grid, choice.centre_mm);
+    Box3i region;
+    for (int a = 0; a < 3; ++a) {
+        const int cell = std::max(1, int(std::lround(choice.springs.cell_mm / grid.spacing_mm[a])));
+        const int last = grid.size[a] - 1;
+        const int length = std::min(last, cell * (choice.nodes - 1));
+        const double low = std::clamp(centre[a] - 0.5 * length, 0.0, double(last - length));
+        region.begin[a] = int(std::lround(low));
+        region.end[a] = region.begin[a] + length + 1;
+    }
+    return region;
+}
+
+}  // namespace
+
+Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
+                                             const TaskArena& arena) {
+    if (choice.model == TissueModel::Vessel) {
+        if (!loaded.vessel)
+            return Error{ErrorCode::InvalidArgument,
+                         "tissue: model: expected chainmail or springs in a scene without a "
+                         "vessel, found vessel"};
+        auto model = VesselTissue::create(*loaded.vessel, loaded.volume, arena);
+        if (!model.ok()) return model.error();
+        VesselTissue* const vessel = model->get();
+        return MadeTissue{std::move(*model), vessel};
+    }
+    if (choice.model == TissueModel::Own) {
+        if (!loaded.own_tissue)
+            return Error{ErrorCode::InvalidArgument,
+                         "tissue: model: expected chainmail or springs in a server without a "
+                         "tissue of its own, found own"};
+        auto model = (*loaded.own_tissue)(loaded.volume, arena);
+        if (!model.ok()) return model.error();
+        return MadeTissue{std::move(*model)};
+    }
+    if (choice.model == TissueModel::ChainMail) {
+        auto model = make_chainmail(loaded.volume, loaded.settings, arena);
+        if (!model.ok()) return model.error();
+        return MadeTissue{std::move(*model)};
+    }
+    SpringDeformationSettings settings;
+    settings.fixed_hu = loaded.info.values.bone_threshold;
+    settings.air_threshold_hu = loaded.info.values.air_threshold;
+    if (const Status s = take_materials(loaded.settings, settings); !s.ok()) return s.error();
+    for (const Setting<SpringDeformationSettings>& row : spring_rows())
+        if (!follows_scan(choice, row.name)) row.set(settings, value_of(choice.springs, row));
+    settings.region = region_of(choice, loaded.volume.grid);
+    auto model = make_springs(loaded.volume, settings, arena);
+    if (!model.ok()) return model.error();
+    return MadeTissue{std::move(*model)};
+}
+
+Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
+                                           const TaskArena& loading,
+                                           const std::function<bool()>& give_up) noexcept {
+    return attempt([&] { return load(source, arena, loading, give_up); });
+}
+
+Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const TaskArena& arena,
+                                           const TaskArena& loading,
+                                           const std::function<bool()>& give_up) {
+    auto loaded = load_scan(source, loading, give_up);
+    if (!loaded.ok()) return loaded.error();
+    // The lattice keeps a reference to the volume, so both are made at their final address.
+    auto place = std::make_shared<LoadedScan>(std::move(*loaded));
+    const TissueChoice choice{.model = place->vessel       ? TissueModel::Vessel
+                                       : place->own_tissue ? TissueModel::Own
+                                                           : TissueModel::ChainMail};
+    auto tissue = make_tissue(choice, *place, arena);
+    if (!tissue.ok()) return tissue.error();
+    std::unique_ptr<Scene> scene(new Scene(std::move(place), choice, std::move(*tissue)));
+    auto live = LiveDeformation::create(scene->m_shown);
+    if (!live.ok()) return live.error();
+    scene->m_live.emplace(std::move(*live));
+    return scene;
+}
+
+Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, MadeTissue tissue)
+    : m_loaded(std::move(loaded)),
+      m_tissue(std::move(tissue)),
+      m_choice(choice),
+      m_shown(m_tissue),
+      m_iso_hu(m_loaded->iso_hu),
+      m_polarity(m_loaded->polarity),
+      m_relaxing(this->tissue().traits().moves_by_itself) {}
+
+Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
+    const std::int64_t changes = m_changes;
+    const std::uint32_t last_client = m_last_client;
+    const bool settled = m_settled;
+    m_last_client = std::max(m_last_client, client);
+    Outcome outcome;
+    try {
+        outcome = std::visit([&](const auto& command) { return act(client, command); }, action);
+    } catch (const std::bad_alloc&) {
+        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
+    } catch (const std::length_error&) {  // thrown by a container beyond its size limit
+        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
+    } catch (const std::exception& error) {
+        print_fault("owner", error.what());
+        outcome = {.error_code = "fault", .message = {}, .ran_out = true};
+    }
+    if (!outcome.ran_out) return outcome;
+    // The tissue is unchanged. Steps may have ended, or begun without content.
+    m_settled = settled;
+    m_last_client = last_client;
+    if (m_changes == changes) return outcome;
+    interrupt(client);
+    outcome.ended_step = true;
+    return outcome;
+}
+
+void Scene::interrupt(std::uint32_t client) noexcept {
+    m_last_client = std::max(m_last_client, client);
+    end_step();
+    m_settled = false;
+}
+
+bool Scene::has_contact(std::uint32_t client) const {
+    return m_holder == client || tissue().is_touched_by(client);
+}
+
+Status Scene::choose(const TissueChoice& choice, const std::filesystem::path& state) {
+    auto made = make_tissue(choice, *m_loaded, tissue().arena());
+    if (!made.ok()) return made.error();
+    if (!state.empty())
+        if (const Status s = made->made->load_state(state); !s.ok()) return s;
+    TissueChoice kept = choice;
+    // Nothing fails from here on.
+    end_step();
+    // The old steps don't apply to the new tissue.
+    m_live->start_over();
+    m_tissue = std::move(*made);
+    m_choice = std::move(kept);
+    m_done.clear();
+    m_undone.clear();
+    m_unreachable = 0;
+    m_relaxing = tissue().traits().moves_by_itself;
+    m_settled = true;
+    m_trouble.clear();
+    tissue_changed();
+    return Ok{};
+}
+
+Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
+    TissueChoice choice = command.choice;
+    const Grid& grid = m_loaded->volume.grid;
+    if (choice.model == TissueModel::Springs && !command.is_centred) {
+        const Vec3i last = grid.size - Vec3i{1, 1, 1};
+        choice.centre_mm = world_from_voxel(grid, {0.5 * last.x, 0.5 * last.y, 0.5 * last.z});
+    }
+    const Status status = choose(choice);
+    return status.ok() ? Outcome{} : refused(status.error());
+}
+
+bool Scene::has_setting(std::string_view name) const {
+    const Record settings = tissue().settings();
+    return std::any_of(settings.begin(), settings.end(),
+                       [&](const NamedValue& setting) { return setting.name == name; });
+}
+
+void Scene::describe(SharedState& state) const {
+    state.iso_hu = m_iso_hu;
+    state.polarity = m_polarity;
+    state.materials = m_loaded->settings;
+    state.tissue = m_choice;
+    if (has_setting(kMaterial))
+        (void)apply(tissue().settings(), chainmail_material_rows(), state.materials);
+    state.figures = tissue().figures();
+    state.trouble = m_trouble;
+    if (const VesselTissue* v = catheter())
+        state.vessel = VesselState{.hand = v->hand(),
+                                   .measures = v->measures(),
+                                   .wall_moved_mm = v->view().wall_moved_mm,
+                                   .radius_mm = v->made().settings.catheter.radius_mm,
+                                   .length_mm = v->made().settings.catheter.length_mm,
+                                   .failure = v->failure()};
+    if (state.vessel) state.vessel->measures.inverted = catheter()->view().inverted;
+    state.has_vessel = m_loaded->vessel != nullptr;
+    state.has_own = m_loaded->own_tissue != nullptr;
+    state.traits = tissue().traits();
+    state.relaxing = m_relaxing;
+    state.settled = !wants_sweep();
+    state.holder = m_holder;
+    state.undo_steps = int(m_done.size()) + (m_open ? 1 : 0);
+    state.redo_steps = m_open ? 0 : int(m_undone.size());
+    state.next_undo = m_open ? m_open->name : m_done.empty() ? "" : m_done.back().name;
+    state.next_redo = state.redo_steps == 0 ? "" : m_undone.back().name;
+}
+
+// Forces.
+
+std::optional<double> Scene::energy() {
+    // Two computations per command would delay all clients if much is deformed. Then the
+    // energy after a command is kept, and the next command has a force.
+    constexpr std::int64_t kFew = 100'000;
+    if (m_energy_rests > 0) return {};
+    if (!m_energy && m_energy_elements < kFew) m_energy = tissue().energy_mm2();
+    return m_energy;
+}
+
+void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
+                      Outcome& outcome) {
+    outcome.force_n = tissue().force_n(client);
+    if (!tissue().traits().has_energy || !(norm(way_mm) > 0)) return;
+    if (m_energy_rests > 0)
+        --m_energy_rests;
+    else
+        m_unmeasured = {client, before, way_mm};
+}
+
+void Scene::measure_energy() noexcept {
+    // At most about a twentieth of the time: forces are reported less often if much is deformed.
+    constexpr std::int64_t kElementsPerRest = 15'000;
+    if (!m_unmeasured) return;
+    const auto [client, before, way_mm] = *std::exchange(m_unmeasured, {});
+    m_energy = tissue().energy_mm2();
+    if (!m_energy) return;  // forces are disabled
+    const Box3i moved = tissue().deformation().moved_box();
+    m_energy_elements = box_count(moved);
+    if (!before) return;
+    m_energy_rests = m_energy_elements / kElementsPerRest;
+    const double way = norm(way_mm);
+    m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
+}
+
+std::optional<FeltEnergy> Scene::measure_force() {
+    measure_energy();
+    return std::exchange(m_felt, {});
+}
+
+void Scene::tissue_changed() {
+    m_energy.reset();
+    m_unmeasured.reset();
+}
+
+}  // namespace pliant::serve
