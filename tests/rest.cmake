@@ -78,6 +78,7 @@ pliant_test(haptics
 target_include_directories(test_haptics PRIVATE
     ${PROJECT_SOURCE_DIR}/benchmarks/results_haptics ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
 # Plug-ins: the one that people begin with, one that must be refused, one that takes its time.
+enable_language(C)
 add_library(example_haptic_device MODULE ${PROJECT_SOURCE_DIR}/examples/haptic_device/device.c)
 add_library(wrong_haptic_device MODULE haptics/wrong_plugin.c)
 add_library(slow_haptic_device MODULE haptics/slow_plugin.c)

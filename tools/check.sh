@@ -188,7 +188,6 @@ fixed_addresses() {
 
 sanitize_addresses() {
     export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
-    export LSAN_OPTIONS=suppressions=$root/tools/lsan.supp:print_suppressions=0
     export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
     compile_and_test asan
 }

@@ -13,7 +13,7 @@ packages_of() {
                 zlib1g-dev liblz4-dev libboost-dev libssl-dev libeigen3-dev libnlopt-dev \
                 libpugixml-dev
             ;;
-        test) echo clang libgtest-dev libinsighttoolkit5-dev ;;
+        test) echo clang libgtest-dev ;;
         wheel) echo python3-dev python3-venv ;;
         study) echo openmpi-bin ;;
         lint) echo clang-format-14 ;;

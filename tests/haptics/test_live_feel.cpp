@@ -3,6 +3,7 @@
 
 // Local models of a tissue that gives way during the contact, against ChainMailFeel on the
 // undeformed scan, and against the springs' force.
+// Covers: haptics/posed_device.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

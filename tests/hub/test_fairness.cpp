@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The order in which commands of several clients are carried out.
+// Covers: hub/hub.cpp.
 
 #include <gtest/gtest.h>
 

@@ -3,6 +3,7 @@
 
 // Memory runs out during commands. The scene is unchanged, the server goes on, and its session
 // records every command that was done.
+// Covers: hub/hub.cpp, hub/device_feed.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/session.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A tissue of one's own, the example's, in the server: pushed, undone, recorded, replayed.
+// Covers: hub/hub.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>

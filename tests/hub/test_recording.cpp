@@ -3,6 +3,7 @@
 
 // The session's file where the disk is full or the file is taken away: clients are told, records
 // are kept and written later.
+// Covers: hub/hub_events.cpp, session/session_log.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>

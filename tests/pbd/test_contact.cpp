@@ -3,6 +3,7 @@
 
 // Contact of a rod with a vessel: the search against brute force, momentum, Coulomb's law, and that
 // nothing gets through.
+// Covers: pbd/tool_contact.cpp, pbd/triangle_grid.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/pbd.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Each allocation fails once, without lasting effects.
+// Covers: resample/control_lattice.cpp, resample/fields.cpp, resample/live_deformation.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A scene's scan, and the defaults that follow from its values.
+// Covers: session/session_json.cpp.
 
 #include "session/source.h"
 

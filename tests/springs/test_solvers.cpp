@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The four solvers beside each other.
+// Covers: springs/local_global.cpp, springs/sweep_*.cpp, springs/volume_*.cpp.
 
 #include <pliant/springs.h>
 

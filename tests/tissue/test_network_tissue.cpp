@@ -14,13 +14,13 @@
 #include <cmath>
 #include <tuple>
 
-#include "support/each_allocation.h"
 #include "support/temporary_folder.h"
+#include "tissue/no_trace.h"
 
 namespace pliant::test {
 namespace {
 
-constexpr std::uint32_t kLeft = 3, kRight = 4;
+constexpr std::uint32_t kLeft = kFirstTool, kRight = kSecondTool;
 constexpr Vec3d kFirst_mm{6, 6, 6};  ///< corner of the box of tetrahedra
 
 Volume plain_scan() {
@@ -411,62 +411,27 @@ TEST_F(Networks, OneThatFliesApartSaysSo) {
 TEST_F(Networks, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
     const auto make = [&] {
         auto tissue = this->make();
-        tissue->begin_group("push");
-        EXPECT_TRUE(tissue->push(kLeft, kDown).ok());
-        EXPECT_TRUE(tissue->sweep().ok());
-        EXPECT_EQ(tissue->end_group(), 0);
+        touch(*tissue, kDown);
         return tissue;
-    };
-    const auto state = [](const Tissue& tissue) {
-        return std::tuple(tissue.hash(), tissue.is_touched_by(kLeft), tissue.is_touched_by(kRight),
-                          tissue.undo_steps());
-    };
-    const auto later = [](Tissue& tissue) {
-        std::vector<std::uint64_t> hashes;
-        for (int n = 0; n < 3; ++n) {
-            EXPECT_TRUE(tissue.sweep().ok());
-            hashes.push_back(tissue.hash());
-        }
-        hashes.push_back(hash_volume(deform_volume(tissue)->volume));
-        tissue.release(kLeft);
-        tissue.release(kRight);
-        for (int n = 0; n < 30; ++n) (void)tissue.sweep();
-        hashes.push_back(tissue.hash());
-        return hashes;
     };
     Push aside = kDown;
     aside.point_mm = {9, 8, 18};
-    const auto check = [&](const auto& operation, const char* name, int least) {
-        SCOPED_TRACE(name);
-        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
-        EXPECT_GE(failures.failed, least);
-        const auto calm = make();
-        const std::vector<std::uint64_t> expected = later(*calm);
-        for (const std::int64_t n :
-             chosen(failures.allocations, {.all_up_to = 20, .of_the_rest = 10})) {
-            auto tissue = make();
-            bool ok = false;
-            {
-                const FailingAllocation failing(n);
-                ok = operation(*tissue).ok();
-            }
-            if (!ok) {
-                ASSERT_EQ(later(*tissue), expected) << "allocation " << n;
-            }
-        }
+    const auto check = [&](const char* name, std::uint32_t tool, const Push& push) {
+        expect_no_trace(
+            name, make, [&](Tissue& tissue) { return tissue.push(tool, push); }, 5);
     };
-    check([&](Tissue& tissue) { return tissue.push(kLeft, kDown); }, "same tool", 5);
-    check([&](Tissue& tissue) { return tissue.push(kRight, kDown); }, "its nodes", 5);
-    check([&](Tissue& tissue) { return tissue.push(kRight, aside); }, "aside", 5);
+    check("same tool", kLeft, kDown);
+    check("its nodes", kRight, kDown);
+    check("aside", kRight, aside);
     fail_each_allocation(
-        make, [](Tissue& tissue) { return tissue.undo(); }, state);
+        make, [](Tissue& tissue) { return tissue.undo(); }, visible_state);
     auto tissue = make();
     {
         const FailingAllocation failing(0);
         EXPECT_FALSE(tissue->update_deformation().ok());
     }
     EXPECT_TRUE(tissue->update_deformation().ok());
-    EXPECT_EQ(later(*tissue), later(*make()));
+    EXPECT_EQ(later_hashes(*tissue, 30), later_hashes(*make(), 30));
 }
 
 /// Distance of a point from a triangle: from its plane inside of the edges, or from an edge.

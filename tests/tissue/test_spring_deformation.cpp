@@ -3,6 +3,7 @@
 
 // Scans deformed by springs. Their equilibrium is compared with Newton's method on a network that
 // is built here.
+// Covers: tissue/spring_push.cpp, tissue/spring_rows.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/springs.h>

@@ -3,6 +3,7 @@
 
 // The library's tissues behind the common interface. Bodies are compared with a direct run of
 // PbdBody.
+// Covers: tissue/*tissue.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
@@ -12,13 +13,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/each_allocation.h"
 #include "support/temporary_folder.h"
+#include "tissue/no_trace.h"
 
 namespace pliant::test {
 namespace {
 
-constexpr std::uint32_t kHand = 3, kSecond = 4;
+constexpr std::uint32_t kHand = kFirstTool, kSecond = kSecondTool;
 constexpr Vec3d kCorner_mm{6, 6, 6};  ///< of the box of tetrahedra
 constexpr double kCell_mm = 3;
 constexpr Vec3i kCells{6, 5, 4};
@@ -323,55 +324,20 @@ TEST_F(Bodies, RefuseBadInputInALineAndKeepTheirState) {
 TEST_F(Bodies, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
     const auto make = [&] {
         auto tissue = this->make();
-        tissue->begin_group("push");
-        EXPECT_TRUE(tissue->push(kHand, kPush).ok());
-        EXPECT_TRUE(tissue->sweep().ok());
-        EXPECT_EQ(tissue->end_group(), 0);
+        touch(*tissue, kPush);
         return tissue;
-    };
-    const auto state = [](const Tissue& tissue) {
-        return std::tuple(tissue.hash(), tissue.is_touched_by(kHand), tissue.is_touched_by(kSecond),
-                          tissue.undo_steps());
-    };
-    const auto later = [](Tissue& tissue) {
-        std::vector<std::uint64_t> hashes;
-        for (int n = 0; n < 3; ++n) {
-            EXPECT_TRUE(tissue.sweep().ok());
-            hashes.push_back(tissue.hash());
-        }
-        hashes.push_back(hash_volume(deform_volume(tissue)->volume));
-        tissue.release(kHand);
-        tissue.release(kSecond);
-        for (int n = 0; n < 30; ++n) (void)tissue.sweep();
-        hashes.push_back(tissue.hash());
-        return hashes;
     };
     Push aside = kPush;
     aside.point_mm = {9, 8, 18};
-    const auto check = [&](const auto& operation, const char* name, int least) {
-        SCOPED_TRACE(name);
-        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
-        EXPECT_GE(failures.failed, least);
-        const auto calm = make();
-        const std::vector<std::uint64_t> expected = later(*calm);
-        for (const std::int64_t n :
-             chosen(failures.allocations, {.all_up_to = 20, .of_the_rest = 10})) {
-            auto tissue = make();
-            bool ok = false;
-            {
-                const FailingAllocation failing(n);
-                ok = operation(*tissue).ok();
-            }
-            if (!ok) {
-                ASSERT_EQ(later(*tissue), expected) << "allocation " << n;
-            }
-        }
+    const auto check = [&](const char* name, std::uint32_t tool, const Push& push) {
+        expect_no_trace(
+            name, make, [&](Tissue& tissue) { return tissue.push(tool, push); }, 5);
     };
-    check([&](Tissue& tissue) { return tissue.push(kHand, kPush); }, "same tool", 5);
-    check([&](Tissue& tissue) { return tissue.push(kSecond, kPush); }, "its nodes", 5);
-    check([&](Tissue& tissue) { return tissue.push(kSecond, aside); }, "aside", 5);
+    check("same tool", kHand, kPush);
+    check("its nodes", kSecond, kPush);
+    check("aside", kSecond, aside);
     fail_each_allocation(
-        make, [](Tissue& tissue) { return tissue.undo(); }, state);
+        make, [](Tissue& tissue) { return tissue.undo(); }, visible_state);
     // Sweeps need no memory, after a release either.
     {
         const auto tissue = make(), twin = make();
@@ -379,7 +345,7 @@ TEST_F(Bodies, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
         ASSERT_TRUE(twin->sweep().ok());
         const FailingAllocation failing(0);
         ASSERT_TRUE(tissue->sweep().ok());
-        ASSERT_EQ(state(*tissue), state(*twin));
+        ASSERT_EQ(visible_state(*tissue), visible_state(*twin));
     }
     // The force is unknown without memory, and the tissue goes on.
     auto tissue = make();
@@ -389,7 +355,7 @@ TEST_F(Bodies, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
         EXPECT_FALSE(tissue->update_deformation().ok());
     }
     EXPECT_TRUE(tissue->update_deformation().ok());
-    EXPECT_EQ(later(*tissue), later(*make()));
+    EXPECT_EQ(later_hashes(*tissue, 30), later_hashes(*make(), 30));
 }
 
 TEST(RigidTissue, StopsEveryPushAsBoneDoesAndNeverMoves) {
