@@ -21,7 +21,7 @@ set(PLIANT_io_RECIPES lz4 png pugixml zlib)
 set(PLIANT_io_HEADERS gdcm)
 
 set(PLIANT_models_NEEDS core)
-set(PLIANT_models_RECIPES highway lz4 nlopt)
+set(PLIANT_models_RECIPES highway lz4)
 set(PLIANT_models_HEADERS eigen)
 
 set(PLIANT_view_NEEDS core models)

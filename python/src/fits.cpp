@@ -193,7 +193,6 @@ void bind_problem(nb::module_& m) {
 
 FitMethod method_of(const std::string& name, const Array& values, const nb::kwargs& settings) {
     if (name == "gauss_newton") return settings_from<GaussNewton>(settings, gauss_newton_rows());
-    if (name == "direct_search") return settings_from<DirectSearch>(settings, direct_search_rows());
     if (name == "annealing") {
         nb::dict rest;
         std::uint64_t seed = Annealing{}.seed;
@@ -207,7 +206,7 @@ FitMethod method_of(const std::string& name, const Array& values, const nb::kwar
         return made;
     }
     if (name == "given" && values) return GivenValues{values_of(*values)};
-    const std::string expected = "gauss_newton, annealing, direct_search, or given with values";
+    const std::string expected = "gauss_newton, annealing, or given with values";
     raise({ErrorCode::InvalidArgument, "method: expected " + expected + ", found " + name, "method",
            expected, name});
 }
@@ -262,8 +261,7 @@ void bind_fit(nb::module_& m) {
         "Finds the values with which the network moves as the reference does. Equal for any number "
         "of threads.\n\n"
         "Args:\n"
-        "    method: \"gauss_newton\", \"annealing\", \"direct_search\", or \"given\" with "
-        "values.\n"
+        "    method: \"gauss_newton\", \"annealing\", or \"given\" with values.\n"
         "    settings: settings_of(method); annealing has a seed, too.");
     m.def(
         "fit_directions",

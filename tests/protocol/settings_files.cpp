@@ -176,7 +176,6 @@ std::map<std::string, std::string> settings_tables() {
             {"network", table_of(network_rows())},
             {"gauss newton", table_of(gauss_newton_rows())},
             {"annealing", table_of(annealing_rows())},
-            {"direct search", table_of(direct_search_rows())},
             {"wall", table_of(wall_rows())},
             {"phantom", table_of(phantom_rows())},
             {"feel", table_of(chainmail_feel_rows())},
