@@ -8,6 +8,9 @@
 # in which data flows. A room is a folder of its wing.
 
 set(PLIANT_WINGS core io models view scenes serve)
+# research/ at the root of the sources: PLIANT_RESEARCH=ON. No other wing needs it, and pliant::pliant
+# is without it.
+set(PLIANT_OPTIONAL_WINGS research)
 
 #   NEEDS    the wings that it stands on, with theirs
 #   RECIPES  third-party libraries that it links; who links the static library needs them too
@@ -35,6 +38,10 @@ set(PLIANT_scenes_HEADERS nlohmann_json)
 set(PLIANT_serve_NEEDS core io models view scenes)
 set(PLIANT_serve_RECIPES lz4 openssl)
 set(PLIANT_serve_HEADERS boost nlohmann_json)
+
+set(PLIANT_research_NEEDS core models)
+set(PLIANT_research_RECIPES)
+set(PLIANT_research_HEADERS)
 
 # Contents of each wing, and of each room after its floor. A room includes itself and rooms on lower
 # floors, of its own wing and of those that this one needs.
@@ -65,7 +72,6 @@ set(PLIANT_HOUSE
     "  6 chainmail     the model: push, slide, cut, carve, history, state files"
     "  7 tissue        the interface of all tissues; all models of tissue behind it"
     "  7 truth         pairs of scans with a known deformation; scores of registrations"
-    "  7 research      published orderings, ChainMail on graphs and between objects"
     "  8 fit           stiffness of springs from a reference: annealing, Gauss-Newton"
     "view              pictures: ray casting, sections, fluoroscopy, paths; force feedback; learning"
     "  4 render        first-hit ray casting, blending, sections"
@@ -79,7 +85,9 @@ set(PLIANT_HOUSE
     "  8 protocol      commands and messages as values, as JSON and as frames"
     "  9 session       the scene of a server, its steps, recording, checkpoints, replay"
     "  10 hub          one scene, several clients: the hub, and feeds beside the voxels"
-    "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server")
+    "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server"
+    "research          published methods, to compare with; papers' figures in research/results"
+    "  8 chains        published orderings, ChainMail on graphs and between objects")
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
@@ -92,11 +100,11 @@ set(PLIANT_PUBLIC_HEADERS
     "pbd       body_contact"
     "pictures  png"
     "tissue    tissues"
-    "research  research research/graph research/objects research/orderings"
     "fit       fit_mesh"
     "render    surface_view"
     "haptics   haptics_device"
-    "network   serve pliant")
+    "network   serve pliant"
+    "chains    research/graph research/objects research/orderings")
 
 # Adds to a list of wings those that they need, and puts the list in order. Other names stay out.
 function(pliant_add_needs list)
@@ -104,8 +112,8 @@ function(pliant_add_needs list)
     foreach(wing IN LISTS ${list})
         list(APPEND wanted ${PLIANT_${wing}_NEEDS})
     endforeach()
-    set(all ${PLIANT_WINGS})
-    foreach(wing IN LISTS PLIANT_WINGS)
+    set(all ${PLIANT_WINGS} ${PLIANT_OPTIONAL_WINGS})
+    foreach(wing IN LISTS all)
         if(NOT wing IN_LIST wanted)
             list(REMOVE_ITEM all ${wing})
         endif()
