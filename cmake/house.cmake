@@ -8,8 +8,8 @@
 # in which data flows. A room is a folder of its wing.
 
 set(PLIANT_WINGS core io models view scenes serve)
-# research/ at the root of the sources: PLIANT_RESEARCH=ON. No other wing needs it, and pliant::pliant
-# is without it.
+# research/ at the root of the sources: PLIANT_RESEARCH=ON. No other wing needs it, and
+# pliant::pliant is without it.
 set(PLIANT_OPTIONAL_WINGS research)
 
 #   NEEDS    the wings that it stands on, with theirs
@@ -60,7 +60,7 @@ set(PLIANT_HOUSE
     "  2 field         displacements, cuts and voids in sparse bricks, whichever model writes"
     "  2 fem           linear elastic reference: elements, Cholesky, matrix-free lattices"
     "  2 springs       mass-spring networks, force transmittal and its baselines"
-    "  2 pbd           position-based constraints in domains and packs; Cosserat rods"
+    "  2 pbd           position-based constraints in domains and packs; contact"
     "  2 vessel        vessel walls: from centrelines, surfaces, scans"
     "  3 material      ChainMail's limits: laws, air, labels, settings, the certificate"
     "  3 resample      a deformation back to a grid, at once or live; fields"
@@ -86,8 +86,9 @@ set(PLIANT_HOUSE
     "  9 session       the scene of a server, its steps, recording, checkpoints, replay"
     "  10 hub          one scene, several clients: the hub, and feeds beside the voxels"
     "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server"
-    "research          published methods, to compare with; papers' figures in research/results"
-    "  8 chains        published orderings, ChainMail on graphs and between objects")
+    "research          published methods, to compare with; results/: papers' figures"
+    "  8 chains        published orderings, ChainMail on graphs and between objects"
+    "  8 rods          Cosserat rods solved directly, their contact with a vessel")
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
@@ -104,7 +105,8 @@ set(PLIANT_PUBLIC_HEADERS
     "render    surface_view"
     "haptics   haptics_device"
     "network   serve pliant"
-    "chains    research/graph research/objects research/orderings")
+    "chains    research/graph research/objects research/orderings"
+    "rods      research/rod")
 
 # Adds to a list of wings those that they need, and puts the list in order. Other names stay out.
 function(pliant_add_needs list)

@@ -164,7 +164,6 @@ std::map<std::string, std::string> settings_tables() {
             {"iso", table_of(serve::iso_rows())},
             {"catheter", table_of(serve::drive_rows())},
             {"pbd", table_of(pbd_rows())},
-            {"rod", table_of(rod_rows())},
             {"boxes", table_of(pbd_box_rows())},
             {"body contact", table_of(body_contact_rows())},
             {"body", table_of(body_rows())},

@@ -3,6 +3,8 @@
 
 #include "pressed.h"
 
+#include <pliant/research/rod.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -5,6 +5,7 @@
 // and time integration.
 
 #include <pliant/pbd.h>
+#include <pliant/research/rod.h>
 
 #include <algorithm>
 #include <array>

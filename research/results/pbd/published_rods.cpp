@@ -5,6 +5,7 @@
 // [Michell1889].
 
 #include <pliant/pbd.h>
+#include <pliant/research/rod.h>
 
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,7 @@
 // n points to the side of the ghost that faces the lumen, even if p is beyond it. The search
 // distance includes the largest motion in the sub-step, so no contact is missed.
 
-#include <pliant/pbd.h>
+#include <pliant/research/rod.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/pbd.h>
+#include <pliant/research/rod.h>
 
 #include <algorithm>
 #include <charconv>
@@ -11,10 +11,39 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "pbd/rod_solver.h"
+#include "rods/rod_solver.h"
 
 namespace pliant {
 namespace {
+
+using R = RodSettings;
+
+constexpr Setting<R> kRod[] = {
+    setting<&R::segments>({.name = "segments", .low = 1, .high = 1e6, .text = "rigid segments"}),
+    setting<&R::length>(
+        {.name = "length", .low = 0, .above_low = true, .text = "of the whole rod"}),
+    setting<&R::mass>({.name = "mass", .low = 0, .above_low = true, .text = "of the whole rod"}),
+    setting<&R::bend_stiffness>(
+        {.name = "bend_stiffness", .low = 0, .above_low = true, .text = "EI"}),
+    setting<&R::twist_stiffness>(
+        {.name = "twist_stiffness", .low = 0, .above_low = true, .text = "GJ"}),
+    setting<&R::stretch_stiffness>(
+        {.name = "stretch_stiffness", .low = 0, .above_low = true, .text = "EA"}),
+    setting<&R::shear_stiffness>(
+        {.name = "shear_stiffness", .low = 0, .above_low = true, .text = "GA"}),
+    setting<&R::tip_segments>(
+        {.name = "tip_segments", .low = 0, .high = 1e6, .text = "segments that steering bends"}),
+    setting<&R::base>({.name = "base", .text = "position of its first end"}),
+    setting<&R::time_step>(
+        {.name = "time_step", .low = 0, .above_low = true, .text = "duration of a step"}),
+    setting<&R::sub_steps>({.name = "sub_steps", .low = 1, .text = "sub-steps of a step"}),
+    setting<&R::iterations>(
+        {.name = "iterations", .low = 1, .text = "Newton iterations in a sub-step"}),
+    setting<&R::gravity>({.name = "gravity", .text = "acceleration of all segments"}),
+    setting<&R::damping>({.name = "damping",
+                          .low = 0,
+                          .text = "of velocities [1/time]; at most one over the sub-step"}),
+};
 
 Status check_settings(const RodSettings& s) {
     if (Status status = check(s, rod_rows()); !status.ok()) return status;
@@ -37,6 +66,10 @@ Result<Rotation> checked(const char* what, Rotation q) {
 }
 
 }  // namespace
+
+SettingRows<RodSettings> rod_rows() noexcept {
+    return kRod;
+}
 
 struct Rod::Impl : pbd::RodSolver {
     using pbd::RodSolver::RodSolver;

@@ -16,14 +16,14 @@
 
 #pragma once
 
-#include <pliant/pbd.h>
+#include <pliant/research/rod.h>
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "pbd/block_chain.h"
 #include "pbd/rotations.h"
+#include "rods/block_chain.h"
 
 namespace pliant::pbd {
 
