@@ -72,9 +72,9 @@ struct ObjectSpace::Impl {
 
     explicit Impl(const TaskArena& a) : arena(a) {}
 
-    Lattice& lattice(const Object& object) const { return object.tissue.m_impl->lattice; }
     PlacedLattice placed(const Object& object) const {
-        return {&lattice(object), object.base + object.travel, half_extents(object.volume->grid)};
+        return {&lattice_of(object.tissue), object.base + object.travel,
+                half_extents(object.volume->grid)};
     }
     Vec3d travel_mm(const Object& object) const {
         return world_from_lattice_vector(object.volume->grid, mm_of(object.travel));
@@ -118,7 +118,7 @@ Result<int> ObjectSpace::Impl::add_object(Volume volume, const ChainMailSettings
     if (free) used.custom_law = unbound(used.custom_law ? used.custom_law : draeger_law(used));
     auto tissue = ChainMail::create(*own, used, arena);
     if (!tissue.ok()) return Error{tissue.error().code, name + ": " + tissue.error().message};
-    make_air_void(tissue->m_impl->lattice, used.air_threshold_hu);
+    make_air_void(lattice_of(*tissue), used.air_threshold_hu);
     Impl::Object added{std::move(own), std::move(*tissue), free, units_of(origin_mm), {0, 0, 0}};
     const PlacedLattice own_place = placed(added);
     for (std::size_t n = 0; n < objects.size(); ++n)
@@ -172,9 +172,9 @@ Result<ObjectPushReport> ObjectSpace::Impl::guarded(int number, double length_mm
     for (std::size_t n = 0; n < objects.size(); ++n)
         if (int(n) != number) others.push_back({int(n), placed(objects[n])});
     ContactGuard guard(placed(pushed), others, walls, arena);
-    pushed.tissue.m_impl->guard = &guard;
+    ChainMailInside::of(pushed.tissue).guard = &guard;
     Result<PushReport> done = work(pushed);
-    pushed.tissue.m_impl->guard = nullptr;
+    ChainMailInside::of(pushed.tissue).guard = nullptr;
     if (!done.ok()) return done.error();
     if (pushed.free) follow(pushed);
     ObjectPushReport report;
@@ -191,7 +191,7 @@ Result<ObjectPushReport> ObjectSpace::Impl::guarded(int number, double length_mm
 /// Moves the rest position of an object that has left it, by the common part of its displacements.
 /// Doesn't allocate: the push is done already.
 void ObjectSpace::Impl::follow(Object& object) const {
-    Lattice& moved = lattice(object);
+    Lattice& moved = lattice_of(object.tissue);
     Vec3<Fixed> low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
     Fixed farthest = 0;
     moved.for_each_brick([&](const Brick& brick) {
@@ -259,7 +259,7 @@ const ChainMail& ObjectSpace::object(int object) const {
     return m_impl->objects[std::size_t(object)].tissue;
 }
 bool ObjectSpace::is_solid(int object, Vec3i ijk) const {
-    return !this->object(object).lattice().is_void(ijk);
+    return !lattice_of(this->object(object)).is_void(ijk);
 }
 Vec3d ObjectSpace::displacement_mm(int object, Vec3i ijk) const {
     const Impl::Object& own = m_impl->objects[std::size_t(object)];

@@ -12,6 +12,7 @@
 #include <numeric>
 #include <set>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/instances.h"
 #include "lattice/lattice.h"
 #include "material/limit_units.h"
@@ -314,7 +315,7 @@ void run_against_chainmail(std::uint64_t seed, bool bounded) {
             const Vec3i ijk{e % lattice.size.x, e / lattice.size.x % lattice.size.y,
                             e / (lattice.size.x * lattice.size.y)};
             const Vec3<Fixed> u =
-                chainmail.lattice().displacement_at(ijk - Vec3i{margin, margin, margin});
+                lattice_of(chainmail).displacement_at(ijk - Vec3i{margin, margin, margin});
             ASSERT_EQ(units(tissue.displacement_mm(e)), (Vec3<Int>{u.x, u.y, u.z}));
         }
     }

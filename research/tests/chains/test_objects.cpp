@@ -8,6 +8,7 @@
 
 #include <optional>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/tissues.h"
 #include "chains/objects_contact.h"
 #include "lattice/lattice.h"
@@ -29,7 +30,7 @@ std::vector<Vec3d> places_of(const ChainMail& tissue) {
     std::vector<Vec3d> positions;
     const Grid& grid = tissue.volume().grid;
     for_each_element(grid, [&](Vec3i e) {
-        if (tissue.lattice().is_void(e)) return;
+        if (lattice_of(tissue).is_void(e)) return;
         const Vec3d x = world_from_voxel(grid, {double(e.x), double(e.y), double(e.z)}) +
                         tissue.displacement_mm(e);
         positions.push_back(lattice_from_world_vector(grid, x));

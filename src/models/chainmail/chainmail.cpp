@@ -377,8 +377,5 @@ const ChainMailSettings& ChainMail::settings() const {
 const Deformation& ChainMail::deformation() const {
     return m_impl->deformation;
 }
-const Lattice& ChainMail::lattice() const {
-    return m_impl->lattice;
-}
 
 }  // namespace pliant
