@@ -41,7 +41,7 @@ set(PLIANT_serve_HEADERS boost nlohmann_json)
 
 set(PLIANT_research_NEEDS core models)
 set(PLIANT_research_RECIPES)
-set(PLIANT_research_HEADERS)
+set(PLIANT_research_HEADERS eigen)
 
 # Contents of each wing, and of each room after its floor. A room includes itself and rooms on lower
 # floors, of its own wing and of those that this one needs.
@@ -88,7 +88,8 @@ set(PLIANT_HOUSE
     "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server"
     "research          published methods, to compare with; results/: papers' figures"
     "  8 chains        published orderings, ChainMail on graphs and between objects"
-    "  8 rods          Cosserat rods solved directly, their contact with a vessel")
+    "  8 rods          Cosserat rods solved directly, their contact with a vessel"
+    "  8 networks      springs by projective dynamics, and with new positions in a step")
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
@@ -106,7 +107,8 @@ set(PLIANT_PUBLIC_HEADERS
     "haptics   haptics_device"
     "network   serve pliant"
     "chains    research/graph research/objects research/orderings"
-    "rods      research/rod")
+    "rods      research/rod"
+    "networks  research/springs")
 
 # Adds to a list of wings those that they need, and puts the list in order. Other names stay out.
 function(pliant_add_needs list)

@@ -17,7 +17,7 @@ namespace pliant::results {
 /// Figures 9 and 10: the necessary depth of forces.
 void add_depth(Page& page, const TaskArena& arena);
 /// [Choi2004, 3.1.4]: the order of updates.
-void add_orders(Page& page, const TaskArena& arena);
+void add_orders(Page& page);
 /// Figures 11 and 12: creep, hysteresis, the load curve; anisotropy.
 void add_responses(Page& page, const TaskArena& arena);
 /// [Choi2004, 2.1 and 2.2]: stress relaxation of the models of Figure 1.

@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
     const std::pair<std::string_view, std::function<void(Page&)>> parts[] = {
         {"point", [&](Page& page) { add_touch_point(page, arena); }},
         {"depth", [&](Page& page) { add_depth(page, arena); }},
-        {"orders", [&](Page& page) { add_orders(page, arena); }},
+        {"orders", [&](Page& page) { add_orders(page); }},
         {"responses", [&](Page& page) { add_responses(page, arena); }},
         {"scan", [&](Page& page) { add_scans(page, argv[2], arena); }},
         {"touched", [&](Page& page) { add_touched(page, argv[2], arena); }},

@@ -3,10 +3,11 @@
 
 // [Choi2004, 3.1.4]: how far motions differ between the orders in which nodes are updated.
 
-#include <pliant/springs.h>
+#include <pliant/research/springs.h>
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "chart.h"
@@ -50,16 +51,16 @@ constexpr std::array<Reading, 4> kReadings{
      {"the same, nodes numbered backwards", SeenPositions::NewNodes, true}}};
 
 /// Displacements of all nodes over time, in the numbering of the lattice.
-std::vector<std::vector<Vec3d>> motion_of(const Reading& reading, double step,
-                                          const TaskArena& arena) {
-    SpringTissue tissue = value_of(SpringTissue::create(
-        lattice(reading.backwards), {.seen = reading.seen, .depth = kDepth, .time_step = step}));
-    const std::int32_t count = tissue.network().node_count();
-    must(tissue.load(std::array{reading.backwards ? count - 1 - kMiddle : kMiddle},
-                     std::array{Vec3d{0, 0, -1.5}}));
+std::vector<std::vector<Vec3d>> motion_of(const Reading& reading, double step) {
+    SpringNetwork network = lattice(reading.backwards);
+    const std::int32_t last = network.node_count() - 1;
+    const std::array source{reading.backwards ? last - kMiddle : kMiddle};
+    OrderedTransmittal tissue = value_of(
+        OrderedTransmittal::create(std::move(network), source, kDepth, reading.seen, step));
+    tissue.load(source[0], {0, 0, -1.5});
     std::vector<std::vector<Vec3d>> motion;
     for (double t = 0; t < kEnd; t += step) {
-        value_of(tissue.step(1, arena));
+        tissue.step(1);
         motion.push_back(tissue.displacements());
         if (reading.backwards) std::reverse(motion.back().begin(), motion.back().end());
     }
@@ -74,7 +75,7 @@ double largest_difference(const std::vector<Vec3d>& a, const std::vector<Vec3d>&
 
 }  // namespace
 
-void add_orders(Page& page, const TaskArena& arena) {
+void add_orders(Page& page) {
     page.heading(2, "The order of updates");
     page.paragraph(
         "[Choi2004, 3.1.4] says that the order of nodes in a layer hardly matters, and doesn't say "
@@ -88,7 +89,7 @@ void add_orders(Page& page, const TaskArena& arena) {
     const std::array<Rgb8, 3> colours{kOrange, kGreen, kBlue};
     for (const double step : {0.3, 0.15, 0.075}) {
         std::vector<std::vector<std::vector<Vec3d>>> motions;
-        for (const Reading& reading : kReadings) motions.push_back(motion_of(reading, step, arena));
+        for (const Reading& reading : kReadings) motions.push_back(motion_of(reading, step));
         const double dip = norm(motions[0].back()[kMiddle]);
         std::vector<std::string> row{text_of(step, 3), text_of(dip, 4)};
         const std::array<std::array<std::size_t, 2>, 3> pairs{{{0, 1}, {0, 2}, {2, 3}}};
