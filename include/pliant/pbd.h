@@ -245,17 +245,11 @@ Vec3d rotation_vector(Rotation rotation);
 //
 // Deviations from the paper: the whole catheter activates boxes, not only its tip. Particles become
 // movable gradually, and an inactive box stays awake until it has come to rest, so that motion is
-// continuous. The paper's hash is not unique, so the default index is Eq. 10.
-
-enum class BoxIndex {
-    Linear,  ///< Eq. 10: one number, one box
-    Hash,    ///< Eq. 12, with the primes of its reference 21: collisions wake other boxes too
-};
+// continuous. Boxes have the index of Eq. 10: the paper's hash, Eq. 12, isn't unique.
 
 struct PbdBoxSettings {
-    double side = 10;  ///< d
-    double span = -1;  ///< margin of a box on each side; negative: d/3
-    BoxIndex index = BoxIndex::Linear;
+    double side = 10;               ///< d
+    double span = -1;               ///< margin of a box on each side; negative: d/3
     std::int32_t blend_steps = 16;  ///< steps from held to movable
     double settled = 1e-3;          ///< a box rests if all its particles are within this distance
                                     ///< of their rest positions
@@ -280,7 +274,6 @@ class PbdBoxes {
     Vec3i box_counts() const { return m_counts; }  ///< Eq. 9
     Vec3i box_at(Vec3d position) const;            ///< clamped to the nearest box
     std::int32_t linear_index(Vec3i box) const;    ///< Eq. 10
-    std::int32_t hash(Vec3i box) const;            ///< Eq. 12
     std::span<const std::int32_t> tetrahedra(std::int32_t linear_index) const;
     bool is_active(std::int32_t linear_index) const;
     std::int32_t active_boxes() const { return m_active_boxes; }
@@ -292,7 +285,6 @@ class PbdBoxes {
         std::int32_t particle, age;
     };
     PbdBoxes() = default;
-    void mark(Vec3i box);
     void mark_around(std::span<const Vec3d> positions, double reach);
     Status wake(std::size_t box, bool active, PbdBody& body);
     Status blend_in(PbdBody& body);
@@ -307,8 +299,7 @@ class PbdBoxes {
     Vec3i m_counts{1, 1, 1};
     std::vector<Vec3d> m_rest;
     std::vector<std::array<std::int32_t, 4>> m_cells;
-    std::vector<std::int32_t> m_starts, m_held;          ///< tetrahedra of each box
-    std::vector<std::int32_t> m_hash_starts, m_of_hash;  ///< boxes of each hash
+    std::vector<std::int32_t> m_starts, m_held;  ///< tetrahedra of each box
     std::vector<std::uint8_t> m_is_active, m_is_wanted;
     std::vector<std::int32_t> m_active_of;  ///< [tetrahedron]: number of its active boxes
     std::vector<std::int32_t> m_asleep;     ///< [particle]: number of its inactive tetrahedra

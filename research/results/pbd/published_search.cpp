@@ -8,6 +8,7 @@
 #include <pliant/pbd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <set>
 
 #include "published.h"
@@ -15,17 +16,30 @@
 #include "value_of.h"
 
 namespace pliant::results {
+namespace {
+
+/// [VesselPbd2016, Eq. 12], with the primes of its reference 21.
+std::int32_t published_hash(Vec3i box, std::uint64_t boxes) {
+    const std::uint64_t mixed = (std::uint64_t(box.x) * 73856093) ^
+                                (std::uint64_t(box.y) * 19349663) ^
+                                (std::uint64_t(box.z) * 83492791);
+    return std::int32_t(mixed % boxes);
+}
+
+}  // namespace
+
 Cases hash_cases() {
     const TetMesh block = five_tet_block({10, 10, 10}, 1);
-    const PbdBoxes hashed = value_of(PbdBoxes::create(block, {.side = 1, .index = BoxIndex::Hash}));
+    const PbdBoxes boxes = value_of(PbdBoxes::create(block, {.side = 1}));
     std::set<std::int32_t> hashes, indices;
     std::vector<int> boxes_of(1000, 0);
     for (int k = 0; k < 10; ++k)
         for (int j = 0; j < 10; ++j)
             for (int i = 0; i < 10; ++i) {
-                hashes.insert(hashed.hash({i, j, k}));
-                indices.insert(hashed.linear_index({i, j, k}));
-                ++boxes_of[std::size_t(hashed.hash({i, j, k}))];
+                const std::int32_t hash = published_hash({i, j, k}, 1000);
+                hashes.insert(hash);
+                indices.insert(boxes.linear_index({i, j, k}));
+                ++boxes_of[std::size_t(hash)];
             }
     double fired = 0;
     for (const int n : boxes_of) fired += double(n) * n / 1000;

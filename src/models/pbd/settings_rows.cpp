@@ -46,9 +46,6 @@ constexpr Setting<X> kBoxes[] = {
     setting<&X::side>({.name = "side", .low = 0, .above_low = true, .text = "edge of a box"}),
     setting<&X::span>(
         {.name = "span", .text = "margin of a box on each side; negative: a third of its edge"}),
-    setting<&X::index>({.name = "index",
-                        .choices = "linear|hash",
-                        .text = "number of a box: unique, or the paper's hash"}),
     setting<&X::blend_steps>(
         {.name = "blend_steps", .low = 1, .text = "steps from held to movable"}),
     setting<&X::settled>({.name = "settled",
