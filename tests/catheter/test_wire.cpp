@@ -33,7 +33,7 @@ WireSettings straight(int segments) {
     return s;
 }
 
-/// Pushes a cantilever aside by `by` at a place, until it rests.
+/// Pushes a cantilever aside by `by` at a point, until it rests.
 WireContact pressed(Wire& wire, std::int32_t segment, double along, double by) {
     WireContact c;
     c.segment = segment;
