@@ -43,7 +43,8 @@ lint() {
     tools/check_files
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
-    find include src apps tests examples benchmarks python research -regex '.*\.\(h\|cpp\|inc\)' -print0 |
+    find include src apps tests examples benchmarks python research \
+        -regex '.*\.\(h\|cpp\|inc\)' -print0 |
         xargs -0 "$formatter" --dry-run -Werror
     echo "format: as .clang-format says"
     # shellcheck disable=SC2016  # the quotes around code in Markdown

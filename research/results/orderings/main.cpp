@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The published orderings beside the exact solvers (docs/published_orderings.md), on one lattice:
-// time, number of violated links, distance from the exact solution. Timing alternates between the
-// solvers, so that noise of the machine affects all equally; quality is evaluated in a separate run.
-// Lengths are in voxels of 1 mm.
+// The published orderings beside the exact solvers (docs/method/published_orderings.md), on one
+// lattice: time, number of violated links, distance from the exact solution. Timing alternates
+// between the solvers, so that noise of the machine affects all equally; quality is evaluated in a
+// separate run. Lengths are in voxels of 1 mm.
 
 #include <pliant/research/orderings.h>
 

@@ -20,9 +20,9 @@ TEST(CompareOrderings, ComparesThemWithTheExactSolution) {
     const TemporaryFolder folder;
     const std::string out = (folder / "out").string();
     const auto run = [&](const std::string& arguments) {
-        return std::system(("'" PLIANT_COMPARE_ORDERINGS "' " + arguments + " >'" + out + "'" +
-                            " 2>/dev/null")
-                               .c_str());
+        return std::system(
+            ("'" PLIANT_COMPARE_ORDERINGS "' " + arguments + " >'" + out + "'" + " 2>/dev/null")
+                .c_str());
     };
     ASSERT_EQ(run("--json --size 12 --pull 2 --heterogeneous --rounds 1"), 0);
     std::istringstream lines(bytes_of(out));

@@ -79,8 +79,8 @@ class OrderedTransmittal {
 class LocalGlobalSprings {
   public:
     /// @param iterations  local/global steps of a time step
-    /// @returns InvalidArgument for volume energy, damped links, Maxwell branches, or a time step or
-    ///          iterations that aren't above 0
+    /// @returns InvalidArgument for volume energy, damped links, Maxwell branches, and if the time
+    ///          step or the iterations aren't above 0
     static Result<LocalGlobalSprings> create(SpringNetwork network, double time_step,
                                              std::int32_t iterations = 20);
     ~LocalGlobalSprings();
