@@ -15,7 +15,7 @@
 //   rod->step(100);
 // @endcode
 //
-// Any consistent units apply; docs/pbd.md has the energy.
+// Any consistent units apply; docs/method/pbd.md has the energy.
 
 #pragma once
 
