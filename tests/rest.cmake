@@ -35,7 +35,7 @@ target_compile_definitions(test_formats PRIVATE
 pliant_test(organs SOURCES test_organs.cpp)
 pliant_test(fit SOURCES test_fibres.cpp test_large.cpp test_mesh.cpp test_methods.cpp
             test_published.cpp)
-target_include_directories(test_fit PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_springs)
+target_include_directories(test_fit PRIVATE ${PROJECT_SOURCE_DIR}/research/results/springs)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
@@ -43,8 +43,7 @@ pliant_test(mesh
             test_overlap.cpp test_stuffing.cpp
             test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
-target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
-pliant_test(research SOURCES test_graph.cpp test_objects.cpp test_orderings.cpp)
+target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/research/results/pbd)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
     SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
@@ -70,13 +69,13 @@ pliant_test(gym
     SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
             test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
-    SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp
+    SOURCES ../../research/results/haptics/hands.cpp ../../research/results/haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp
             test_servo.cpp test_servo_step.cpp test_space_mouse.cpp test_stability.cpp
             watch_thread.cpp
     LIBRARIES ${CMAKE_DL_LIBS})
 target_include_directories(test_haptics PRIVATE
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_haptics ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+    ${PROJECT_SOURCE_DIR}/research/results/haptics ${PROJECT_SOURCE_DIR}/research/results/page)
 # Plug-ins: the one that people begin with, one that must be refused, one that takes its time.
 enable_language(C)
 add_library(example_haptic_device MODULE ${PROJECT_SOURCE_DIR}/examples/haptic_device/device.c)
@@ -145,34 +144,6 @@ if(PLIANT_BUILD_APP AND NOT PLIANT_SANITIZE)
         PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>" PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     add_dependencies(test_documents pliant_app)
 endif()
-# The pages of results: their drawing and measuring code, not the programs that take times.
-pliant_test(results
-    SOURCES ../../benchmarks/results_page/chart.cpp
-            ../../benchmarks/results_page/glyphs.cpp
-            ../../benchmarks/results_page/page.cpp
-            ../../benchmarks/results_page/plot.cpp
-            ../../benchmarks/results_chainmail/setups.cpp
-            ../../benchmarks/results_chainmail/slices.cpp
-            ../../benchmarks/results_endoscope/colours.cpp
-            ../../benchmarks/results_pbd/cutaway.cpp
-            ../../benchmarks/results_pbd/pressed.cpp
-            test_colours.cpp test_cutaway.cpp test_plot.cpp test_setups.cpp)
-target_include_directories(test_results PRIVATE
-    ${PROJECT_SOURCE_DIR}/benchmarks
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_page
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
-# The example of objects that collide, compiled as the tests are.
-set(colliding_objects ${PROJECT_SOURCE_DIR}/examples/colliding_objects)
-add_executable(example_colliding_objects
-    ${colliding_objects}/collision.cpp ${colliding_objects}/main.cpp
-    ${colliding_objects}/picture.cpp ../benchmarks/results_page/glyphs.cpp
-    ../benchmarks/results_page/page.cpp ../benchmarks/results_page/plot.cpp)
-target_include_directories(example_colliding_objects PRIVATE
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
-target_link_libraries(example_colliding_objects PRIVATE pliant pliant_flags)
-add_test(NAME example_colliding_objects
-         COMMAND example_colliding_objects ${CMAKE_CURRENT_BINARY_DIR}/collision.png --check)
 # Readers of untrusted input, on their corpora.
 add_subdirectory(fuzz)
 # And the whole program with damaged files.

@@ -43,7 +43,8 @@ lint() {
     tools/check_files
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
-    find include src apps tests examples benchmarks python -regex '.*\.\(h\|cpp\|inc\)' -print0 |
+    find include src apps tests examples benchmarks python research \
+        -regex '.*\.\(h\|cpp\|inc\)' -print0 |
         xargs -0 "$formatter" --dry-run -Werror
     echo "format: as .clang-format says"
     # shellcheck disable=SC2016  # the quotes around code in Markdown
@@ -159,7 +160,6 @@ consumer() {
     trap "rm -rf '$prefix'" EXIT
     cmake --install "$root/build/gcc" --prefix "$prefix/static" >/dev/null
     at_once "use_example $prefix consumer $prefix" \
-        "use_example $prefix colliding_objects $prefix/collision.png" \
         "use_hello $prefix/static" \
         "use_example $prefix "{own_tissue,own_law,own_tool,own_mapper,soft_body,host_loop}
     "$prefix/static/bin/pliant" --version

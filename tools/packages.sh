@@ -10,8 +10,7 @@ packages_of() {
         build)
             echo g++ cmake ninja-build ccache libgdcm-dev libtbb-dev libcli11-dev \
                 libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev \
-                zlib1g-dev liblz4-dev libboost-dev libssl-dev libeigen3-dev libnlopt-dev \
-                libpugixml-dev
+                zlib1g-dev liblz4-dev libboost-dev libssl-dev libeigen3-dev libpugixml-dev
             ;;
         test) echo clang libgtest-dev ;;
         wheel) echo python3-dev python3-venv ;;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// All public headers except <pliant/research/…>, which may change with any version, and the C
-// interface <pliant/haptics_device.h>.
+// All public headers except the C interface <pliant/haptics_device.h>. Those of pliant::research,
+// <pliant/research/…>, are beside them, and may change with any version.
 //
 //   a scan            volume.h, mesh.h; cut_mesh.h: cuts through tetrahedra
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid

@@ -198,7 +198,6 @@ void bind_problem(nb::module_& m) {
 
 FitMethod method_of(const std::string& name, const Array& values, const nb::kwargs& settings) {
     if (name == "gauss_newton") return settings_from<GaussNewton>(settings, gauss_newton_rows());
-    if (name == "direct_search") return settings_from<DirectSearch>(settings, direct_search_rows());
     if (name == "annealing") {
         nb::dict rest;
         std::uint64_t seed = Annealing{}.seed;
@@ -212,7 +211,7 @@ FitMethod method_of(const std::string& name, const Array& values, const nb::kwar
         return made;
     }
     if (name == "given" && values) return GivenValues{values_of(*values)};
-    const std::string expected = "gauss_newton, annealing, direct_search, or given with values";
+    const std::string expected = "gauss_newton, annealing, or given with values";
     raise({ErrorCode::InvalidArgument, "method: expected " + expected + ", found " + name, "method",
            expected, name});
 }
@@ -220,8 +219,7 @@ FitMethod method_of(const std::string& name, const Array& values, const nb::kwar
 void bind_fit(nb::module_& m) {
     using R = FitResult;
     const Keywords keywords =
-        together({keywords_of(gauss_newton_rows()), keywords_of(annealing_rows()),
-                  keywords_of(direct_search_rows())});
+        together({keywords_of(gauss_newton_rows()), keywords_of(annealing_rows())});
     nb::class_<R>(m, "FitResult", "Result of fit().")
         .def_prop_ro(
             "values", [](const R& r) { return array_owning<double>(std::vector(r.values)); },
@@ -272,8 +270,7 @@ void bind_fit(nb::module_& m) {
             "Finds the values with which the network moves as the reference does. Equal for any "
             "number of threads.\n\n"
             "Args:\n"
-            "    method: \"gauss_newton\", \"annealing\", \"direct_search\", or \"given\" with "
-            "values.\n"
+            "    method: \"gauss_newton\", \"annealing\", or \"given\" with values.\n"
             "    seed: Of annealing.\n"
             "    **settings",
             keywords));

@@ -101,13 +101,12 @@ nb::list settings_of(const std::string& model) {
     if (model == "fit") return rows_of(fit_rows());
     if (model == "gauss_newton") return rows_of(gauss_newton_rows());
     if (model == "annealing") return rows_of(annealing_rows());
-    if (model == "direct_search") return rows_of(direct_search_rows());
     if (model == "organs") return rows_of(organ_file_rows());
     if (model == "organ") return rows_of(organ_rows());
     if (model == "truth") return rows_of(truth_rows());
     const std::string names =
         "chainmail, springs, body, network, catheter, wall, spring_solver, elastic, fit, "
-        "gauss_newton, annealing, direct_search, organs, organ or truth";
+        "gauss_newton, annealing, organs, organ or truth";
     raise({ErrorCode::InvalidArgument, "model: expected " + names + ", found " + model, "model",
            names, model});
 }
@@ -136,8 +135,7 @@ void bind_settings(nb::module_& m) {
           "Args:\n"
           "    model: \"chainmail\", \"springs\", \"body\" or \"network\" for tissues; \"organs\", "
           "\"organ\"; \"catheter\", \"wall\"; \"spring_solver\"; \"elastic\"; \"fit\", "
-          "\"gauss_newton\", "
-          "\"annealing\", \"direct_search\"; \"truth\".\n\n"
+          "\"gauss_newton\", \"annealing\"; \"truth\".\n\n"
           "Returns:\n"
           "    One dictionary for each: name, default, unit, range and text.");
 }

@@ -31,7 +31,7 @@ TABLES = {
     "FitProblem.__init__": ["fit"],
     "fit_box": ["fit"],
     "fit_mesh": ["fit"],
-    "fit": ["gauss_newton", "annealing", "direct_search"],
+    "fit": ["gauss_newton", "annealing"],
     "make_organs": ["organs"],
     "make_organs_of_labels": ["organs"],
     "TruthMaker.__init__": ["truth"],

@@ -494,28 +494,6 @@ TEST(CatheterScene, AWallSagsByItsWeightOnItsSupport) {
     }
 }
 
-TEST(CatheterScene, OnlyTheTipWakesBoxesIfItIsToldSo) {
-    const VesselWall wall = bent_tube();
-    const TaskArena arena(1);
-    const auto active = [&](BoxWaker near, BoxIndex index) {
-        CatheterSettings s = settings();
-        s.boxes_near = near;
-        s.box_index = index;
-        s.box_mm = 5;
-        CatheterScene scene = made(CatheterScene::create(wall, s));
-        EXPECT_TRUE(scene.command({.insert_mm_s = 300}).ok());
-        EXPECT_TRUE(scene.step(150, arena).ok());
-        EXPECT_LE(deepest(scene), 0.1);
-        return scene.quick_measures().active_tetrahedra;
-    };
-    const auto all = active(BoxWaker::Catheter, BoxIndex::Linear),
-               tip = active(BoxWaker::Tip, BoxIndex::Linear);
-    EXPECT_GT(tip, 0);
-    EXPECT_LT(2 * tip, all);
-    // The paper's hash isn't unique.
-    EXPECT_GT(active(BoxWaker::Tip, BoxIndex::Hash), tip);
-}
-
 TEST(CatheterScene, MakesAsManySubStepsAsContactWants) {
     const VesselWall wall = bent_tube();
     const auto sub_steps = [&](double tip, double step_s, double young) {

@@ -9,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/instances.h"
 #include "chainmail/oracle.h"
 #include "lattice/lattice.h"
@@ -36,7 +37,7 @@ ChainMail make_tissue(const Instance& instance, ChainMailSolver solver, int bric
 }
 
 Vec3<Fixed> displacement(const ChainMail& tissue, Vec3i e) {
-    return tissue.lattice().displacement_at(e);
+    return lattice_of(tissue).displacement_at(e);
 }
 
 /// Half of the lattices have the size required by the vector instructions.

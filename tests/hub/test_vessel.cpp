@@ -103,17 +103,15 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     EXPECT_EQ(scene->tissue().hash(), open(m_arena)->tissue().hash());
 }
 
-// Sessions are replayed only with the wall and the boxes that they were recorded with.
-TEST_F(VesselScene, EachWallAndEachKindOfBoxesHasItsOwnHash) {
+// Sessions are replayed only with the wall that they were recorded with.
+TEST_F(VesselScene, EachWallHasItsOwnHash) {
     std::set<std::uint64_t> hashes{open(m_arena)->scan_hash()};
     std::size_t count = 1;
     for (const std::string change :
          {"model = \"distances\"", "model = \"distances\"\nbend_stiffness = 0.1",
-          "gravity_mm_s2 = [0, 0, 1]", "gravity_mm_s2 = [0, 1, 0]",
-          "[simulation]\nbox_index = \"hash\"", "[simulation]\nboxes_near = \"tip\""}) {
+          "gravity_mm_s2 = [0, 0, 1]", "gravity_mm_s2 = [0, 1, 0]"}) {
         std::string file = kFile;
-        const bool is_table = change.starts_with("[");
-        file.insert(is_table ? file.size() : file.find("[wall]\n") + 7, change + "\n");
+        file.insert(file.find("[wall]\n") + 7, change + "\n");
         SceneSource source{.file = m_folder.write("other.toml", file).string()};
         auto scene = Scene::open(source, m_arena);
         ASSERT_TRUE(scene.ok()) << scene.error().message;

@@ -124,8 +124,6 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
             hash.add_word(std::bit_cast<std::uint64_t>(share));
     }
     for (int a = 0; a < 3; ++a) add_changed(3 + std::uint64_t(a), w.gravity_mm_s2[a], 0);
-    add_changed(6, double(s.box_index), double(BoxIndex::Linear));
-    add_changed(7, double(s.boxes_near), double(BoxWaker::Catheter));
     add_changed(8, double(w.iterations), 1);
     add_changed(9, double(w.alternates), 0);
     if (w.model == WallModel::Rigid) hash.add_word(11);
