@@ -53,11 +53,11 @@ void DeviceFeed::take_wish(Client& client, std::uint32_t id, const HapticsMessag
         return refuse("other_scan", "another scan was opened; expected to see it first");
     if (haptics.wish == HapticWish::Start) return start(client, id, haptics);
     if (!m_session || m_session->is_ending())
-        return refuse("nothing", "expected a device in somebody's hand, found none");
+        return refuse("nothing", "expected a device in use, found none");
     // Every client with control may stop it; only its owner may resume the force.
     if (haptics.wish == HapticWish::Go && m_session->client() != client.info.number)
-        return refuse("held_by_other",
-                      "expected who began it, found client " + std::to_string(client.info.number));
+        return refuse("held_by_other", "expected the client that started it, found client " +
+                                           std::to_string(client.info.number));
     if (haptics.wish == HapticWish::End)
         end("");
     else
@@ -70,7 +70,7 @@ void DeviceFeed::start(Client& client, std::uint32_t id, const HapticsMessage& h
         m_host.refuse(client, id, "haptics", code, why);
     };
     if (m_session && m_session->client() != client.info.number && !m_session->is_ending())
-        return refuse("held_by_other", "expected nobody else to hold a device, found client " +
+        return refuse("held_by_other", "expected a free device, found one held by client " +
                                            std::to_string(m_session->client()));
     if (m_wish || (m_opening && m_opening->question.client))
         return refuse("busy", "expected one device at a time, found one that is opened");

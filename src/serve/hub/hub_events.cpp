@@ -44,7 +44,7 @@ void Hub::take(ConnectionId connection, Message& message) {
         if (client && !hello)
             handle(*client, message);
         else if (client)
-            drop(*client, kCloseProtocol, "hello: expected once, found again");
+            drop(*client, kCloseProtocol, "hello: sent twice");
         else if (hello)
             admit(connection, *hello);
         else
