@@ -107,11 +107,11 @@ pliant_test(session
 pliant_test(hub
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
             test_changed_blocks.cpp test_depth_for_time.cpp test_fairness.cpp test_files.cpp
-            test_haptic_catheter.cpp
-            test_haptics.cpp test_hostile.cpp test_labels.cpp test_marks.cpp test_network.cpp
-            test_out_of_memory.cpp test_overlay.cpp test_organ.cpp test_own_tissue.cpp test_path.cpp
-            test_playback.cpp test_recording.cpp test_rest_field.cpp test_server.cpp
-            test_slow_line.cpp test_traffic.cpp test_vessel.cpp
+            test_haptic_catheter.cpp test_haptics.cpp test_hostile.cpp test_labels.cpp
+            test_marks.cpp test_network.cpp test_out_of_memory.cpp test_overlay.cpp test_organ.cpp
+            test_own_tissue.cpp test_path.cpp test_playback.cpp test_recorder.cpp
+            test_recording.cpp test_rest_field.cpp test_server.cpp test_slow_line.cpp
+            test_states.cpp test_traffic.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL)
 target_include_directories(test_hub PRIVATE ${PROJECT_SOURCE_DIR}/examples)
 target_compile_definitions(test_hub PRIVATE

@@ -35,6 +35,8 @@ lint() {
     cd "$root"
     tools/check_layers --self-test
     tools/check_layers
+    tools/check_classes --self-test
+    tools/check_classes
     tools/check_bibliography --self-test
     tools/check_bibliography
     tools/check_links --self-test

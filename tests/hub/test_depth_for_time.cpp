@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hub/depth_for_time.h"
+#include "hub/traffic.h"
 
 namespace pliant::serve {
 namespace {

@@ -7,10 +7,10 @@
 
 #include <cmath>
 
-#include "hub/label_map.h"
 #include "hub/twin_scene.h"
 #include "protocol/frames.h"
 #include "protocol/half.h"
+#include "session/label_map.h"
 #include "support/random.h"
 
 namespace pliant::test {

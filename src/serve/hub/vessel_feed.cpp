@@ -8,12 +8,11 @@ namespace pliant::serve {
 bool VesselFeed::take(Client& client, const Message& message) {
     const auto* wish = std::get_if<VesselMessage>(&message.action);
     if (!wish) return false;
-    std::string text = outcome_text(message.id, "vessel", m_host.step(), {});
     if (wish->on)
         m_sent[client.info.number] = {};
     else
         m_sent.erase(client.info.number);
-    m_host.say(client, std::move(text));
+    m_host.accept(client, message.id, "vessel");
     return true;
 }
 

@@ -97,8 +97,6 @@ struct Outcome {
     double solve_ms = 0;
     std::optional<Vec3d> force_n{};  ///< on the tool
     std::optional<Vec3d> end_mm{};   ///< of a slide: final centre of the sphere, outside of tissue
-    bool ran_out = false;            ///< refused for lack of memory, or by a bug
-    bool ended_step = false;         ///< and its only effect was Scene::interrupt()
 
     bool ok() const { return error_code.empty(); }
 };

@@ -6,7 +6,6 @@
 #include <pliant/tissues.h>
 
 #include <algorithm>
-#include <exception>
 #include <new>
 #include <utility>
 
@@ -108,30 +107,13 @@ Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, Mad
       m_polarity(m_loaded->polarity),
       m_relaxing(this->tissue().traits().moves_by_itself) {}
 
-Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
-    const std::int64_t changes = m_changes;
-    const std::uint32_t last_client = m_last_client;
-    const bool settled = m_settled;
+Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
     m_last_client = std::max(m_last_client, client);
     Outcome outcome;
-    try {
-        outcome = std::visit([&](const auto& command) { return act(client, command); }, action);
-    } catch (const std::bad_alloc&) {
-        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
-    } catch (const std::length_error&) {  // thrown by a container beyond its size limit
-        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
-    } catch (const std::exception& error) {
-        print_fault("owner", error.what());
-        outcome = {.error_code = "fault", .message = {}, .ran_out = true};
-    }
-    if (!outcome.ran_out) return outcome;
-    // The tissue is unchanged. Steps may have ended, or begun without content.
-    m_settled = settled;
-    m_last_client = last_client;
-    if (m_changes == changes) return outcome;
-    interrupt(client);
-    outcome.ended_step = true;
-    return outcome;
+    const auto work = [&](const auto& command) { outcome = act(client, command); };
+    if (guarded("owner", [&] { std::visit(work, action); })) return outcome;
+    interrupt(client);  // the tissue is unchanged, but a step may have begun or ended
+    throw std::bad_alloc();
 }
 
 void Scene::interrupt(std::uint32_t client) noexcept {

@@ -50,9 +50,8 @@ class Scene {
 
     /// @param client  sender of the command; strokes, grabs and tools belong to clients
     /// @pre is_command(action)
-    /// @returns an outcome with ran_out if memory runs out; then the only effect may be that the
-    ///          open step has ended
-    Outcome carry_out(std::uint32_t client, const Action& action) noexcept;
+    /// Throws std::bad_alloc if memory runs out; then the only effect is that of interrupt().
+    Outcome carry_out(std::uint32_t client, const Action& action);
     /// Ends the open step and releases held tissue.
     /// @param client  whose command ran out of memory
     void interrupt(std::uint32_t client) noexcept;
@@ -221,7 +220,6 @@ class Scene {
     std::optional<OpenStep> m_open;
     std::list<Step> m_done, m_undone;  ///< the next one is last
     std::list<Step> m_spare;           ///< preallocated, for the open step
-    std::int64_t m_changes = 0;        ///< of all steps, including the open one
     bool m_lost = false;
     std::int64_t m_steps = 0;  ///< made so far
     int m_unreachable = 0;     ///< oldest steps of the lattice that forget_steps has dropped

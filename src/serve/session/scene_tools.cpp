@@ -86,7 +86,6 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
         auto report = tissue().push(client, command.push);
         outcome = report.ok() ? outcome_of(std::move(*report)) : refused(report.error());
     }
-    if (outcome.ran_out) return outcome;
     tissue_changed();
     m_settled = false;
     if (outcome.ok())
@@ -158,7 +157,6 @@ Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
     if (!tissue().traits().carves) return not_with(m_choice, "carve", "chainmail");
     begin_step("carve", client, command.stroke);
     const auto report = tissue().carve(command.tool);
-    if (!report.ok() && is_out_of_memory(report.error())) return refused(report.error());
     tissue_changed();
     m_settled = false;
     if (command.stroke == 0) end_step();
