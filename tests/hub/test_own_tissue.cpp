@@ -61,8 +61,7 @@ TEST(OwnTissue, OfAServerWithoutOneIsRefusedInALine) {
     TestClient client(server->port(), server->link());
     client.enter();
     EXPECT_EQ(client.command({{"do", "tissue"}, {"model", "own"}})["message"],
-              "tissue: model: expected chainmail or springs in a server without a tissue of its "
-              "own, found own");
+              "tissue: model: expected chainmail, springs, found own");
 }
 
 }  // namespace

@@ -208,8 +208,7 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
                     "full"};
     if (!log_is_ready()) return ran_out;
     if (const auto* tissue = std::get_if<TissueCommand>(&action);
-        tissue && tissue->choice.model == TissueModel::Springs &&
-        tissue->choice.nodes > m_max_spring_nodes)
+        tissue && tissue->choice.is_springs() && tissue->choice.nodes > m_max_spring_nodes)
         return {.error_code = "limit",
                 .message = "tissue: nodes: expected 3…" + std::to_string(m_max_spring_nodes) +
                            " on this server, found " + std::to_string(tissue->choice.nodes)};

@@ -1,18 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "session/vessel_tissue.h"
+// A vessel as a tissue: a catheter is driven, the wall deforms, and the scan moves with the wall. A
+// sweep is two steps of the simulation. Simulated time stops once the motion has settled, until the
+// next command.
+
+#include <pliant/drivable.h>
+#include <pliant/tissues.h>
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <utility>
 
 #include "base/errors.h"
 
-namespace pliant::serve {
+namespace pliant {
 namespace {
 
+constexpr int kStepsPerSweep = 2;
 // The wire is calm if no node has moved farther than this in that many sweeps. The end of a wire
 // that is pressed to the wall vibrates by 0.01 mm forever.
 constexpr double kCalm_mm = 0.02;
@@ -25,50 +30,89 @@ double farthest(std::span<const Vec3d> a, std::span<const Vec3d> b) {
     return most;
 }
 
-}  // namespace
+class VesselTissue final : public NodeTissue, public Drivable {
+  public:
+    VesselTissue(const CatheterSettings& settings, CatheterScene scene, CarriedScan carried,
+                 const TaskArena& arena)
+        : m_settings(settings),
+          m_arena(arena),
+          m_scene(std::make_unique<CatheterScene>(std::move(scene))),
+          m_carried(std::move(carried)),
+          m_now(m_scene->wall().mesh) {}
 
-VesselTissue::VesselTissue(const MadeVessel& vessel, CatheterScene scene, CarriedScan carried,
-                           const TaskArena& arena)
-    : m_vessel(vessel),
-      m_arena(arena),
-      m_scene(std::make_unique<CatheterScene>(std::move(scene))),
-      m_carried(std::move(carried)),
-      m_now(vessel.wall.mesh) {}
+    TissueTraits traits() const noexcept override;
+    Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept override;
+    void release(std::uint32_t tool) noexcept override;
+    bool is_touched_by(std::uint32_t tool) const noexcept override {
+        return m_driver == tool && tool != 0;
+    }
+    bool is_touched() const noexcept override { return m_driver != 0; }
+    Result<Sweep> sweep() noexcept override;
+    Status reset() noexcept override;
+    Status rest() noexcept override { return halt(); }
+    Drivable* drivable() noexcept override { return this; }
 
-Result<std::unique_ptr<VesselTissue>> VesselTissue::create(const MadeVessel& vessel,
-                                                           const Volume& scan,
-                                                           const TaskArena& arena) {
-    auto scene = CatheterScene::create(vessel.wall, vessel.settings);
-    if (!scene.ok()) return scene.error();
-    auto carried = CarriedScan::create(scan, vessel.wall.mesh, {}, arena);
-    if (!carried.ok()) return carried.error();
-    return std::unique_ptr<VesselTissue>(
-        new VesselTissue(vessel, std::move(*scene), std::move(*carried), arena));
-}
+    void state(std::vector<double>& numbers) const override { numbers = m_scene->state(); }
+    Status set_state(std::span<const double> numbers) noexcept override;
+    std::uint64_t file_kind() const noexcept override { return 0x32'76'73'6c'70'00'00'0a; }
+    std::uint64_t hash() const override { return m_scene->hash(); }
 
-Status VesselTissue::drive(std::uint32_t client, const DriveCommand& command) {
-    CatheterCommand hand = m_hand;
-    hand.insert_mm_s = command.insert_mm_s.value_or(hand.insert_mm_s);
-    hand.rotate_deg_s = command.rotate_deg_s.value_or(hand.rotate_deg_s);
-    hand.bend_first_deg = command.bend_first_deg.value_or(hand.bend_first_deg);
-    hand.bend_second_deg = command.bend_second_deg.value_or(hand.bend_second_deg);
+    const Volume& volume() const override { return m_carried.scan().volume(); }
+    const Deformation& deformation() const override;
+    const TaskArena& arena() const override { return m_arena; }
+    Status update_deformation() const override;
+
+    Status drive(std::uint32_t tool, const CatheterCommand& hand) noexcept override;
+    CatheterCommand hand() const noexcept override { return m_hand; }
+    CatheterMeasures measures() const noexcept override { return m_scene->quick_measures(); }
+    const CatheterView& view() const noexcept override;
+    std::string failure() const override { return m_failure; }
+    double radius_mm() const noexcept override { return m_settings.catheter.radius_mm; }
+    double length_mm() const noexcept override { return m_settings.catheter.length_mm; }
+    CatheterEntry entry() const noexcept override { return m_settings.entry; }
+    const TriangleMesh& wall() const noexcept override { return m_scene->wall().ghost; }
+
+  private:
+    Status show() const;
+    bool is_calm() noexcept;
+    Status halt() noexcept;
+
+    const CatheterSettings m_settings;  ///< as given: the scene's own have the actual sub-steps
+    const TaskArena& m_arena;
+    std::unique_ptr<CatheterScene> m_scene;
+    CatheterCommand m_hand{};
+    std::uint32_t m_driver = 0;         ///< tool of the hand that moves; 0: none
+    int m_untold = 0;                   ///< sweeps since the last command
+    std::vector<Vec3d> m_wire, m_wall;  ///< at the last call of is_calm()
+    std::string m_failure;
+
+    // Display data are computed on demand, not in each step.
+    mutable CarriedScan m_carried;
+    mutable TetMesh m_now;
+    mutable CatheterView m_view;
+    mutable bool m_is_shown = false;
+};
+
+Status VesselTissue::drive(std::uint32_t tool, const CatheterCommand& hand) noexcept {
     if (const Status s = m_scene->command(hand); !s.ok()) return s;
     m_hand = hand;
-    m_driver = hand.insert_mm_s != 0 || hand.rotate_deg_s != 0 ? client : 0;
+    m_driver = hand.insert_mm_s != 0 || hand.rotate_deg_s != 0 ? tool : 0;
     m_untold = 0;
     return Ok{};
 }
 
 void VesselTissue::release(std::uint32_t tool) noexcept {
-    if (is_touched_by(tool)) (void)drive(tool, {.insert_mm_s = 0, .rotate_deg_s = 0});
+    CatheterCommand still = m_hand;
+    still.insert_mm_s = still.rotate_deg_s = 0;
+    if (is_touched_by(tool)) (void)drive(tool, still);
 }
 
 TissueTraits VesselTissue::traits() const noexcept {
     return {.model = "vessel",
             .takes_pushes = false,
             .moves_by_itself = true,
-            .sweep_ms = 1000 * kStepsPerSweep * m_vessel.settings.time_step_s,
-            .update_hz = 1 / m_vessel.settings.time_step_s};
+            .sweep_ms = 1000 * kStepsPerSweep * m_settings.time_step_s,
+            .update_hz = 1 / m_settings.time_step_s};
 }
 
 Result<PushReport> VesselTissue::push(std::uint32_t, const Push&) noexcept {
@@ -139,7 +183,7 @@ Status VesselTissue::halt() noexcept {
 /// Builds another scene to replace this one: if memory runs out, it can be discarded.
 Status VesselTissue::reset() noexcept {
     return attempt([&]() -> Status {
-        auto made = CatheterScene::create(m_vessel.wall, m_vessel.settings);
+        auto made = CatheterScene::create(m_scene->wall(), m_settings);
         if (!made.ok()) return made.error();
         auto scene = std::make_unique<CatheterScene>(std::move(*made));
         const CatheterCommand hand = std::exchange(m_hand, {});
@@ -172,7 +216,7 @@ Status VesselTissue::set_state(std::span<const double> numbers) noexcept {
 Status VesselTissue::show() const {
     if (m_is_shown) return Ok{};
     m_now.nodes_mm = m_scene->wall_positions();
-    const VesselWall& rest = m_vessel.wall;
+    const VesselWall& rest = m_scene->wall();
     m_view.wall_moved_mm = farthest(m_now.nodes_mm, rest.mesh.nodes_mm);
     m_view.moved_mm.resize(rest.ghost_positions.size());
     for (std::size_t n = 0; n < rest.ghost_positions.size(); ++n) {
@@ -192,7 +236,7 @@ Status VesselTissue::update_deformation() const {
     return attempt([&] { return show(); });
 }
 
-const VesselView& VesselTissue::view() const {
+const CatheterView& VesselTissue::view() const noexcept {
     (void)update_deformation();
     return m_view;
 }
@@ -202,4 +246,19 @@ const Deformation& VesselTissue::deformation() const {
     return m_carried.scan().deformation();
 }
 
-}  // namespace pliant::serve
+}  // namespace
+
+Result<std::unique_ptr<Tissue>> make_vessel(const Volume& scan, VesselWall wall,
+                                            const CatheterSettings& settings,
+                                            const TaskArena& arena) noexcept {
+    return attempt([&]() -> Result<std::unique_ptr<Tissue>> {
+        auto scene = CatheterScene::create(std::move(wall), settings);
+        if (!scene.ok()) return scene.error();
+        auto carried = CarriedScan::create(scan, scene->wall().mesh, {}, arena);
+        if (!carried.ok()) return carried.error();
+        return std::unique_ptr<Tissue>(
+            new VesselTissue(settings, std::move(*scene), std::move(*carried), arena));
+    });
+}
+
+}  // namespace pliant
