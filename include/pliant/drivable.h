@@ -41,8 +41,8 @@ class Drivable {
     /// @returns InvalidArgument if a component isn't finite; then nothing has changed
     virtual Status drive(std::uint32_t tool, const CatheterCommand& hand) noexcept = 0;
     virtual CatheterCommand hand() const noexcept = 0;  ///< the last command; at rest after reset()
-    /// Force feedback uses inserted_mm, rotated_deg, time_s and force_n. Called often: measures that
-    /// need a pass over the wall are 0.
+    /// Force feedback uses inserted_mm, rotated_deg, time_s and force_n. Called often: measures
+    /// that need a pass over the wall are 0.
     virtual CatheterMeasures measures() const noexcept = 0;
     /// Valid until the next change.
     virtual const CatheterView& view() const noexcept = 0;

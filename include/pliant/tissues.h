@@ -119,8 +119,8 @@ Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts par
                                              const NetworkSettings& settings,
                                              const TaskArena& arena) noexcept;
 
-/// Makes a vessel, whose wall moves the scan around it. No tool can push it: a catheter is driven in
-/// it. An undo reverts all motion of a group, and stops the hand.
+/// Makes a vessel, whose wall moves the scan around it. No tool can push it: a catheter is driven.
+/// An undo reverts all motion of a group, and stops the hand.
 /// @returns errors of CatheterScene::create and CarriedScan::create
 Result<std::unique_ptr<Tissue>> make_vessel(const Volume& scan, VesselWall wall,
                                             const CatheterSettings& settings,

@@ -73,7 +73,6 @@ class VesselTissue final : public NodeTissue, public Drivable {
     const TriangleMesh& wall() const noexcept override { return m_scene->wall().ghost; }
 
   private:
-    Status show() const;
     bool is_calm() noexcept;
     Status halt() noexcept;
 
@@ -213,27 +212,25 @@ Status VesselTissue::set_state(std::span<const double> numbers) noexcept {
     });
 }
 
-Status VesselTissue::show() const {
-    if (m_is_shown) return Ok{};
-    m_now.nodes_mm = m_scene->wall_positions();
-    const VesselWall& rest = m_scene->wall();
-    m_view.wall_moved_mm = farthest(m_now.nodes_mm, rest.mesh.nodes_mm);
-    m_view.moved_mm.resize(rest.ghost_positions.size());
-    for (std::size_t n = 0; n < rest.ghost_positions.size(); ++n) {
-        const Vec3d by = place_of(rest.ghost_positions[n], m_now) - rest.ghost.nodes_mm[n];
-        m_view.moved_mm[n] = {float(by.x), float(by.y), float(by.z)};
-    }
-    m_view.inverted = m_scene->inverted_tetrahedra();
-    const auto wire = m_scene->wire_positions();
-    m_view.catheter_mm.assign(wire.begin() + m_scene->first_inserted(), wire.end());
-    const Status updated = m_carried.update(m_now.nodes_mm);
-    if (!updated.ok() && is_out_of_memory(updated.error())) return updated;
-    m_is_shown = true;
-    return Ok{};
-}
-
 Status VesselTissue::update_deformation() const {
-    return attempt([&] { return show(); });
+    return attempt([&]() -> Status {
+        if (m_is_shown) return Ok{};
+        m_now.nodes_mm = m_scene->wall_positions();
+        const VesselWall& rest = m_scene->wall();
+        m_view.wall_moved_mm = farthest(m_now.nodes_mm, rest.mesh.nodes_mm);
+        m_view.moved_mm.resize(rest.ghost_positions.size());
+        for (std::size_t n = 0; n < rest.ghost_positions.size(); ++n) {
+            const Vec3d by = place_of(rest.ghost_positions[n], m_now) - rest.ghost.nodes_mm[n];
+            m_view.moved_mm[n] = {float(by.x), float(by.y), float(by.z)};
+        }
+        m_view.inverted = m_scene->inverted_tetrahedra();
+        const auto wire = m_scene->wire_positions();
+        m_view.catheter_mm.assign(wire.begin() + m_scene->first_inserted(), wire.end());
+        const Status updated = m_carried.update(m_now.nodes_mm);
+        if (!updated.ok() && is_out_of_memory(updated.error())) return updated;
+        m_is_shown = true;
+        return Ok{};
+    });
 }
 
 const CatheterView& VesselTissue::view() const noexcept {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter and the wall around it for clients that request them. Like tools, only the newest state is
-// sent. Its numbers are part of the state message.
+// A catheter and the wall around it for clients that request them. Like tools, only the newest
+// state is sent. Its numbers are part of the state message.
 
 #pragma once
 
