@@ -15,7 +15,7 @@ namespace example {
 
 using namespace pliant;
 
-class Jelly : public NodeTissue {
+class Jelly final : public NodeTissue {
   public:
     static Result<std::unique_ptr<Tissue>> create(const Volume& scan, const TaskArena& arena) {
         auto rest = Deformation::create(scan.grid);
@@ -63,7 +63,7 @@ class Jelly : public NodeTissue {
         return move({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
     }
 
-  protected:
+  private:
     Jelly(const Volume& scan, const TaskArena& arena, Deformation rest)
         : m_scan(scan), m_arena(arena), m_deformation(std::move(rest)) {}
     Status move(Vec3d centre, Vec3d shift) noexcept {
@@ -84,7 +84,6 @@ class Jelly : public NodeTissue {
         return moved;
     }
 
-  private:
     const Volume& m_scan;
     const TaskArena& m_arena;
     Deformation m_deformation;
