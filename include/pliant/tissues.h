@@ -13,10 +13,12 @@
 //   "body"       tetrahedra, by position-based dynamics (pbd.h)
 //   "network"    a mass-spring network with nodes of its own, such as an identified one
 //                (network_file.h)
+//   "vessel"     a wall around a lumen, moved by the catheter that is driven in it (drivable.h)
 //   "rigid"      tissue that no tool can move
 
 #pragma once
 
+#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
 #include <pliant/cut_mesh.h>
 #include <pliant/mesh.h>
@@ -116,6 +118,13 @@ SettingRows<NetworkSettings> network_rows() noexcept;
 Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts parts,
                                              const NetworkSettings& settings,
                                              const TaskArena& arena) noexcept;
+
+/// Makes a vessel, whose wall moves the scan around it. No tool can push it: a catheter is driven.
+/// An undo reverts all motion of a group, and stops the hand.
+/// @returns errors of CatheterScene::create and CarriedScan::create
+Result<std::unique_ptr<Tissue>> make_vessel(const Volume& scan, VesselWall wall,
+                                            const CatheterSettings& settings,
+                                            const TaskArena& arena) noexcept;
 
 /// Makes a tissue that rejects every push, as bone does.
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept;

@@ -40,7 +40,7 @@ std::string description_of(const Scene& scene) {
 
 TissueCommand springs() {
     TissueCommand command;
-    command.choice = {.model = TissueModel::Springs,
+    command.choice = {.model = "springs",
                       .nodes = 6,
                       .springs = {.cell_mm = 5, .fixed_hu = 3000},
                       .given = {"fixed_hu"}};

@@ -106,7 +106,7 @@ TEST_F(SourceTest, SpringsOfAnMrAreHeldAsThoseOfCt) {
                                  std::optional<double> fixed_hu) {
         const auto scene = made(Scene::open({.file = write_ball(dark, bright)}, m_arena));
         serve::TissueCommand springs;
-        springs.choice.model = serve::TissueModel::Springs;
+        springs.choice.model = "springs";
         springs.choice.nodes = 8;
         if (fixed_hu) {
             springs.choice.springs.fixed_hu = *fixed_hu;

@@ -6,6 +6,7 @@
 // Covers: tissue/*tissue.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/drivable.h>
 #include <pliant/mesh.h>
 #include <pliant/resample.h>
 #include <pliant/tissues.h>
@@ -447,6 +448,42 @@ TEST(RestingTools, KeepOtherTissueOutOrHoldTheirElementsAlone) {
     EXPECT_NE(hashes[0], hashes[1]);
 }
 
+VesselWall tube() {
+    const std::vector<CentrePoint> branch{{{16, 15, 3}, 4}, {{16, 15, 23}, 4}};
+    return swept_tube(branch, {.thickness_mm = 1.5, .layers = 1, .sectors = 12}).value();
+}
+CatheterSettings in_tube() {
+    return {.catheter = {.length_mm = 60}, .entry = entry_at(tube().ends[0])};
+}
+
+TEST(VesselTissue, MovesOnlyWhileItIsDriven) {
+    const TaskArena arena(1);
+    const Volume scan = scan_with_bone();
+    auto tissue = make_vessel(scan, tube(), in_tube(), arena).value();
+    Drivable* const catheter = tissue->drivable();
+    ASSERT_NE(catheter, nullptr);
+    EXPECT_EQ(catheter->length_mm(), 60);
+    EXPECT_EQ(catheter->wall().nodes_mm, tube().ghost.nodes_mm);
+    EXPECT_FALSE(tissue->push(kHand, kPush).ok());
+    const double before = catheter->measures().inserted_mm;
+    tissue->begin_group("catheter");
+    ASSERT_TRUE(catheter->drive(kHand, {.insert_mm_s = 50, .bend_first_deg = 5}).ok());
+    EXPECT_TRUE(tissue->is_touched_by(kHand) && !tissue->is_touched_by(kSecond));
+    ASSERT_TRUE(tissue->advance({.max_steps = 20}).ok());
+    EXPECT_NEAR(catheter->measures().inserted_mm,
+                before + 50 * 20 * 0.001 * tissue->traits().sweep_ms, 1e-9);
+    EXPECT_NEAR(norm(catheter->view().catheter_mm.back() - catheter->entry().position_mm),
+                catheter->measures().inserted_mm, 0.5);
+    tissue->release(kHand);
+    tissue->end_group();
+    EXPECT_FALSE(tissue->is_touched());
+    EXPECT_EQ(catheter->hand(), (CatheterCommand{.bend_first_deg = 5}));
+    ASSERT_TRUE(tissue->undo().ok());
+    EXPECT_EQ(catheter->measures().inserted_mm, before);
+    // No other tissue has one.
+    EXPECT_EQ(make_rigid(scan, arena).value()->drivable(), nullptr);
+}
+
 TEST(TissueModels, AreThoseThatTheFunctionsMake) {
     const TaskArena arena(1);
     const Volume scan = scan_with_bone();
@@ -455,6 +492,7 @@ TEST(TissueModels, AreThoseThatTheFunctionsMake) {
          {+[](const Volume&s, const TaskArena&a) { return make_chainmail(s, {}, a); },
           +[](const Volume&s, const TaskArena&a) { return make_springs(s, {.cell_mm = 4}, a); },
           +[](const Volume&s, const TaskArena&a) { return make_body(s, box(), {}, a); },
+          +[](const Volume&s, const TaskArena&a) { return make_vessel(s, tube(), in_tube(), a); },
           +[](const Volume&s, const TaskArena&a) { return make_rigid(s, a); }}) {
         auto made = make(scan, arena);
         ASSERT_TRUE(made.ok()) << made.error().message;

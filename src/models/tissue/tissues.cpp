@@ -24,6 +24,7 @@ constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},
     {.model = "springs", .cuts = true, .moves_by_itself = true},
     {.model = "body", .slides = true, .cuts = true, .moves_by_itself = true},
+    {.model = "vessel", .takes_pushes = false, .moves_by_itself = true},
     {.model = "rigid"},
 };
 

@@ -158,8 +158,7 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
                     "expected a session that can be recorded, found the disk of the server "
                     "full"};
     if (const auto* tissue = std::get_if<TissueCommand>(&action);
-        tissue && tissue->choice.model == TissueModel::Springs &&
-        tissue->choice.nodes > m_max_spring_nodes)
+        tissue && tissue->choice.is_springs() && tissue->choice.nodes > m_max_spring_nodes)
         return {.error_code = "limit",
                 .message = "tissue: nodes: expected 3…" + std::to_string(m_max_spring_nodes) +
                            " on this server, found " + std::to_string(tissue->choice.nodes)};

@@ -48,11 +48,10 @@ struct ClientInfo {
     bool view = false;
 };
 
-/// State of a catheter in its vessel.
+/// State of a catheter that is driven in the tissue.
 struct VesselState {
     CatheterCommand hand{};
-    CatheterMeasures measures{};  ///< quick_measures(), and inverted tetrahedra
-    double wall_moved_mm = 0;     ///< largest displacement of a wall node
+    CatheterMeasures measures{};  ///< including those of CatheterView
     double radius_mm = 0, length_mm = 0;
     std::string failure{};  ///< reason why it has stopped until a reset; empty: none
 };
@@ -60,9 +59,7 @@ struct VesselState {
 /// Shared state except voxels.
 struct SharedState {
     TissueChoice tissue{};
-    bool has_vessel = false;  ///< whether the scene has a vessel, so that it can be chosen as
-                              ///< tissue
-    bool has_own = false;     ///< likewise a tissue of the scene's own, such as organs
+    std::vector<std::string> own_models{};  ///< that only this scene has: "vessel", "own"
     TissueTraits traits{};
     std::optional<VesselState> vessel{};
     double pace = 0;        ///< simulated time per real time at the last motion; 0: unknown

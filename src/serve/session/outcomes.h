@@ -41,7 +41,7 @@ inline Outcome outcome_of(PushReport&& report) {
 inline Outcome not_with(const TissueChoice& choice, const char* what, const char* expected) {
     return {.error_code = "other_tissue",
             .message = std::string(what) + ": expected the tissue " + expected + ", found " +
-                       name_of(choice.model)};
+                       choice.model};
 }
 
 }  // namespace pliant::serve

@@ -33,8 +33,8 @@ Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::
         if (!memo.ok()) return memo.error();
         SceneMemo expected = point.memo;
         // Older files don't record the vessel; the tissue's hash proves it.
-        if (expected.tissue == TissueChoice{} && memo->tissue.model == TissueModel::Vessel)
-            expected.tissue.model = TissueModel::Vessel;
+        if (expected.tissue == TissueChoice{} && memo->tissue.model == "vessel")
+            expected.tissue.model = "vessel";
         if (*memo == expected) return compare_with(scene, point.mark, compare, number);
     }
     return Error{ErrorCode::Unreadable, "record " + std::to_string(number) +

@@ -33,8 +33,6 @@
 
 namespace pliant::serve {
 
-class VesselTissue;
-
 class Scene {
   public:
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena) {
@@ -105,10 +103,8 @@ class Scene {
     /// Keeps sources for overlays; see LiveDeformation.
     bool keep_sources(bool keep) { return m_live->keep_sources(keep); }
     const LiveDeformation& live() const { return *m_live; }
-    const Tissue& tissue() const { return *m_tissue.made; }
-    Tissue& tissue() { return *m_tissue.made; }
-    /// The vessel and its catheter; null for other tissues.
-    const VesselTissue* catheter() const { return m_tissue.vessel; }
+    const Tissue& tissue() const { return *m_tissue; }
+    Tissue& tissue() { return *m_tissue; }
     const TissueChoice& choice() const { return m_choice; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
@@ -119,20 +115,6 @@ class Scene {
     void describe(SharedState& state) const;
 
   private:
-    /// A tissue, with its concrete type if that is a vessel.
-    struct MadeTissue {
-        std::unique_ptr<Tissue> made;
-        VesselTissue* vessel = nullptr;  ///< the same object, or null
-    };
-    /// The scan, moved by the present tissue.
-    struct Shown : MovingScan {
-        explicit Shown(const MadeTissue& t) : tissue(t) {}
-        const Volume& volume() const override { return tissue.made->volume(); }
-        const Deformation& deformation() const override { return tissue.made->deformation(); }
-        const TaskArena& arena() const override { return tissue.made->arena(); }
-        Status update_deformation() const override { return tissue.made->update_deformation(); }
-        const MadeTissue& tissue;
-    };
     enum class StepKind { Tissue, Iso };
     struct Step {
         StepKind kind = StepKind::Tissue;
@@ -150,10 +132,8 @@ class Scene {
         int undo_steps_before = 0;
     };
 
-    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, MadeTissue tissue);
-
-    static Result<MadeTissue> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
-                                          const TaskArena& arena);
+    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+          std::unique_ptr<Tissue> tissue);
 
     static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
                                                const TaskArena& loading,
@@ -206,9 +186,8 @@ class Scene {
     void tissue_changed();
 
     std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
-    MadeTissue m_tissue;
+    std::unique_ptr<Tissue> m_tissue;
     TissueChoice m_choice;
-    Shown m_shown;
     std::optional<LiveDeformation> m_live;  ///< set after construction
     double m_iso_hu;
     Polarity m_polarity;
