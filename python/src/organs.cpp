@@ -219,8 +219,8 @@ void bind_makers(nb::module_& m) {
         nb::name("positions_mm"), nb::is_method(),
         nb::sig("def positions_mm(self) -> numpy.typing.NDArray[numpy.float64]"),
         "Nodes (n, 3) of a body, a network, springs or organs as they are now [mm, LPS]; cuts of "
-        "bodies "
-        "add nodes at the end.\n\nRaises:\n    pliant.Error: unsupported for other tissues.");
+        "bodies add nodes at the end.\n\nRaises:\n    pliant.Error: unsupported for other "
+        "tissues.");
     nb::cpp_function_def(
         [](nb::handle self) -> nb::object {
             const MeshTissue& tissue = mesh_tissue(self);
