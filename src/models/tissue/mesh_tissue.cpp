@@ -143,8 +143,9 @@ Status MeshTissue::place_eye(std::uint32_t tool, Vec3d position_mm, double radiu
         if (!is_finite(position_mm) || !(radius_mm >= 0 && radius_mm <= kFarthestAway_mm))
             return about("eye", ErrorCode::InvalidArgument,
                          "expected a position, and a radius of 0 to 500 mm");
+        if (!traits().slides) return Ok{};
         TouchTool eye{position_mm, radius_mm};
-        const bool has_effect = radius_mm > 0 && traits().slides && can_begin(eye);
+        const bool has_effect = radius_mm > 0 && can_begin(eye);
         const auto before = m_eyes.find(tool);
         const bool frees = before != m_eyes.end() && !before->second.triangles.empty();
         if (has_effect)
@@ -234,6 +235,7 @@ Result<Sweep> MeshTissue::sweep() noexcept {
 Status MeshTissue::reset() noexcept {
     m_tools.clear();
     m_spheres.clear();
+    for (auto& [tool, eye] : m_eyes) eye.triangles.clear();
     hold_nodes();
     std::fill(m_memory.velocities.begin(), m_memory.velocities.end(), Vec3d{0, 0, 0});
     put(at_rest().nodes_mm, m_memory.velocities);
