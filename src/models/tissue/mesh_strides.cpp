@@ -25,7 +25,7 @@ double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// A tool's way in strides: all alike, and finer beyond a place where one failed.
+/// A tool's way in strides: all alike, and finer beyond a position where one failed.
 class Strides {
   public:
     Strides(Vec3d way_mm, double longest_mm)

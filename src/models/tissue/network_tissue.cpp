@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNetworkReach_mm = 500;
 constexpr const char* kFliesApart =
-    "the network flies apart, a node is more than 500 mm from its place at rest; check its "
+    "the network flies apart, a node is more than 500 mm from its position at rest; check its "
     "fixed nodes, stiffness, damping and time step";
 
 /// Tetrahedra; hexahedra are split around the diagonal from corner 0 to corner 6.
