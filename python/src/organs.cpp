@@ -226,8 +226,9 @@ void bind_makers(nb::module_& m) {
         [](nb::handle self) { return points_of(positions_of(self)); }, nb::scope(m.attr("Tissue")),
         nb::name("positions_mm"), nb::is_method(),
         nb::sig("def positions_mm(self) -> numpy.typing.NDArray[numpy.float64]"),
-        "Nodes (n, 3) of a body, a network or organs as they are now [mm, LPS]; cuts add nodes at "
-        "the end.\n\nRaises:\n    pliant.Error: unsupported for other tissues.");
+        "Nodes (n, 3) of a body, a network, springs or organs as they are now [mm, LPS]; cuts of "
+        "bodies add nodes at the end.\n\nRaises:\n    pliant.Error: unsupported for other "
+        "tissues.");
     nb::cpp_function_def(
         [](nb::handle self) -> nb::object {
             const MeshTissue& tissue = mesh_tissue(self);
@@ -237,7 +238,7 @@ void bind_makers(nb::module_& m) {
         nb::scope(m.attr("Tissue")), nb::name("cut_mesh"), nb::is_method(),
         nb::sig("def cut_mesh(self) -> TetMesh | None"),
         "Tetrahedra of a body or of organs with their cuts, as they are now; copies of split ones "
-        "overlap. None without cuts.");
+        "overlap. None without cuts, and for springs.");
 }
 
 }  // namespace

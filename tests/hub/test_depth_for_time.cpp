@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// The depth of springs that fits the time of an update.
+// Covers: hub/sweep_pace.cpp.
+
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 // The label map as clients hold it: at rest the file's, and in deformed tissue the label at the
 // source of each voxel, by the resampler's one-shot form in a twin scene.
-// Covers: hub/label_*.cpp, session/label_map.cpp.
+// Covers: hub/label_*.cpp, session/label_map.cpp, session/label_map_file.cpp.
 
 #include <cmath>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Memory runs out. A command without memory is refused, and the scene is unchanged; a client without
-// memory for its messages is dropped, and may come back. The server goes on, and its session records
-// every command that was done.
+// Memory runs out. A command without memory is refused, and the scene is unchanged; a client
+// without memory for its messages is dropped, and may come back. The server goes on, and its
+// session records every command that was done.
 // Covers: hub/hub.cpp, hub/device_feed.cpp.
 
 #include <gtest/gtest.h>

@@ -59,7 +59,8 @@ TEST_F(RecorderTest, ARecordIsKeptWhicheverAllocationOfTheWriteFails) {
             for (SessionRecord& record : records) recorder.note(std::move(record));
         }
         {
-            // Destructors of nlohmann::json allocate a little, and end the process where they can't.
+            // Destructors of nlohmann::json allocate a little, and end the process where they
+            // can't.
             constexpr std::size_t kSmall = 1024;
             const FailingAllocation failing(n, kSmall);
             recorder.write();

@@ -3,7 +3,7 @@
 
 // A vessel as the server's tissue: equal to the catheter alone, equal in a replay, and correctly
 // sent to clients.
-// Covers: hub/vessel_*.cpp, session/vessel_tissue.cpp.
+// Covers: hub/vessel_*.cpp, tissue/vessel_tissue.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/drivable.h>

@@ -328,6 +328,28 @@ TEST_F(Networks, APushEndsBeforeATetrahedronFolds) {
     }
 }
 
+TEST_F(Networks, APushGoesOnInFinerStridesWhereOneWouldFold) {
+    TetMesh mesh;
+    for (const SpringNode& node : m_parts.nodes) mesh.nodes_mm.push_back(node.rest);
+    for (const SpringCell& cell : m_parts.cells)
+        mesh.cells.push_back({cell.nodes[0], cell.nodes[1], cell.nodes[2], cell.nodes[3]});
+    const double longest = std::min(rest_mesh(mesh).edge_mm / 4, kDown.sphere_radius_mm / 2);
+    int finer = 0;
+    for (const Vec3d way : {Vec3d{0, 0, -40}, Vec3d{4, 3, -30}, Vec3d{20, 0, -20}}) {
+        const auto tissue = make();
+        Push far = kDown;
+        far.push_mm = way;
+        const auto report = tissue->push(kLeft, far);
+        ASSERT_TRUE(report.ok());
+        EXPECT_EQ(report->limited_by, LimitedBy::Fold);
+        const double strides = report->step_fraction * std::ceil(norm(way) / longest);
+        EXPECT_NEAR(8 * strides, std::round(8 * strides), 1e-9) << "not finer than an eighth";
+        finer += std::abs(strides - std::round(strides)) > 0.1;
+        for (const double x : numbers_of(*tissue)) EXPECT_TRUE(std::isfinite(x));
+    }
+    EXPECT_GT(finer, 0);
+}
+
 TEST_F(Networks, TwoToolsHoldDifferentNodesAndAFreeOneMeetsNothing) {
     const auto tissue = make();
     ASSERT_TRUE(tissue->push(kLeft, kDown).ok());
@@ -564,6 +586,34 @@ TEST_F(SlidingOnNetworks, AreUndoneAndReturnWhenTheSphereIsReleased) {
     const auto advanced = twin->advance({.max_steps = 5000});
     ASSERT_TRUE(advanced.ok() && advanced->settled);
     EXPECT_EQ(twin->hash(), at_rest);
+}
+
+TEST_F(SlidingOnNetworks, AnEyeKeepsTheReturningSurfaceOutUntilItIsGone) {
+    const auto tissue = make();
+    const std::uint64_t at_rest = tissue->hash();
+    constexpr std::uint32_t kEye = 9;
+    constexpr double kEye_mm = 3.5;
+    EXPECT_TRUE(tissue->place_eye(kEye, {13, 12, 12}, kEye_mm).ok());
+    EXPECT_FALSE(tissue->has_eye(kEye)) << "in the tissue it has no effect";
+    const auto slid = tissue->slide(kLeft, kSlide, {});
+    ASSERT_TRUE(slid.ok());
+    ASSERT_TRUE(tissue->place_eye(kEye, slid->end_mm, kEye_mm).ok());
+    EXPECT_TRUE(tissue->has_eye(kEye));
+    tissue->release(kLeft);
+    EXPECT_FALSE(tissue->is_touched());
+    for (int n = 0; n < 40; ++n) {
+        ASSERT_TRUE(tissue->sweep().ok());
+        ASSERT_GT(clearance(*tissue, slid->end_mm, kEye_mm), -0.1) << n;
+    }
+    ASSERT_TRUE(tissue->advance({.max_steps = 5000})->settled);
+    EXPECT_LT(clearance(*tissue, slid->end_mm, kEye_mm), 0.3) << "it lies on the eye";
+    EXPECT_NE(tissue->hash(), at_rest);
+    ASSERT_TRUE(tissue->place_eye(kEye, slid->end_mm, 0).ok());
+    EXPECT_FALSE(tissue->has_eye(kEye));
+    ASSERT_TRUE(tissue->advance({.max_steps = 5000})->settled);
+    EXPECT_EQ(tissue->hash(), at_rest);
+    EXPECT_LT(clearance(*tissue, slid->end_mm, kEye_mm), -1) << "where the eye was";
+    EXPECT_FALSE(tissue->place_eye(kEye, {0, 0, 0}, -1).ok());
 }
 
 TEST_F(SlidingOnNetworks, RefuseOtherToolsAndSurviveAFailedAllocation) {

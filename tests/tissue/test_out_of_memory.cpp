@@ -34,9 +34,8 @@ class SpringMemory : public testing::Test {
         m_aside.point_mm = world_from_voxel(m_volume.grid, {16.3, 12.2, 13.4});
     }
     std::unique_ptr<SpringScanTissue> make() const {
-        auto tissue = std::make_unique<SpringScanTissue>(
-            std::move(SpringDeformation::create(m_volume, {.cell_mm = 4, .depth = 2}, m_arena))
-                .value());
+        auto tissue =
+            SpringScanTissue::create(m_volume, {.cell_mm = 4, .depth = 2}, m_arena).value();
         touch(*tissue, m_push);
         return tissue;
     }

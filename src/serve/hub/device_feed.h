@@ -25,8 +25,8 @@ struct DeviceQuestion {
     HapticsMessage wish{};
 };
 
-/// Opens and closes devices on a separate thread. A vendor's driver may take seconds; the scene goes
-/// on meanwhile.
+/// Opens and closes devices on a separate thread. A vendor's driver may take seconds; the scene
+/// goes on meanwhile.
 struct DeviceOpening {
     /// @param before   session whose device is closed first, because it may be the same device; may
     ///                 be null

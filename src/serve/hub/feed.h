@@ -43,8 +43,8 @@ class FeedHost {
     virtual bool is_behind() const = 0;
     /// Voxels that were ever deformed.
     virtual const DirtyBlocks& deformed() const = 0;
-    /// Keeps the sources of deformed voxels for a while. It may write the volume anew, so call it in
-    /// refresh() only. @returns false for lack of memory
+    /// Keeps the sources of deformed voxels for a while. It may write the volume anew, so call it
+    /// in refresh() only. @returns false for lack of memory
     virtual bool keep_sources() = 0;
     /// Sends a text to a client, if it is connected.
     virtual void send(Client& client, std::string text) = 0;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Events of other threads: connections, messages, files. Of files, the owner only copies the changed
-// state, or swaps a pointer; other threads read and write.
+// Events of other threads: connections, messages, files. Of files, the owner only copies the
+// changed state, or swaps a pointer; other threads read and write.
 
 #include <new>
 #include <utility>

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Overlays: numbers of the deformation beside the voxels, displacement or volume ratio of the
-// tissue at a voxel. A client starts with an overlay at rest, so it receives only voxels that were ever deformed.
+// tissue at a voxel. A client starts with an overlay at rest, so it receives only voxels that were
+// ever deformed.
 
 #pragma once
 

@@ -34,8 +34,8 @@ struct LabelMap {
 };
 
 /// Reads a label map. One on another grid than the scan's is sampled at the nearest voxel, so that
-/// the labels of a crop fit the whole scan. Colours are those of 3D Slicer's segments in a NRRD file, names those of
-/// find_label_names (organs/label_names.h).
+/// the labels of a crop fit the whole scan. Colours are those of 3D Slicer's segments in a NRRD
+/// file, names those of find_label_names (organs/label_names.h).
 /// @param names  table of names; empty: none
 /// @param give_up  polled while the file is read; may be empty
 /// @returns an error for values that aren't whole numbers, more than kMaxLabels labels, and maps
