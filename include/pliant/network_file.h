@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The file of an identified mass-spring network (JSON, docs/fit.md), written by `pliant fit` and
-// read by `pliant deform` and `pliant serve`.
+// The file of an identified mass-spring network (JSON, docs/method/fit.md), written by `pliant fit`
+// and read by `pliant deform` and `pliant serve`.
 //
 // @code
 //   const auto network = read_network("fit.json");
