@@ -86,6 +86,14 @@ long_tests() { # as a filter of GoogleTest's
     sed -n 's/^\([^# ]\+\).*/\1/p' "$root/tests/long_tests.txt" | paste -sd:
 }
 
+long_python_tests() {
+    sed -n 's/^# python: //p' "$root/tests/long_tests.txt"
+}
+
+unless_passed() { # NAME [INPUT…] -- COMMAND…
+    PLIANT_PASSED=$root/build/passed "$root/tools/unless_passed" "$@"
+}
+
 # With the Python module: one configuration, one compilation.
 compile_with_gcc() {
     local python=$root/build/python-build/bin/python module=()
@@ -108,14 +116,21 @@ run_ctest() { # PRESET [ctest arguments…]
 }
 
 test_short() {
-    PLIANT_SHORT_TESTS=1 GTEST_FILTER="-$(long_tests)" run_ctest gcc --label-exclude long
+    PLIANT_SHORT_TESTS=1 GTEST_FILTER="-$(long_tests)" run_ctest gcc --label-exclude 'long|research'
 }
 
 # What test_short leaves out.
 test_long() {
     export PLIANT_EACH_TEST=1
     run_ctest gcc --label-regex long
-    GTEST_FILTER="$(long_tests):*OutOfMemory*" run_ctest gcc --label-exclude long
+    GTEST_FILTER="$(long_tests):*OutOfMemory*" run_ctest gcc --label-exclude 'long|research'
+}
+
+# pliant::research and what papers are compared with.
+test_research() {
+    configure gcc -DPLIANT_RESEARCH=ON
+    compile gcc
+    PLIANT_EACH_TEST=1 run_ctest gcc --label-regex research
 }
 
 compile_and_test() { # PRESET [CMake arguments…]
@@ -285,7 +300,7 @@ run_tests() { # [--all] [--sanitize]
     if [[ ${PLIANT_PYTHON:-ON} != OFF ]]; then step "python: module, types" test_module; fi
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
-        step "page: driven in a browser" test_viewer_short
+        step "page: driven in a browser" test_viewer_short "$root/build/gcc/pliant"
     fi
     [[ $all == no ]] || run_the_rest
     if [[ $sanitize == yes ]]; then
