@@ -21,8 +21,8 @@ Outcome refusal(const Error& error) {
 
 }  // namespace
 
-PathSearch::PathSearch(const PathQuestion& asked, const Volume& volume)
-    : question(asked), work([asked, volume](const std::stop_token& stop) {
+PathSearch::PathSearch(const PathQuestion& asked, Volume copy)
+    : question(asked), work([asked, volume = std::move(copy)](const std::stop_token& stop) {
           const auto end = Clock::now() + kPathTime;
           LumenPathSettings settings = asked.settings;
           settings.max_voxels = kMaxPathVoxels;

@@ -25,9 +25,9 @@ struct PathQuestion {
     LumenPathSettings settings{};
 };
 
-/// Search in a copy of the volume.
 struct PathSearch {
-    PathSearch(const PathQuestion& question, const Volume& volume);
+    /// @param volume  private copy
+    PathSearch(const PathQuestion& question, Volume volume);
 
     PathQuestion question;
     Background<LumenPath> work;
