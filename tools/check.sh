@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
-# The steps of `./dev test` and `./dev lint`, each named and timed; the first failure ends them.
+# The steps of `./dev test` and `./dev lint`, each named and timed.
 
 readonly clang_format=clang-format-14  # other versions set some lines differently
 step_lines=()
