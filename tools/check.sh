@@ -71,14 +71,6 @@ lint() {
     echo "README.md: shows the example that is compiled"
 }
 
-compile_and_test() { # PRESET [a command that runs the given one]
-    local all=ON shared=OFF
-    [[ $1 == clang ]] && all=OFF shared=ON
-    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all -DBUILD_SHARED_LIBS=$shared
-    compile "$1"
-    run_ctest "$@"
-}
-
 # Tests that take half of the time and rarely say anything that others don't: random sequences in
 # full, damaged files by the thousand. The short run leaves them out, and lets only every tenth
 # allocation fail (tests/support/each_allocation.h); `./dev test --all` runs them whole afterwards.
