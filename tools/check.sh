@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
-# The steps of `./dev test` and `./dev lint`, each named and timed; the first failure ends them.
+# The steps of `./dev test` and `./dev lint`, each named and timed.
 
 readonly clang_format=clang-format-14  # other versions set some lines differently
 step_lines=()
@@ -69,14 +69,6 @@ lint() {
         <(sed -n '/^#include <pliant/,$p' examples/consumer/push.cpp) ||
         fail "README.md: expected its C++ to be that of examples/consumer/push.cpp"
     echo "README.md: shows the example that is compiled"
-}
-
-compile_and_test() { # PRESET [a command that runs the given one]
-    local all=ON shared=OFF
-    [[ $1 == clang ]] && all=OFF shared=ON
-    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all -DBUILD_SHARED_LIBS=$shared
-    compile "$1"
-    run_ctest "$@"
 }
 
 # Tests that take half of the time and rarely say anything that others don't: random sequences in
