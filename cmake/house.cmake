@@ -101,7 +101,7 @@ set(PLIANT_PUBLIC_HEADERS
     "springs   network_file spring_probe"
     "pbd       body_contact"
     "pictures  png"
-    "tissue    tissues"
+    "tissue    drivable mesh_tissue tissues"
     "fit       fit_mesh"
     "render    surface_view"
     "haptics   haptics_device"

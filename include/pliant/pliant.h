@@ -8,7 +8,7 @@
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; chainmail.h, springs.h, spring_probe.h, pbd.h,
-//                     body_contact.h, vessel.h, catheter.h, organs.h
+//                     body_contact.h, vessel.h, catheter.h, drivable.h, organs.h
 //   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
 //                     (fem.h) or measurements; network_file.h: their file
 //   a view            render.h; image.h, png.h: its pictures
@@ -33,6 +33,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/cut_mesh.h>
 #include <pliant/deformation.h>
+#include <pliant/drivable.h>
 #include <pliant/fem.h>
 #include <pliant/files.h>
 #include <pliant/fit.h>

@@ -77,10 +77,15 @@ struct AdvanceReport {
     std::string message{};  ///< reason why a motion was stopped before it settled
 };
 
+class Drivable;
+
 /// Thread safety: one thread.
 class Tissue : public MovingScan {
   public:
     virtual TissueTraits traits() const noexcept = 0;
+    /// The catheter that is driven in it (drivable.h); null by default.
+    virtual Drivable* drivable() noexcept { return nullptr; }
+    const Drivable* drivable() const noexcept { return const_cast<Tissue*>(this)->drivable(); }
 
     // Tools, by number. A tool holds its tissue until it lets go.
 

@@ -10,8 +10,10 @@
 #include <pliant/organs.h>
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
+#include <pliant/truth.h>
 
 #include "arrays.h"
+#include "keywords.h"
 
 namespace pliant::python {
 namespace {
@@ -52,6 +54,8 @@ SettingValue value_from(const std::string& name, nb::handle value) {
            name});
 }
 
+}  // namespace
+
 nb::object object_of(const SettingValue& value) {
     return std::visit(
         [](const auto& v) -> nb::object {
@@ -65,6 +69,8 @@ nb::object object_of(const SettingValue& value) {
         },
         value);
 }
+
+namespace {
 
 /// The table of a settings struct: a row for each name.
 template <class T>
@@ -97,9 +103,10 @@ nb::list settings_of(const std::string& model) {
     if (model == "annealing") return rows_of(annealing_rows());
     if (model == "organs") return rows_of(organ_file_rows());
     if (model == "organ") return rows_of(organ_rows());
+    if (model == "truth") return rows_of(truth_rows());
     const std::string names =
         "chainmail, springs, body, network, catheter, wall, spring_solver, elastic, fit, "
-        "gauss_newton, annealing, organs or organ";
+        "gauss_newton, annealing, organs, organ or truth";
     raise({ErrorCode::InvalidArgument, "model: expected " + names + ", found " + model, "model",
            names, model});
 }
@@ -109,7 +116,7 @@ nb::list settings_of(const std::string& model) {
 Record record_of(const nb::dict& arguments) {
     Record record;
     for (const auto& [key, value] : arguments) {
-        const std::string name = nb::cast<std::string>(key);
+        const std::string name = name_of_keyword(nb::cast<std::string>(key));
         record.emplace_back(name, value_from(name, value));
     }
     return record;
@@ -128,7 +135,7 @@ void bind_settings(nb::module_& m) {
           "Args:\n"
           "    model: \"chainmail\", \"springs\", \"body\" or \"network\" for tissues; \"organs\", "
           "\"organ\"; \"catheter\", \"wall\"; \"spring_solver\"; \"elastic\"; \"fit\", "
-          "\"gauss_newton\", \"annealing\".\n\n"
+          "\"gauss_newton\", \"annealing\"; \"truth\".\n\n"
           "Returns:\n"
           "    One dictionary for each: name, default, unit, range and text.");
 }

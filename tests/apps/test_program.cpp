@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The program as a user starts it: exit status, standard error, files.
+// Covers: pliant/main.cpp, pliant/run_*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

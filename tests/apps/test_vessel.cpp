@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `pliant vessel`: there and back in a phantom, a replay, and errors.
+// Covers: pliant/run_vessel.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/catheter.h>

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Catheters in bent tubes: how deep they are is asked of all triangles, one by one.
+// Covers: catheter/reach.cpp, catheter/settings_rows.cpp, scene_files/vessel_phantom.cpp,
+// catheter/vessel_script.cpp, catheter/way_pilot.cpp.
 
 #include <pliant/catheter.h>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The wire's contact against beams.
+// Covers: catheter/rod_wire.cpp.
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A drag against pushes of the same elements by the same steps: all results must be equal.
+// Covers: chainmail/chainmail_drag.cpp, propagate/drag*.cpp.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

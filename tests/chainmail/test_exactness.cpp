@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The heart of Pliant: solvers against the brute-force oracle, on random lattices.
+// Covers: chainmail/chainmail.cpp, propagate/propagate_*.cpp.
 
 #include <gtest/gtest.h>
 

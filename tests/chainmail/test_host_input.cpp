@@ -3,6 +3,7 @@
 
 // Volumes, labels, directions and laws from a program: invalid ones are refused with a one-line
 // message, and valid extreme ones work.
+// Covers: chainmail/check.cpp, lattice/allowance.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

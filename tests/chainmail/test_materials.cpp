@@ -3,6 +3,8 @@
 
 // Materials by label and direction, changes of materials under a deformed lattice, and their fold
 // certificates.
+// Covers: chainmail/change_materials.cpp, material/certificate.cpp, material/labels.cpp,
+// material/material*.cpp.
 
 #include <gtest/gtest.h>
 

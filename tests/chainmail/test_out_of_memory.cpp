@@ -4,6 +4,7 @@
 // Every operation with failing allocations: the n-th of its allocations and all after it fail, for
 // n = 0, 1, 2, … until it succeeds. A failure must leave the tissue unchanged and be reported;
 // finally the tissue must equal a twin without failures.
+// Covers: chainmail/*_face.cpp, chainmail/operation.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

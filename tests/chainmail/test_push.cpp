@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Pushes of a scan, through the public interface.
+// Covers: chainmail/chainmail.cpp, chainmail/grab.cpp, lattice/lattice.cpp, lattice/near_cells.cpp.
 
 #include <gtest/gtest.h>
 

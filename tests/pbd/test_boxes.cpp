@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Boxes against brute force, collisions of the published hash, and transitions between active sets.
+// Covers: pbd/builders.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/pbd.h>

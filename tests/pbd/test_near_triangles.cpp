@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The triangles near a segment or box, against brute force.
+// Covers: pbd/tool_contact.cpp, pbd/triangle_grid.cpp.
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The six fields of a pick against six solves of the reference, and the sharing of arrays.
+// Covers: propagate/drag.cpp, propagate/drag_*.cpp.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Rounded limits against brute force, and their roundness.
+// Covers: propagate/propagate_rounded.cpp.
 
 #include <gtest/gtest.h>
 

@@ -3,6 +3,8 @@
 
 // Resampling of the deformed lattice to the grid, against analytic results and the twelve
 // tetrahedra.
+// Covers: field/cell_block.cpp, field/tetrahedra.cpp, resample/fields.cpp,
+// resample/node_kernel.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

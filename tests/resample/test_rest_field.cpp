@@ -3,6 +3,7 @@
 
 // The field of offsets to rest: against the lattice's own forward displacement, and for raw tissue
 // against a search of all elements.
+// Covers: resample/control_cuts.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Sources of a live deformation's voxels: their displacement, and the local growth of tissue.
+// Covers: resample/source_jacobian.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Maxwell and Kelvin links [Choi2004, 2.2, Fig. 1] against closed forms.
+// Covers: springs/state.cpp.
 
 #include <pliant/springs.h>
 

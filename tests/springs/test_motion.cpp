@@ -3,6 +3,7 @@
 
 // Force transmittal and the explicit network against a plain implementation of the paper's
 // formulas, and against closed forms.
+// Covers: springs/tissue*.cpp, springs/transmittal*.cpp.
 
 #include <pliant/springs.h>
 

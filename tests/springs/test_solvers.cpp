@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The three solvers beside each other.
+// Covers: springs/sweep_*.cpp, springs/volume_*.cpp.
 
 #include <pliant/springs.h>
 

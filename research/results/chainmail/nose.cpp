@@ -38,10 +38,10 @@ Way way_through_head() {
             1000,
             4,
             80,
-            {{{99.2, 148, 82.8}, {99.4, 138, 83.4}, {}, {}},
-             {{99.2, 148, 82.8}, {99.4, 138, 83.4}, {103, 139, 81}, {3, -1, 0}},
-             {{99.2, 145, 83.1}, {99.4, 135, 83.4}, {103, 137, 85}, {3, -1, 1}},
-             {{99.4, 141, 83.4}, {99.4, 131, 83.2}, {95, 135, 83}, {-4, -1, 0}}}};
+            {{{99.2, 53.6, 82.8}, {99.4, 63.6, 83.4}, {}, {}},
+             {{99.2, 53.6, 82.8}, {99.4, 63.6, 83.4}, {103, 62.6, 81}, {3, 1, 0}},
+             {{99.2, 56.6, 83.1}, {99.4, 66.6, 83.4}, {103, 64.6, 85}, {3, 1, 1}},
+             {{99.4, 60.6, 83.4}, {99.4, 70.6, 83.2}, {95, 66.6, 83}, {-4, 1, 0}}}};
 }
 Way way_through_phantom() {
     return {-500,
@@ -149,7 +149,7 @@ void add_nose(Page& page, const std::filesystem::path& scans, const TaskArena& a
     };
     if (auto head = read_volume(scans / "head_ct_tiny_64.nrrd"); head.ok()) {
         page.paragraph(
-            "The head, left nasal passage between turbinate (left in the picture) and septum; "
+            "The head, left nasal passage between septum (left in the picture) and turbinate; "
             "surface at −200 HU, bone from 1000 HU, tool: a sphere of 4 mm; air as a material of "
             "its own:");
         add(std::move(head).value(), way_through_head(), true, "the head", "draeger-5-9-head");

@@ -284,10 +284,10 @@ Case knee_case(const Phantom& knee) {
 
 Case head_case() {
     return {.name = "head",
-            .push = {.point_mm = {99, 178, 74}, .push_mm = {0, -11, 4}, .sphere_radius_mm = 16},
+            .push = {.point_mm = {99, 23.6, 74}, .push_mm = {0, 11, 4}, .sphere_radius_mm = 16},
             .cell_mm = 15,
             .width_mm = 120,
-            .look = normalized({0.8, -0.75, -0.1}),
+            .look = normalized({0.8, 0.75, -0.1}),
             .away_mm = 110,
             .darkest_mm = 12};
 }
@@ -317,9 +317,7 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
         "push as an arrow; the same deformed, dashed the surface at rest (−300 HU); how far the "
         "tissue has moved. Middle row: the skin by a lamp from above. Lower row: the blended "
         "view that the paper shows, with the opacity of skin, at rest and deformed, and the "
-        "difference of the two, threefold, dark where they differ. In the file of the head the "
-        "face looks towards +y, which the "
-        "section calls posterior.");
+        "difference of the two, threefold, dark where they differ.");
     const Phantom knee = value_of(make_phantom({.name = "knee", .size = {160, 160, 200}}, arena));
     std::vector<std::vector<std::string>> rows;
     const auto add = [&](const Volume& volume, const Case& c, const char* file, const char* text) {

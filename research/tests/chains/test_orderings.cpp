@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The published orderings against the exact solution: cases of agreement, and cases of deviation.
+// Covers: research/*ordering.cpp, research/draeger.cpp, research/gibson_*.cpp,
+// research/waiting_list.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/research/orderings.h>

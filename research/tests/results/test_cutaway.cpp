@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Vessels that are cut open, and the catheter's tip that loses volume without its constraints.
+// Covers: results_pbd/cutaway.cpp.
 
 #include "cutaway.h"
 

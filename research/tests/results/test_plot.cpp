@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The drawing of the results' pages.
+// Covers: results_page/plot.cpp.
 
 #include <gtest/gtest.h>
 

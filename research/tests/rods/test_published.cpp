@@ -3,6 +3,7 @@
 
 // Published and closed-form cases: those of `./dev results pbd`, which computes them, and the
 // benchmark block of position-based programs.
+// Covers: pbd/builders.cpp, results_pbd/*.cpp.
 
 #include <pliant/pbd.h>
 

@@ -3,6 +3,7 @@
 
 // The rod: its solver against elimination, and its interface. Closed forms and published shapes are
 // in test_published.cpp.
+// Covers: pbd/rotations.cpp.
 
 #include <pliant/research/rod.h>
 

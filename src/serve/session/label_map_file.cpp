@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "hub/label_map.h"
+// Label maps from files.
 
 #include <algorithm>
 #include <charconv>
@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "organs/label_names.h"
 #include "protocol/limits.h"
+#include "session/label_map.h"
 
 namespace pliant::serve {
 namespace {
