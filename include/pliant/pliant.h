@@ -7,8 +7,10 @@
 //   a scan            volume.h, mesh.h; cut_mesh.h: cuts through tetrahedra
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
-//   a tissue          tissue.h: the interface; chainmail.h, springs.h, spring_probe.h, pbd.h,
-//                     body_contact.h, vessel.h, catheter.h, organs.h
+//   a tissue          tissue.h: the interface; tissues.h: the library's; own_tissue.h: bases of
+//                     your own, eye_deformation.h: endoscopy in one call
+//                     per frame; chainmail.h, springs.h, spring_probe.h, pbd.h, body_contact.h,
+//                     vessel.h, catheter.h, organs.h
 //   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
 //                     (fem.h) or measurements; network_file.h: their file
 //   a view            render.h; image.h, png.h: its pictures
@@ -33,6 +35,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/cut_mesh.h>
 #include <pliant/deformation.h>
+#include <pliant/eye_deformation.h>
 #include <pliant/fem.h>
 #include <pliant/files.h>
 #include <pliant/fit.h>
@@ -42,8 +45,10 @@
 #include <pliant/image.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
+#include <pliant/moving_scan.h>
 #include <pliant/network_file.h>
 #include <pliant/organs.h>
+#include <pliant/own_tissue.h>
 #include <pliant/pbd.h>
 #include <pliant/png.h>
 #include <pliant/record.h>

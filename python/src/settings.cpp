@@ -8,7 +8,6 @@
 #include <pliant/fit.h>
 #include <pliant/material.h>
 #include <pliant/organs.h>
-#include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
 #include "arrays.h"

@@ -4,7 +4,6 @@
 // Cuts through scans with springs, and the depth that their tools need.
 
 #include <gtest/gtest.h>
-#include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/springs.h>
-#include <pliant/tissue.h>
+#include <pliant/tissues.h>
 
 #include <algorithm>
 #include <cmath>

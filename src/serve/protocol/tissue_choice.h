@@ -6,7 +6,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/tissue.h>
+#include <pliant/tissues.h>
 #include <pliant/vec.h>
 
 #include <algorithm>

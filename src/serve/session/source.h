@@ -8,8 +8,8 @@
 
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
+#include <pliant/own_tissue.h>
 #include <pliant/tasks.h>
-#include <pliant/tissue.h>
 #include <pliant/volume.h>
 
 #include <filesystem>

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include <pliant/tissue.h>
+#include <pliant/own_tissue.h>
 #include "protocol/commands.h"
 
 namespace pliant::serve {
