@@ -19,14 +19,13 @@
 namespace pliant {
 namespace {
 
-constexpr int kBrickSize = kCarriedBrickSize;
 constexpr std::int64_t kCarriedBricks = 8;
 /// Tolerance of weights for voxels on a face, which rounding may place outside of both neighbours.
 constexpr double kTolerance = 1e-9;
 constexpr std::int32_t kAnySolid = -1;
 
 int index_in_brick(Vec3i local) {
-    return local.x + kBrickSize * (local.y + kBrickSize * local.z);
+    return local.x + kCarriedBrickSize * (local.y + kCarriedBrickSize * local.z);
 }
 
 /// Voxels within reach of the mesh.
@@ -185,7 +184,7 @@ class Followed {
 EmbeddedScan::EmbeddedScan(const Volume& volume, const TetMesh& mesh, const TaskArena& arena)
     : m_scan(volume),
       m_arena(arena),
-      m_field(volume.grid, kBrickSize),
+      m_field(volume.grid, kCarriedBrickSize),
       m_cells(mesh.cells),
       m_rest_mm(mesh.nodes_mm) {
     for (const auto& cell : m_cells) {
@@ -256,7 +255,7 @@ std::vector<std::int32_t> EmbeddedScan::find_inside(const EmbeddedScanSettings& 
 }
 
 void EmbeddedScan::add_inside(Brick& brick, std::uint16_t index, std::int32_t cell) {
-    if (!brick.runs.empty() && index % kBrickSize > 0) {
+    if (!brick.runs.empty() && index % kCarriedBrickSize > 0) {
         Run& last = brick.runs.back();
         if (last.tetrahedron == cell && last.first + last.count == index) {
             ++last.count;
@@ -270,7 +269,7 @@ void EmbeddedScan::fill(const EmbeddedScanSettings& settings, const Box3i& voxel
     const std::vector<std::int32_t> inside = find_inside(settings, voxels);
     const TetMesh mesh{m_rest_mm, m_cells};
     const Surfaces surfaces(mesh, settings.solids);
-    const Box3i coords = bricks_of(voxels, kBrickSize);
+    const Box3i coords = bricks_of(voxels, kCarriedBrickSize);
     const Vec3i counts = coords.end - coords.begin;
     std::vector<Brick> bricks(dense_count(counts));
     const auto task = [&](std::int64_t begin, std::int64_t end) {
@@ -280,18 +279,20 @@ void EmbeddedScan::fill(const EmbeddedScanSettings& settings, const Box3i& voxel
             const auto n = int(b);
             brick.coord = coords.begin +
                           Vec3i{n % counts.x, n / counts.x % counts.y, n / (counts.x * counts.y)};
-            for_each_in(
-                overlap(box_of_brick(m_scan.grid, brick.coord, kBrickSize), voxels), [&](Vec3i p) {
-                    const auto index = std::uint16_t(index_in_brick(p - kBrickSize * brick.coord));
-                    const std::int32_t cell =
-                        inside[dense_index(p - voxels.begin, voxels.end - voxels.begin)];
-                    if (cell >= 0) return add_inside(brick, index, cell);
-                    const std::int32_t solid = settings.solid_at ? settings.solid_at(p) : kAnySolid;
-                    if (solid < kAnySolid) return;
-                    if (const auto found = followed.find(p, solid))
-                        brick.followers.push_back(
-                            {found->tetrahedron, index, found->fade, found->nearest});
-                });
+            for_each_in(overlap(box_of_brick(m_scan.grid, brick.coord, kCarriedBrickSize), voxels),
+                        [&](Vec3i p) {
+                            const auto index =
+                                std::uint16_t(index_in_brick(p - kCarriedBrickSize * brick.coord));
+                            const std::int32_t cell =
+                                inside[dense_index(p - voxels.begin, voxels.end - voxels.begin)];
+                            if (cell >= 0) return add_inside(brick, index, cell);
+                            const std::int32_t solid =
+                                settings.solid_at ? settings.solid_at(p) : kAnySolid;
+                            if (solid < kAnySolid) return;
+                            if (const auto found = followed.find(p, solid))
+                                brick.followers.push_back(
+                                    {found->tetrahedron, index, found->fade, found->nearest});
+                        });
             brick.runs.shrink_to_fit();
             brick.followers.shrink_to_fit();
         }
@@ -374,12 +375,14 @@ EmbeddedScan::Map EmbeddedScan::map_of(std::size_t tetrahedron) const {
 }
 
 void EmbeddedScan::write(const Brick& from, FieldBrick& to) const {
-    for (Fixed* u : to.u) std::fill_n(u, kBrickSize * kBrickSize * kBrickSize, 0);
-    const Vec3i first = kBrickSize * from.coord;
+    for (Fixed* u : to.u)
+        std::fill_n(u, kCarriedBrickSize * kCarriedBrickSize * kCarriedBrickSize, 0);
+    const Vec3i first = kCarriedBrickSize * from.coord;
     for (const Run& run : from.runs) {
         const Map& map = m_maps[std::size_t(run.tetrahedron)];
-        const int x = run.first % kBrickSize, y = run.first / kBrickSize % kBrickSize,
-                  z = run.first / (kBrickSize * kBrickSize);
+        const int x = run.first % kCarriedBrickSize,
+                  y = run.first / kCarriedBrickSize % kCarriedBrickSize,
+                  z = run.first / (kCarriedBrickSize * kCarriedBrickSize);
         const Vec3d start = map.at({double(first.x + x), double(first.y + y), double(first.z + z)});
         for (int a = 0; a < 3; ++a)
             for (int n = 0; n < run.count; ++n)
