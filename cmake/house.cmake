@@ -91,7 +91,7 @@ set(PLIANT_PUBLIC_HEADERS
     "springs   network_file spring_probe"
     "pbd       body_contact"
     "pictures  png"
-    "tissue    eye_deformation own_tissue tissues"
+    "tissue    check_tissue eye_deformation own_tissue tissues"
     "research  research research/graph research/objects research/orderings"
     "fit       fit_mesh"
     "render    surface_view"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bases of a tissue of your own (examples/own_tissue):
+// Bases of a tissue of your own (docs/own_tissue.md is a walk through examples/own_tissue):
 //
 //   OwnTissue     its functions may throw, and an error restores the state
 //   NodeTissue    its functions are noexcept, and restore the state themselves; attempt() (result.h)
@@ -16,6 +16,8 @@
 //   do_push(), do_sweep(), do_reset()  tools, and motion by itself
 //   release(), is_touched…()           the tools' hold
 //   state(), do_set_state()            numbers for undo, files and checkpoints
+//
+// check_tissue() (check_tissue.h) tests that it keeps the rules of tissue.h.
 
 #pragma once
 

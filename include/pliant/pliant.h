@@ -8,7 +8,7 @@
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; tissues.h: the library's; own_tissue.h: bases of
-//                     your own, eye_deformation.h: endoscopy in one call
+//                     your own, check_tissue.h: its test; eye_deformation.h: endoscopy in one call
 //                     per frame; chainmail.h, springs.h, spring_probe.h, pbd.h, body_contact.h,
 //                     vessel.h, catheter.h, organs.h
 //   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
@@ -33,6 +33,7 @@
 #include <pliant/body_contact.h>
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
+#include <pliant/check_tissue.h>
 #include <pliant/cut_mesh.h>
 #include <pliant/deformation.h>
 #include <pliant/eye_deformation.h>

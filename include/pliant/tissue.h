@@ -4,7 +4,7 @@
 // The interface of all tissue models: tools push and hold the tissue, it moves by itself, and its
 // former states can be restored. The library's own are made by the functions of tissues.h. Write
 // one of your own with own_tissue.h; it is then resampled, rendered, felt, undone, recorded,
-// replayed and served like them.
+// replayed and served like them, and check_tissue.h tests that it keeps the rules below.
 //
 // Rules of every tissue:
 //
