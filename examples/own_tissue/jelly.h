@@ -59,7 +59,8 @@ class Jelly final : public OwnTissue {
     Result<PushReport> do_push(std::uint32_t tool, const Push& push) override {
         const Vec3d centre = tool == m_tool ? m_centre : push.point_mm;
         const Vec3d shift = tool == m_tool ? m_shift + push.push_mm : push.push_mm;
-        if (!(norm(centre) <= 1e4 && norm(shift) <= kFarthest_mm && push.sphere_radius_mm >= 0))
+        if (!(norm(push.point_mm) <= 1e4 && norm(shift) <= kFarthest_mm &&
+              push.sphere_radius_mm >= 0))
             return Error{ErrorCode::InvalidArgument, "push: expected a bump of 0 to 500 mm"};
         move(centre, shift);
         m_tool = tool;

@@ -87,7 +87,6 @@ class Toy : public NodeTissue {
             return Error{ErrorCode::InvalidArgument, "push: expected a push"};
         }
         if (is_right) move(push.point_mm, m_shift + push.push_mm);
-        if (is(Fault::DependsOnTheCount)) m_shift.y += m_number;
         m_velocity = 0.1;
         if (!is(Fault::ForgetsTheTool)) m_tools.insert(tool);
         PushReport report{.status = PushStatus::Applied, .step_fraction = 1, .message = {}};
@@ -127,6 +126,8 @@ class Toy : public NodeTissue {
     }
     Result<Sweep> sweep() noexcept override {
         if (is(Fault::MovesAtRest)) move(m_centre, m_shift + Vec3d{0.1, 0, 0});
+        if (is(Fault::DependsOnTheCount) && is_touched())
+            move(m_centre, m_shift + Vec3d{0, 1e-3 * (m_number % 7), 0});
         if ((is_touched() && !is(Fault::DecaysWhileHeld)) || norm(m_shift) == 0) return Sweep{};
         move(m_centre, norm(m_shift) < 1e-3 ? Vec3d{} : (0.9 - m_velocity) * m_shift);
         m_velocity *= 0.5;
@@ -171,7 +172,7 @@ class Toy : public NodeTissue {
         if (!is_right && is(Fault::TakesAnyState)) return Ok{};
         if (!is_right) return Error{ErrorCode::InvalidArgument, "expected seven numbers"};
         move({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
-        m_velocity = n[6];
+        if (!is(Fault::VelocityIsNotInTheState)) m_velocity = n[6];
         if (!is(Fault::StateKeepsTools)) m_tools.clear();
         return Ok{};
     }
