@@ -90,6 +90,8 @@ set(PLIANT_PUBLIC_HEADERS
     "fem       ranks"
     "springs   network_file spring_probe"
     "pbd       body_contact"
+    "formats   scan_files"
+    "meshes    mesh_files"
     "pictures  png"
     "tissue    check_tissue eye_deformation own_tissue tissues"
     "research  research research/graph research/objects research/orderings"

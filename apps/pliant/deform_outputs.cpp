@@ -5,6 +5,7 @@
 
 #include <pliant/files.h>
 #include <pliant/png.h>
+#include <pliant/scan_files.h>
 
 #include <fstream>
 

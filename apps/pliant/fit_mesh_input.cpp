@@ -4,6 +4,8 @@
 #include "fit_mesh_input.h"
 
 #include <pliant/files.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

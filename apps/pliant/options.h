@@ -11,6 +11,7 @@
 
 #include <pliant/material.h>
 #include <pliant/record.h>
+#include <pliant/scan_files.h>
 #include <pliant/tool.h>
 #include <pliant/vec.h>
 #include <pliant/volume.h>

@@ -3,6 +3,7 @@
 
 #include "output_names.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cctype>

@@ -5,6 +5,8 @@
 
 #include <pliant/files.h>
 #include <pliant/fit_mesh.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scene_files.h>
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,7 @@
 #include "value_range.h"
 
 #include <pliant/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <nlohmann/json.hpp>

@@ -5,8 +5,10 @@
 // labels; reports on meshes.
 
 #include <pliant/files.h>
+#include <pliant/mesh_files.h>
 #include <pliant/organs.h>
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 #include <pliant/vessel.h>
 
 #include <algorithm>

@@ -5,6 +5,7 @@
 #include <pliant/png.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 
 #include <array>
 #include <charconv>

@@ -6,6 +6,7 @@
 #include <pliant/files.h>
 #include <pliant/png.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/session.h>
 
 #include <cinttypes>

@@ -5,6 +5,7 @@
 // interrupted leaves a data set with the cases before.
 
 #include <pliant/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/truth.h>
 #include <pliant/version.h>
 

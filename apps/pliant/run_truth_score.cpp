@@ -4,6 +4,7 @@
 // Scores registrations of a data set of `pliant truth make`.
 
 #include <pliant/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/truth.h>
 
 #include <array>

@@ -4,6 +4,8 @@
 // Simulation of a catheter in a vessel from a scene file: motion of the hand, outputs.
 
 #include <pliant/catheter.h>
+#include <pliant/scan_files.h>
+#include <pliant/scene_files.h>
 
 #include <algorithm>
 #include <chrono>

@@ -4,6 +4,7 @@
 #include "truth_files.h"
 
 #include <pliant/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/version.h>
 
 #include <array>

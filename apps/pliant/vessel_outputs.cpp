@@ -5,6 +5,7 @@
 
 #include <pliant/catheter.h>
 #include <pliant/files.h>
+#include <pliant/mesh_files.h>
 #include <pliant/png.h>
 #include <pliant/surface_view.h>
 

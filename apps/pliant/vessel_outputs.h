@@ -9,6 +9,7 @@
 #include <pliant/catheter.h>
 #include <pliant/files.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include <filesystem>
 #include <fstream>

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <pliant/catheter.h>
+#include <pliant/scene_files.h>
 
 #include <span>
 #include <vector>

@@ -4,6 +4,7 @@
 // The scene files of real vessels, run as by `pliant vessel`.
 
 #include <pliant/catheter.h>
+#include <pliant/scene_files.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,6 +3,7 @@
 
 // Figure 13: scans deformed by a control lattice of springs.
 
+#include <pliant/scan_files.h>
 #include <pliant/tissues.h>
 #include <pliant/volume.h>
 

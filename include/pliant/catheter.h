@@ -276,14 +276,8 @@ class CarriedScan {
     std::unique_ptr<Impl> m_impl;
 };
 
-// The scene file of `pliant vessel` and `pliant serve`, and the construction of its scene.
+// The scene file of `pliant vessel` and `pliant serve`; scene_files.h makes its scene.
 // docs/vessel.md lists its keys.
-//
-// @code
-//   auto file = read_vessel_file("aorta.toml");
-//   auto made = make_vessel(*file, arena);
-//   auto scene = CatheterScene::create(std::move(made->wall), made->settings);
-// @endcode
 //
 // If memory runs out, functions return LimitExceeded.
 
@@ -332,25 +326,6 @@ SettingRows<VesselAct> vessel_act_rows() noexcept;
 /// Reads a scene file. Its relative paths refer to its folder.
 /// @returns one line with the file and the key
 Result<VesselFile> read_vessel_file(const std::string& file) noexcept;
-
-struct MadeVessel {
-    VesselWall wall;
-    /// Path [mm, LPS]. In a wall's mesh without one, it leads from the entry to the farthest other
-    /// end. May be empty.
-    std::vector<Vec3d> way;
-    std::optional<Volume> scan;  ///< the scan that the file names
-    CatheterSettings settings;   ///< including the entry
-    bool has_own_ghost = false;  ///< the wall's inner surface is that of a file
-};
-/// Centreline of a synthetic vessel: "bend" and "arch" are tubes, "aorta" a tree whose first branch
-/// leads from the descending aorta, where catheters enter, to the ascending one; then follow the
-/// left subclavian, the left carotid, the brachiocephalic, the right subclavian and the right
-/// carotid artery.
-/// @returns InvalidArgument for another name
-Result<Centreline> phantom_centreline(const std::string& name) noexcept;
-
-/// @returns one line with the faulty file
-Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena) noexcept;
 
 /// Plays the acts of a scene file in order:
 ///

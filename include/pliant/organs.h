@@ -18,6 +18,7 @@
 #include <pliant/mesh.h>
 #include <pliant/record.h>
 #include <pliant/result.h>
+#include <pliant/scan_files.h>
 #include <pliant/tasks.h>
 #include <pliant/tissues.h>
 #include <pliant/volume.h>

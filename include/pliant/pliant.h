@@ -4,7 +4,8 @@
 // All public headers except <pliant/research/…>, which may change with any version, and the C
 // interface <pliant/haptics_device.h>.
 //
-//   a scan            volume.h, mesh.h; cut_mesh.h: cuts through tetrahedra
+//   a scan            volume.h, mesh.h; scan_files.h, mesh_files.h: their files; cut_mesh.h: cuts
+//                     through tetrahedra
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
 //   a tissue          tissue.h: the interface; tissues.h: the library's; own_tissue.h: bases of
@@ -12,11 +13,11 @@
 //                     per frame; chainmail.h, springs.h, spring_probe.h, pbd.h, body_contact.h,
 //                     vessel.h, catheter.h, organs.h
 //   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
-//                     (fem.h) or measurements; network_file.h: their file
+//                     (fem.h) or measurements; network_file.h: their file's contents
 //   a view            render.h; image.h, png.h: its pictures
 //   a hand            haptics.h
 //   learning          gym.h
-//   a scene           session.h, serve.h
+//   a scene           scene_files.h: from files; session.h, serve.h
 //   a data set        truth.h: pairs of scans for registration
 //
 // Each class names its thread safety:
@@ -46,6 +47,7 @@
 #include <pliant/image.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 #include <pliant/moving_scan.h>
 #include <pliant/network_file.h>
 #include <pliant/organs.h>
@@ -57,7 +59,9 @@
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/result.h>
+#include <pliant/scan_files.h>
 #include <pliant/scan_values.h>
+#include <pliant/scene_files.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
 #include <pliant/spring_probe.h>

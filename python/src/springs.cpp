@@ -8,6 +8,7 @@
 #include "struct_class.h"
 
 #include <pliant/network_file.h>
+#include <pliant/scene_files.h>
 #include <pliant/springs.h>
 #include <pliant/tissues.h>
 

@@ -4,6 +4,7 @@
 // Triangles and hexahedra; pictures of surfaces.
 
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 #include <pliant/surface_view.h>
 
 #include "numbers.h"

@@ -4,6 +4,8 @@
 // Vessels: walls, and catheters that are fed into them.
 
 #include <pliant/catheter.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scene_files.h>
 #include <pliant/vessel.h>
 
 #include "made_tissue.h"

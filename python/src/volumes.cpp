@@ -5,6 +5,7 @@
 
 #include "volumes.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/scan_values.h>
 
 #include <algorithm>

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <pliant/files.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -4,7 +4,10 @@
 // `pliant fit --mesh`: tissues, measurements and curves from files; its network, used by `deform`.
 
 #include <pliant/fit_mesh.h>
+#include <pliant/mesh_files.h>
 #include <pliant/pbd.h>
+#include <pliant/scan_files.h>
+#include <pliant/scene_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

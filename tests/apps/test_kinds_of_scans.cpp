@@ -4,6 +4,7 @@
 // Scans that are no CT in HU, out of the box.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -4,6 +4,8 @@
 // `pliant mesh`: from a scan, a centreline and a surface; its output and its errors.
 
 #include <gtest/gtest.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/vessel.h>
 
 #include "support/json.h"

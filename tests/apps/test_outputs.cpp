@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 #include <sys/stat.h>
 

@@ -4,6 +4,7 @@
 // `pliant truth make` and `pliant truth score`.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <fstream>

@@ -4,6 +4,7 @@
 // Value ranges of `pliant info`, against sorting.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 #include <sys/wait.h>
 

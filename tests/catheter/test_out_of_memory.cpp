@@ -5,6 +5,7 @@
 // scene is as before to the bit, and goes on as its twin does that nothing happened to.
 
 #include <pliant/catheter.h>
+#include <pliant/scene_files.h>
 
 #include <gtest/gtest.h>
 

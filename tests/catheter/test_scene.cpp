@@ -4,6 +4,7 @@
 // Catheters in bent tubes: how deep they are is asked of all triangles, one by one.
 
 #include <pliant/catheter.h>
+#include <pliant/scene_files.h>
 
 #include <gtest/gtest.h>
 

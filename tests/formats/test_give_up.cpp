@@ -4,6 +4,7 @@
 // Reading that is given up, and how far it says it is.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include "support/scan_files.h"

@@ -5,6 +5,7 @@
 // written and read again, and that a scan can be moved with.
 
 #include <pliant/network_file.h>
+#include <pliant/scene_files.h>
 #include <pliant/tissues.h>
 
 #include "fuzz/fuzz.h"

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/gym.h>
+#include <pliant/scene_files.h>
 
 #include <algorithm>
 #include <atomic>

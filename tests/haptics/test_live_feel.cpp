@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 #include <pliant/organs.h>
 #include <pliant/pbd.h>
 #include <pliant/tissues.h>

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
 #include <pliant/volume.h>

@@ -4,6 +4,8 @@
 // The label map as clients hold it: at rest the file's, and in deformed tissue the label at the
 // source of each voxel, by the resampler's one-shot form in a twin scene.
 
+#include <pliant/scan_files.h>
+
 #include <cmath>
 
 #include "hub/label_map.h"

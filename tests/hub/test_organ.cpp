@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 #include <pliant/network_file.h>
 #include <pliant/organs.h>
+#include <pliant/scene_files.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
 

@@ -4,6 +4,7 @@
 // Real servers and real connections: several clients on one scene, which come and go.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
 #include <pliant/volume.h>

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
 #include <pliant/volume.h>

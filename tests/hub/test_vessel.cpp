@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/resample.h>
+#include <pliant/scene_files.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
 

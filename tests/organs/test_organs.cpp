@@ -7,9 +7,11 @@
 #include <gtest/gtest.h>
 #include <pliant/files.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 #include <pliant/organs.h>
 #include <pliant/pbd.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

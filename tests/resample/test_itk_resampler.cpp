@@ -13,6 +13,7 @@
 #include <itkResampleImageFilter.h>
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cmath>

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/catheter.h>
+#include <pliant/scene_files.h>
 
 #include <algorithm>
 #include <atomic>

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/network_file.h>
+#include <pliant/scene_files.h>
 
 #include <array>
 #include <fstream>

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gtest/gtest.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/vessel.h>
 
 #include <array>

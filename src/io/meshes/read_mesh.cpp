@@ -5,6 +5,7 @@
 
 #include <pliant/files.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include <algorithm>
 #include <cmath>

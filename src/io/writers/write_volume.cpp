@@ -9,6 +9,7 @@
 #include "writers/nrrd_writer.h"
 
 #include <pliant/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <bit>

@@ -5,7 +5,9 @@
 // the number of tetrahedra by their volumes.
 
 #include <pliant/files.h>
+#include <pliant/mesh_files.h>
 #include <pliant/organs.h>
+#include <pliant/scan_files.h>
 #include <pliant/vessel.h>
 
 #include <algorithm>

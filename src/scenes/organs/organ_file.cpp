@@ -5,6 +5,7 @@
 
 #include <pliant/files.h>
 #include <pliant/organs.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <array>

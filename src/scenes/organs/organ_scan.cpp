@@ -4,6 +4,7 @@
 #include "organs/organ_scan.h"
 
 #include <pliant/files.h>
+#include <pliant/mesh_files.h>
 
 #include <algorithm>
 #include <array>

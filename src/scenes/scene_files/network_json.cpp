@@ -5,6 +5,7 @@
 // of the nodes, links or cells, since objects per link would be ten times as long.
 
 #include <pliant/network_file.h>
+#include <pliant/scene_files.h>
 
 #include <array>
 #include <cmath>

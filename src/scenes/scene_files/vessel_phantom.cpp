@@ -13,6 +13,7 @@
 // The sizes are typical for an adult; not those of a patient.
 
 #include <pliant/catheter.h>
+#include <pliant/scene_files.h>
 
 #include <algorithm>
 #include <cmath>

@@ -7,6 +7,8 @@
 
 #pragma once
 
+#include <pliant/scene_files.h>
+
 #include <cstdint>
 #include <memory>
 #include <string>

@@ -7,6 +7,8 @@
 #include <pliant/network_file.h>
 #include <pliant/organs.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
+#include <pliant/scene_files.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

@@ -9,6 +9,7 @@
 #include <pliant/catheter.h>
 #include <pliant/chainmail.h>
 #include <pliant/own_tissue.h>
+#include <pliant/scene_files.h>
 #include <pliant/tasks.h>
 #include <pliant/volume.h>
 

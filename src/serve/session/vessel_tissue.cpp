@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/scene_files.h>
+
 #include "session/vessel_tissue.h"
 
 #include <algorithm>

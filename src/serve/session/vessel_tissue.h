@@ -9,6 +9,7 @@
 #pragma once
 
 #include <pliant/catheter.h>
+#include <pliant/scene_files.h>
 
 #include <list>
 #include <memory>
