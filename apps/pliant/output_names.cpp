@@ -46,6 +46,10 @@ Status check_volume_name(const std::string& option, const std::string& name) {
     return check_name(option, name, scan_endings());
 }
 
+Status check_picture_name(const std::string& option, const std::string& name) {
+    return check_name(option, name, {".png"});
+}
+
 Status stage_names(std::span<const OutputName> outputs, const std::string& input,
                    StagedFiles& files) {
     std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", whole_path(input)}};
