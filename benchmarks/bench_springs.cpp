@@ -261,8 +261,8 @@ class MovedOrgan {
     std::vector<std::int32_t> m_held;
 };
 
-/// A whole liver filled with about so many tetrahedra, or that of springs_liver (0), E = 15 kPa,
-/// held at one end, as `pliant serve ORGAN --network` moves it. Arguments: tetrahedra, ν in
+/// A whole liver filled with about N tetrahedra, or that of springs_liver (0), E = 15 kPa,
+/// held at one end, as `pliant serve ORGAN --network` moves it. Arguments: N, ν in
 /// percent. The reference is the solver link by link. Counters: steps of simulated time, as a
 /// multiple of real time, and iterations of conjugate gradients in a step.
 void springs_organ(benchmark::State& state) {

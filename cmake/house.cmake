@@ -67,7 +67,7 @@ set(PLIANT_HOUSE
     "  7 truth         pairs of scans with a known deformation; scores of registrations"
     "  7 research      published orderings, ChainMail on graphs and between objects"
     "  8 fit           stiffness of springs from a reference: annealing, Gauss-Newton"
-    "view              pictures: ray casting, sections, fluoroscopy, paths; force feedback; learning"
+    "view              pictures: ray casting, sections, paths; force feedback; learning"
     "  4 render        first-hit ray casting, blending, sections"
     "  5 path          ways through a lumen"
     "  8 haptics       force feedback: local models, the servo and its devices"

@@ -37,6 +37,8 @@ lint() {
     tools/check_layers
     tools/check_bibliography --self-test
     tools/check_bibliography
+    tools/check_links --self-test
+    tools/check_links
     tools/check_files --self-test
     tools/check_files
     local formatter=$clang_format
@@ -117,6 +119,23 @@ use_example() { # PREFIX EXAMPLE [ARGUMENT…]
     "$1/static/build/$2/$2" "${@:3}" --check
 }
 
+# Builds and runs the program of docs/hello.md, from the files that a reader makes of it.
+use_hello() { # PREFIX
+    local folder=$1/build/hello page=$root/docs/hello.md
+    mkdir -p "$folder"
+    # shellcheck disable=SC2016  # the quotes around code in Markdown
+    {
+        sed -n '/^```cpp$/,/^```$/{/^```/d;p}' "$page" >"$folder/hello.cpp"
+        sed -n '/^```cmake$/,/^```$/{/^```/d;p}' "$page" >"$folder/CMakeLists.txt"
+    }
+    cmake -S "$folder" -B "$folder/build" -G Ninja -DCMAKE_CXX_COMPILER=g++ \
+        -DCMAKE_PREFIX_PATH="$1" >/dev/null
+    cmake --build "$folder/build"
+    "$1/bin/pliant" phantom airway --out "$folder/airway.nrrd" >/dev/null
+    (cd "$folder" && build/hello airway.nrrd) | grep '^100 % of the push, [1-9]' ||
+        fail "docs/hello.md: expected its program to push the airway"
+}
+
 # Runs commands, as many at a time as there are processors; each is a line of words.
 at_once() { # COMMAND…
     local command running=0
@@ -141,6 +160,7 @@ consumer() {
     cmake --install "$root/build/gcc" --prefix "$prefix/static" >/dev/null
     at_once "use_example $prefix consumer $prefix" \
         "use_example $prefix colliding_objects $prefix/collision.png" \
+        "use_hello $prefix/static" \
         "use_example $prefix "{own_tissue,own_law,own_tool,own_mapper,soft_body,host_loop}
     "$prefix/static/bin/pliant" --version
     use_models_alone "$prefix/static"

@@ -77,7 +77,7 @@ void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies)
         ->add_option_function<std::vector<std::string>>(
             "--bodies", take,
             "make a body of each of these labels (without a number: of each organ of --labels); "
-            "they slide on each other and on a body of what is around them (docs/organs.md)")
+            "they slide on each other and on a body of what is around them (docs/howto/organs.md)")
         ->type_name("LABEL,…")
         ->delimiter(',')
         ->expected(0, 256);

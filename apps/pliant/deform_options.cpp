@@ -190,8 +190,8 @@ void add_models(CLI::App* c, DeformOptions& o) {
                      "--depth", "expected layers, or auto, or auto:MM, found '" + text + "'");
              o.settings.emplace_back("depth", SettingValue(std::int64_t(layers)));
          },
-         "layers of nodes that forces reach beyond a tool (default 10); auto: so many, after the "
-         "pushes, that one more moves nothing by more than MM (default 0.1)")
+         "layers of nodes that forces reach beyond a tool (default 10); auto: the "
+         "smallest number for which one more moves nothing by more than MM (default 0.1)")
         ->type_name("N|auto[:MM]")
         ->group(springs);
     c->add_option(
@@ -221,7 +221,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     add_actions(c, o, true);
     add_tool(c, o, "point (the eight elements around it) or sphere:R_MM (default point)");
     add_models(c, o);
-    c->add_option("--config", o.config, "settings, TOML, or key=value lines as of Divod");
+    c->add_option("--config", o.config, "settings: TOML, or the thesis's key=value format");
     c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
     c->add_option("--directions", o.directions,
                   "vector field (NRRD, LPS) on the scan's grid, for frame = \"direction\"");
@@ -234,10 +234,10 @@ void add_deform(CLI::App& app, DeformOptions& o) {
          "Young's modulus and Poisson's ratio of the tissue: limits and weights follow, and 40 "
          "sweeps of relaxation unless --relax or --relax-sweeps says otherwise")
         ->type_name("E_KPA,NU");
-    c->add_option("--relax", o.relax_ms, "relax the tissue for at most so many milliseconds")
+    c->add_option("--relax", o.relax_ms, "relax the tissue for at most MS milliseconds")
         ->check(CLI::NonNegativeNumber)
         ->type_name("MS");
-    c->add_option("--relax-sweeps", o.relax_sweeps, "relax the tissue for at most so many sweeps")
+    c->add_option("--relax-sweeps", o.relax_sweeps, "relax the tissue for at most N sweeps")
         ->check(CLI::NonNegativeNumber)
         ->type_name("N");
     c->add_flag("--release", o.release, "relax without the tool (default: it holds its elements)");
@@ -251,7 +251,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     add_picture(c, o.picture, "towards the push");
     c->add_option("--solver", o.solver, "sweep, or heap (the ordered reference)")
         ->check(CLI::IsMember({"sweep", "heap"}));
-    c->add_option("--mapping", o.mapping, "cells, or tetrahedra (the twelve of Divod)")
+    c->add_option("--mapping", o.mapping, "cells, or twelve tetrahedra per cell (reference)")
         ->check(CLI::IsMember({"cells", "tetrahedra"}));
     c->add_flag("--raw", o.raw, "no compression");
     add_threads(c, o.threads);
@@ -284,7 +284,7 @@ void add_body(CLI::App& app, BodyOptions& options) {
     c->add_option(
          "FILE", o.file,
          "an organ (VTU, VTP, VTK, MSH, STL, OBJ, PLY: tetrahedra, or a closed surface), a "
-         "scene of organs (TOML: docs/organs.md), or a scan with --labels")
+         "scene of organs (TOML: docs/howto/organs.md), or a scan with --labels")
         ->required();
     c->add_option("--labels", options.labels, "label map of the scan: a body of each organ");
     add_label_names(c, options.label_names);
@@ -316,8 +316,8 @@ void add_body(CLI::App& app, BodyOptions& options) {
         "--push \"-20,-235,-285:0,-10,12\" --tool sphere:12 --png cut.png\n"
         "  pliant body abdomen.nii.gz --labels organs.nii.gz --bodies 5,6 "
         "--push \"41,-235,388:0,10,0\" --tool sphere:12 --volume pushed.nrrd\n"
-        "Positions are those of liver_set and of abdomen_ct_3mm (docs/organs.md); pliant mesh "
-        "FILE\n"
+        "Positions are those of liver_set and of abdomen_ct_3mm (docs/howto/organs.md); "
+        "pliant mesh FILE\n"
         "prints the corners of another mesh.");
 }
 

@@ -92,7 +92,7 @@ struct LookOptions {
 struct PictureOptions {
     std::string png;                    ///< empty: none
     std::optional<Vec3d> eye_mm, look;  ///< camera
-    // Without a value: by the scan's values.
+    // Defaults follow from the scan's values.
     std::optional<double> iso_hu, window_hu, level_hu;
     std::optional<std::string> polarity;
     LookOptions look_of;
@@ -101,7 +101,7 @@ struct PictureOptions {
 
 struct DeformOptions {
     std::string model = "chainmail";  ///< or another of tissue_models()
-    // Of models other than chainmail.
+    // Options of models other than chainmail.
     Record settings;  ///< by the names of spring_rows(), body_rows() and network_rows()
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
     std::optional<int> steps;                          ///< nullopt: until it is at rest
@@ -131,7 +131,7 @@ struct DeformOptions {
     int threads = 0;
 };
 
-/// Of `pliant body`, which deforms like `pliant deform`.
+/// Options of `pliant body`, which deforms like `pliant deform`.
 struct BodyOptions {
     std::string labels, label_names;
     std::optional<std::vector<int>> bodies;  ///< as of ServeOptions
@@ -148,7 +148,7 @@ struct RenderOptions {
     std::optional<double> speed_mm_s;  ///< of the flight; nullopt: 20, less in a small specimen
     std::string view = "four-up";  ///< endoscope | blended | fluoroscopy | axial | coronal | …
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
-    // Without a value: by the scan's values.
+    // Defaults follow from the scan's values.
     std::optional<double> iso_hu;
     std::optional<std::string> polarity;
     std::optional<Vec3d> eye_mm, look, up, at_mm;
@@ -258,7 +258,7 @@ struct BenchOptions {
 /// Composite values are kept as the user's text.
 struct FitOptions {
     std::string config;
-    // With a mesh.
+    // Fit of a mesh.
     std::string mesh;                    ///< tetrahedra, or a closed surface; empty: a box
     std::int64_t tetrahedra = 5000;      ///< of a filled surface, about
     std::vector<std::string> hold;       ///< X,Y,Z:X,Y,Z or NAME=VALUE
@@ -268,9 +268,9 @@ struct FitOptions {
     std::vector<std::string> materials;  ///< LABEL:YOUNG[,POISSON]
     std::string creep;                   ///< displacements over time, CSV
     std::string network_out, out;        ///< network file; VTU
-    // With a box.
+    // Fit of a box.
     std::string size = "10,10,10", spacing_mm = "11.111111";
-    // Without a value: 6e5 Pa and 1040 kg/m³ (elastin) for a box, 15e3 and 1000 for a mesh.
+    // Defaults: 6e5 Pa and 1040 kg/m³ (elastin) for a box, 15e3 and 1000 for a mesh.
     std::optional<double> young_pa, density_kg_m3;
     double poisson = 0.45;
     std::string fibre;  ///< X,Y,Z; empty: isotropic

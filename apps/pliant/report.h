@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Report of `pliant deform` as one JSON object (docs/conventions.md, "The report").
+// Report of `pliant deform` as one JSON object (docs/reference/conventions.md, "The report").
 
 #pragma once
 

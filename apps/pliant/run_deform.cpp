@@ -186,7 +186,7 @@ Status check_options(const DeformOptions& o) {
     if (push && picture.eye_mm && !picture.look && norm(push->point_mm - *picture.eye_mm) == 0)
         return Error{
             ErrorCode::InvalidArgument,
-            "--eye: expected a place other than that of the last --push or --slide, or --look "
+            "--eye: expected a position other than that of the last --push or --slide, or --look "
             "too"};
     if (!o.load_state.empty() && !o.config.empty())
         return Error{ErrorCode::InvalidArgument,

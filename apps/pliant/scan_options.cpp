@@ -34,7 +34,7 @@ void add_convert(CLI::App& app, ConvertOptions& o) {
         ->required();
     add_scan(c, o.scan);
     c->add_flag("--raw", o.raw, "no compression (NRRD, MetaImage; .nii never has any)");
-    c->add_flag("--json", o.json, "say what was written as one JSON object");
+    c->add_flag("--json", o.json, "report the written files as one JSON object");
     c->footer(
         "Examples:\n"
         "  pliant convert dicom/ scan.nii.gz\n"
@@ -182,7 +182,7 @@ void add_path(CLI::App& app, PathOptions& o) {
 void add_mesh(CLI::App& app, MeshOptions& o) {
     auto* c = app.add_subcommand(
         "mesh",
-        "Make tetrahedra of a vessel's wall or of an organ, or judge a mesh (docs/mesh.md)");
+        "Make tetrahedra of a vessel's wall or of an organ, or judge a mesh (docs/method/mesh.md)");
     c->add_option("FILE", o.file,
                   "scan or label volume; surface or centreline (VTP, VTU, VTK, MSH, STL, OBJ, PLY)")
         ->required();
@@ -193,7 +193,7 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
                               "fill a closed surface, or --labels, instead of making a wall")
                       ->needs(out);
     c->add_option("--tetrahedra", o.tetrahedra,
-                  "of the solid, about so many where --cell is not given (default 20000)")
+                  "approximate number in the solid if --cell is not given (default 20000)")
         ->check(CLI::Range(24, 10'000'000))
         ->needs(solid);
     c->add_option("--ghost", o.ghost, "its inner surface (.vtp, .stl, .obj, .ply)")->needs(out);

@@ -39,7 +39,7 @@ void add_serve(CLI::App& app, ServeOptions& o) {
          },
          "port on this machine; 0: any free one (default 8765, or any free one)")
         ->check(CLI::Range(0, 65535));
-    const char* const network = "For other machines (docs/classroom.md)";
+    const char* const network = "For other machines (docs/howto/classroom.md)";
     c->add_option("--host", o.host,
                   "address to listen on (default 127.0.0.1: this machine only); 0.0.0.0: the "
                   "network too, with a certificate")
@@ -59,7 +59,7 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->add_option("--replay", o.replay,
                   "watch this session instead of a live scene: a time line, any speed, any camera");
     c->add_option("--checkpoint", o.checkpoint_s,
-                  "with a session: save its state after so many seconds of work, which bounds the "
+                  "with a session: save its state after each S seconds of work, which bounds the "
                   "time to open it (default 30)")
         ->check(CLI::Range(0.0, 1e6));
     c->add_option("--spring-nodes", o.spring_nodes,
@@ -128,7 +128,8 @@ void add_bench(CLI::App& app, BenchOptions& o) {
 
 void add_vessel(CLI::App& app, VesselOptions& o) {
     auto* c = app.add_subcommand("vessel", "Feed a catheter into a vessel, without a window");
-    c->add_option("SCENE", o.scene, "vessel, catheter and the hand's script, TOML: docs/vessel.md")
+    c->add_option("SCENE", o.scene,
+                  "vessel, catheter and the hand's script, TOML: docs/howto/vessel.md")
         ->required();
     c->add_option("--report", o.report, "report, JSON; -: to standard output");
     c->add_option("--csv", o.csv, "measures of each step");

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The folder of `pliant truth`: docs/truth.md lists its files.
+// The folder of `pliant truth`: docs/howto/truth.md lists its files.
 
 #pragma once
 

@@ -31,7 +31,7 @@ void add_truth_make(CLI::App* truth, TruthMakeOptions& o) {
         "Examples:\n"
         "  pliant truth make thorax.nrrd --cases 20 --out truth\n"
         "  pliant truth make thorax.nrrd --kinds slide,interface --motions 2 --seed 100 --out t\n"
-        "docs/truth.md describes the files.");
+        "docs/howto/truth.md describes the files.");
 }
 
 void add_truth_score(CLI::App* truth, TruthScoreOptions& o) {

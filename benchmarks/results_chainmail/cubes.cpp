@@ -242,7 +242,8 @@ Image relief(const Scenario& s, const std::string& caption, const TaskArena& are
 void add_subsequent(Page& page, const TaskArena& arena) {
     page.heading(3, "Figure 5.5: pushes one after the other");
     page.paragraph(
-        "Offset 0.1, scale factor 1.2. Left: one push. Right: a second one in the same place and "
+        "Offset 0.1, scale factor 1.2. Left: one push. Right: a second one at the same position "
+        "and "
         "two more to the upper left. Upper row: the face from the front, by a lamp at its upper "
         "left; lower row: how deep the surface lies below its position at rest. The thesis does "
         "not name its movement limit; here it is 2 mm, "
@@ -341,7 +342,7 @@ void add_dents(Page& page, const TaskArena& arena) {
         captioned(section_picture(both, kSoft_mm, 2, 1, 10), "5.8: the soft half, closer")};
     const Image all[] = {row_of(sections), row_of(closer)};
     page.picture("draeger-5-8-sections", "cutting planes through the dents", column_of(all));
-    page.picture("draeger-5-8-materials", "contours in the same places", row_of(contours));
+    page.picture("draeger-5-8-materials", "contours at the same positions", row_of(contours));
     page.table({"push in", "surface at [HU]", "moved elements", "depth [mm]", "volume [mm³]",
                 "half depth reached towards −z, +z [mm]", "steepest slope", "area dented [mm²]"},
                rows);
@@ -393,7 +394,7 @@ void add_materials(Page& page, const TaskArena& arena) {
         text_of(kDented_mm, 1) +
         " mm) is the wider one. The surface differs from the elements because the ray caster sees "
         "the resampled scan: its crossing lies between the outermost tissue and air, whose "
-        "elements are soft and follow less, at a place that depends on the threshold. " +
+        "elements are soft and follow less, at a position that depends on the threshold. " +
         unresampled_dents(arena));
 }
 

@@ -147,9 +147,10 @@ void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& 
         {"abdomen_ct_3mm.nii.gz", "abdomen: liver", "drag-abdomen", {-64, -185, 396}, 12, 6, 0.04}};
     page.heading(2, "A drag at 60 Hz across two scans");
     page.paragraph(
-        "A sphere of tissue is held and led round its place, five seconds a round, 300 frames; "
+        "A sphere of tissue is held and led round its position, five seconds a round, 300 frames; "
         "each "
-        "frame drags it to the tool's next place, with the fields that were computed at the pick "
+        "frame drags it to the tool's next position, with the fields that were computed at the "
+        "pick "
         "(its time stands apart), and updates the deformed scan. The round before is not timed. So "
         "that at least 100 000 elements move in each frame, the tissue "
         "is stiff and bone moves along (threshold 4000 HU): with bone fixed, the ribs stop such "

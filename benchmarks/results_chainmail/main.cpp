@@ -30,8 +30,9 @@ void add_introduction(pliant::results::Page& page) {
         "Each figure and table of [Gibson1996] (1 to 3, 5 to 8) and of chapters 5 and 6 of "
         "[Draeger2005], "
         "and what Pliant does on the same set-up. The algorithm is described in "
-        "[chainmail.md](../../chainmail.md). The papers' own pictures are not repeated here: the "
-        "text says what they show.");
+        "[chainmail.md](../../method/chainmail.md). The papers' own pictures are not repeated "
+        "here: "
+        "the text says what they show.");
     page.origin("./dev results chainmail");
 }
 

@@ -155,8 +155,8 @@ void add_bump_pushes(Page& page, Bump bump, const TaskArena& arena) {
     page.picture(name, "from outside: at rest; pushed, air as a tissue; pushed, air of its own",
                  row_of(views, 8));
     page.picture(name + "-cut", "the same, cut through the tool", row_of(cuts, 8));
-    page.table({"air of its own", "moved elements", "highest place over the wall [mm]",
-                "motion of the pushed place [mm]", "of the wall below it [mm]"},
+    page.table({"air of its own", "moved elements", "highest point over the wall [mm]",
+                "motion of the pushed point [mm]", "of the wall below it [mm]"},
                rows);
 }
 
@@ -186,7 +186,7 @@ void add_finger(Page& page, const TaskArena& arena) {
                  "from outside: at rest; a tool that sticks; one that it slides off",
                  row_of(views, 8));
     page.picture("draeger-5-12-finger-cut", "the same, cut through the tool", row_of(cuts, 8));
-    page.table({"tool", "air of its own", "moved elements", "highest place over the wall [mm]",
+    page.table({"tool", "air of its own", "moved elements", "highest point over the wall [mm]",
                 "tip aside [mm]", "tip down [mm]", "wall below it down [mm]"},
                rows);
 }

@@ -205,7 +205,7 @@ int main(int argc, char** argv) {
     page.heading(1, "Colours of the endoscope, beside published figures");
     page.paragraph(
         "Quantities of the literature on endoscopic pictures, measured in Pliant's pictures "
-        "([rendering.md](../../rendering.md), *Plain and real*).");
+        "([rendering.md](../../method/rendering.md), *Plain and real*).");
     page.origin("./dev results colours");
     add_published(page);
     add_colours(page, argv[2], arena);

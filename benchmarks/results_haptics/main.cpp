@@ -21,8 +21,9 @@ int main(int argc, char** argv) {
     page.heading(1, "Force feedback on a device that is simulated");
     page.paragraph(
         "A mass with friction and encoder steps, held by a simulated hand, in simulated time; "
-        "[haptics.md](../../haptics.md) says what the servo does. Nothing here depends on how fast "
-        "the machine is: for that there is `pliant haptics check`.");
+        "[haptics.md](../../method/haptics.md) says what the servo does. Nothing here depends on "
+        "how "
+        "fast the machine is: for that there is `pliant haptics check`.");
     page.origin("./dev results haptics");
     add_stability(page);
     add_taps(page);

@@ -33,11 +33,12 @@ int main(int argc, char** argv) {
     page.paragraph(
         "The vessel of [VesselPbd2016]: distance, bending and volume constraints, and boxes of "
         "which only those near the catheter move; and vessels of `pliant vessel`, whose walls are "
-        "neo-Hookean tetrahedra unless it is said otherwise ([vessel.md](../../vessel.md)). What "
-        "could be read of the paper "
+        "neo-Hookean tetrahedra unless it is said otherwise ([vessel.md](../../method/vessel.md)). "
+        "What could be read of the paper "
         "has no figures of its results, so nothing is repeated here, and the set-ups are ours. The "
-        "model is described in [pbd.md](../../pbd.md), which also says more about the published "
-        "cases 1 to 15. Vessels are drawn cut open, in parallel projection: the cut and the inner "
+        "model is described in [pbd.md](../../method/pbd.md), which also says more about the "
+        "published cases 1 to 15. Vessels are drawn cut open, in parallel projection: the cut and "
+        "the inner "
         "surface behind it have the colours of the legend. Times were taken beside other work and "
         "vary; the other numbers are the same on each run.");
     page.origin("./dev results pbd");

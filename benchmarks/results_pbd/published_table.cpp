@@ -12,7 +12,7 @@ void add_published(Page& page) {
         "All are computed anew for this page; what is expected is a closed form, another program's "
         "figure, another method or brute force, as the case says. \"Expected 0\" is an error. The "
         "same functions are run by the tests, which fail where one doesn't hold. "
-        "[pbd.md](../../pbd.md) says more about some of them.");
+        "[pbd.md](../../method/pbd.md) says more about some of them.");
     std::vector<std::vector<std::string>> rows;
     for (const auto& cases :
          {gradient_cases, momentum_cases, spring_cases, chain_cases, cantilever_cases,

@@ -160,8 +160,8 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
         "and "
         "fro, each sub-step goes through the constraints in one order and then in the opposite "
         "one, "
-        "and nothing shakes; why, [pbd.md](../../pbd.md) says. There are more volumes, 17,280, "
-        "than "
+        "and nothing shakes; why, [pbd.md](../../method/pbd.md) says. There are more volumes, "
+        "17,280, than "
         "coordinates that are free, 11,040, so the tube gets the stiffer the better they are "
         "kept.");
 }

@@ -129,7 +129,7 @@ void add_figure_10(Page& page, const TaskArena& arena) {
         "range all displacements scale with 1/k, so an absolute threshold asks for fewer layers of "
         "a stiffer lattice, and one relative to the dip for nearly the same number. Largest change "
         "of a "
-        "node's place by one layer more, and the depth at which it falls below a threshold:");
+        "node's position by one layer more, and the depth at which it falls below a threshold:");
     std::vector<std::vector<std::string>> rows;
     for (const double k : stiffnesses) {
         const auto c = changes(lattice(k, 0), kForce, 0, arena);

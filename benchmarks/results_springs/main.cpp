@@ -29,9 +29,11 @@ void add_introduction(pliant::results::Page& page) {
         "Figures 8 to 13 and 15 and tables 1 to 3 of [Choi2004], and what Pliant does on the same "
         "set-up "
         "or, where the paper doesn't name it, on one that is named here. The models are described "
-        "in [springs.md](../../springs.md) and [fem.md](../../fem.md), identification in "
-        "[fit.md](../../fit.md). The paper's own pictures are not repeated: the text says what "
-        "they show.");
+        "in [springs.md](../../method/springs.md) and [fem.md](../../method/fem.md), "
+        "identification "
+        "in [fit.md](../../method/fit.md). The paper's own pictures are not repeated: the text "
+        "says "
+        "what they show.");
     page.origin("./dev results springs");
 }
 

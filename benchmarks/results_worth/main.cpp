@@ -99,7 +99,7 @@ void add_introduction(Page& page) {
         "ChainMail is geometry; tissue is nearly an elastic solid. This page compares "
         "displacements of the same voxels under the same tool with linear finite elements. Errors "
         "are in per cent of the push. The models are described in "
-        "[chainmail.md](../../chainmail.md) and [fem.md](../../fem.md).");
+        "[chainmail.md](../../method/chainmail.md) and [fem.md](../../method/fem.md).");
     page.origin("./dev results worth");
     page.heading(2, "Set-up");
     page.paragraph(
@@ -107,7 +107,8 @@ void add_introduction(Page& page) {
         "hexahedra; a block has 33 × 33 × 25 of 1 mm. Its lowest layer is held, and its four sides "
         "in every second load; the top is free. Materials belong to the position.\n"
         "* **Load.** All nodes in a sphere of 2 to 5 voxels, at the top (seven of ten loads) or "
-        "inside, are displaced by the same vector of 0.1 to 0.8 radii; place, radius and direction "
+        "inside, are displaced by the same vector of 0.1 to 0.8 radii; position, radius and "
+        "direction "
         "are random (seeds 1000 to 1049; regions of scans: 5000 to 5009). Both models have these "
         "displacements prescribed.\n"
         "* **Reference.** Conjugate gradients with multigrid, to a residual of 10⁻⁶ of the load.\n"
@@ -224,9 +225,10 @@ int main(int argc, char** argv) {
     add_times(page, studies);
     add_times(page, regions);
     page.paragraph(
-        "A factor computed once suits loads at the same nodes only: a tool at another place holds "
+        "A factor computed once suits loads at the same nodes only: a tool at another position "
+        "holds "
         "other nodes, and needs another factor. On 16³ = 4096 nodes a factor takes 7.7 s, and a "
-        "load with it 25 ms ([fem.md](../../fem.md)); these blocks have 27 225 nodes.");
+        "load with it 25 ms ([fem.md](../../method/fem.md)); these blocks have 27 225 nodes.");
     page.heading(2, "Finite elements, stopped early");
     page.paragraph(
         "Mean error and time of conjugate gradients that stop at a residual (every "

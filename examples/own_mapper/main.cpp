@@ -32,7 +32,7 @@ int fail(const std::string& message) {
     return 1;
 }
 
-/// Smooth values, so that an error of the place is an error of the value.
+/// Smooth values, so that an error of the position is an error of the value.
 Volume waves() {
     Volume scan;
     scan.grid.size = {kSize, kSize, kSize};

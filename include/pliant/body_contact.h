@@ -18,7 +18,7 @@
 // @endcode
 //
 // A step depends on the body's positions, velocities and masses, and on the tools. Nothing else is
-// stored, so no call is needed after the body's state was set. docs/pbd.md has the method.
+// stored, so no call is needed after the body's state was set. docs/method/pbd.md has the method.
 
 #pragma once
 
@@ -51,7 +51,7 @@ struct BodyContactSettings {
     double recovery_speed = 50;
     /// Factor by which nodes that a tool touches are heavier during the body's solution, which
     /// doesn't include contact: forces of stiff bodies in long sub-steps are too low otherwise
-    /// (docs/pbd.md).
+    /// (docs/method/pbd.md).
     double touched_mass = 4;
 };
 SettingRows<BodyContactSettings> body_contact_rows() noexcept;

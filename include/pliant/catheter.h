@@ -14,7 +14,7 @@
 //   draw(scene->wire_positions(), scene->wall_positions());
 // @endcode
 //
-// docs/vessel.md has the model, its limits, and `pliant vessel`.
+// docs/method/vessel.md has the model, its limits, and `pliant vessel`.
 
 #pragma once
 
@@ -68,14 +68,14 @@ struct WallTissue {
     WallModel model = WallModel::Solid;
     double young_modulus_pa = 5e5;  ///< this and Poisson's ratio: of Solid
     double poisson_ratio = 0.45;
-    /// Of Distances: the share of its error that a projection removes from the length of an edge,
-    /// from the angle between two faces of the surface, and from the volume of a tetrahedron
+    /// Distances: share of its error that a projection removes from the length of an edge, from
+    /// the angle between two faces of the surface, and from the volume of a tetrahedron
     /// [VesselPbd2016, Eq. 1]. 0: no such constraints. There is one projection in a sub-step, so
     /// smaller sub-steps make a stiffer wall.
     double stretch_stiffness = 0.1, bend_stiffness = 0.05, volume_stiffness = 1;
     Vec3d gravity_mm_s2{0, 0, 0};  ///< acceleration of the wall
     /// Includes blood and surrounding tissue that move along. Slow motion doesn't depend on it;
-    /// forces are accurate if the sub-steps are small for it (docs/vessel.md).
+    /// forces are accurate if the sub-steps are small for it (docs/method/vessel.md).
     double density_g_mm3 = 0.02;
     double support_pa_per_mm = 10000;  ///< pressure of the surrounding tissue per displacement
     double damping_per_s = 100;
@@ -111,7 +111,7 @@ struct CatheterSettings {
     /// Boxes within this distance of the catheter's surface move; -1: wide_reach_mm.
     double reach_mm = 2;
     double time_step_s = 1e-3;
-    int sub_steps = 5;   ///< minimum; contact may need more (docs/vessel.md)
+    int sub_steps = 5;   ///< minimum; contact may need more (docs/method/vessel.md)
     int iterations = 4;  ///< Newton iterations of the wire in each sub-step
 };
 
@@ -277,7 +277,7 @@ class CarriedScan {
 };
 
 // The scene file of `pliant vessel` and `pliant serve`; scene_files.h makes its scene.
-// docs/vessel.md lists its keys.
+// docs/howto/vessel.md lists its keys.
 //
 // If memory runs out, functions return LimitExceeded.
 

@@ -12,7 +12,7 @@
 //
 // A push moves some elements together; all others make the minimal move that satisfies every link
 // again. That move is unique, and is computed without an iteration to a tolerance
-// (docs/chainmail.md).
+// (docs/method/chainmail.md).
 //
 // Calls that return a Result or Status don't throw. An error, LimitExceeded for lack of memory
 // included, leaves displacements, history, settings and a drag unchanged.

@@ -62,7 +62,7 @@ class EyeDeformation {
 
     /// The deformed scan.
     const Volume& volume() const;
-    /// For history, relaxation, cuts; deform() shows their effect with its next call.
+    /// The tissue, for history, relaxation, cuts; deform() shows their effect with its next call.
     ChainMail& tissue();
 
   private:

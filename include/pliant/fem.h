@@ -3,7 +3,7 @@
 
 // Static linear elasticity by finite elements: the reference for fitting and measuring faster
 // models. Small displacements of isotropic or transversely isotropic, possibly mixed materials on
-// 8-node hexahedra; docs/fem.md has the equations.
+// 8-node hexahedra; docs/method/fem.md has the equations.
 //
 // @code
 //   ElasticSolid solid{hex_mesh({.size = {10, 10, 10}}), {{.young_modulus_pa = 6e5,

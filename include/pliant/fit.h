@@ -14,7 +14,7 @@
 //
 // The parameters are one value per group. It multiplies the stiffness, bulk and damping that the
 // parts give for the group's links, cells and nodes. All methods search over the logarithms of the
-// values, between bounds. docs/fit.md compares them.
+// values, between bounds. docs/method/fit.md compares them.
 
 #pragma once
 
@@ -155,7 +155,7 @@ struct Annealing {
     double neighbourhood = 0.1;    ///< largest move of a logarithm, in parts of its range
     /// A neighbour differs in one value, by turns, instead of in all of them. Where one value is
     /// determined more sharply than another, moves of all are refused because of the former, and
-    /// the latter stays where it is (docs/fit.md).
+    /// the latter stays where it is (docs/method/fit.md).
     bool by_turns = false;
     int evaluations = 400;  ///< maximum, without those of the preparation
     int preparation = 16;   ///< random moves beforehand

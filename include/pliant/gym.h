@@ -73,7 +73,7 @@ struct EndoscopeArenaSettings {
     double radius_mm = 1.4;  ///< of the tip, above 0
     int relax_sweeps = 1;    ///< sweeps of a relaxation of the tissue, 0…1000
     int relax_every = 1;     ///< steps from one relaxation to the next, 1…1000
-    /// Of the walls, for the estimate of the force [Pa], above 0.
+    /// Young's modulus of the walls, for the estimate of the force [Pa], above 0.
     double young_modulus_pa = 15e3;
     double iso_hu = -500;  ///< threshold of the wall
     Polarity polarity = Polarity::Rising;
@@ -113,7 +113,7 @@ struct EndoscopePictures {
     std::span<const float> flow{};  ///< two for each pixel: to the right, down [pixels]
     std::span<const FlowVisibility> visibility{};
     std::span<const Vec3f> scene_flow_mm{};  ///< LPS
-    /// Of the present picture: label of the tissue a voxel behind the wall, 0: none.
+    /// Label of the tissue a voxel behind the wall in the present picture, 0: none.
     std::span<const std::int16_t> labels{};
 };
 

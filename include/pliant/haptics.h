@@ -15,7 +15,7 @@
 //
 // servo_step() is a pure function: the forces at a device can be recomputed bit for bit from a
 // recording. HapticServo (haptics.h) runs it on a thread. Positions are in mm, LPS; forces in
-// N, stiffness in N/m. docs/haptics.md has the details.
+// N, stiffness in N/m. docs/method/haptics.md has the details.
 
 #pragma once
 
@@ -243,7 +243,7 @@ class ChainMailFeel {
                                                          const ChainMailSettings& materials,
                                                          const ChainMailFeelSettings& settings,
                                                          const TaskArena& arena);
-    /// As above for a scan that deforms. Walls are those of `shown`; L is that of the scan minus
+    /// The same for a scan that deforms. Walls are those of `shown`; L is that of the scan minus
     /// the displacement so far.
     static Result<std::unique_ptr<ChainMailFeel>> create(const Volume& scan, const Volume& shown,
                                                          const ChainMailSettings& materials,
@@ -515,7 +515,7 @@ class IdleLoop {
 //   k = k_c k_w/(k_c + k_w) ≤ k_c
 //
 // So a free wire isn't felt, and a stuck one is as stiff as the coupling. At rest the hand feels F,
-// the force at the wire's base. docs/haptics.md, "Catheters".
+// the force at the wire's base. docs/method/haptics.md, "Catheters".
 
 struct CatheterFeelSettings {
     Vec3d forward{0, 0, -1};    ///< direction of the rail in the scene; unit

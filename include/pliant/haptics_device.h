@@ -3,7 +3,7 @@
  *
  * Interface of a plug-in for a force-feedback device: a shared library, in C or any language with
  * extern "C", that exports pliant_haptic_device_v1(). Pliant loads it at run time, so neither needs
- * the other to be built. examples/haptic_device/ has a template; docs/haptics.md has the rules.
+ * the other to be built. examples/haptic_device/ has a template, docs/method/haptics.md the rules.
  *
  * Positions are millimetres in the device's own right-handed frame: x to the user's right, y up,
  * z towards the user. Forces are newtons in the same frame.

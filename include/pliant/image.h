@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct Rgb8 {
@@ -23,3 +24,4 @@ struct Image {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

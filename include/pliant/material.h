@@ -30,7 +30,7 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
-/// Linear elasticity that relaxation approximates (docs/chainmail.md, "Elastic materials").
+/// Linear elasticity that relaxation approximates (docs/method/chainmail.md, "Elastic materials").
 struct ElasticPair {
     double young_modulus_kpa = 0;  ///< above 0; only ratios between materials matter
     double poisson_ratio = 0;      ///< 0 ≤ ν < 0.5
@@ -93,8 +93,8 @@ struct LabelMaterial {
 /// Rows of a [[label]] table.
 SettingRows<LabelMaterial> label_rows() noexcept;
 
-/// Whether the limits alone rule out folds (docs/chainmail.md): they do if the number is below 1.
-/// The number is the factor by which all limits could be divided to reach that bound.
+/// Whether the limits alone rule out folds (docs/method/chainmail.md): they do if the number is
+/// below 1. The number is the factor by which all limits could be divided to reach that bound.
 struct FoldCertificate {
     bool certified = false;  ///< all < 1, and no link is outside of its limits
     double all = 0;          ///< over all materials

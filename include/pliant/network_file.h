@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Contents of the file of an identified mass-spring network (JSON, docs/fit.md), written by `pliant
-// fit` and read by `pliant deform` and `pliant serve` (scene_files.h).
+// Contents of the file of an identified mass-spring network (JSON, docs/method/fit.md), written by
+// `pliant fit` and read by `pliant deform` and `pliant serve` (scene_files.h).
 
 #pragma once
 

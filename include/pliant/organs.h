@@ -11,7 +11,7 @@
 //   auto report = (*tissue)->push(1, {.point_mm = point, .push_mm = {5, 0, 0}});
 // @endcode
 //
-// docs/organs.md has the scene files.
+// docs/howto/organs.md has the scene files.
 
 #pragma once
 

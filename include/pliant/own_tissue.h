@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bases of a tissue of your own (docs/own_tissue.md is a walk through examples/own_tissue):
+// Bases of a tissue of your own (docs/howto/own_tissue.md is a walk through examples/own_tissue):
 //
 //   OwnTissue     its functions may throw, and an error restores the state
 //   NodeTissue    its functions are noexcept, and restore the state themselves; attempt() (result.h)

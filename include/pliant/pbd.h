@@ -12,7 +12,7 @@
 //   Vec3d position = body->position(7);
 // @endcode
 //
-// Any consistent units apply. docs/pbd.md defines each constraint and its cost.
+// Any consistent units apply. docs/method/pbd.md defines each constraint and its cost.
 
 #pragma once
 
@@ -113,7 +113,7 @@ struct PbdSettings {
                                            ///< cache
     /// Alternating sweeps: every second iteration of a sub-step visits all constraints in the
     /// opposite order; needs an even number of iterations. In a constant order, many hard
-    /// constraints can start to oscillate (docs/pbd.md).
+    /// constraints can start to oscillate (docs/method/pbd.md).
     bool alternates = false;
     /// Rate [1/time] at which hard volumes recover under a lasting load: the share of the volume
     /// error by which the target moves the other way. At most the damping, otherwise they can
@@ -225,7 +225,7 @@ TetMesh five_tet_block(Vec3i cells, double side);
 //   rod->step(100);
 // @endcode
 //
-// Any consistent units apply; docs/pbd.md has the energy.
+// Any consistent units apply; docs/method/pbd.md has the energy.
 
 /// A rotation, w + xi + yj + zk of length 1.
 struct Rotation {

@@ -18,7 +18,7 @@
 // @endcode
 //
 // A slice continues the previous one if nothing else changed: many short slices give the same bits
-// as one long slice. docs/chainmail.md, "Relaxation", has the details.
+// as one long slice. docs/method/chainmail.md, "Relaxation", has the details.
 
 #pragma once
 

@@ -277,7 +277,7 @@ Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int wi
                        const TaskArena& arena);
 
 // A path along the middle of a lumen between two points. It needs no segmentation, only the
-// threshold of the pictures (docs/lumen_path.md).
+// threshold of the pictures (docs/method/lumen_path.md).
 
 struct LumenPathSettings {
     double iso_hu = -500;

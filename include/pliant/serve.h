@@ -10,7 +10,7 @@
 //   server->wait();
 // @endcode
 //
-// docs/protocol.md defines the messages.
+// docs/developers/protocol.md defines the messages.
 
 #pragma once
 

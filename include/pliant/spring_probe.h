@@ -17,7 +17,7 @@
 //   auto force = tissue->reaction(probe->nodes(), ReactionLaw::Held);   // Eq. 19
 // @endcode
 //
-// docs/springs.md has the rules of contact.
+// docs/method/springs.md has the rules of contact.
 
 #pragma once
 

@@ -16,8 +16,8 @@
 //
 //   m (x⁺ − 2x + x⁻)/h² + d (x⁺ − x⁻)/2h = F − Σ f        [Choi2004, Eq. 5, 7, 8]
 //
-// The order is computed once per contact. docs/springs.md has the paper's open points, and the
-// costs.
+// The order is computed once per contact. docs/method/springs.md has the paper's open points, and
+// the costs.
 
 #pragma once
 
@@ -118,7 +118,7 @@ class SpringNetwork {
 
     std::int32_t node_count() const { return std::int32_t(m_parts.nodes.size()); }
     std::span<const SpringNode> nodes() const { return m_parts.nodes; }
-    /// In the order of the parts, with computed rest lengths.
+    /// Links in the order of the parts, with computed rest lengths.
     std::span<const SpringLink> links() const { return m_parts.links; }
     std::span<const SpringCell> cells() const { return m_parts.cells; }
     bool is_cut(std::size_t link) const { return m_link_cut[link]; }
@@ -284,7 +284,7 @@ struct SpringScan {
     /// Poisson's ratio at a value, from 0.25, below 0.5; empty: 1/4, that of links alone. Above 1/4
     /// a link takes µ·a, and a cell the volume energy λ − µ, means of their nodes (closed_form).
     std::function<double(double hu)> poisson_ratio{};
-    /// As in SpringLattice; it matters where the outermost nodes are free.
+    /// See SpringLattice; it matters where the outermost nodes are free.
     bool shared_by_cells = false;
     /// Tissues whose properties don't follow from the values, such as labelled organs. A node takes
     /// the mean of the voxels around it.

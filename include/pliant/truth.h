@@ -107,7 +107,7 @@ struct TruthLandmark {
 /// A motion that was carried out.
 struct TruthMotion {
     TruthKind kind = TruthKind::Contact;
-    Vec3d point_mm{0, 0, 0};   ///< place in the scan as deformed so far, LPS
+    Vec3d point_mm{0, 0, 0};   ///< position in the scan as deformed so far, LPS
     Vec3d motion_mm{0, 0, 0};  ///< of the tool, LPS; breathing: the largest displacement
     Vec3d normal{0, 0, 0};  ///< of the wall or the cut, into the tissue; zero where there is none
     double radius_mm = 0;   ///< of the tool
@@ -200,7 +200,7 @@ struct TruthErrors {
     double mean_mm = 0, median_mm = 0, p95_mm = 0, max_mm = 0;
 };
 
-/// Places of a score's rows.
+/// Kinds of positions, the rows of a score.
 enum class TruthRow {
     Moved,     ///< all soft tissue that moved
     Interior,  ///< moved tissue by type
@@ -224,7 +224,7 @@ struct TruthScore {
 };
 
 /// Scores a displacement field of the fixed image: fixed point → moving point [mm, LPS], as ITK's.
-/// On another grid than the truth's it is interpolated linearly, and zero beyond its grid.
+/// A field on another grid than the truth's is interpolated linearly, and zero beyond its grid.
 /// @returns InvalidArgument for a field that check_field refuses; LimitExceeded
 Result<TruthScore> score_field(const TruthData& truth, const VectorField& found,
                                const TaskArena& arena) noexcept;

@@ -4,7 +4,7 @@
 // A scan: voxel values on a grid, with the key/value pairs of its file.
 //
 // Values are stored in 16 bits if all are whole numbers in −32768…32767, and as float otherwise.
-// Those of CT are Hounsfield units; scan_values.h tells which scans are.
+// Values of a CT are Hounsfield units; scan_values.h tells which scans are CT.
 
 #pragma once
 

@@ -190,7 +190,7 @@ def disturbed(folder: pathlib.Path, study: Study, engine: str, kills: int, seed:
 
 
 def main() -> None:
-    """Prints the tables of docs/study.md."""
+    """Prints the tables of docs/howto/study.md."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--items", type=int, default=10_000, help="small items")
     parser.add_argument("--long", type=int, default=100, help="items of a second, for 4 processes")

@@ -149,7 +149,7 @@ class Curve(BaseCallback):
 
 
 def evaluate(model: Any, lumen: Any, targets: list[int], ways: int, seed: int) -> dict[str, Any]:
-    """Flies so many ways to each target, without exploration."""
+    """Flies `ways` ways to each target, without exploration."""
     result: dict[str, Any] = {}
     for target in targets:
         env = EndoscopeVecEnv(ways, scan=lumen, targets=[target], **FLIGHT)

@@ -111,8 +111,8 @@ def find_vessel(
     """Makes a vessel, and finds the paths from its guide to its other ends. Takes seconds.
 
     Args:
-        scene: "aorta", "bend" or "arch" (phantoms); a scene file (.toml, docs/vessel.md); a file
-            of the lumen's surface, open at its ends; a wall; or a scan with contrast agent.
+        scene: "aorta", "bend" or "arch" (phantoms); a scene file (.toml, docs/howto/vessel.md); a
+            file of the lumen's surface, open at its ends; a wall; or a scan with contrast agent.
         entry: Number of the open end with the guide, of wall.ends; None: the phantom's or the
             file's, else the widest.
         ends: Cuts that open a closed surface, or a lumen that ends within a scan.

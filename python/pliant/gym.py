@@ -11,7 +11,7 @@ Example:
 
 The tip of an endoscope starts in a wide lumen, and has to reach the end of a branch; a catheter
 (pliant/Catheter-v0) starts in a guide at an open end of a vessel. Walls deform, or are rigid.
-docs/gym.md has observations, actions, rewards and figures.
+docs/howto/gym.md has observations, actions, rewards and figures.
 """
 
 from __future__ import annotations

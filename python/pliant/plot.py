@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures for people who look: matplotlib for sections, PyVista for surfaces and meshes.
+"""Pictures: matplotlib for sections, PyVista for surfaces and meshes.
 
 Both packages are optional and imported by the call that needs them.
 
@@ -180,7 +180,7 @@ def to_pyvista(item: Volume | Field | TetMesh) -> Any:
 
     Args:
         item: A scan becomes an image with point data "values", a field one with vectors
-            "displacement_mm", tetrahedra an unstructured grid. Places are LPS millimetres.
+            "displacement_mm", tetrahedra an unstructured grid. Positions are LPS millimetres.
     """
     pyvista = _package("pyvista")
     if isinstance(item, TetMesh):

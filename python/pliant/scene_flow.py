@@ -10,7 +10,7 @@ Example:
 An endoscope flies along a way in a lumen, a little beside it, and touches walls; other tools push
 tissue in its view. Each frame has colour, depth, normals and labels, and the flow to the next
 frame: the motion of the very tissue that each pixel shows, by the map that deforms the scan.
-docs/gym.md has the formats.
+docs/howto/gym.md has the formats.
 """
 
 from __future__ import annotations
@@ -256,7 +256,7 @@ def read_flow(path: str | os.PathLike[str]) -> Array:
 
 def write_sequence(folder: str | os.PathLike[str], sequence: EndoscopeSequence) -> None:
     """Writes the frames into a folder, which is made: rgb/, depth/, normals/, flow/, visibility/,
-    scene_flow/, labels/, cameras.json. docs/gym.md has the formats."""
+    scene_flow/, labels/, cameras.json. docs/howto/gym.md has the formats."""
     root = pathlib.Path(folder)
     kinds = ["rgb", "depth", "normals", "flow", "visibility", "scene_flow"]
     for kind in kinds:

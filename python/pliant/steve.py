@@ -122,7 +122,7 @@ class Simulation(_Base):  # type: ignore[misc, unused-ignore]
         self.wall, self.segment_mm = wall, segment_mm
         self.young_modulus_pa, self.threads = young_modulus_pa, threads
         self.simulation_error = False
-        # Of SofaBeamAdapter's windows, which this has none of.
+        # Window attributes of SofaBeamAdapter; unused, there is no window.
         self.root = self.camera = self.target_node = self.interim_target_node = None
         self.interim_targets: list[tuple[float, float, float]] = []
         self.init_visual_nodes = False

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What all bindings share: vectors and arrays, errors, and calls without the interpreter's lock.
+// Shared by all bindings: vectors and arrays, errors, and calls without the interpreter's lock.
 //
 //   Python thread                     a call of the library
 //   ─────────────                     ─────────────────────

@@ -102,7 +102,7 @@ void bind_catheter_gym(nb::module_& m) {
         m, "CatheterArena",
         "Many catheters, each in a vessel of its own with the same wall at rest; all move in one "
         "call.\n\n"
-        "The same actions from the same places give the same bits for any number of threads.");
+        "The same actions from the same positions give the same bits for any number of threads.");
     c.def("__init__", &make_catheters, nb::arg("wall"), nb::arg("scan"), nb::arg("entry") = 0,
           nb::arg("inwards") = 0.5, nb::arg("count") = 1,
           nb::arg("size") = std::pair<int, int>{64, 64}, nb::arg("control_hz") = 7.5,

@@ -89,7 +89,7 @@ class Numbers {
     std::vector<std::size_t> m_leading;
 };
 
-/// Numbers for each of `count` things: one for all, or an array of so many.
+/// A number for each of `count` items, from one number or an array of `count`.
 inline std::vector<double> spread(const nb::object& given, std::size_t count, const char* name) {
     double one = 0;
     if (nb::try_cast(given, one)) return std::vector<double>(count, one);

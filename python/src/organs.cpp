@@ -118,7 +118,8 @@ void bind_organ(nb::module_& m) {
         });
     using P = PyOrgans;
     nb::class_<P>(m, "MadeOrgans",
-                  "Bodies of tetrahedra in a scan, which slide on each other (docs/organs.md).")
+                  "Bodies of tetrahedra in a scan, which slide on each other "
+                  "(docs/howto/organs.md).")
         .def_prop_ro(
             "scan", [](const P& p) { return p.scan; }, nb::sig("def scan(self, /) -> Volume"),
             "The scan that they carry along.")
@@ -185,7 +186,7 @@ void bind_makers(nb::module_& m) {
                 "typing.Any) -> MadeOrgans"),
         "Reads or makes the meshes of a scene file, and its scan.\n\n"
         "Args:\n"
-        "    file: A scene (docs/organs.md), or one mesh, which lies on its back.\n"
+        "    file: A scene (docs/howto/organs.md), or one mesh, which lies on its back.\n"
         "    settings: Of all bodies, in place of the file's: settings_of(\"organs\").\n\n"
         "Example:\n"
         "    >>> organs = pliant.make_organs(\"liver.toml\")\n"

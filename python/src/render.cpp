@@ -249,7 +249,8 @@ void bind_caster(nb::module_& m) {
     nb::class_<PyCaster>(
         m, "RayCaster",
         "Casts rays at a scan, or at the present shape of a tissue, which it follows.\n\n"
-        "The constructor builds what skips empty space, once for all pictures. One thread at a "
+        "The constructor builds the bricks that skip empty space, once for all pictures. One "
+        "thread at a "
         "time, that of the tissue.\n\n"
         "Example:\n"
         "    >>> caster = pliant.RayCaster(tissue)\n"

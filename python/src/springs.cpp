@@ -366,7 +366,7 @@ void bind_motion(nb::class_<PySprings>& c) {
                 return take(p.arena->run([&] { return p.tissue.step(count, p.arena->tasks()); }));
             },
             nb::arg("count") = 1,
-            "Advances by so many time steps.\n\n"
+            "Advances by `count` time steps.\n\n"
             "Raises:\n    pliant.Error: The distorted shape makes the time step unstable; the last "
             "step is undone.")
         .def(

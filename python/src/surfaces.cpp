@@ -134,7 +134,7 @@ void bind_meshes_of_surfaces(nb::module_& m) {
         nb::sig("def hex_mesh(size: collections.abc.Sequence[int], spacing_mm: "
                 "collections.abc.Sequence[float] = (1, 1, 1), origin_mm: "
                 "collections.abc.Sequence[float] = (0, 0, 0)) -> HexMesh"),
-        "A box of so many nodes along x, y, z; x fastest.");
+        "A box with `size` nodes along x, y, z; x fastest.");
     m.def(
         "boundary_triangles", [](const TetMesh& mesh) { return boundary_triangles(mesh); },
         nb::arg("mesh"), "Boundary of tetrahedra, outward, as a separate mesh.");

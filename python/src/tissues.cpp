@@ -183,7 +183,7 @@ void bind_own(nb::class_<PyTissue>& c) {
          },
          nb::arg("scan"), nb::arg("threads") = 0,
          nb::sig("def __init__(self, scan: Volume, threads: int = 0) -> None"),
-         "For classes of one's own. docs/python.md lists the methods that they have.")
+         "For classes of one's own. docs/howto/python.md lists the methods that they have.")
         .def(
             "displace",
             [](const PyTissue& t, const nb::object& displacements_mm, const Vec3d& first) {

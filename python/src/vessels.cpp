@@ -442,7 +442,7 @@ void bind_scene(nb::module_& m) {
                 take(p.arena->run([&] { return p.scene.step(count, p.arena->tasks()); }));
             },
             nb::arg("count") = 1,
-            "Advances by so many time steps. The wire stops at the end of its length.\n\n"
+            "Advances by `count` time steps. The wire stops at the end of its length.\n\n"
             "Raises:\n    pliant.Error: limit_exceeded if a position is no longer finite: earlier "
             "steps of the call remain.")
         .def(
@@ -582,7 +582,7 @@ void bind_files(nb::module_& m) {
             [](const VesselScript& script, const PyCatheter& p) { return script.way_mm(p.scene); },
             nb::arg("scene"), "Distance of the tip along the path [mm]; 0 without a path.")
         .def_prop_ro("progress", &VesselScript::progress, "Share of finished acts, 0 to 1.");
-    nb::class_<PyVessel>(m, "MadeVessel", "The vessel of a scene file (docs/vessel.md).")
+    nb::class_<PyVessel>(m, "MadeVessel", "The vessel of a scene file (docs/howto/vessel.md).")
         .def_prop_ro(
             "wall", [](const PyVessel& v) -> const VesselWall& { return v.made.wall; },
             nb::rv_policy::reference_internal, "Its wall.")

@@ -78,7 +78,7 @@ class Jelly(pliant.Tissue):
         self.centre, self.shift = centre, shift
 
     def around(self, centre: Any) -> tuple[list[int], Any]:
-        """First voxel, and places [mm], of the box of 18 mm to each side of a point."""
+        """First voxel, and positions [mm], of the box of 18 mm to each side of a point."""
         step = numpy.array(self.scan.direction) * self.scan.spacing_mm
         reach = 18 / numpy.array(self.scan.spacing_mm)
         first = numpy.floor(self.scan.voxel_from_world(centre) - reach).astype(int)

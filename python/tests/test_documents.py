@@ -10,9 +10,10 @@ import pytest
 import pliant
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOCUMENTS = ["README.md", "docs/hello.md", "docs/howto/python.md", "docs/howto/augment.md"]
 
 
-@pytest.mark.parametrize("document", ["README.md", "docs/python.md", "docs/augment.md"])
+@pytest.mark.parametrize("document", DOCUMENTS)
 def test_its_examples_run(document, tmp_path, monkeypatch):
     blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / document).read_text(), re.M | re.S)
     assert blocks

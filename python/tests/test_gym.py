@@ -66,7 +66,7 @@ def test_gymnasiums_checker_passes(lumen, wall):
 
 def test_the_documents_examples_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    document = pathlib.Path(__file__).resolve().parents[2] / "docs/gym.md"
+    document = pathlib.Path(__file__).resolve().parents[2] / "docs/howto/gym.md"
     names: dict[str, object] = {}
     blocks = re.findall(r"^```python\n(.*?)^```", document.read_text(), re.M | re.S)
     for block in blocks:

@@ -648,7 +648,7 @@ def test_vessels_and_endoscopes_run_as_items(place, airway):
 
 def test_the_document_runs(place, airway, capsys):
     needs_program()
-    text = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "study.md").read_text()
+    text = (pathlib.Path(__file__).resolve().parents[2] / "docs/howto/study.md").read_text()
     (place / "scans").mkdir()
     airway.save(place / "scans" / "airway.nrrd")
     files = re.findall(r"^```toml\n# (\S+)\n(.*?)^```", text, re.M | re.S)

@@ -126,7 +126,7 @@ def test_the_example_registers_a_phantom():
 
 
 def test_the_example_of_the_document_runs(scan, tmp_path, monkeypatch):
-    document = (EXAMPLES.parents[1] / "docs" / "truth.md").read_text()
+    document = (EXAMPLES.parents[1] / "docs/howto/truth.md").read_text()
     (block,) = re.findall(r"^```python\n(.*?)^```", document, re.M | re.S)
     monkeypatch.chdir(tmp_path)
     scan.save("airway.nrrd")

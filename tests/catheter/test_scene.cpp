@@ -312,7 +312,7 @@ TEST(CatheterScene, IsTheSameHoweverLongAgoItLookedForTheWall) {
     }
 }
 
-/// Wall places while the catheter stands in the bend, after some time.
+/// Wall positions while the catheter stands in the bend, after some time.
 std::vector<Vec3d> standing(const VesselWall& wall, CatheterSettings s, std::vector<Vec3d>* wire) {
     const TaskArena arena(1);
     CatheterScene scene = made(CatheterScene::create(wall, s));
@@ -410,9 +410,9 @@ TEST(CatheterScene, BeginsInTheLumenOrIsRefused) {
     s.entry.position_mm = {0, 0, -300};
     EXPECT_EQ(message().find("[entry] place_mm: "), 0u);
     s.entry = {{0, 0, 10}, {0, 1, 0}, 9};
-    EXPECT_EQ(
-        message().find("[entry] inserted_mm: expected what is inserted at first in the vessel's"),
-        0u)
+    EXPECT_EQ(message().find(
+                  "[entry] inserted_mm: expected the length inserted at first in the vessel's"),
+              0u)
         << message();
 }
 

@@ -85,7 +85,7 @@ TEST(TetSegment, VolumesGradientsAreThoseOfFiniteDifferences) {
     }
 }
 
-/// Steps until it rests; the contact's place goes `by` aside little by little.
+/// Steps until it rests; the contact's position goes `by` aside little by little.
 void settle(TetWire& wire, WireContact* c, double by, int steps = 600) {
     for (int n = 1; n <= steps; ++n) {
         if (c) c->least = by * std::min(1.0, 3.0 * n / steps);

@@ -86,7 +86,7 @@ TEST(Wire, MovesAsTheRodDoes) {
     }
 }
 
-/// Pushes a cantilever aside by `by` at a place, until it rests.
+/// Pushes a cantilever aside by `by` at a point, until it rests.
 WireContact pressed(Wire& wire, std::int32_t segment, double along, double by) {
     WireContact c;
     c.segment = segment;

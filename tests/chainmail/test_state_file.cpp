@@ -144,7 +144,7 @@ TEST_F(StateFileTest, CustomLawStaysTheUsersOwn) {
         return limits;
     };
     ChainMail shorter = tissue_of(volume, settings);
-    EXPECT_NE(error_of(shorter).find("farther from its place"), std::string::npos);
+    EXPECT_NE(error_of(shorter).find("farther from its rest position"), std::string::npos);
     settings.custom_law = [&](int value) {
         ElementLimits limits = law(value);
         limits.fixed = true;

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A difference that can be seen: part of the range of values, in so many voxels, or in a share of
-// the pixels.
+// A difference that can be seen: part of the range of values, in a number of voxels, or in a
+// share of the pixels.
 constexpr double kVisibleStep = 0.05;
 constexpr std::size_t kVisibleVoxels = 100;
 constexpr double kVisibleShareOfPixels = 5e-3;

@@ -18,7 +18,7 @@
 
 namespace pliant::test {
 
-/// Node numbers for which a place satisfies a condition.
+/// Node numbers for which a position satisfies a condition.
 template <class Condition>
 std::vector<std::int32_t> nodes_where(const HexMesh& mesh, Condition&& condition) {
     std::vector<std::int32_t> nodes;

@@ -12,8 +12,8 @@ namespace {
 
 using namespace test;
 
-/// Displacement [mm] of a half space z ≥ 0 under 1 N along z at the origin; moduli in Pa, places in
-/// mm.
+/// Displacement [mm] of a half space z ≥ 0 under 1 N along z at the origin; moduli in Pa,
+/// positions in mm.
 Vec3d boussinesq(Vec3d x, double mu, double nu) {
     const double r = norm(x), rho = std::hypot(x.x, x.y),
                  factor = 1e6 / (4 * std::numbers::pi * mu);

@@ -263,11 +263,11 @@ TEST(Annealing, CoolsAsLundyAndMeesAndEndsWhereItStands) {
         Annealing{.start_temperature = 0.5, .cooling = 0.45, .evaluations = 50, .best_seen = true},
         arena()));
     EXPECT_NEAR(best.at.cost, letter.trace.back().cost, 1e-12);
-    // So cold that none uphill is: it ends at the best place.
+    // So cold that none uphill is: it ends at the best values.
     const auto cold = value_of(fit(
         problem, Annealing{.start_temperature = 1e-12, .cooling = 1, .evaluations = 50}, arena()));
     EXPECT_EQ(cold.at.cost, cold.trace.back().cost);
-    // By itself it covers its range in just so many steps.
+    // By itself it covers its range in exactly this number of steps.
     const auto own = value_of(fit(problem, Annealing{.evaluations = 50}, arena()));
     EXPECT_NEAR(own.start_temperature / own.end_temperature, 1000, 1e-6 * 1000);
     EXPECT_EQ(own.evaluations, 51 + 32);

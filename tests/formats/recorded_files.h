@@ -28,7 +28,7 @@ MadeScans nrrd_scans();
 MadeScans nrrd_key_scans();
 MadeScans meta_scans();
 MadeScans nifti_scans();
-/// Random places and directions of voxels, many scans to a row.
+/// Random positions and directions of voxels, many scans to a row.
 MadeScans nifti_orientations();
 
 /// Types of numbers with the formats' names; and 24 numbers of each, including the extremes.

@@ -72,7 +72,7 @@ void add_nifti_forms(MadeScans& scans) {
                     file.qform_code = qform_code;
                     file.sform_code = sform_code;
                     file.pixdim = {qfac, 1, 1.5F, 2, 0, 0, 0, 0};
-                    if (which == 0) {  // another place than the sform's
+                    if (which == 0) {  // another position than the sform's
                         file.qform = {0.5, 0.5, 0.5, 4, 5, 6};
                         file.sform = {1, 0, 0, 10, 0, 1.5F, 0, 20, 0, 0, 2, 30};
                     } else {  // the same

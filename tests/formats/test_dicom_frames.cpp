@@ -232,7 +232,7 @@ TEST(DicomFrames, WhatIsWrongIsSaidInOneLine) {
         {[](auto& f) {
              f = enhanced({0, 1, 1}, {}, true);
          },
-         "two slices are at the same place: a.dcm frame 2 and a.dcm frame 3"},
+         "two slices are at the same position: a.dcm frame 2 and a.dcm frame 3"},
         {[](auto& f) {
              f = enhanced({0, 1, 3, 4}, {}, true);
          },
@@ -392,7 +392,7 @@ TEST(DicomFrames, OfSeveralVolumesOneIsChosen) {
     const test::TemporaryFolder folder;
     for (const bool implicit : {false, true}) {
         const Style s{implicit, true};
-        // Three points in time of two slices, mixed; the numbers are in every usual place.
+        // Three points in time of two slices, mixed; the numbers are in every usual element.
         const auto both = [&](std::uint32_t slice, std::uint32_t time, bool temporal) {
             return TimedFrame{2.0 * slice, temporal
                                                ? longs(s, kTemporalIndex, {time}) +
@@ -439,7 +439,7 @@ TEST(DicomFrames, AtOnePlaceWithoutNumbersForVolumesStayDoubleSlices) {
                                 {0, longs(s, kTemporalIndex, {2})},
                                 {0, longs(s, kTemporalIndex, {2})}}})
         EXPECT_NE(error_of(folder.write("a.dcm", timed(frames, s).bytes()))
-                      .find("two slices are at the same place"),
+                      .find("two slices are at the same position"),
                   std::string::npos);
     // Different positions are one volume, whichever numbers the frames have.
     const auto one = read_volume(folder.write(

@@ -252,7 +252,7 @@ TEST(DicomSeries, StacksWithGapsAndDoublesAreRefused) {
     {
         const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 1, 2});
-        expect_error(folder, "at the same place: s1.dcm and s2.dcm");
+        expect_error(folder, "at the same position: s1.dcm and s2.dcm");
     }
 }
 

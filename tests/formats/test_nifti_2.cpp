@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// NIfTI-2: the fields of NIfTI-1 at other places, with doubles and 64-bit numbers.
+// NIfTI-2: the fields of NIfTI-1 at other offsets, with doubles and 64-bit numbers.
 
 #include "support/damaged_scan.h"
 #include "support/random.h"

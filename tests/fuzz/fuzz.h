@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Common part of all fuzz targets. A target passes arbitrary bytes to one reader and checks
-// invariants of the result; it ends the process on a violation. docs/robustness.md lists the
-// targets and how long each has run.
+// invariants of the result; it ends the process on a violation. docs/developers/robustness.md lists
+// the targets and how long each has run.
 
 #pragma once
 

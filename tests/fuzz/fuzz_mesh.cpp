@@ -19,7 +19,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
             fuzz::expect_one_line(mesh.error().message);
             continue;
         }
-        for (const Vec3d& p : mesh->nodes_mm) fuzz::expect(is_finite(p), "finite places");
+        for (const Vec3d& p : mesh->nodes_mm) fuzz::expect(is_finite(p), "finite positions");
         const auto count = std::int64_t(mesh->nodes_mm.size());
         const auto expect_inside = [count](const auto& cells) {
             for (const auto& cell : cells)

@@ -54,7 +54,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                      back->link_groups == network->link_groups &&
                      back->groups.size() == network->groups.size(),
                  "the same lists");
-    fuzz::expect(rest_hash(back->parts) == rest_hash(network->parts), "the same places");
+    fuzz::expect(rest_hash(back->parts) == rest_hash(network->parts), "the same positions");
     static const TaskArena arena(1);
     auto tissue = make_network(small_scan(), network->parts, {}, arena);
     if (!tissue.ok()) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Places of a haptic device, recorded, to be played back as a device.
+// Positions of a haptic device, recorded, to be played back as a device.
 
 #include <pliant/haptics.h>
 
@@ -19,10 +19,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const Vec3d room = (*device)->limits().workspace_mm;
     for (int n = 0; n < 20; ++n) {
         HapticReading reading;
-        fuzz::expect((*device)->read(reading), "a place");
+        fuzz::expect((*device)->read(reading), "a position");
         for (int a = 0; a < 3; ++a)
             fuzz::expect(2 * std::abs(reading.position_mm[a]) <= room[a],
-                         "a place in its workspace");
+                         "a position in its workspace");
         fuzz::expect(std::abs(reading.roll_rad) <= 4, "a roll");
     }
     return 0;

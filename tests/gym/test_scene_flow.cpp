@@ -50,7 +50,7 @@ class Forward {
         return sum;
     }
 
-    /// All material points at a place.
+    /// All material points at a position.
     std::vector<Vec3d> rest_points(Vec3d place_mm) const {
         std::vector<Vec3d> found;
         const Vec3d middle = voxel_from_world(m_grid, place_mm);

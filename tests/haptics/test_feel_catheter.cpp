@@ -182,7 +182,7 @@ TEST(CatheterFeel, AtRestIsTheForceAtTheWiresBase) {
     const CatheterMeasures rest = scene.quick_measures();
     EXPECT_GT(rest.force_n, 0.02);  // the bend pushes back
     EXPECT_GT(rest.inserted_mm, 27 + 20);
-    // Against the way in, and as large as at the base: the bound of docs/haptics.md.
+    // Against the way in, and as large as at the base: the bound of docs/method/haptics.md.
     EXPECT_NEAR(-state.force_n.z, rest.force_n, 0.002 + 0.02 * rest.force_n);
     EXPECT_GT(moving_n, rest.force_n);
 }

@@ -24,7 +24,7 @@ struct Felt {
 };
 
 /// Pushes down the z axis from +0.3 mm, quasi-statically, as far as `deep`; the tissue is solved
-/// every 33 periods, for the place that the tool had then.
+/// every 33 periods, for the position that the tool had then.
 std::vector<Felt> press(const HapticSettings& settings, double deep_mm, double speed_mm_s,
                         const std::function<HapticModel(Vec3d tool, Vec3d proxy)>& tissue,
                         Vec3d axis_mm = {0, 0, 0}, double start_mm = 0.3) {
@@ -51,7 +51,7 @@ std::vector<Felt> press(const HapticSettings& settings, double deep_mm, double s
     return felt;
 }
 
-/// Force rises with depth, and no step is larger than the stiffest place explains.
+/// Force rises with depth, and no step is larger than the stiffest position explains.
 void expect_smooth_and_monotone(const std::vector<Felt>& felt, double stiffest_n_m) {
     for (std::size_t k = 1; k < felt.size(); ++k) {
         const double step_mm = felt[k].depth_mm - felt[k - 1].depth_mm;

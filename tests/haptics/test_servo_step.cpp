@@ -32,7 +32,7 @@ HapticModel flat_wall(double stiffness_n_m, std::int64_t number = 1) {
     return model;
 }
 
-/// Plays places one after the other; the model comes again every 30 periods.
+/// Plays positions one after the other; the model comes again every 30 periods.
 class Player {
   public:
     explicit Player(HapticSettings settings) : m_settings(settings) { m_state.gain = 1; }

@@ -39,7 +39,7 @@ class HapticsServerTest : public ::testing::Test {
         m_wall = RayCaster(phantom->volume, m_arena)
                      .first_hit(mark.eye_mm, way, -500, Polarity::Rising)
                      .value();
-        // Ten millimetres into the wall, as a hand would go: a place each millisecond.
+        // Ten millimetres into the wall, as a hand would go: a position each millisecond.
         std::ofstream replay(m_folder / "hand.txt");
         for (int k = 0; k < 1500; ++k)
             replay << k * 1'000'000 << " 0 0 " << -std::min(10.0, 0.01 * k) << "\n";

@@ -93,7 +93,7 @@ TEST_F(Watched, EachTimeHasTheStateThatWasRecorded) {
         }
     }
     EXPECT_EQ(at(client, 0), sums[0]);
-    // Who asks for a time is told first that the scene is not there yet, also while it plays.
+    // A client that seeks is told first that the scene is not there yet, also while it plays.
     for (const bool plays : {false, true}) {
         at(client, time(5));
         if (plays) client.command({{"do", "replay"}, {"playing", true}, {"speed", 0.01}});

@@ -279,7 +279,7 @@ TEST_F(ServerTest, ALostConnectionGoesOnWhereItEnded) {
         return other.voxels;
     }());
 
-    // The same place, taken from another connection, without voxels.
+    // The same client number, taken from another connection, without voxels.
     TestClient third(server->port(), server->link());
     third.enter({{"resume", welcome["resume"]}});
     EXPECT_EQ(third.welcome["resumed"], false);

@@ -79,7 +79,7 @@ TEST(CheckMesh, NodesThatDoNotExistOrAreNotUsed) {
     mesh.nodes_mm.push_back({9, 9, 9});
     EXPECT_EQ(check_complaint(mesh), "mesh: node 27 belongs to no cell, expected each to be used");
     mesh.nodes_mm[3].x = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(check_complaint(mesh), "mesh: node 3 is at a place that is not finite");
+    EXPECT_EQ(check_complaint(mesh), "mesh: node 3 has a position that is not finite");
     EXPECT_EQ(check_complaint(HexMesh{}), "mesh: found no cells, expected one or more");
 }
 

@@ -125,7 +125,7 @@ std::string bytes(std::initializer_list<double> values, bool big_endian = false)
     }
     return text;
 }
-/// Blocks of so many bytes, as VTK compresses them.
+/// Blocks of `block` bytes, as VTK compresses them.
 std::string compressed(const std::string& data, std::size_t block, bool apart) {
     std::string head, body;
     std::vector<std::uint32_t> lengths;

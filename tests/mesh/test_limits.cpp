@@ -22,7 +22,7 @@ class MeshLimits : public testing::Test {
     Result<MeshData> read(const std::string& name, const std::string& bytes) {
         return read_mesh(m_folder.write(name, bytes));
     }
-    /// Expects that no piece of memory of so many bytes is asked for.
+    /// Expects that no piece of memory of most_bytes or more is asked for.
     void expect_read_below(std::size_t most_bytes, const std::string& name,
                            const std::string& bytes) {
         const auto path = m_folder.write(name, bytes);
@@ -70,7 +70,7 @@ TEST_F(MeshLimits, NodesThatAreNotThereTakeNoMemory) {
     const test::FailingAllocation failing(0, 3 << 20);
     const auto mesh = read_mesh(path);
     ASSERT_FALSE(mesh.ok());
-    EXPECT_NE(mesh.error().message.find("a place that is not finite"), std::string::npos)
+    EXPECT_NE(mesh.error().message.find("a position that is not finite"), std::string::npos)
         << mesh.error().message;
 }
 

@@ -16,7 +16,7 @@
 
 namespace pliant::mutate {
 
-inline constexpr int kTaken = 0, kRefused = 2;  ///< exit statuses of docs/conventions.md
+inline constexpr int kTaken = 0, kRefused = 2;  ///< exit statuses of docs/reference/conventions.md
 inline constexpr double kMaxPeakMb = 1024;
 inline constexpr std::size_t kMaxLineBytes = 408;  ///< "pliant: " and 400 bytes
 inline constexpr std::size_t kMaxAnswerBytes = 400;
@@ -50,7 +50,7 @@ struct Answer {
 std::vector<std::string> faults_of(const Answer& answer, const std::vector<std::string>& expected,
                                    double max_seconds);
 
-/// Printable: other bytes as \xNN, at most so many characters.
+/// Text with other than printable bytes as \xNN, cut to max_length characters.
 std::string printable(std::string_view text, std::size_t max_length = 160);
 
 }  // namespace pliant::mutate

@@ -274,7 +274,7 @@ std::vector<Vec3d> read_positions(const std::filesystem::path& file) {
     return points;
 }
 
-/// How far a place is from a polyline.
+/// Distance of a point from a polyline.
 double distance_to(const std::vector<Vec3d>& line, Vec3d p) {
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t n = 1; n < line.size(); ++n) {

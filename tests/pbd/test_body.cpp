@@ -255,7 +255,7 @@ TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
          [&](PbdParts& p, PbdSettings&) { p.volumes[0].compliance = nan; }},
         {"distance 0: expected a stiffness of 0 to 1, found 1.5",
          [](PbdParts& p, PbdSettings&) { p.distances[0].stiffness = 1.5; }},
-        {"place 5: expected three numbers",
+        {"position 5: expected three numbers",
          [&](PbdParts& p, PbdSettings&) { p.positions[5].y = nan; }},
         {"inverse_masses: expected one for each of 8 positions, found 7",
          [](PbdParts& p, PbdSettings&) { p.inverse_masses.pop_back(); }},
@@ -343,7 +343,7 @@ std::vector<Vec3d> projected(const PbdParts& parts, const PbdSettings& settings,
     return after;
 }
 
-// With masses M and projections P, uᵀMPv = vᵀMPu: then no step feeds a shake (docs/pbd.md).
+// With masses M and projections P, uᵀMPv = vᵀMPu: then no step feeds a shake (docs/method/pbd.md).
 TEST(PbdBody, ProjectionsToAndFroAreSymmetric) {
     const std::uint64_t seed = 11;
     SCOPED_TRACE(seed);

@@ -31,7 +31,7 @@ Vec3d as_vec(const pbd::Triple<double>& t) {
     return {t.x, t.y, t.z};
 }
 
-/// Four places that are a tetrahedron of some volume.
+/// Four positions that are a tetrahedron of some volume.
 void random_tetrahedron(Random& random, Vec3d (&positions)[4]) {
     double volume = 0;
     while (volume < 0.02) {

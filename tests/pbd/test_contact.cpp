@@ -208,7 +208,7 @@ TEST(RodContact, AWirePushedThroughABentStiffTubeStaysInside) {
         EXPECT_GT(found.depth, -0.01);  // it does touch
         EXPECT_GT(found.bent, 1.0);
         EXPECT_GT(found.way, 10);
-        EXPECT_LT(found.wall_moved, 1e-5);  // places are floats
+        EXPECT_LT(found.wall_moved, 1e-5);  // positions are floats
     }
 }
 

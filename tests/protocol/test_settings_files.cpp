@@ -14,6 +14,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <string_view>
 
 #include "protocol/settings_files.h"
 
@@ -21,6 +22,8 @@ namespace pliant::test {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr auto kSettings = "docs/reference/settings.md", kProtocol = "docs/developers/protocol.md";
 
 std::string text_in(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
@@ -35,20 +38,20 @@ void expect_text(const char* name, const std::string& expected) {
 
 TEST(SettingsFiles, DocumentsHaveTheTablesOfTheRows) {
     std::set<std::string> placed;
-    for (const char* name :
-         {"docs/chainmail.md", "docs/fem.md", "docs/fit.md", "docs/pbd.md", "docs/protocol.md",
-          "docs/settings.md", "docs/springs.md", "docs/vessel.md"}) {
+    for (const char* name : {"docs/method/chainmail.md", "docs/method/fem.md", "docs/method/fit.md",
+                             "docs/method/pbd.md", kProtocol, kSettings, "docs/method/springs.md",
+                             "docs/howto/vessel.md"}) {
         const std::string text = text_in(fs::path(PLIANT_SOURCE_DIR) / name);
         ASSERT_FALSE(text.empty()) << name;
-        if (name == std::string("docs/settings.md") || name == std::string("docs/protocol.md"))
+        if (name == std::string_view(kSettings) || name == std::string_view(kProtocol))
             for (const auto& [table, rows] : settings_tables())
                 if (text.find("<!-- settings: " + table + " -->\n") != text.npos)
                     placed.insert(table);
         expect_text(name, with_tables(text));
     }
     for (const auto& [table, rows] : settings_tables())
-        EXPECT_TRUE(placed.contains(table))
-            << table << ": expected in docs/settings.md, or in docs/protocol.md for a message";
+        EXPECT_TRUE(placed.contains(table)) << table << ": expected in " << kSettings << ", or in "
+                                            << kProtocol << " for a message";
 }
 
 TEST(SettingsFiles, TablesAreMadeOfAllRows) {

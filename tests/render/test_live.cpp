@@ -131,7 +131,7 @@ TEST(RayCaster, FindsTheNearestPlaceOnASphereAndAPlane) {
 }
 
 TEST(RayCaster, FindsTheNearestPlaceOfASurfaceInNoise) {
-    // Against all places where fine steps along many rays cross the surface.
+    // Against all points where fine steps along many rays cross the surface.
     std::mt19937 random(53);
     std::uniform_real_distribution<double> value(-1000, 1000);
     const Grid grid = plain_grid({10, 10, 10});

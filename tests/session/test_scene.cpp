@@ -605,7 +605,7 @@ TEST(Delivery, EverythingHasItsTurnWhereMoreChangesThanCanBeSent) {
     EXPECT_GE(*std::min_element(sent.begin(), sent.end()), kSteps / 12);
 }
 
-/// The value that the scene shows at a place.
+/// The value that the scene shows at a position.
 float shown_at(Scene& scene, Vec3d position_mm) {
     (void)scene.update();
     return sample_linear(scene.deformed(), voxel_from_world(scene.deformed().grid, position_mm));

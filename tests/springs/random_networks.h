@@ -65,7 +65,7 @@ struct PlainStepper {
         before = x;
         load.assign(x.size(), {0, 0, 0});
     }
-    /// @param seen  places of neighbours, [node]; @param seen_before  theirs a step earlier
+    /// @param seen  positions of neighbours, [node]; @param seen_before  theirs a step earlier
     Vec3d next(std::int32_t i, const std::vector<Vec3d>& seen,
                const std::vector<Vec3d>& seen_before) const {
         const auto n = std::size_t(i);

@@ -265,7 +265,7 @@ TEST(Motion, EnergyAndMomentumOfAFreeUndampedNetworkAreKept) {
     }
 }
 
-// Why old places are the default: seen too early, a new one pushes along.
+// Why old positions are the default: seen too early, a new one pushes along.
 TEST(Motion, NewPlacesAddEnergyWhereOldOnesDont) {
     auto parts = springs_of_lattice({.size = {6, 6, 6}});
     const auto network = SpringNetwork::create(*parts);

@@ -41,7 +41,7 @@ TEST(Networks, WhatIsNotWellFormedIsRefusedWithItsNumber) {
     expect([](SpringParts& p) { p.nodes[0].damping = -1; },
            "network: node 0: expected a damping of 0 or more, found -1.000000");
     expect([](SpringParts& p) { p.nodes[1].rest.y = NAN; },
-           "network: node 1: expected a rest place of three numbers");
+           "network: node 1: expected a rest position of three numbers");
     expect([](SpringParts& p) { p.links[0].stiffness = -2; },
            "network: link 0: expected a stiffness of 0 or more, found -2.000000");
     expect([](SpringParts& p) { p.links[0].damping = -2; },

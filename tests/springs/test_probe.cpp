@@ -115,7 +115,7 @@ double brute_clearance(const SpringTissue& tissue, const Triangles& triangles, V
 
 const TaskArena arena{1};
 
-// A closed surface around a place where a tool's point may never be: fast tools, slow tools, tools
+// A closed surface around a point where a tool's point may never be: fast tools, slow tools, tools
 // at rest while tissue returns.
 TEST(Probe, ATipIsNeverInsideWhateverItsSpeedAndDirection) {
     const Surface s = ball(50, 3);  // 258 nodes, edges of about 12
@@ -186,7 +186,7 @@ TEST(Probe, ACrossedTriangleIsTheOneThatBruteForceFinds) {
         }
         const Vec3d from = random.vector(1), to = from + random.vector(1.5);
         const auto found = find_crossing(from, to, begin, end);
-        // The side of the point and its place in the triangle in small steps of the time.
+        // The side of the point and its position in the triangle in small steps of the time.
         constexpr int kSteps = 400;
         bool passes = false;
         double before = 0;

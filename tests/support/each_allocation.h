@@ -20,7 +20,7 @@ namespace pliant::test {
 
 struct EachAllocation {
     int all_up_to = 300;     ///< each of the first ones fails
-    int of_the_rest = 60;    ///< so many of the others, drawn at random
+    int of_the_rest = 60;    ///< number of the others that fail, drawn at random
     std::uint64_t seed = 1;  ///< of that
     bool fresh = false;      ///< a new object each time: earlier attempts leave no memory
 };

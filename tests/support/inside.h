@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// On which side of a vessel's ghost surface a place is, by all of its triangles, one by one; and a
+// On which side of a vessel's ghost surface a point is, by all of its triangles, one by one; and a
 // bent vessel to ask that of.
 
 #pragma once
@@ -18,7 +18,7 @@
 
 namespace pliant::test {
 
-/// How far a place is from the surface; below 0: beyond it. Where several triangles are as near,
+/// Distance of a point from the surface; below 0: beyond it. Where several triangles are as near,
 /// the one that is seen most from above says the side.
 inline double inside_by(Vec3d place, std::span<const Vec3d> nodes, const TriangleMesh& surface) {
     double least = 1e9, side = 0;
@@ -37,7 +37,7 @@ inline double inside_by(Vec3d place, std::span<const Vec3d> nodes, const Triangl
     return side < 0 ? -least : least;
 }
 
-/// Along z, then round a part of a circle towards x, then straight on; a place every 2 mm.
+/// Along z, then round a part of a circle towards x, then straight on; a point every 2 mm.
 struct BentWay {
     double inner_mm, from_mm, to_mm;  ///< z of where the first straight part begins and ends
     double radius_mm, angle_rad;

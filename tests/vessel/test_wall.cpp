@@ -354,7 +354,7 @@ TEST(VesselWall, WhatCantBeIsRefusedInOneLine) {
     EXPECT_EQ(complaint(wall_around_centreline({}, {}, arena())),
               "centreline: found no branches, expected one or more");
     EXPECT_EQ(complaint(wall_around_centreline({{{{{0, 0, 0}, 1}, {{0, 0, 1}, 0}}}}, {}, arena())),
-              "centreline: branch 0, point 1: radius 0.000000 mm, expected a finite place and a "
+              "centreline: branch 0, point 1: radius 0.000000 mm, expected a finite position and a "
               "radius above 0");
     TriangleMesh fin = boundary_triangles(hex_mesh({{2, 2, 2}}));
     fin.nodes_mm.push_back({5, 5, 5});

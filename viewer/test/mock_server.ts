@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Mock of `pliant serve` for tests of the page: docs/protocol.md with the files of dist/, one
-// scene, several clients, undo, checksums, resuming, opening and saving.
+// Mock of `pliant serve` for tests of the page: docs/developers/protocol.md with the files of
+// dist/, one scene, several clients, undo, checksums, resuming, opening and saving.
 
 import { readFile } from 'node:fs/promises';
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';

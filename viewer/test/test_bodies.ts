@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Several bodies in the page: each has a name and a colour of its own, and stripes show the places
-// where they touch.
+// Several bodies in the page: each has a name and a colour of its own, and stripes show where
+// they touch.
 
 import assert from 'node:assert/strict';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';

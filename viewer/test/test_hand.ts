@@ -158,7 +158,7 @@ test('the endoscope comes to the crosshair: key, button, Ctrl with a double clic
     }, lumen);
     await page.getByRole('button', { name: 'Endoscope here' }).click();
     assert.ok(norm(sub(await eye(), lumen)) < 1e-6, 'button');
-    // A place in the wall: the eye goes into the lumen beside it, and is free.
+    // A point in the wall: the eye goes into the lumen beside it, and is free.
     await page.waitForTimeout(100);
     const [x, y] = await spot(page, 'axial', 0.5, 0.5);
     await page.keyboard.down('Control');

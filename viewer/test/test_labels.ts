@@ -234,7 +234,7 @@ test('labels move with the tissue', async () => {
     );
     await page.waitForTimeout(500);
     await still(page);
-    // Labels against the rest field, which tells the place at rest within kUnsure.
+    // Labels against the rest field, which tells the position at rest within kUnsure.
     await page.evaluate(() => {
         const { store } = (window as never as { pliant: Session }).pliant;
         store.set({ look: { style: 'real' } });

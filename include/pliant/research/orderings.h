@@ -6,7 +6,7 @@
 // Each processes elements from a list in its own order. It moves a candidate by the minimal amount
 // that satisfies its *sponsor*, the neighbour that put it on the list. With one material and from
 // rest, most orderings find the exact move. With several materials they leave links outside of
-// their limits (docs/published_orderings.md). Use them for comparisons only.
+// their limits (docs/method/published_orderings.md). Use them for comparisons only.
 //
 // @code
 //   auto lists = make_ordering(lattice, Ordering::GibsonLists);

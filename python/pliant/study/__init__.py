@@ -10,7 +10,7 @@ Example:
     >>> study.table()[0]["id"]
 
 Ids and seeds depend on the study alone. A result exists as a whole or not at all, and a second run
-does the rest. docs/study.md has the TOML file, the commands and the figures.
+does the rest. docs/howto/study.md has the TOML file, the commands and the figures.
 """
 
 from pliant.study._inputs import Input

@@ -28,7 +28,8 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="pliant study",
-        description="Run thousands of independent items, on one machine or many (docs/study.md)",
+        description="Run thousands of independent items, on one machine or many "
+        "(docs/howto/study.md)",
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     texts = {

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""One table of a study's results. The same results are the same bytes, whoever made them when."""
+"""One table of a study's results. The same results are the same bytes, in any order of runs."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def _filled(value: Any, parameters: Mapping[str, Any]) -> Any:
 def arguments_of(run: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of an item: [run] with the parameters filled in or added.
 
-    A parameter that [run] has in braces is filled in there. Another one is an argument of its name;
+    A parameter replaces its name in braces in [run], or is passed as the argument of its name;
     "config.material.offset" is one in a table. {count = N} repeats an item, and is an argument of
     functions alone.
     """

@@ -41,7 +41,8 @@ void rotate_to_zero(Matrix& a, Matrix& vectors, std::size_t p, std::size_t q) {
     for (std::size_t n = 0; n < a.size(); ++n) mix(vectors[p][n], vectors[q][n]);
 }
 
-/// By Jacobi's rotations [Golub2013], which find small eigenvalues beside large ones.
+/// Eigenvalues and vectors by Jacobi's rotations [Golub2013], which find small eigenvalues beside
+/// large ones.
 template <class Matrix>
 SymmetricEigen<Matrix> symmetric_eigen(Matrix a) {
     constexpr int kSweeps = 60;  // a handful is enough

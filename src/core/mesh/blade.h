@@ -27,7 +27,7 @@ using Triangle = std::array<Place, 3>;
 __extension__ typedef __int128 Int128;
 using WidePlace = Vec3<Int128>;
 
-/// Differences of places are below this, so that a volume of them stays below 2¹²⁰.
+/// Differences of positions are below this, so that a volume of them stays below 2¹²⁰.
 inline constexpr std::int64_t kWidestPlace = std::int64_t(1) << 38;
 /// Relative error of a sum of three products of numbers that were rounded to doubles.
 inline constexpr double kSideError = 0x1p-48;

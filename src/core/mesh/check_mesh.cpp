@@ -59,7 +59,7 @@ Status check_cells_of(const Mesh& mesh) {
     const auto node_count = std::int64_t(mesh.nodes_mm.size());
     for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n)
         if (!is_finite(mesh.nodes_mm[n]))
-            return bad_mesh("node " + std::to_string(n) + " is at a place that is not finite");
+            return bad_mesh("node " + std::to_string(n) + " has a position that is not finite");
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
         auto sorted = mesh.cells[c];
         for (const std::int32_t node : sorted)

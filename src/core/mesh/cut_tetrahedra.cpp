@@ -461,7 +461,7 @@ Status check_cut(const CutMesh& before, std::span<const Vec3d> positions,
     return Ok{};
 }
 
-/// The largest power of two with which all places are small enough for exact signs.
+/// The largest power of two with which all positions are small enough for exact signs.
 double units_for(std::span<const Vec3d> positions, const CutSurface& surface) {
     double reach = 0;
     const auto look = [&](Vec3d x) {

@@ -29,7 +29,7 @@ constexpr Setting<FillSettings> kRows[] = {
     setting<&FillSettings::tetrahedra>({.name = "tetrahedra",
                                         .low = kTooFew,
                                         .high = 10'000'000,
-                                        .text = "about so many, without cell_mm"}),
+                                        .text = "approximate number, without cell_mm"}),
 };
 
 struct Bounds {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Winding number of a closed surface around a point: 1 inside, 0 outside [VanOosterom1983]. Unlike
-// the side of the nearest triangle, it doesn't mind a surface that is folded.
+// the side of the nearest triangle, it is robust to self-intersecting surfaces.
 
 #pragma once
 

@@ -18,7 +18,7 @@ inline constexpr std::int64_t kMaxVoxelCount = std::int64_t(1) << 32;
 /// Distances between voxel centres that are accepted [mm].
 inline constexpr double kMinSpacingMm = 1e-6;
 inline constexpr double kMaxSpacingMm = 1e4;
-/// Farthest place that is taken for one [mm].
+/// Farthest position that is accepted [mm].
 inline constexpr double kMaxOriginMm = 1e8;
 /// Cosine between axes that pass as perpendicular: 0.06 degrees.
 inline constexpr double kMaxSkew = 1e-3;

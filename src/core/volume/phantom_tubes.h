@@ -102,7 +102,7 @@ class TubeTree {
     std::uint64_t m_identity;  ///< unique number of the tree
 };
 
-/// Points on a smooth curve through the given points, with so many pieces per span.
+/// Points on a smooth curve through the given points, with `pieces` pieces per span.
 std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces);
 
 /// Distance to a row of capsules; a lower bound beyond TubeTree::kFar_mm.

@@ -192,7 +192,7 @@ double rounded(double value, double span) {
 }
 
 void set_xray(const Classes& classes, double span, ValueDefaults& d) {
-    // As if air had −1000 and the other values' median 40 HU.
+    // Maps air to −1000 HU and the other values' median to 40 HU.
     const double air = classes.low_median, unit = (classes.high_median - air) / 1040;
     const auto at = [&](double hu) { return rounded(air + unit * (hu + 1000), span); };
     const auto width = [&](double hu) { return rounded(unit * hu, span); };

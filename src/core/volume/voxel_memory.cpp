@@ -32,7 +32,7 @@ std::size_t page_size() {
     return size;
 }
 
-/// For each page of a private mapping, whether it was modified.
+/// Flag of each page of a private mapping: whether it was modified.
 std::vector<bool> look_up_pages(const std::byte* mapping, std::size_t pages) {
     constexpr std::uint64_t kPresent = std::uint64_t(1) << 63, kSwapped = std::uint64_t(1) << 62,
                             kOfFile = std::uint64_t(1) << 61;

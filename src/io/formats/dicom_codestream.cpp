@@ -19,7 +19,7 @@ using Bytes = std::span<const std::uint8_t>;
 struct CodestreamSize {
     std::uint64_t columns = 0, rows = 0;
     int components = 0, bits = 0;
-    std::uint64_t smallest_bytes = 0;  ///< minimum length of an encoding of so many pixels
+    std::uint64_t smallest_bytes = 0;  ///< minimum length of an encoding of all pixels
 };
 
 std::uint32_t u16(Bytes bytes, std::size_t at) {
@@ -110,7 +110,7 @@ std::optional<CodestreamSize> jpeg_2000_size(Bytes bytes) {
     return size;
 }
 
-/// Whether a segment of RLE decodes to exactly so many bytes, with only zeros after them.
+/// Whether a segment of RLE decodes to exactly `count` bytes, with only zeros after them.
 bool has_run_bytes(Bytes segment, std::uint64_t count) {
     std::uint64_t made = 0;
     std::size_t at = 0;

@@ -23,7 +23,7 @@
 namespace pliant {
 
 /// Checks that a codestream has the rows and columns of the slice, one component, at most the
-/// allocated bits, and enough bytes for so many pixels.
+/// allocated bits, and enough bytes for its pixels.
 /// @param[out] bits  bits of its pixels; RLE: the allocated bits
 Status check_codestream(const DicomSlice& slice, std::span<const std::uint8_t> codestream,
                         int& bits);

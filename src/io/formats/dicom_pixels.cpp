@@ -116,7 +116,7 @@ Status DicomPixelReader::read(const DicomSlice& slice, VoxelBuilder& voxels) {
     return status;
 }
 
-/// Allocates the pixels, after the check that the file has so many.
+/// Allocates the pixels, after the check that the file is long enough for them.
 void DicomPixelReader::make_room(const DicomSlice& slice) {
     m_bytes.resize(std::size_t(pixels_in(slice)) * std::size_t(slice.pixels.bits_allocated / 8));
 }

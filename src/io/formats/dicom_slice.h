@@ -47,7 +47,7 @@ struct DicomSlice {
     double thickness_mm = 0;              ///< 0: unknown
     int frame = 0;                        ///< from 1; 0: the file has one
     bool is_spaced_by_thickness = false;  ///< its position follows from the frames' thickness
-    /// Of a frame: Temporal Position Index and Dimension Index Values; empty: none.
+    /// A frame's Temporal Position Index and Dimension Index Values; empty: none.
     std::vector<std::uint32_t> numbers;
     DicomPixels pixels;
     bool has_modality_lut = false;

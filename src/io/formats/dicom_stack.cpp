@@ -72,8 +72,8 @@ Status check_apart(const fs::path& folder, const std::vector<DicomSlice>& slices
                    const std::vector<double>& heights) {
     for (std::size_t n = 1; n < heights.size(); ++n)
         if (heights[n] - heights[n - 1] < kSameSliceMm)
-            return unsupported(folder, "two slices are at the same place: " + slices[n - 1].name() +
-                                           " and " + slices[n].name());
+            return unsupported(folder, "two slices are at the same position: " +
+                                           slices[n - 1].name() + " and " + slices[n].name());
     return Ok{};
 }
 

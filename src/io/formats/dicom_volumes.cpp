@@ -41,7 +41,7 @@ bool have_same_axes(const std::vector<DicomSlice>& slices) {
     });
 }
 
-/// Whether a number differs between slices at the same place.
+/// Whether a number differs between slices at the same position.
 bool counts_volumes(std::size_t number, const std::vector<DicomSlice>& slices,
                     const std::vector<std::size_t>& places) {
     std::map<std::size_t, std::uint32_t> first;

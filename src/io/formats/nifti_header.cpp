@@ -229,8 +229,8 @@ Status check_geometry(const fs::path& path, const NiftiFields& fields) {
     for (std::size_t n = 0; n < 6 && fields.qform_code > 0; ++n)
         if (const double number = fields.qform[n];
             !(std::abs(number) <= (n < 3 ? 1.01 : kMaxOriginMm)))
-            return unreadable(path,
-                              "qform has " + text_of(number) + ", expected a rotation and a place");
+            return unreadable(
+                path, "qform has " + text_of(number) + ", expected a rotation and a position");
     const double slope = fields.slope, intercept = fields.intercept;
     if ((slope == 0 || !std::isfinite(slope)) && std::isfinite(intercept) && intercept != 0)
         return unreadable(path, "scl_slope is " + text_of(slope) + " with scl_inter " +

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A sandboxed process that decodes compressed pixels with GDCM (src/io/decoder/sandbox.h). It receives
-// a file and returns pixels. Every other behaviour (exit, crash, timeout, too little or too much
-// output) is an error, after which the process is ended.
+// A sandboxed process that decodes compressed pixels with GDCM (src/io/decoder/sandbox.h). It
+// receives a file and returns pixels. Every other behaviour (exit, crash, timeout, too little or
+// too much output) is an error, after which the process is ended.
 //
 //   this process                        pliant-decode-pixels
 //   decode() ── request, DICOM ──►  socket  ──►  read, GDCM

@@ -40,7 +40,7 @@ class Msh {
     }
     std::int64_t integer() { return whole(NumberType::Int32); }
     std::int64_t size() { return whole(NumberType::UInt64); }
-    /// Whether the rest of the file can contain so many items of so many bytes (two characters in
+    /// Whether the rest of the file can contain `count` items of `bytes` bytes (two characters in
     /// text).
     bool can_follow(std::int64_t count, std::int64_t bytes) const {
         return count >= 0 &&
@@ -92,7 +92,8 @@ Status Msh::read_place(std::int64_t node) {
     for (int a = 0; a < 3; ++a) {
         m_positions.push_back(real());
         if (!std::isfinite(m_positions.back()))
-            return unreadable("node " + std::to_string(node) + " is at a place that is not finite");
+            return unreadable("node " + std::to_string(node) +
+                              " has a position that is not finite");
     }
     return Ok{};
 }

@@ -72,7 +72,7 @@ Status set_nodes(MeshData& mesh, std::span<const double> coordinates) {
         const double* at = coordinates.data() + 3 * (n - first);
         mesh.nodes_mm[n] = {at[0], at[1], at[2]};
         if (!is_finite(mesh.nodes_mm[n]))
-            return unreadable("node " + std::to_string(n) + " is at a place that is not finite");
+            return unreadable("node " + std::to_string(n) + " has a position that is not finite");
     }
     return Ok{};
 }

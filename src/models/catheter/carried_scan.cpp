@@ -49,7 +49,7 @@ void CarriedScan::Impl::weigh(double reach) {
     const ControlGrid& grid = lattice->grid();
     std::vector<std::vector<Nearest>> near(count);
     const Grid& voxels = lattice->volume().grid;
-    // From each wall node to the control nodes around it.
+    // Visits the control nodes around each wall node.
     for (std::size_t n = 0; n < rest.size(); ++n) {
         const Vec3d ijk = voxel_from_world(voxels, rest[n]);
         Vec3i low{}, high{};

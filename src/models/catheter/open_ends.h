@@ -25,7 +25,7 @@ class OpenEnds {
     /// @returns InvalidArgument if openings of the ghost surface touch
     static Result<OpenEnds> create(const VesselWall& wall);
 
-    /// Reserves memory for wires of so many segments.
+    /// Reserves memory for wires of up to `segments` segments.
     void reserve(std::int32_t segments) { m_is_beyond.reserve(std::size_t(segments)); }
     /// Follows the part of the wire outside of the guide, which starts inside. @pre reserve() was
     /// called

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A wire with the energy of the rod in docs/pbd.md, and with contact in the same Newton step.
+// Wire with the energy of the rod in docs/method/pbd.md, and with contact in the same Newton step.
 //
 // One step of implicit Euler minimises
 //

@@ -138,7 +138,7 @@ struct CatheterScene::Impl {
         wire.finish();
         if (!wire.is_good())
             return Error{ErrorCode::LimitExceeded,
-                         "step: a place of the wire is no number any more; expected more "
+                         "step: a position of the wire is no longer finite; expected more "
                          "sub_steps or iterations"};
         return is_rigid() ? Status(Ok{}) : contact.apply(body, h);
     }

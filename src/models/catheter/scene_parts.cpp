@@ -124,7 +124,7 @@ Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double se
         const Vec3d p = entry.position_mm + (entry.inserted_mm * n / pieces) * ahead;
         if (!vessel::is_inside(*lumen, p))
             return invalid(
-                "[entry] inserted_mm: expected what is inserted at first in the vessel's "
+                "[entry] inserted_mm: expected the length inserted at first in the vessel's "
                 "lumen, found " +
                 text_of(p) + " outside of it");
     }

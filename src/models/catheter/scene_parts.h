@@ -24,7 +24,7 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue);
 /// @returns InvalidArgument that names the setting
 Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm);
 /// Number of sub-steps: the setting, or more if contact needs them. Motion per sub-step is limited
-/// for the tip's segments and the wall's tetrahedra (docs/vessel.md).
+/// for the tip's segments and the wall's tetrahedra (docs/method/vessel.md).
 int sub_steps_of(const VesselWall& wall, const CatheterSettings& settings);
 std::unique_ptr<Wire> make_wire(const CatheterSettings& settings);
 

@@ -334,7 +334,7 @@ constexpr Setting<V> kFile[] = {
                             .name = "max_steps",
                             .low = 1,
                             .high = double(kMaxVesselSteps),
-                            .text = "the script ends after so many steps"}),
+                            .text = "largest number of steps of the script"}),
 };
 
 constexpr Setting<A> kAct[] = {

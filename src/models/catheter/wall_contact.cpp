@@ -13,7 +13,7 @@ namespace pliant::catheter {
 namespace {
 
 constexpr std::int64_t kSegmentGrain = 4;  ///< segments per task
-/// The broad phase is reused until a node has moved by more than kept_mm, or for so many steps.
+/// Steps for which the broad phase is reused, unless a node has moved by more than kept_mm.
 constexpr int kMaxKept = 20;
 
 /// Distance of a segment in a step at its present speed.

@@ -55,7 +55,7 @@ Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings
 class ChainMail::Impl::MaterialChange final : public Exchange {
   public:
     MaterialChange(Impl& impl, ChainMailSettings other) : m_impl(impl), m_other(std::move(other)) {}
-    /// With known materials, exchange needs no prepare.
+    /// Supplies prepared materials; prepare() may then be omitted.
     void set_materials(MaterialMap materials) { m_materials = std::move(materials); }
     void prepare() override {
         // The same settings were valid before.

@@ -4,8 +4,8 @@
 // Search of the links that a blade cuts: the straight segment between the present positions of
 // their two elements crosses one of the ribbon's triangles.
 //
-// Places are along the lattice's axes, from element (0,0,0) at rest, in fixed-point units; ties are
-// decided as in mesh/blade.h.
+// Positions are along the lattice's axes, from element (0,0,0) at rest, in fixed-point units; ties
+// are decided as in mesh/blade.h.
 
 #pragma once
 

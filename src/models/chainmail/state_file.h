@@ -43,7 +43,7 @@ ScanFingerprint fingerprint_of(const Volume& volume);
 struct StateHeader {
     ScanFingerprint scan;
     bool custom_law = false;  ///< the settings' named law isn't the one in use
-    /// At any time: links, movements and bone may then be outside of the present limits.
+    /// Materials have changed: links, movements and bone may be outside of the present limits.
     bool materials_changed = false;
     std::uint64_t label_hash = 0;  ///< of label materials, labels and directions; 0: none
     std::string settings;          ///< TOML, all but these members

@@ -32,8 +32,9 @@ const char* fault_of_element(const HalfLimits& half, bool is_void, Vec3<Fixed> u
     if (half.fixed) return "a fixed element has moved";
     const Vec3d away{double(u.x), double(u.y), double(u.z)};
     const double limit = half.max_movement;
-    return dot(away, away) > limit * limit ? "an element is farther from its place than allowed"
-                                           : "";
+    return dot(away, away) > limit * limit
+               ? "an element is farther from its rest position than allowed"
+               : "";
 }
 
 const char* fault_of_block(const Lattice& lattice, const CellBlock& block) {

@@ -10,7 +10,7 @@ constexpr std::int64_t kBlocksPerTask = 2048;
 
 }  // namespace
 
-/// By elimination, axis by axis; held components are removed first.
+/// Inverse by elimination, axis by axis; held components are removed first.
 SymmetricBlock free_inverse(const Block3& block, std::uint8_t held) {
     double a[3][3] = {}, inverse[3][3] = {};
     for (std::size_t i = 0; i < 3; ++i)

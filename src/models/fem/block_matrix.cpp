@@ -11,7 +11,7 @@ namespace pliant {
 namespace {
 
 constexpr std::int64_t kRowGrain = 256;
-/// Stiffnesses are computed in parallel for so many cells (9 MB), then added in order.
+/// Cells (9 MB) whose stiffnesses are computed in parallel, then added in order.
 constexpr std::int64_t kCellBatch = 2048;
 
 }  // namespace

@@ -34,7 +34,7 @@ class Sums {
                            NodeVector& r) const = 0;
 };
 
-/// Of whole vectors.
+/// Sums over whole vectors.
 class WholeSums : public Sums {
   public:
     explicit WholeSums(const TaskArena& arena) : m_arena(arena) {}
@@ -47,7 +47,7 @@ class WholeSums : public Sums {
     mutable std::vector<double> m_sums;
 };
 
-/// Of vectors of which each rank has a slab: the same pieces in the same order, so the same bits.
+/// Sums over vectors of which each rank has a slab: same pieces, same order, so the same bits.
 class SlabSums : public Sums {
   public:
     /// @pre !slabs.is_whole()

@@ -28,7 +28,7 @@ namespace {
 constexpr double kNewton = 1e-6;  // N per µN
 constexpr double kJoule = 1e-9;   // J per nJ
 
-/// Beyond this, the factor takes many minutes and gigabytes (docs/fem.md).
+/// Beyond this, the factor takes many minutes and gigabytes (docs/method/fem.md).
 constexpr std::int64_t kMaxCholeskyNodes = 20'000;
 
 }  // namespace

@@ -38,8 +38,8 @@ void CellBlock::find_touched() {
     const std::size_t n = m_u[0].size();
     m_moved.resize(n);
     for (std::size_t i = 0; i < n; ++i) m_moved[i] = (m_u[0][i] | m_u[1][i] | m_u[2][i]) != 0;
-    // Corner by corner: along x, then whole rows, then whole slices. Overflow into the next row
-    // ends at elements that are no cell's lowest corner.
+    // ORs the moved flags of a cell's eight corners, one axis at a time. Overflow into the next
+    // row ends at elements that are no cell's lowest corner.
     m_touched = m_moved;
     const auto row = std::size_t(m_row);
     for (const std::size_t step : {std::size_t(1), row, row * row})

@@ -109,7 +109,7 @@ class Lattice final : public Field {
     using Field::restore_edits;
     using Field::tick;
 
-    /// Like Field's; the observer is told.
+    /// Overrides Field's function; notifies the observer.
     void set_edits(Vec3i brick_coord, BrickEdits edits);
     void prepare_edits(const EditMap& edits);
 
@@ -133,7 +133,7 @@ class Lattice final : public Field {
     bool may_exceed_limits() const { return m_may_exceed; }
     void set_may_exceed_limits(bool may) { m_may_exceed = may; }
 
-    // Like Field's, with the materials.
+    // Overrides Field's function: visits bricks with their materials.
     template <class Visit>
     void for_each_brick(const Visit& visit) const {
         Field::for_each_brick([&](const FieldBrick& b) { visit(static_cast<const Brick&>(b)); });

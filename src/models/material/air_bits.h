@@ -88,7 +88,7 @@ class AirBits {
         return skin & slice(z);
     }
 
-    /// From kSkinReach slices below the brick to as many above.
+    /// Slices, from kSkinReach below the brick to kSkinReach above.
     std::array<std::uint64_t, kSize + 2 * kSkinReach> m_slices{};
     /// [slice]: elements beside it, in the bits to which a move takes them.
     std::array<std::uint64_t, kSize> m_low_x{}, m_high_x{}, m_low_y{}, m_high_y{};

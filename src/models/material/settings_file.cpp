@@ -118,7 +118,7 @@ Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& p
 
 void suit_thresholds(const ValueDefaults& values, ChainMailSettings& settings) {
     if (values.kind == ValueKind::Hounsfield) return;
-    // Thresholds keep their places in the range, but none becomes bone where nothing is.
+    // Thresholds keep their relative positions in the range; none becomes bone where nothing is.
     const double scale =
         (settings.range.high - settings.range.low) / (values.range.high - values.range.low);
     const auto place = [&](double value) {

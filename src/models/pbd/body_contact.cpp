@@ -51,7 +51,7 @@ constexpr double kStride = 0.5;          ///< approach in a stride, in radii
 constexpr double kStuck = 0.4;           ///< depth with which no stride begins, in radii
 constexpr double kToolTolerance = 1e-3;  ///< depth that may remain, in radii
 constexpr double kTiny = 0.1;            ///< shift that moves no other touch, in slops
-constexpr double kTouching = 1.002;      ///< nodes within so many radii are touched
+constexpr double kTouching = 1.002;      ///< distance within which nodes are touched [radii]
 
 std::vector<Vec3d> positions_of(const pbd::BodySurface& surface, const TetMesh& mesh) {
     std::vector<Vec3d> x;

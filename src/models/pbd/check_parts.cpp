@@ -153,7 +153,7 @@ Status check_parts(const PbdParts& parts, PbdMethod method) {
                        std::to_string(parts.positions.size()) + " positions, found " +
                        std::to_string(parts.inverse_masses.size()));
     for (std::size_t n = 0; n < parts.positions.size(); ++n) {
-        if (!is_finite(parts.positions[n])) return bad_part("place", n, "three numbers");
+        if (!is_finite(parts.positions[n])) return bad_part("position", n, "three numbers");
         if (const Status s = check_inverse_mass("particle", n, parts.inverse_masses[n]); !s.ok())
             return s;
     }

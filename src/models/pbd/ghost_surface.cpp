@@ -96,7 +96,7 @@ GhostSurface::GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
     m_grid.fill(m_positions, m_triangles, m_margin);
 }
 
-/// Updates so many nodes. @param node_of  their numbers, without duplicates
+/// Updates `count` nodes. @param node_of  their numbers, without duplicates
 /// @param since  reference positions
 template <class NodeOf>
 double GhostSurface::update_some(const PbdBody& body, std::size_t count, const TaskArena& arena,

@@ -13,7 +13,7 @@
 namespace pliant::pbd {
 namespace {
 
-// In mean edges of the surface.
+// Lengths in mean edges of the surface.
 constexpr double kPieceReach = 1;       ///< penetrations up to this are found
 constexpr double kPieceSlop = 1e-4;     ///< penetration without a force; above the error of floats
 constexpr double kTinyDistance = 1e-6;  ///< nearer points have no direction of their own

@@ -133,7 +133,7 @@ Status Rod::step(std::int32_t count) {
         rod.v = rod.good_v;
         rod.spin = rod.good_spin;
         return Error{ErrorCode::LimitExceeded,
-                     "step: a place or velocity is no number any more; expected more sub-steps, "
+                     "step: a position or velocity is no longer finite; expected more sub-steps, "
                      "iterations or damping"};
     }
     return Ok{};

@@ -274,14 +274,14 @@ class SolverOf final : public Solver {
             copy(m_good_v, m_v, begin, end);
         });
         return Error{ErrorCode::LimitExceeded,
-                     "step: a place or velocity is no number any more; expected more sub-steps, "
+                     "step: a position or velocity is no longer finite; expected more sub-steps, "
                      "damping or compliance"};
     }
 
     /// Integral control of hard volumes: the error C that a lasting load leaves after the
     /// projections of a sub-step is compensated by shifting the target by as much in the other
     /// direction. The slow modes are oscillators with the damping c of velocities; their error
-    /// grows if the rate is above c (docs/pbd.md).
+    /// grows if the rate is above c (docs/method/pbd.md).
     void recover_volumes(const TaskArena& arena) {
         constexpr int kVolume = int(PbdKind::Volume);
         const double share = m_settings.volume_recovery * m_settings.time_step;

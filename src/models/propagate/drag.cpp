@@ -14,7 +14,7 @@ namespace {
 constexpr std::int64_t kBricksPerTask = 32;
 /// Number of elements whose displacements, 6 MiB, the caches can hold until they are read again.
 constexpr std::size_t kCachedElements = 1 << 19;
-/// In FieldBrick::highest: below all values of a field.
+/// Value of FieldBrick::highest below all values of a field.
 constexpr Fixed kNotReached = INT32_MIN;
 
 Fixed sign_of(Fixed step) {

@@ -133,7 +133,7 @@ class DragFields::Solver {
         fields.shared = false;
     }
 
-    /// As for a push: one material at rest needs no search.
+    /// Skips the search in one material at rest, as a push does.
     void pass_through_uniform(const TaskArena& arena, int max_bricks) {
         for (const int index : m_work.touched) {
             if (!of(index).shared) return;

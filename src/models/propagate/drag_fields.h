@@ -58,7 +58,7 @@ class DragFields {
                              const SweepKernels& kernels, const TaskArena& arena, int max_bricks,
                              SweepWork& work);
     const FieldArrays& of_brick(int index) const { return m_bricks[std::size_t(index)].of; }
-    /// By direction: sign·u of the grabbed element that is farthest along it.
+    /// For each direction, sign·u of the grabbed element that is farthest along it.
     const std::array<Fixed, kDirections>& ahead() const { return m_ahead; }
     /// Memory beside the bricks' own, of the arrays in use.
     std::size_t bytes() const { return m_used * m_array_bytes; }

@@ -178,7 +178,7 @@ DraggedBrick move(std::span<DraggedComponent> c, int count, bool known) {
     return known ? move_some<true>(c, count) : move_some<false>(c, count);
 }
 
-/// For one array for all fields, and a brick at rest.
+/// Variant for one array for all fields, and a brick at rest.
 LookAtFields look_at_one(const FieldsOfBrick& fields, int count) {
     const D d;
     const V above = hn::Set(d, -*std::max_element(fields.ahead.begin(), fields.ahead.end()));

@@ -35,7 +35,7 @@
 
 namespace pliant {
 
-/// By component; empty arrays: no imprint.
+/// Imprint by component; empty arrays: none.
 using Imprint = std::array<std::vector<Fixed>, 3>;
 
 /// The imprint of one brick's elements.

@@ -47,7 +47,7 @@ class ElasticWeights {
   public:
     ElasticWeights(const MaterialTable& materials, Vec3d spacing_mm);
     int operator()(MaterialId material, int b) const { return m_weights[std::size_t(b)][material]; }
-    /// Of the component along the link.
+    /// Weight of the component along the link.
     int along(MaterialId material, int b) const { return m_along[std::size_t(b)][material]; }
 
   private:
@@ -63,7 +63,7 @@ struct BrickLinks {
     std::array<std::vector<std::uint16_t>, 3> along;  ///< weight of the component along the link;
                                                       ///< empty: equal to weight
     std::vector<std::uint8_t> fixed;  ///< by element, nonzero: doesn't move; empty: all move
-    /// By element, nonzero: stays at rest when its neighbours move; empty: all stay.
+    /// Flag by element, nonzero: stays at rest when its neighbours move; empty: all stay.
     std::vector<std::uint8_t> waits;
     Fixed least_movement = 0;  ///< smallest movement limit of all movable elements
 

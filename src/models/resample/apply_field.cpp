@@ -12,8 +12,8 @@
 namespace pliant {
 namespace {
 
-/// Corner of the cell around a continuous voxel index, and the place in the cell; false beyond the
-/// outermost voxel centres.
+/// Corner of the cell around a continuous voxel index, and the position in the cell; false beyond
+/// the outermost voxel centres.
 bool cell_of(const Grid& grid, Vec3d ijk, Vec3i& corner, Vec3d& at) {
     for (int a = 0; a < 3; ++a) {
         const int last = grid.size[a] - 1;

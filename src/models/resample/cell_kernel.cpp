@@ -60,7 +60,7 @@ HWY_INLINE Vec if_then_else(M which, const Vec& a, const Vec& b) {
             hn::IfThenElse(which, a.z, b.z)};
 }
 
-/// At the bound to which newton_step clamps.
+/// Lanes at the bound to which newton_step clamps.
 HWY_INLINE M is_held(const Vec& s) {
     return hn::Ge(largest_size(s), hn::Set(D(), kNewtonReach));
 }

@@ -72,7 +72,7 @@ class CutFinder {
 
   private:
     using Brick = EmbeddedScan::Brick;
-    /// What a voxel follows.
+    /// Copy of a tetrahedron that a voxel follows.
     struct Carrier {
         std::int32_t copy = -1;
         bool is_inside = false;  ///< otherwise it follows from outside

@@ -130,13 +130,13 @@ class EmbeddedScan final : public MovingScan {
     const TaskArena& m_arena;
     WritableField m_field;
     Deformation m_deformation{m_field};
-    // Without cuts.
+    // The mesh without cuts.
     std::vector<std::array<std::int32_t, 4>> m_cells;
     std::vector<Vec3d> m_rest_mm;
     std::vector<Rest> m_rests;  ///< [tetrahedron]
     std::vector<Brick> m_bricks;
     std::vector<std::int32_t> m_brick_starts, m_bricks_of;  ///< bricks of each tetrahedron
-    // With the present cuts.
+    // The mesh with the present cuts.
     std::shared_ptr<const Cuts> m_cuts;     ///< null: none
     std::vector<Map> m_maps;                ///< [tetrahedron]
     std::vector<Vec3d> m_units, m_next;     ///< [node]: displacement along the axes [2⁻²⁰ mm]

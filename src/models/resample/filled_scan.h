@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Scans that are made from surfaces: a voxel's value follows from its distances to them. If a block
-// of voxels is far from all surfaces, its middle determines all of its places.
+// of voxels is far from all surfaces, its middle determines all of its voxels.
 
 #pragma once
 
@@ -40,8 +40,8 @@ inline Grid grid_around(std::span<const Vec3d> nodes_mm, double margin_mm, doubl
     return grid;
 }
 
-/// @param at     place of a position, with is_far(reach_mm)
-/// @param value  of a position and its place, a whole number
+/// @param at     index of a position, with is_far(reach_mm)
+/// @param value  of a position and its index, a whole number
 template <class At, class Value>
 VoxelArray<std::int16_t> filled(const Grid& grid, const TaskArena& arena, const At& at,
                                 const Value& value) {

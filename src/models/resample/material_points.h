@@ -21,7 +21,7 @@ class FieldCells {
   public:
     explicit FieldCells(const Field& field);
 
-    // As find_source.h asks.
+    // Cell interface required by find_source().
     bool corners(Vec3i cell, std::array<Vec3d, 8>& points);
     bool is_whole(Vec3i cell) const;
     DisplacementBounds bounds() const { return m_bounds; }

@@ -40,8 +40,8 @@ struct StripLayout {
 
 struct BrickRecord {
     Vec3i coord;
-    /// Of the brick, by axis; null: at rest, which is frequent beside displaced bricks; valid until
-    /// it changes
+    /// Displacements by axis; null if the brick is at rest, which is frequent beside displaced
+    /// bricks. Valid until the brick changes
     std::array<const Fixed*, 3> u{};
     const std::uint8_t* edits = nullptr;  ///< null: none; valid likewise
     std::uint64_t stamp = 0;              ///< different for different displacements or edits

@@ -33,7 +33,7 @@ Status check_elements(std::span<const ChainElement> elements) {
             "graph: expected 1 to 2147483647 elements, found " + std::to_string(elements.size())};
     for (std::size_t n = 0; n < elements.size(); ++n) {
         if (!is_finite(elements[n].rest_mm))
-            return bad("element", std::int64_t(n), "a rest place of three numbers");
+            return bad("element", std::int64_t(n), "a rest position of three numbers");
         if (!(elements[n].max_movement_mm >= 0))
             return bad("element", std::int64_t(n), "a movement limit of 0 mm or more");
     }

@@ -92,7 +92,7 @@ Result<NodeElasticity> elasticity_of(const Volume& volume, const SpringScan& sca
         if (!(std::isfinite(young) && young > 0)) return bad("young_modulus_pa", "above 0", young);
         if (!(poisson >= kLinksAlone && poisson < 0.5))
             return bad("poisson_ratio", "from 0.25, below 0.5", poisson);
-        // With 1/4 the bulk is 0, without rounding.
+        // The bulk is exactly 0 at 1/4.
         const SpringMaterial own = poisson == kLinksAlone ? SpringMaterial{0.4 * young * edge, 0}
                                                           : closed_form(young, poisson, edge);
         node.stiffness += share * own.stiffness;

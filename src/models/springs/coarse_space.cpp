@@ -60,7 +60,7 @@ void CoarseSpace::divide(const SpringNetwork& network) {
             continue;
         }
         const Vec3d centre = (1 / double(end - begin)) * sum;
-        // Of unit size, so that translations and rotations have similar stiffness.
+        // Scaled to unit size, so that translations and rotations have similar stiffness.
         const double size = norm(high - low);
         const double scale = size > 0 ? 2 / size : 0;
         for (std::size_t k = begin; k < end; ++k) {

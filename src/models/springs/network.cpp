@@ -31,7 +31,7 @@ Status check_nodes(std::span<const SpringNode> nodes) {
         return bad_network("expected 1 to 1073741823 nodes, found " + std::to_string(nodes.size()));
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         if (!is_finite(nodes[n].rest))
-            return bad_network("node", n, "expected a rest place of three numbers");
+            return bad_network("node", n, "expected a rest position of three numbers");
         if (!(std::isfinite(nodes[n].mass) && nodes[n].mass > 0))
             return bad_network("node", n,
                                "expected a mass above 0, found " + std::to_string(nodes[n].mass));

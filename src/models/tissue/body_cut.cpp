@@ -21,7 +21,7 @@ class Taker {
   public:
     explicit Taker(std::span<const double> numbers) : m_left(numbers) {}
     bool is_empty() const { return m_left.empty(); }
-    /// @returns none unless so many vectors are left
+    /// @returns nullopt if fewer than further_vectors remain
     std::optional<std::size_t> take_count(std::size_t further_vectors = 0) {
         if (m_left.empty()) return {};
         const double number = m_left.front();

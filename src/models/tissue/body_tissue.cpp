@@ -45,7 +45,7 @@ double tolerated_mm3(const Push& push) {
     return kFoldedShare * 4 / 3 * std::numbers::pi * std::pow(push.sphere_radius_mm, 3);
 }
 
-/// A tool's way in strides: all alike, and finer beyond a place where one failed.
+/// A tool's way in strides: all alike, and finer beyond a position where one failed.
 class Strides {
   public:
     Strides(Vec3d way_mm, double longest_mm)

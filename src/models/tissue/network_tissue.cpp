@@ -24,7 +24,7 @@ constexpr double kMaxNetworkMotion_mm = 500;
 constexpr double kNetworkSettled_mm_s = 0.05;
 constexpr double kNetworkBack_mm = 0.02;  ///< a settled network nearer to rest is moved to it
 constexpr const char* kFliesApart =
-    "the network flies apart, a node is more than 500 mm from its place at rest; check its "
+    "the network flies apart, a node is more than 500 mm from its position at rest; check its "
     "fixed nodes, stiffness, damping and time step";
 constexpr double kNetworkNewton = 1e-6;  ///< N per µN
 

@@ -21,7 +21,7 @@ static_assert(kBeside > kOnFace);
 
 }  // namespace
 
-/// As find_source.h asks, for a walk. Only regular cells count.
+/// Cell interface required by find_source(), for a walk through regular cells only.
 class ExactMap::Cells {
   public:
     explicit Cells(const ExactMap& map) : m_map(map) {}

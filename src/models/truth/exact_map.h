@@ -91,7 +91,7 @@ class ExactMap {
     bool is_broken(Vec3i cell) const;
     bool is_plainly_regular(Vec3i cell) const;
     CellState shape_of(Vec3i cell) const;
-    /// As find_source.h asks. @pre cell of m_cells
+    /// Cell interface required by find_source(). @pre cell of m_cells
     bool find_corners(Vec3i cell, std::array<Vec3d, 8>& points) const;
     void mark(Vec3i cell, CellState state);
     void list_blocks(const TaskArena& arena);

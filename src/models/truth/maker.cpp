@@ -392,7 +392,7 @@ void TruthMaker::Impl::fill_moving(const ExactMap& map, const Deformed& deformed
             if (mask == TruthMask::Exact && !is_inside(grid, x)) mask = TruthMask::Outside;
             if (mask == TruthMask::Exact) {
                 const Vec3f v = narrowed(world_vector(grid, x - y));
-                // With the vector as stored.
+                // Uses the rounded (float) vector that the file will hold.
                 const Vec3d along = axes * Vec3d{v.x, v.y, v.z};
                 Vec3d from = y;
                 for (int a = 0; a < 3; ++a) from[a] += along[a] / grid.spacing_mm[a];

@@ -12,7 +12,7 @@
 namespace pliant::truth {
 namespace {
 
-constexpr int kTries = 40;           ///< places for one motion
+constexpr int kTries = 40;           ///< positions tried for one motion
 constexpr double kLeast_mm = 0.2;    ///< a shorter motion is drawn again
 constexpr double kLeastOfCut = 0.5;  ///< share of its motion; a cut that opens less is undone
 
@@ -54,7 +54,7 @@ Result<bool> Motions::carry_out(TruthKind kind, Draws& draws) {
                                                        : cut(draws, kind);
         if (!done.ok()) {
             if (is_memory(done.error())) return done;
-            continue;  // the drawn place doesn't suit, such as one at the border
+            continue;  // the drawn position doesn't suit, such as one at the border
         }
         if (*done) return true;
     }

@@ -41,7 +41,7 @@ class Motions {
           m_tissue(tissue),
           m_cut_labels(voxel_count(scan.grid), 0) {}
 
-    /// Draws places until a motion of the kind has an effect.
+    /// Draws positions until a motion of the kind has an effect.
     /// @returns false if none was found; LimitExceeded
     Result<bool> carry_out(TruthKind kind, Draws& draws);
 

@@ -51,7 +51,7 @@ Status check(const Centreline& centreline) {
                 return Error{ErrorCode::InvalidArgument,
                              name + ", point " + std::to_string(n) + ": radius " +
                                  std::to_string(branch[n].radius_mm) +
-                                 " mm, expected a finite place and a radius above 0"};
+                                 " mm, expected a finite position and a radius above 0"};
         any = true;
     }
     if (!any)

@@ -92,7 +92,7 @@ Status check(std::span<const CentrePoint> branch, const TubeSettings& s) {
         if (!is_finite(branch[n].position_mm) || !(branch[n].radius_mm > 0) ||
             !std::isfinite(branch[n].radius_mm))
             return vessel::wrong("point " + std::to_string(n) +
-                                 " has no finite place or no radius above 0");
+                                 " has no finite position or no radius above 0");
     return Ok{};
 }
 

@@ -203,7 +203,7 @@ Result<std::unique_ptr<MeshTissue>> network_of(const MadeOrgans& made, const Vol
     if (!(s.poisson_ratio >= 0.25))
         return within(organ.name, expected_error("poisson_ratio", "0.25 or more with springs",
                                                  text_of(s.poisson_ratio)));
-    // Of a cube with an edge of 1.
+    // Stiffness of a cube with an edge of 1.
     const SpringMaterial material = closed_form(s.young_modulus_pa, s.poisson_ratio, 1);
     auto parts = springs_of_elastic_tetrahedra(organ.mesh.nodes_mm, organ.mesh.cells,
                                                {.stiffness = material.stiffness,

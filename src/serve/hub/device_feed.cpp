@@ -43,12 +43,12 @@ void DeviceFeed::take_wish(Client& client, std::uint32_t id, const HapticsMessag
                        .message = "haptics: another scan was opened; expected to see it first"});
     if (haptics.wish == HapticWish::Start) return start(client, id, haptics);
     if (!m_session || m_session->is_ending())
-        return answer({.error_code = "nothing",
-                       .message = "haptics: expected a device in somebody's hand, found none"});
+        return answer(
+            {.error_code = "nothing", .message = "haptics: expected a device in use, found none"});
     // Every client with control may stop it; only its owner may resume the force.
     if (haptics.wish == HapticWish::Go && m_session->client() != client.info.number)
         return answer({.error_code = "held_by_other",
-                       .message = "haptics: expected who began it, found client " +
+                       .message = "haptics: expected the client that started it, found client " +
                                   std::to_string(client.info.number)});
     if (haptics.wish == HapticWish::End)
         end("");
@@ -63,8 +63,7 @@ void DeviceFeed::start(Client& client, std::uint32_t id, const HapticsMessage& h
     };
     if (m_session && m_session->client() != client.info.number && !m_session->is_ending())
         return refuse("held_by_other",
-                      "haptics: expected nobody else to hold a device, found "
-                      "client " +
+                      "haptics: expected a free device, found one held by client " +
                           std::to_string(m_session->client()));
     if (m_wish || (m_opening && m_opening->question().client))
         return refuse("busy", "haptics: expected one device at a time, found one that is opened");

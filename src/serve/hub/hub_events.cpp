@@ -75,7 +75,7 @@ void Hub::take(ConnectionId connection, Message& message) {
     if (client && !hello)
         answer(*client, std::move(message));
     else if (client)
-        drop(*client, kCloseProtocol, "hello: expected once, found again");
+        drop(*client, kCloseProtocol, "hello: sent twice");
     else if (m_newcomers.contains(connection) && hello)
         say_hello(connection, *hello);
     else if (m_newcomers.erase(connection))

@@ -75,7 +75,7 @@ bool PlaybackFeed::take(Client& client, const Message& message) {
         if (*wish->is_playing && m_at_ms >= m_times.back()) jump(0);  // from the start again
         m_is_playing = *wish->is_playing && m_failure.empty();
     }
-    refresh();  // who asked knows that the scene is not that of the time yet
+    refresh();  // tells the client that the scene is not that of the time yet
     return answer({}), true;
 }
 

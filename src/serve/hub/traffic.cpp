@@ -14,12 +14,12 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// Of a sample.
+// Bounds of a sample.
 constexpr int kEnoughUpdates = 8, kFewUpdates = 3;
 constexpr double kLongSample_s = 2;  ///< after which few updates suffice
 constexpr int kMixedUpdates = 1;     ///< after a change of the depth
 
-// Of a decision.
+// Bounds of a decision.
 constexpr double kMet = 0.9, kNearlyMet = 0.75;  ///< shares of the wanted rate: enough, or once
 constexpr double kFree = 0.2;          ///< a line that is blocked less often isn't the limit
 constexpr double kSpareBytes = 0.85;   ///< share of the allowed bytes that a higher depth may use

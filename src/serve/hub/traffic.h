@@ -40,7 +40,7 @@ class Line {
 
     /// A batch is passed to the network. @param has_voxels  of an update
     void sent(std::size_t bytes, bool has_voxels, Clock::time_point now) noexcept;
-    /// That batch ended an update. @param depth  of forces, in this step
+    /// Marks the last batch of an update. @param depth  of forces, in this step
     void ended_update(std::uint32_t step, int depth) noexcept;
     void seen(std::uint32_t step, Clock::time_point now);
     /// Voxels are due in this step of the server. @param is_free  they can be sent

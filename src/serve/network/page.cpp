@@ -14,8 +14,9 @@ constexpr std::string_view kPlainPage = R"(<!doctype html>
 <body>
 <h1>Pliant is running</h1>
 <p>This program was built without its page (PLIANT_BUILD_VIEWER=OFF, or the folder viewer/dist was
-empty), so there is nothing to see here. Its WebSocket is at <code>/ws</code>; docs/protocol.md says
-what it speaks. <code>./dev build</code> makes the program with the page.</p>
+empty), so there is nothing to see here. Its WebSocket is at <code>/ws</code>;
+docs/developers/protocol.md describes its messages. <code>./dev build</code> makes the program
+with the page.</p>
 </body>
 </html>
 )";

@@ -182,7 +182,7 @@ const std::vector<std::string>& Tls::names() const {
 void Tls::greet(tcp::socket browser, Greeted welcome) {
     auto& relays = m_impl->relays;
     relays.remove_if([](const auto& relay) { return relay.expired(); });
-    // Those that don't complete the handshake give way, the oldest first.
+    // Closes the oldest connections whose TLS handshake is incomplete.
     std::size_t silent = 0;
     for (const auto& relay : relays) silent += !relay.lock()->is_greeted();
     if (silent >= std::size_t(kMaxConnections) / 2)

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// File transfers over HTTP (docs/protocol.md, "Saving" and "Opening"): one in each direction at a
-// time.
+// File transfers over HTTP (docs/developers/protocol.md, "Saving" and "Opening"): one in each
+// direction at a time.
 //
 //   network's thread ── pieces ──► a thread for the disk ── a scene ──► hub
 //                    ◄── pieces ──                        ◄── a copy ──

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Messages of a client (docs/protocol.md), as plain values. The parser converts every text to one
-// of these, or to a failure; the code behind it sees no JSON.
+// Messages of a client (docs/developers/protocol.md), as plain values. The parser converts every
+// text to one of these, or to a failure; the code behind it sees no JSON.
 
 #pragma once
 

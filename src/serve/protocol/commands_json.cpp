@@ -380,7 +380,7 @@ Action nothing(Fields&) {
     return T{};
 }
 
-/// In the order of Action's alternatives, plus slide, which is a push.
+/// Readers in the order of Action's alternatives, plus slide, which is a push.
 const std::array<std::pair<const char*, Reader>, 35> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false, 0); }},
     {"grab", read_grab},

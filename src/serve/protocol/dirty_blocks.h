@@ -35,7 +35,7 @@ class DirtyBlocks {
 
     /// Takes boxes that cover the dirty blocks with little excess, in order of k. Covered blocks
     /// become clean.
-    /// @param max_voxels  stops once the boxes have so many voxels
+    /// @param max_voxels  stops once the boxes have this number of voxels
     std::vector<Box3i> take(std::int64_t max_voxels);
 
   private:

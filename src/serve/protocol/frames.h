@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The binary messages of docs/protocol.md: 32 bytes of header, then voxels or tools.
+// The binary messages of docs/developers/protocol.md: 32 bytes of header, then voxels or tools.
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Requests and states of force feedback (docs/protocol.md, "Force feedback").
+// Requests and states of force feedback (docs/developers/protocol.md, "Force feedback").
 
 #pragma once
 

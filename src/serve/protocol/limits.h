@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Limits on clients, beyond which they are dropped (docs/protocol.md, "Limits").
+// Limits on clients, beyond which they are dropped (docs/developers/protocol.md, "Limits").
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Text messages of the server (docs/protocol.md): plain values, and their JSON.
+// Text messages of the server (docs/developers/protocol.md): plain values, and their JSON.
 
 #pragma once
 

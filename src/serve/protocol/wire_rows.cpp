@@ -45,9 +45,8 @@ constexpr Setting<DepthCommand> kDepth[] = {
          .low = 0,
          .high = 1000,
          .above_low = true,
-         .text =
-             "instead of layers: so many that one more moves no node of the present contacts by "
-             "more than this"}),
+         .text = "instead of layers: the smallest number for which one more moves no node of the "
+                 "present contacts by more than this"}),
     setting<&DepthCommand::by_time>({.name = "by_time",
                                      .text = "as depth_by_time of the tissue; other commands end "
                                              "it"}),

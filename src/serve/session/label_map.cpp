@@ -14,7 +14,7 @@ namespace pliant::serve {
 namespace {
 
 constexpr double kStripeVoxels = 3, kStripesPerScan = 60;
-/// Surroundings go on by so many voxels, since their mesh is coarser than the organs'.
+/// Dilation of the surroundings [voxels]; their mesh is coarser than the organs'.
 constexpr int kGrowth = 2;
 constexpr double kLowestTissue_hu = -300;
 constexpr double kOnFace = 1e-9;  ///< of weights, so that no voxel falls between two tetrahedra

@@ -98,7 +98,7 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
 Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
     if (m_holder && m_holder != client)
         return {.error_code = "held_by_other",
-                .message = "grab: expected nobody else to hold tissue, found client " +
+                .message = "grab: expected free tissue, found it held by client " +
                            std::to_string(m_holder)};
     if (!tissue().traits().takes_pushes) return not_with(m_choice, "grab", "chainmail or springs");
     begin_step("drag", client, 0);

@@ -166,7 +166,8 @@ Result<std::unique_ptr<SessionLog>> SessionLog::go_on(const std::filesystem::pat
         return unwritable(path.string(), what + std::strerror(errno));
     };
     if (!file.is_open()) return fail("expected a file to write to, found: ");
-    if (!try_lock(file.number())) return fail("expected that nobody else has this session open: ");
+    if (!try_lock(file.number()))
+        return fail("expected a session that no other process has open: ");
     if (::ftruncate(file.number(), off_t(read.good_bytes)) != 0 ||
         ::lseek(file.number(), 0, SEEK_END) != off_t(read.good_bytes))
         return fail("expected to write at its end, found: ");

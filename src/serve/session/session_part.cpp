@@ -42,7 +42,7 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
         const std::size_t count = read_at(part.file->number(), piece.data(), wanted, at);
         if (count == 0)
             return Error{ErrorCode::Unreadable,
-                         "session: expected to read what was recorded, found its end"};
+                         "session: expected the recorded bytes, found the file's end"};
         at += count;
         rest.append(piece.data(), count);
         std::size_t begin = 0;

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Source of a scene's scan: a file or a generated phantom. A file may also be a vessel's scene
-// (docs/vessel.md) or one of organs (docs/organs.md), with or without a scan, or an organ's mesh.
+// (docs/howto/vessel.md) or one of organs (docs/howto/organs.md), with or without a scan, or an
+// organ's mesh.
 
 #pragma once
 

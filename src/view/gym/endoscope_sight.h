@@ -37,7 +37,7 @@ class Sight {
     void find_rest(const Scope& scope, const SightTarget& target, std::span<const Vec3f> normals);
 
     const ArenaScan& m_scan;
-    // Of the last picture, for its pixels.
+    // Per pixel of the last picture.
     std::vector<Vec3f> m_normals;      ///< if only labels need them
     std::vector<Vec3d> m_points_mm;    ///< infinite: none
     std::vector<Vec3d> m_rest_voxels;  ///< infinite: none

@@ -173,7 +173,7 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
     const double most_change =
         w.force_scale > 0 ? settings.max_force_rate_n_s * period_s / w.force_scale : 0;
     const Vec3d step = force - s.force_n;
-    // In free space the force is zero at once.
+    // The rate is not limited in free space: the force is zero at once.
     const bool is_free = force == Vec3d{0, 0, 0} && !s.in_contact;
     if (const double size = norm(step); size > most_change && !is_free) {
         force = s.force_n + (most_change / size) * step;

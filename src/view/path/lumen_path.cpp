@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Fast marching runs twice from the one end to the other, and the path is traced back
-// (docs/lumen_path.md). The first run is slowed down only right beside walls: it finds the shortest
-// route. A cost that attracts the path to wide regions would instead leave a bronchus through a
-// hole in its wall, which scans have, and cross the lung. The second run has this cost, but is
-// confined to the route's neighbourhood.
+// (docs/method/lumen_path.md). The first run is slowed down only right beside walls: it
+// finds the shortest route. A cost that attracts the path to wide regions would instead leave a
+// bronchus through a hole in its wall, which scans have, and cross the lung. The second run has
+// this cost, but is confined to the route's neighbourhood.
 
 #include <pliant/render.h>
 

@@ -106,7 +106,7 @@ void prefer_large_parts(const std::vector<std::uint32_t>& sizes, std::vector<Pla
 /// The air around a patient is closed in by blankets and the table, which are thin.
 void prefer_bodies(const render::CoarseVolume& coarse, double tissue_hu, double scale,
                    std::vector<Place>& places, const TaskArena& arena) {
-    constexpr double kBodyMm = 15, kInside = 0.75;  // of the best place's share
+    constexpr double kBodyMm = 15, kInside = 0.75;  // of the best position's share
     std::vector<double> shares(places.size());
     arena.for_each(std::int64_t(places.size()), 8, [&](auto begin, auto end) {
         for (auto i = std::size_t(begin); i < std::size_t(end); ++i)

@@ -209,7 +209,7 @@ void for_each_point(std::span<const DrawnSurface> surfaces, std::span<const Draw
         for (const Vec3d& p : w.points_mm) body(p);
 }
 
-/// From the front, the left, or above, along the smallest extent.
+/// View direction: from the front, the left, or above, along the smallest extent.
 Vec3d look_at(const Extent& extent) {
     const Vec3d size = extent.high - extent.low;
     if (size.y <= size.x && size.y <= size.z) return {0, 1, 0};

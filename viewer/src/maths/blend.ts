@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One ray of the volume rendering in the page's mirror of the voxels: the equations of
-// src/view/render/blend.h and shaders/blend.frag.glsl, in steps of half a voxel, without skipping. For
-// picking, and as a reference.
+// src/view/render/blend.h and shaders/blend.frag.glsl, in steps of half a voxel, without skipping.
+// For picking, and as a reference.
 
 import { voxelFromWorld, voxelVector } from './grid.ts';
 import { steepOf, type Transfer, transferAt } from './transfer.ts';

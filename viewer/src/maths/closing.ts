@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Threshold that closes the walls of a lumen. At one threshold for a whole scan thin walls break
-// open: in CT, those of airways of 2 mm. The lumen around a place is grown value by value, as in
+// open: in CT, those of airways of 2 mm. The lumen around a position is grown value by value, as in
 // region growing with explosion control [Mori2000]; its extent jumps at the value at which it leaks
 // through a wall. The extent is that in blocks of 4³ voxels: noise in a lumen fills it gradually,
 // but doesn't extend it. Voxels that share a corner are neighbours, so below that value no path
@@ -60,7 +60,7 @@ const valueOfLevel = (level: number, rising: boolean): number =>
     floatOfHalf[halfOfOrder(rising ? level : 0xffff - level)]!;
 
 /// Finds the highest threshold (with rising walls; else the lowest) at which the lumen around a
-/// place does not leak.
+/// position does not leak.
 /// @param at    voxel index in the lumen
 /// @param span  range of the scan's values; of CT, 4000
 /// @param most  voxels that are looked at

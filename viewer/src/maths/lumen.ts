@@ -60,7 +60,7 @@ export function crossSection(
         const p = voxelFromWorld(grid, worldOf([(i - half) * step, (j - half) * step]));
         const inside = p.every((x, a) => x >= 0 && x <= last[a]!);
         const value = volume.sample(p) - surface.iso;
-        // On the threshold is in the tissue.
+        // A value on the threshold is tissue.
         const lumen = !inTissue(value + surface.iso, surface);
         const depth = Math.max(Math.abs(value), 1e-6);
         return (values[at] = inside ? (lumen ? depth : -depth) : NaN);

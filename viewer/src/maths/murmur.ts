@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// MurmurHash3, x86, 32 bits, seed 0: the checksum of a client's voxels (docs/protocol.md). The
-// algorithm is in the public domain, by Austin Appleby; written from its description.
+// MurmurHash3, x86, 32 bits, seed 0: the checksum of a client's voxels
+// (docs/developers/protocol.md). The algorithm is in the public domain, by Austin Appleby; written
+// from its description.
 
 function scrambled(k: number): number {
     k = Math.imul(k, 0xcc9e2d51);

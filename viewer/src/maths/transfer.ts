@@ -3,8 +3,8 @@
 
 // Opacity transfer functions of the volume rendering: extinction [1/mm] and colour of each value,
 // linear between points and constant beyond them. With two points it is the ramp of the C++
-// renderer (src/view/render/blend.h): no extinction and the dim colour at the window's lower end, the
-// full extinction and the bright colour at its upper end.
+// renderer (src/view/render/blend.h): no extinction and the dim colour at the window's lower end,
+// the full extinction and the bright colour at its upper end.
 //
 // Presets for CT are in HU. For other scans, whose values have no unit, they follow the histogram.
 
@@ -17,7 +17,7 @@ export interface TransferPoint {
     readonly colour: Vec3; ///< sRGB, 0…255
 }
 
-/// By ascending value; 1 … kMaxPoints points.
+/// Points by ascending value; 1 … kMaxPoints of them.
 export type Transfer = readonly TransferPoint[];
 
 export const kMaxPoints = 8; ///< as in shaders/blend.frag.glsl

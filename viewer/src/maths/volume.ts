@@ -74,7 +74,7 @@ export class VolumeData {
         };
         while (arriving.layers < this.brickSize[2] && isComplete(arriving.layers))
             ++arriving.layers;
-        // What came again changes layers that were complete before.
+        // Repeated data change layers that were complete before.
         return this.computeLayers(Math.min(this.bricksOf(box).begin[2], before), arriving.layers);
     }
 

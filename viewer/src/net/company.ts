@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Messages about cameras that are followed, and about a recorded session that is watched
-// (docs/protocol.md).
+// (docs/developers/protocol.md).
 
 import type { Vec3 } from '../maths/vec.ts';
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Messages of docs/protocol.md as types, and the decoder of its binary frames. Invalid frames are
-// refused with an error that names the field, so that no rubbish is drawn.
+// Messages of docs/developers/protocol.md as types, and the decoder of its binary frames. Invalid
+// frames are refused with an error that names the field, so that no rubbish is drawn.
 
 import type { Box, Grid } from '../maths/grid.ts';
 import type { MarkKind } from '../maths/marks.ts';
@@ -41,7 +41,7 @@ export interface TissueState extends Partial<SpringSettings> {
     depth_by_time?: boolean; ///< the server adapts the depth
     line_mb_s?: number; ///< rate of the slowest client's line, if that limits the depth
     update_hz?: number;
-    // Of organs.
+    // Organs only.
     particles?: number;
     fixed_particles?: number;
     edge_mm?: number; ///< mean edge of the tetrahedra
@@ -94,7 +94,7 @@ export interface Landmark {
 
 /// Kind of a scan's values, and defaults that suit them.
 export interface ScanValues {
-    kind: string; ///< as in docs/kinds_of_scans.md
+    kind: string; ///< as in docs/howto/kinds_of_scans.md
     unit: string; ///< HU, or empty: none
     window: number; ///< of sections
     level: number;

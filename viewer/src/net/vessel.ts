@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Inner surface of a vessel and the catheter in it (docs/protocol.md, *Vessels*): the server sends
-// the surface at rest once, then displacements of its nodes. Frames are validated before use.
+// Inner surface of a vessel and the catheter in it (docs/developers/protocol.md, *Vessels*): the
+// server sends the surface at rest once, then displacements of its nodes. Frames are validated
+// before use.
 
 import { floatOfHalf } from '../maths/half.ts';
 import type { Vec3 } from '../maths/vec.ts';

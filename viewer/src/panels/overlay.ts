@@ -42,7 +42,7 @@ const kTitles: Record<ViewName, string> = {
     coronal: 'Coronal',
     sagittal: 'Sagittal',
 };
-// In a body.
+// Lengths for a patient (scaleOf).
 const kPathSight = 60; // length of a path that the endoscope shows [mm]
 const kNearSection = 2; // distance of path points that are drawn strong [mm]
 
@@ -95,7 +95,7 @@ export class Overlay {
         }).observe(this.element);
     }
 
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     private get scale(): number {
         return scaleOf(this.session.store.state.scan.volume);
     }
@@ -294,7 +294,7 @@ export class Overlay {
         return runs.filter((run) => run.length > 1);
     }
 
-    /// Line of a cut in progress, and the places of other clients' tools without a body.
+    /// Line of a cut in progress, and the positions of other clients' tools without a body.
     private toolMarks(others: readonly Tool[], plane: SectionPlane): SVGElement[] {
         const marks: SVGElement[] = [];
         const { stroke } = this.session.hand;

@@ -42,7 +42,7 @@ export function organLines(state: TissueState | undefined): string[] {
 export function tissuePanel(parts: Parts): HTMLElement {
     const { session } = parts;
     let cell = kCell; // edge of the next lattice's cells [mm]
-    // Of the next lattice; unless chosen here, the scan's materials determine them.
+    // Moduli of the next lattice; unless chosen here, the scan's materials determine them.
     let young: number | undefined; // [kPa]
     let poisson: number | undefined;
     let shown: TissueState['model'] | undefined;

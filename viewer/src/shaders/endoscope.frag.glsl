@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Picture of the endoscope, with the camera and the light of the C++ renderer
-// (src/view/render/endoscope.cpp): a lamp at the camera, specular highlights on wet tissue, light that
-// falls off with the distance and fades into fog. The same rays hit instruments and catheters
+// (src/view/render/endoscope.cpp): a lamp at the camera, specular highlights on wet tissue, light
+// that falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //
 // REAL: the style; else plain. RAW: tissue was carved or cut. INSTRUMENTS, CATHETER, LABELS: the

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Fluoroscopy: each ray is attenuated by the tissue along it, as in include/pliant/render.h;
-// noise, characteristic curve and collimator as in src/view/render/detector.h. Dense tissue is dark; the
-// exposure is 45 % grey.
+// noise, characteristic curve and collimator as in src/view/render/detector.h. Dense tissue is
+// dark; the exposure is 45 % grey.
 
 in vec2 place;
 out vec4 colour;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Light of the style "real", explained in src/view/render/real_look.cpp: lamps beside the lens, colours
-// by the scan behind the wall, blood vessels anchored to the tissue at rest, translucency, a film
-// of liquid. Names are the same there.
+// Light of the style "real", explained in src/view/render/real_look.cpp: lamps beside the lens,
+// colours by the scan behind the wall, blood vessels anchored to the tissue at rest, translucency,
+// a film of liquid. Names are the same there.
 
 #ifdef REAL
 const bool real = true;

@@ -103,7 +103,7 @@ export interface Device {
 /// Tools at work.
 export interface Hands {
     readonly others: readonly Tool[]; ///< tools of other clients
-    // On the own tool; energy per path where the tissue has no forces [mm² · weight/mm].
+    // Force on the own tool; energy per path where the tissue has no forces [mm² · weight/mm].
     readonly force_n: number;
     readonly energy_per_mm: number;
 }

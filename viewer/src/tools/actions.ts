@@ -62,7 +62,7 @@ export class Actions {
     private get state(): State {
         return this.session.store.state;
     }
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     private get scale(): number {
         return scaleOf(this.state.scan.volume);
     }
@@ -108,7 +108,7 @@ export class Actions {
         this.set({ sections: { frames: { ...frames, [view]: { ...frame, shift } } } });
     }
 
-    /// Zooms a view. @param fixed  point that stays in its place in a section [mm, LPS]
+    /// Zooms a view. @param fixed  point that stays where it is in a section [mm, LPS]
     zoom(view: ViewName, factor: number, fixed?: Vec3): void {
         if (view === 'endoscope') {
             const { outside, orbit, fieldOfView } = this.state.view;
@@ -250,7 +250,7 @@ export class Actions {
         );
     }
 
-    /// Moves the endoscope to a place, or into the lumen beside it. It looks along the lumen.
+    /// Moves the endoscope to a position, or into the lumen beside it. It looks along the lumen.
     endoscopeTo(place: Vec3): void {
         const { session } = this;
         const { volume, surface } = session;

@@ -11,7 +11,7 @@ import type { State } from '../state/state.ts';
 import { type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
 import { planeAt, rayAt, type Spot, surfaceAt } from './aim.ts';
 
-const kReach = 40; // of the copy around the first place [mm]
+const kReach = 40; // of the copy around the first position [mm]
 const kMaxVoxels = 4e6;
 
 export class CarveWall {
@@ -37,7 +37,7 @@ export class CarveWall {
         this.copy = volume.copyOf(box);
     }
 
-    /// Place of the scoop under a spot; undefined if there is no wall.
+    /// Position of the scoop under a spot; undefined if there is no wall.
     at(state: State, spot: Spot): Vec3 | undefined {
         if (this.plane)
             return along(

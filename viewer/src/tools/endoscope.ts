@@ -16,7 +16,7 @@ import { newStroke } from './strokes.ts';
 
 // Lengths in a body.
 const kRoomReach = 60; // the speed ignores walls farther away [mm]
-const kEscape = 40; // search radius for a free place, of an eye in tissue [mm]
+const kEscape = 40; // search radius for a free position, of an eye in tissue [mm]
 const kTurnRate = 70; // of the keyboard [degrees/s]
 
 export class Endoscope {
@@ -155,7 +155,7 @@ export class Endoscope {
         });
     }
 
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     private get scale(): number {
         return scaleOf(this.scene.store.state.scan.volume);
     }

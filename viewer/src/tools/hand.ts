@@ -26,7 +26,7 @@ export class Hand {
         private readonly device: Haptics,
     ) {}
 
-    /// Shows the chosen tool at a place before it acts; undefined: takes it away.
+    /// Shows the chosen tool at a position before it acts; undefined: takes it away.
     poise(place: Vec3 | undefined): void {
         const { name, radius } = this.scene.store.state.tool;
         const kind = kHeads[name];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Outcomes of commands in a user's words, with the place of a bone that stopped a tool. They are
+// Outcomes of commands in a user's words, with the position of a bone that stopped a tool. They are
 // shown at the tool and go away by themselves.
 
 import { voxelFromWorld } from '../maths/grid.ts';
@@ -16,14 +16,14 @@ const kShowMs = 2500;
 const kReach = 60; // of the search for a bone, in a body [mm]
 const kDirections = 200;
 
-/// Place and direction of a tool when a command was sent.
+/// Position and direction of a tool when a command was sent.
 export interface Motion {
     readonly from: Vec3;
     readonly by: Vec3;
     readonly radius: number;
 }
 
-/// First place along a ray with at least a value.
+/// First position along a ray with at least a value.
 function boneAlong(
     volume: VolumeData,
     from: Vec3,

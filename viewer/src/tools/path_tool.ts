@@ -11,7 +11,7 @@ import { lengthText, scaleOf } from '../state/units.ts';
 import { saveBlob } from './download.ts';
 import type { Scene } from './scene.ts';
 
-// In a body.
+// Lengths for a patient (scaleOf).
 const kReach = 5; // largest distance of a click on a wall to the lumen [mm]
 const kSpeed = 20; // along the path [mm/s]
 
@@ -21,7 +21,7 @@ export class PathTool {
     private get way(): Way {
         return this.scene.store.state.way;
     }
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     private get scale(): number {
         return scaleOf(this.scene.store.state.scan.volume);
     }
@@ -75,7 +75,7 @@ export class PathTool {
         if (answer?.t !== 'path') return; // Session.refused has shown the reason
         if (answer.volume !== asked || answer.volume !== store.state.scan.volume?.id) return;
         if (answer.points.length < 2) {
-            scene.warn('the path begins where it ends; click two different places');
+            scene.warn('the path begins where it ends; click two different points');
             return;
         }
         this.set({ path: new Path(answer.points, answer.radii), position: 0, flying: false });

@@ -188,7 +188,7 @@ export class Pointer {
             );
     }
 
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     private get scale(): number {
         return scaleOf(this.session.store.state.scan.volume);
     }

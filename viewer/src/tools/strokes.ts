@@ -69,7 +69,7 @@ abstract class Follower implements Stroke {
         this.means.store.set({ hands: { force_n: 0, energy_per_mm: 0 } });
     }
 
-    /// Of lengths: 1 in a body.
+    /// Length scale of the scan; 1 for a patient.
     protected get scale(): number {
         return scaleOf(this.means.store.state.scan.volume);
     }
@@ -89,7 +89,7 @@ abstract class Follower implements Stroke {
     }
 }
 
-// In a body.
+// Lengths for a patient (scaleOf).
 const kCellStep = 1; // longest push of a single cell [mm]
 const kMinCarving = 0.5; // smallest radius for carving: single cells can't be carved [mm]
 const kMinMotion = 0.02; // shorter motions are postponed [mm]

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Automatic exposure, metered over the picture, as in src/view/render/exposure.cpp. In front of a scene
-// whose nearest wall is farther away than any in a lumen, such as an organ, the lamps are stronger.
+// Automatic exposure, metered over the picture, as in src/view/render/exposure.cpp. In front of a
+// scene whose nearest wall is farther away than any in a lumen, such as an organ, the lamps are
+// stronger.
 
 import { type Camera, firstHit, rayThrough, type Surface } from '../maths/rays.ts';
 import type { VolumeData } from '../maths/volume.ts';
