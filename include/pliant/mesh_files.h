@@ -13,7 +13,7 @@
 // @code
 //   const auto surface = read_surface("aorta.vtp");
 //   if (!surface) std::puts(surface.error().message.c_str());
-//   write_vtu("block.vtu", block, {{{"displacement_mm", displacements}}});
+//   write_vtu("body.vtu", mesh, {{{"displacement_mm", displacements}}});
 // @endcode
 
 #pragma once
