@@ -7,6 +7,7 @@
 // naive loop: structures of floats, constraints in the mesh's order, one after the other.
 
 #include <pliant/pbd.h>
+#include <pliant/research/rod.h>
 
 #include <cmath>
 #include <cstdlib>

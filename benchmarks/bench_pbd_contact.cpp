@@ -11,6 +11,7 @@
 
 #include <pliant/body_contact.h>
 #include <pliant/pbd.h>
+#include <pliant/research/rod.h>
 #include <pliant/vessel.h>
 
 #include <algorithm>

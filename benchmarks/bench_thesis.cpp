@@ -20,8 +20,8 @@ namespace {
 constexpr std::int64_t kElements2005 = 392;
 constexpr double kPush2005_ms = 170, kMapping2005_ms = 441;
 
-/// As in results_chainmail/setups.cpp: at this slice distance the number of moved elements equals
-/// the thesis's.
+/// As in research/results/chainmail/setups.cpp: at this slice distance the number of moved elements
+/// equals the thesis's.
 Volume thesis_volume() {
     Volume volume;
     volume.grid.size = {64, 64, 32};

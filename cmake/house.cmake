@@ -8,6 +8,9 @@
 # in which data flows. A room is a folder of its wing.
 
 set(PLIANT_WINGS core io models view scenes serve)
+# research/ at the root of the sources: PLIANT_RESEARCH=ON. No other wing needs it, and
+# pliant::pliant is without it.
+set(PLIANT_OPTIONAL_WINGS research)
 
 #   NEEDS    the wings that it stands on, with theirs
 #   RECIPES  third-party libraries that it links; who links the static library needs them too
@@ -21,7 +24,7 @@ set(PLIANT_io_RECIPES lz4 png pugixml zlib)
 set(PLIANT_io_HEADERS gdcm)
 
 set(PLIANT_models_NEEDS core)
-set(PLIANT_models_RECIPES highway lz4 nlopt)
+set(PLIANT_models_RECIPES highway lz4)
 set(PLIANT_models_HEADERS eigen)
 
 set(PLIANT_view_NEEDS core models)
@@ -35,6 +38,10 @@ set(PLIANT_scenes_HEADERS nlohmann_json)
 set(PLIANT_serve_NEEDS core io models view scenes)
 set(PLIANT_serve_RECIPES lz4 openssl)
 set(PLIANT_serve_HEADERS boost nlohmann_json)
+
+set(PLIANT_research_NEEDS core models)
+set(PLIANT_research_RECIPES)
+set(PLIANT_research_HEADERS eigen)
 
 # Contents of each wing, and of each room after its floor. A room includes itself and rooms on lower
 # floors, of its own wing and of those that this one needs.
@@ -53,7 +60,7 @@ set(PLIANT_HOUSE
     "  2 field         displacements, cuts and voids in sparse bricks, whichever model writes"
     "  2 fem           linear elastic reference: elements, Cholesky, matrix-free lattices"
     "  2 springs       mass-spring networks, force transmittal and its baselines"
-    "  2 pbd           position-based constraints in domains and packs; Cosserat rods"
+    "  2 pbd           position-based constraints in domains and packs; contact"
     "  2 vessel        vessel walls: from centrelines, surfaces, scans"
     "  3 material      ChainMail's limits: laws, air, labels, settings, the certificate"
     "  3 resample      a deformation back to a grid, at once or live; fields"
@@ -65,7 +72,6 @@ set(PLIANT_HOUSE
     "  6 chainmail     the model: push, slide, cut, carve, history, state files"
     "  7 tissue        the interface of all tissues; all models of tissue behind it"
     "  7 truth         pairs of scans with a known deformation; scores of registrations"
-    "  7 research      published orderings, ChainMail on graphs and between objects"
     "  8 fit           stiffness of springs from a reference: annealing, Gauss-Newton"
     "view              pictures: ray casting, sections, paths; force feedback; learning"
     "  4 render        first-hit ray casting, blending, sections"
@@ -79,7 +85,11 @@ set(PLIANT_HOUSE
     "  8 protocol      commands and messages as values, as JSON and as frames"
     "  9 session       the scene of a server, its steps, recording, checkpoints, replay"
     "  10 hub          one scene, several clients: the hub, and feeds beside the voxels"
-    "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server")
+    "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server"
+    "research          published methods, to compare with; results/: papers' figures"
+    "  8 chains        published orderings, ChainMail on graphs and between objects"
+    "  8 rods          Cosserat rods solved directly, their contact with a vessel"
+    "  8 networks      springs by projective dynamics, and with new positions in a step")
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
@@ -93,12 +103,14 @@ set(PLIANT_PUBLIC_HEADERS
     "formats   scan_files"
     "meshes    mesh_files"
     "pictures  png"
-    "tissue    check_tissue eye_deformation own_tissue tissues"
-    "research  research research/graph research/objects research/orderings"
+    "tissue    check_tissue drivable eye_deformation mesh_tissue own_tissue tissues"
     "fit       fit_mesh"
     "render    surface_view"
     "haptics   haptics_device"
-    "network   serve pliant")
+    "network   serve pliant"
+    "chains    research/graph research/objects research/orderings"
+    "rods      research/rod"
+    "networks  research/springs")
 
 # Adds to a list of wings those that they need, and puts the list in order. Other names stay out.
 function(pliant_add_needs list)
@@ -106,8 +118,8 @@ function(pliant_add_needs list)
     foreach(wing IN LISTS ${list})
         list(APPEND wanted ${PLIANT_${wing}_NEEDS})
     endforeach()
-    set(all ${PLIANT_WINGS})
-    foreach(wing IN LISTS PLIANT_WINGS)
+    set(all ${PLIANT_WINGS} ${PLIANT_OPTIONAL_WINGS})
+    foreach(wing IN LISTS all)
         if(NOT wing IN_LIST wanted)
             list(REMOVE_ITEM all ${wing})
         endif()

@@ -9,7 +9,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/pliant)
 
-foreach(component IN LISTS PLIANT_COMPONENTS)
+foreach(component IN LISTS PLIANT_BUILT)
     install(TARGETS pliant_${component} EXPORT pliant-${component}
             ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
     if(component STREQUAL io)
@@ -23,6 +23,10 @@ foreach(component IN LISTS PLIANT_COMPONENTS)
 endforeach()
 install(DIRECTORY include/pliant DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
+if(PLIANT_RESEARCH)
+    install(DIRECTORY research/include/pliant DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+            FILES_MATCHING PATTERN "*.h")
+endif()
 
 set(PLIANT_LINKS_RECIPES ON)
 if(BUILD_SHARED_LIBS)

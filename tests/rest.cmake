@@ -5,9 +5,9 @@
 foreach(check IN ITEMS layers bibliography files)
     add_test(NAME check_${check} COMMAND ${PROJECT_SOURCE_DIR}/tools/check_${check})
 endforeach()
-foreach(check IN ITEMS layers bibliography files documents symbols)
-    add_test(NAME check_${check}_self_test
-             COMMAND ${PROJECT_SOURCE_DIR}/tools/check_${check} --self-test)
+foreach(check IN ITEMS check_layers check_bibliography check_files check_documents check_symbols
+        unless_passed)
+    add_test(NAME ${check}_self_test COMMAND ${PROJECT_SOURCE_DIR}/tools/${check} --self-test)
 endforeach()
 pliant_test(material SOURCES test_settings.cpp)
 pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
@@ -28,14 +28,16 @@ pliant_test(formats
             test_read_orientation.cpp test_read_vtk.cpp test_recorded_scans.cpp
             test_shared_scans.cpp test_straighten.cpp test_vector_field.cpp test_voxel_builder.cpp
             test_write_formats.cpp test_write_volume.cpp test_write_vti.cpp
-    LIBRARIES pliant_lz4 ZLIB::ZLIB)
+    LIBRARIES pliant_lz4 ZLIB::ZLIB
+    INPUTS $<TARGET_FILE:pliant_decoder> ${CMAKE_CURRENT_SOURCE_DIR}/formats/data
+           ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom)
 target_compile_definitions(test_formats PRIVATE
     PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
     PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/formats/data")
 pliant_test(organs SOURCES test_organs.cpp)
 pliant_test(fit SOURCES test_fibres.cpp test_large.cpp test_mesh.cpp test_methods.cpp
             test_published.cpp)
-target_include_directories(test_fit PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_springs)
+target_include_directories(test_fit PRIVATE ${PROJECT_SOURCE_DIR}/research/results/springs)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
@@ -43,15 +45,14 @@ pliant_test(mesh
             test_overlap.cpp test_stuffing.cpp
             test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
-target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
-pliant_test(research SOURCES test_graph.cpp test_objects.cpp test_orderings.cpp)
+target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/research/results/pbd)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
     SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
             test_multigrid.cpp test_published.cpp test_slabs.cpp test_solvers.cpp)
 pliant_test(tissue
     SOURCES ../support/count_allocations.cpp test_body_cuts.cpp test_eye_deformation.cpp
-            test_giving_up.cpp
+            test_giving_up.cpp test_mesh_tissue.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp test_check_tissue.cpp
             test_own_tissue.cpp)
@@ -65,20 +66,23 @@ pliant_test(catheter
 pliant_test(vessel
     SOURCES ../support/count_allocations.cpp test_given_wall.cpp test_out_of_memory.cpp
             test_soundness.cpp test_wall.cpp)
-pliant_test(scenes SOURCES test_unsteered_tips.cpp)
+pliant_test(scenes SOURCES test_unsteered_tips.cpp INPUTS ${PROJECT_SOURCE_DIR}/scenes)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
 pliant_test(gym
     SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
             test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
-    SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp
+    SOURCES ../../research/results/haptics/hands.cpp ../../research/results/haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp
             test_servo.cpp test_servo_step.cpp test_space_mouse.cpp test_stability.cpp
             watch_thread.cpp
-    LIBRARIES ${CMAKE_DL_LIBS})
+    LIBRARIES ${CMAKE_DL_LIBS}
+    INPUTS $<TARGET_FILE:example_haptic_device> $<TARGET_FILE:wrong_haptic_device>
+           $<TARGET_FILE:fake_spnav>)
 target_include_directories(test_haptics PRIVATE
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_haptics ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+    ${PROJECT_SOURCE_DIR}/research/results/haptics ${PROJECT_SOURCE_DIR}/research/results/page)
 # Plug-ins: the one that people begin with, one that must be refused, one that takes its time.
+enable_language(C)
 add_library(example_haptic_device MODULE ${PROJECT_SOURCE_DIR}/examples/haptic_device/device.c)
 add_library(wrong_haptic_device MODULE haptics/wrong_plugin.c)
 add_library(slow_haptic_device MODULE haptics/slow_plugin.c)
@@ -99,7 +103,9 @@ add_dependencies(test_haptics fake_spnav)
 pliant_test(protocol
     SOURCES ../hub/test_client.cpp settings_files.cpp test_commands.cpp test_frames.cpp
             test_settings_files.cpp
-    LIBRARIES nlohmann_json::nlohmann_json)
+    LIBRARIES nlohmann_json::nlohmann_json
+    INPUTS ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src/serve
+           ${PROJECT_SOURCE_DIR}/viewer/src)
 target_compile_definitions(test_protocol PRIVATE PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 pliant_test(session
     SOURCES ../hub/test_client.cpp ../support/scan_files.cpp test_checkpoint.cpp test_scene.cpp
@@ -108,12 +114,13 @@ pliant_test(session
 pliant_test(hub
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
             test_changed_blocks.cpp test_depth_for_time.cpp test_fairness.cpp test_files.cpp
-            test_haptic_catheter.cpp
-            test_haptics.cpp test_hostile.cpp test_labels.cpp test_marks.cpp test_network.cpp
-            test_out_of_memory.cpp test_overlay.cpp test_organ.cpp test_own_tissue.cpp test_path.cpp
-            test_playback.cpp test_recording.cpp test_rest_field.cpp test_server.cpp
-            test_slow_line.cpp test_traffic.cpp test_vessel.cpp
-    LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL)
+            test_haptic_catheter.cpp test_haptics.cpp test_hostile.cpp test_labels.cpp
+            test_marks.cpp test_network.cpp test_out_of_memory.cpp test_overlay.cpp test_organ.cpp
+            test_own_tissue.cpp test_path.cpp test_playback.cpp test_recorder.cpp
+            test_recording.cpp test_rest_field.cpp test_server.cpp test_slow_line.cpp
+            test_states.cpp test_traffic.cpp test_vessel.cpp
+    LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL
+    INPUTS ${PROJECT_SOURCE_DIR}/scenes $<TARGET_FILE:slow_haptic_device>)
 target_include_directories(test_hub PRIVATE ${PROJECT_SOURCE_DIR}/examples)
 target_compile_definitions(test_hub PRIVATE
     PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>"
@@ -131,7 +138,9 @@ if(PLIANT_BUILD_APP)
                              test_program.cpp test_readers.cpp test_serve.cpp
                              test_truth.cpp
                              test_value_range.cpp test_vessel.cpp
-                LIBRARIES nlohmann_json::nlohmann_json)
+                LIBRARIES nlohmann_json::nlohmann_json
+                INPUTS $<TARGET_FILE:pliant_app> $<TARGET_FILE:pliant_decoder>
+                       ${CMAKE_CURRENT_SOURCE_DIR}/apps/data)
     target_compile_definitions(test_apps PRIVATE
         PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>"
         PLIANT_APPS_DATA="${CMAKE_CURRENT_SOURCE_DIR}/apps/data")
@@ -140,39 +149,13 @@ endif()
 # README's and the documents' command lines. With sanitizers they would take minutes; the rooms'
 # tests cover the same code.
 if(PLIANT_BUILD_APP AND NOT PLIANT_SANITIZE)
-    pliant_test(documents SOURCES commands.cpp test_commands.cpp LIBRARIES PNG::PNG)
+    pliant_test(documents SOURCES commands.cpp test_commands.cpp LIBRARIES PNG::PNG
+                INPUTS $<TARGET_FILE:pliant_app> ${PROJECT_SOURCE_DIR}/README.md
+                       ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/scenes)
     target_compile_definitions(test_documents PRIVATE
         PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>" PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     add_dependencies(test_documents pliant_app)
 endif()
-# The pages of results: their drawing and measuring code, not the programs that take times.
-pliant_test(results
-    SOURCES ../../benchmarks/results_page/chart.cpp
-            ../../benchmarks/results_page/glyphs.cpp
-            ../../benchmarks/results_page/page.cpp
-            ../../benchmarks/results_page/plot.cpp
-            ../../benchmarks/results_chainmail/setups.cpp
-            ../../benchmarks/results_chainmail/slices.cpp
-            ../../benchmarks/results_endoscope/colours.cpp
-            ../../benchmarks/results_pbd/cutaway.cpp
-            ../../benchmarks/results_pbd/pressed.cpp
-            test_colours.cpp test_cutaway.cpp test_plot.cpp test_setups.cpp)
-target_include_directories(test_results PRIVATE
-    ${PROJECT_SOURCE_DIR}/benchmarks
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_page
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
-# The example of objects that collide, compiled as the tests are.
-set(colliding_objects ${PROJECT_SOURCE_DIR}/examples/colliding_objects)
-add_executable(example_colliding_objects
-    ${colliding_objects}/collision.cpp ${colliding_objects}/main.cpp
-    ${colliding_objects}/picture.cpp ../benchmarks/results_page/glyphs.cpp
-    ../benchmarks/results_page/page.cpp ../benchmarks/results_page/plot.cpp)
-target_include_directories(example_colliding_objects PRIVATE
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
-target_link_libraries(example_colliding_objects PRIVATE pliant pliant_flags)
-add_test(NAME example_colliding_objects
-         COMMAND example_colliding_objects ${CMAKE_CURRENT_BINARY_DIR}/collision.png --check)
 # Readers of untrusted input, on their corpora.
 add_subdirectory(fuzz)
 # And the whole program with damaged files.

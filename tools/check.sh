@@ -6,10 +6,12 @@
 
 readonly clang_format=clang-format-14  # other versions set some lines differently
 step_lines=()
+missed=()  # steps of --all that failed
 
-step() { # NAME COMMAND…
-    local name=$1 start=$SECONDS
-    shift
+# Runs a command, and notes the time that it took. Sets status.
+timed() { # NAME REMARK COMMAND…
+    local name=$1 remark=$2 start=$SECONDS
+    shift 2
     say "$name"
     # In a subshell with its own -e: inside of a condition the shell would ignore failures.
     set +e
@@ -17,13 +19,26 @@ step() { # NAME COMMAND…
         set -e
         "$@"
     )
-    local status=$?
+    status=$?
     set -e
-    step_lines+=("$(printf '%-52s %5d s' "$name" $((SECONDS - start)))")
+    ((status == 0)) || remark+=" FAILED"
+    step_lines+=("$(printf '%-52s %5d s%s' "$name" $((SECONDS - start)) "$remark")")
+}
+
+step() { # NAME COMMAND…
+    local status
+    timed "$1" '' "${@:2}"
     ((status == 0)) || {
         summary
-        fail "failed: $name"
+        fail "failed: $1"
     }
+}
+
+# A step that only `--all` has: a failure doesn't end the run, the end names all of them.
+rest() { # NAME COMMAND…
+    local status
+    timed "$1" '  (--all)' "${@:2}"
+    ((status == 0)) || missed+=("$1")
 }
 
 summary() {
@@ -35,6 +50,8 @@ lint() {
     cd "$root"
     tools/check_layers --self-test
     tools/check_layers
+    tools/check_classes --self-test
+    tools/check_classes
     tools/check_bibliography --self-test
     tools/check_bibliography
     tools/check_links --self-test
@@ -43,7 +60,8 @@ lint() {
     tools/check_files
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
-    find include src apps tests examples benchmarks python -regex '.*\.\(h\|cpp\|inc\)' -print0 |
+    find include src apps tests examples benchmarks python research \
+        -regex '.*\.\(h\|cpp\|inc\)' -print0 |
         xargs -0 "$formatter" --dry-run -Werror
     echo "format: as .clang-format says"
     # shellcheck disable=SC2016  # the quotes around code in Markdown
@@ -61,22 +79,70 @@ compile_and_test() { # PRESET [a command that runs the given one]
     run_ctest "$@"
 }
 
-# The longest tests of rooms with vector code, which pass with GCC before: half of the time.
-readonly clang_leaves_out=*RandomSequences.*:*OutOfMemory.*:RodContact.*:PbdBoxes.*:\
-Drag.IsBitForBitAPushOfTheSameElementsByTheSameSteps:\
-RelaxSteps.DragThatRelaxesBetweenItsStepsEqualsPushesThatDo:\
-Relax.EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep:\
-History.UndoAndRedoGiveTheSameBitsAfterAnySteps
-
-compile_and_test_with_clang() {
-    GTEST_FILTER="-$clang_leaves_out" compile_and_test clang
+# Tests that take half of the time and rarely say anything that others don't: random sequences in
+# full, damaged files by the thousand. The short run leaves them out, and lets only every tenth
+# allocation fail (tests/support/each_allocation.h); `./dev test --all` runs them whole afterwards.
+long_tests() { # as a filter of GoogleTest's
+    sed -n 's/^\([^# ]\+\).*/\1/p' "$root/tests/long_tests.txt" | paste -sd:
 }
 
-run_ctest() { # PRESET [a command that runs the given one]
+long_python_tests() {
+    sed -n 's/^# python: //p' "$root/tests/long_tests.txt"
+}
+
+unless_passed() { # NAME [INPUT…] -- COMMAND…
+    PLIANT_PASSED=$root/build/passed "$root/tools/unless_passed" "$@"
+}
+
+# With the Python module: one configuration, one compilation.
+compile_with_gcc() {
+    local python=$root/build/python-build/bin/python module=()
+    if [[ ${PLIANT_PYTHON:-ON} != OFF ]]; then
+        environment build
+        module=(-DPLIANT_BUILD_PYTHON=ON -DPython_EXECUTABLE="$python"
+            -Dnanobind_DIR="$("$python" -m nanobind --cmake_dir)")
+    fi
+    configure gcc -DPLIANT_BUILD_TESTS=ON "${module[@]}"
+    compile gcc
+}
+
+tests_run_by=()  # a command that runs the given one
+
+run_ctest() { # PRESET [ctest arguments…]
     local preset=$1
     shift
-    "$@" ctest --test-dir "$root/build/$preset" --output-on-failure --no-tests=error \
-        -j "$(nproc)" | tee "$root/build/$preset-ctest.log"
+    "${tests_run_by[@]}" ctest --test-dir "$root/build/$preset" --output-on-failure \
+        --no-tests=error -j "$(nproc)" "$@" | tee "$root/build/$preset-ctest.log"
+}
+
+test_short() {
+    PLIANT_SHORT_TESTS=1 GTEST_FILTER="-$(long_tests)" run_ctest gcc --label-exclude 'long|research'
+}
+
+# What test_short leaves out.
+test_long() {
+    export PLIANT_EACH_TEST=1
+    run_ctest gcc --label-regex long
+    GTEST_FILTER="$(long_tests):*OutOfMemory*" run_ctest gcc --label-exclude 'long|research'
+}
+
+# pliant::research and what papers are compared with.
+test_research() {
+    configure gcc -DPLIANT_RESEARCH=ON
+    compile gcc
+    PLIANT_EACH_TEST=1 run_ctest gcc --label-regex research
+}
+
+compile_and_test() { # PRESET [CMake arguments…]
+    configure "$@" -DPLIANT_BUILD_TESTS=ON
+    compile "$1"
+    PLIANT_EACH_TEST=1 run_ctest "$1"
+}
+
+# The rooms with vector code, as shared libraries.
+compile_and_test_with_clang() {
+    GTEST_FILTER="-$(long_tests)" PLIANT_SHORT_TESTS=1 \
+        compile_and_test clang -DPLIANT_TEST_ALL=OFF -DBUILD_SHARED_LIBS=ON
 }
 
 # Builds an example against an installed package, as a user would.
@@ -151,7 +217,7 @@ at_once() { # COMMAND…
     while ((running-- > 0)); do wait -n; done
 }
 
-# Installs to a temporary prefix and uses the package: GCC's static libraries, Clang's shared ones.
+# Installs to a temporary prefix and uses the package.
 consumer() {
     local prefix hidden
     prefix=$(mktemp -d)
@@ -159,7 +225,6 @@ consumer() {
     trap "rm -rf '$prefix'" EXIT
     cmake --install "$root/build/gcc" --prefix "$prefix/static" >/dev/null
     at_once "use_example $prefix consumer $prefix" \
-        "use_example $prefix colliding_objects $prefix/collision.png" \
         "use_hello $prefix/static" \
         "use_example $prefix "{own_tissue,own_law,own_tool,own_mapper,soft_body,host_loop}
     "$prefix/static/bin/pliant" --version
@@ -171,7 +236,14 @@ consumer() {
     cmake --no-warn-unused-cli -S "$root" -B "$prefix/models" -G Ninja -DCMAKE_CXX_COMPILER=g++ \
         -DPLIANT_COMPONENTS=models "${hidden[@]}" >/dev/null
     echo "package: models alone is configured without ${not_for_models[*]}"
+}
 
+# Clang's shared libraries, as a user links them.
+consumer_of_shared() {
+    local prefix
+    prefix=$(mktemp -d)
+    # shellcheck disable=SC2064
+    trap "rm -rf '$prefix'" EXIT
     cmake --install "$root/build/clang" --prefix "$prefix/shared" >/dev/null
     "$prefix/shared/bin/pliant" --version
     use_models_alone "$prefix/shared"
@@ -188,26 +260,34 @@ fixed_addresses() {
 
 sanitize_addresses() {
     export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
-    export LSAN_OPTIONS=suppressions=$root/tools/lsan.supp:print_suppressions=0
     export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
     compile_and_test asan
 }
 
 sanitize_threads() {
     export TSAN_OPTIONS=suppressions=$root/tools/tsan.supp:halt_on_error=1:second_deadlock_stack=1
-    compile_and_test tsan fixed_addresses
+    tests_run_by=(fixed_addresses)
+    compile_and_test tsan
 }
 
-run_tests() { # [--sanitize]
-    local sanitize=no
-    case ${1:-} in
-        '') ;;
-        --sanitize) sanitize=yes ;;
-        *) fail "test: expected --sanitize or nothing, found '$1'" ;;
-    esac
-    need_packages build test lint
-    if [[ ${PLIANT_LARGE:-ON} != OFF ]]; then
-        need_packages wheel
+# Each source alone, without what others of its room include before it.
+compile_alone() {
+    configure alone
+    compile alone
+}
+
+run_tests() { # [--all] [--sanitize]
+    local all=no sanitize=no argument
+    for argument in "$@"; do
+        case $argument in
+            --all) all=yes ;;
+            --sanitize) sanitize=yes ;;
+            *) fail "test: expected --all, --sanitize or nothing, found '$argument'" ;;
+        esac
+    done
+    need_packages build test lint wheel
+    if [[ $all == yes ]]; then
+        export PLIANT_EACH_TEST=1
         mkdir -p "$root/build"
         (large_environment) >"$root/build/python-large.log" 2>&1 &  # the network's time, not ours
     fi
@@ -215,23 +295,45 @@ run_tests() { # [--sanitize]
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: bundle, types" check_viewer
     fi
-    step "gcc: build without warnings, tests" compile_and_test gcc
-    step "clang: build without warnings, tests" compile_and_test_with_clang
-    step "python: wheel, empty environment, tests, types" test_wheel
-    if [[ ${PLIANT_LARGE:-ON} != OFF ]]; then
-        step "python: beside large packages, notebooks" test_beside_large_packages
-        step "python: studies on engines and stores" test_studies
-    fi
+    step "gcc: build without warnings" compile_with_gcc
+    step "gcc: tests" test_short
+    if [[ ${PLIANT_PYTHON:-ON} != OFF ]]; then step "python: module, types" test_module; fi
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
-        step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"
+        step "page: driven in a browser" test_viewer_short "$root/build/gcc/pliant"
     fi
+    [[ $all == no ]] || run_the_rest
     if [[ $sanitize == yes ]]; then
         step "address and undefined-behaviour sanitizers" sanitize_addresses
         step "thread sanitizer" sanitize_threads
     fi
     summary
+    [[ $all == no ]] || say_what_was_missed
     closing_lines
+    ((${#missed[@]} == 0)) || fail "failed: ${missed[*]}"
+}
+
+# What the short run leaves out. A failure doesn't end it: the end says all that was missed.
+run_the_rest() {
+    rest "gcc: long tests" test_long
+    rest "research: build, tests" test_research
+    rest "clang: build without warnings, tests" compile_and_test_with_clang
+    rest "clang: shared libraries, used" consumer_of_shared
+    rest "gcc: each source alone" compile_alone
+    rest "python: wheel, empty environment, tests" test_wheel
+    rest "python: beside large packages, notebooks" test_beside_large_packages
+    rest "python: studies on engines and stores" test_studies
+    if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
+        rest "page: all in a browser" test_viewer "$root/build/gcc/pliant"
+    fi
+}
+
+say_what_was_missed() {
+    if ((${#missed[@]})); then
+        say "the short run would have missed: ${missed[*]}"
+    else
+        say "the short run would have missed nothing"
+    fi
 }
 
 # The last lines of each ctest run, the ordinary build's at the end.

@@ -49,7 +49,6 @@ fuzz_one() { # TARGET SECONDS
     mkdir -p "$learnt" "$found"
     ulimit -c 0
     export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
-    export LSAN_OPTIONS=suppressions=$root/tools/lsan.supp:print_suppressions=0
     export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
     local words=() dictionary=$root/tests/fuzz/dictionaries/$(dictionary_of "$target").dict
     [[ ! -f $dictionary ]] || words=(-dict="$dictionary")

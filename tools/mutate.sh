@@ -27,7 +27,6 @@ mutate() { # [FORMAT…] [--count N] [--seed S] [--first N] [--sanitize]
     configure "$preset" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=ON
     compile "$preset" --target pliant_app mutate
     export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
-    export LSAN_OPTIONS=suppressions=$root/tools/lsan.supp:print_suppressions=0
     export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
     "$root/build/$preset/tests/mutate/mutate" --program "$root/build/$preset/pliant" \
         --jobs "$(nproc)" --keep "$found" "${arguments[@]}" "${formats[@]}" ||

@@ -10,10 +10,9 @@ packages_of() {
         build)
             echo g++ cmake ninja-build ccache libgdcm-dev libtbb-dev libcli11-dev \
                 libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev \
-                zlib1g-dev liblz4-dev libboost-dev libssl-dev libeigen3-dev libnlopt-dev \
-                libpugixml-dev
+                zlib1g-dev liblz4-dev libboost-dev libssl-dev libeigen3-dev libpugixml-dev
             ;;
-        test) echo clang libgtest-dev libinsighttoolkit5-dev ;;
+        test) echo clang libgtest-dev ;;
         wheel) echo python3-dev python3-venv ;;
         study) echo openmpi-bin ;;
         lint) echo clang-format-14 ;;

@@ -24,8 +24,8 @@ results_chainmail() {
 results_colours() {
     local scans=$root/../shared/data
     [[ -d $scans ]] || fail "results: the scans of the lumina are not there: expected $scans"
-    need_packages build bench
-    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    need_packages build
+    configure release -DPLIANT_RESEARCH=ON -DPLIANT_BUILD_TESTS=OFF
     compile release --target results_colours
     "$root/build/release/results_colours" "$root/docs/results/endoscope" "$scans"
     say "done: docs/results/endoscope/colours.md"
@@ -70,8 +70,8 @@ results_worth() {
 write_results() { # TOPIC [the program's further arguments…]
     local topic=$1 page=$root/docs/results/$1
     shift
-    need_packages build bench
-    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    need_packages build
+    configure release -DPLIANT_RESEARCH=ON -DPLIANT_BUILD_TESTS=OFF
     compile release --target "results_$topic"
     mkdir -p "$page"
     say "measuring and drawing; some minutes"

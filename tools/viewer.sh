@@ -54,6 +54,13 @@ test_viewer() { # PROGRAM
         npm test --silent -- tissue instruments marks)
 }
 
+# Tests without a browser, and those of the page's main job with the program's own server.
+test_viewer_short() { # PROGRAM
+    need_browser
+    unless_passed page "$1" "$root/viewer/src" "$root/viewer/test" -- \
+        env -C "$root/viewer" PLIANT_SERVER="$1" npm test --silent -- --short
+}
+
 # Ubuntu has no package of Chromium: PLIANT_CHROMIUM names a browser from elsewhere.
 need_browser() {
     local browser

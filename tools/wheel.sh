@@ -41,6 +41,24 @@ wheel() {
     say "build/dist/${wheel[0]##*/}, $(($(stat -c %s "${wheel[0]}") >> 10)) KiB"
 }
 
+# The module of build/gcc, without a wheel: its tests but the long ones, and its types.
+test_module() {
+    environment test
+    local python=$root/build/python-test/bin/python module=$root/build/python-module
+    rm -rf "$module"
+    cmake --install "$root/build/gcc" --prefix "$module" --component python >/dev/null
+    cp -r "$root"/python/pliant/. "$module/pliant/"
+    local inputs=("$module" "$root/python/tests" "$root/python/examples" "$root/docs")
+    export PYTHONPATH=$module MYPYPATH=$module PYTHONDONTWRITEBYTECODE=1
+    unless_passed python "${inputs[@]}" -- env -C "$root/python/tests" \
+        "$python" -m pytest -q -p no:cacheprovider --ignore=large --durations=8 \
+        $(long_python_tests | sed 's/^/--deselect=/') .
+    unless_passed python-types "${inputs[@]}" -- env -C "$root/python/tests" \
+        "$python" -m mypy --strict --cache-dir="$root/build/mypy" -p pliant
+    unless_passed python-use-types "${inputs[@]}" -- env -C "$root/python/tests" \
+        "$python" -m mypy --strict --cache-dir="$root/build/mypy" use_types.py
+}
+
 # Installs the wheel alone into an empty environment, and tests it beside the packages that it
 # works with.
 test_wheel() {

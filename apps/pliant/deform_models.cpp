@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <variant>
@@ -239,7 +240,21 @@ Result<MakeScanTissue> prepare_rigid(const DeformOptions&, std::vector<std::stri
     });
 }
 
+constexpr DeformModel kModels[] = {{"chainmail", prepare_chainmail},
+                                   {"springs", prepare_springs},
+                                   {"body", prepare_body, 5'000},
+                                   {"rigid", prepare_rigid}};
+
 }  // namespace
+
+std::span<const DeformModel> deform_models() {
+    return kModels;
+}
+
+const DeformModel& model_of(const DeformOptions& options) {
+    return *std::find_if(std::begin(kModels), std::end(kModels),
+                         [&](const DeformModel& m) { return m.name == options.model; });
+}
 
 const TissueTraits& traits_of(const DeformOptions& options) {
     const auto models = tissue_models();
@@ -265,13 +280,6 @@ Status check_model(const DeformOptions& o) {
             return refused("--carve", &TissueTraits::carves);
     }
     return Ok{};
-}
-
-Result<MakeScanTissue> prepare_tissue(const DeformOptions& o, std::vector<std::string>& notes) {
-    if (o.model == "springs") return prepare_springs(o, notes);
-    if (o.model == "body") return prepare_body(o, notes);
-    if (o.model == "rigid") return prepare_rigid(o, notes);
-    return prepare_chainmail(o, notes);
 }
 
 }  // namespace pliant::app

@@ -11,26 +11,36 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "options.h"
 
 namespace pliant::app {
 
+/// Makes the tissue of a scan, with settings that suit its values; both must outlive it.
+using MakeScanTissue = std::function<Result<std::unique_ptr<Tissue>>(
+    const Volume& scan, const ValueDefaults& values, const TaskArena& arena)>;
+
+/// A model of --model.
+struct DeformModel {
+    std::string_view name;  ///< in tissue_models()
+    /// Reads the model's files, except the scan. @param[out] notes  remarks on them
+    Result<MakeScanTissue> (*prepare)(const DeformOptions& options,
+                                      std::vector<std::string>& notes);
+    /// Simulated time to come to rest, for long steps; none: the number of steps is limited.
+    std::optional<double> max_ms{};
+};
+std::span<const DeformModel> deform_models();
+const DeformModel& model_of(const DeformOptions& options);
 /// Traits of the chosen model.
 const TissueTraits& traits_of(const DeformOptions& options);
 
 /// @returns InvalidArgument for an option or an action of another model
 Status check_model(const DeformOptions& options);
-
-/// Makes the tissue of a scan, with settings that suit its values; both must outlive it.
-using MakeScanTissue = std::function<Result<std::unique_ptr<Tissue>>(
-    const Volume& scan, const ValueDefaults& values, const TaskArena& arena)>;
-
-/// Reads the model's files, except the scan. @param[out] notes  remarks on them
-Result<MakeScanTissue> prepare_tissue(const DeformOptions& options,
-                                      std::vector<std::string>& notes);
 
 /// The scan of a deformation, and its tissue.
 struct DeformSource {

@@ -14,6 +14,7 @@
 
 #include "commands.h"
 #include "common_options.h"
+#include "deform_models.h"
 #include "setting_options.h"
 
 namespace pliant::app {
@@ -142,7 +143,7 @@ void add_tool(CLI::App* c, DeformOptions& o, const char* help) {
 
 void add_models(CLI::App* c, DeformOptions& o) {
     std::vector<std::string> models;
-    for (const TissueTraits& traits : tissue_models()) models.emplace_back(traits.model);
+    for (const DeformModel& model : deform_models()) models.emplace_back(model.name);
     c->add_option("--model", o.model,
                   "chainmail; springs: a mass-spring control lattice; body: the tetrahedra of "
                   "--mesh, position-based; rigid: nothing moves")

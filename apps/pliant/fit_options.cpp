@@ -134,8 +134,7 @@ void add_fit(CLI::App& app, FitOptions& o) {
         ->check(CLI::PositiveNumber);
     c->add_option("--range", o.range, "bounds: the start over this and times this (default 10)");
     c->add_option("--method", o.methods, "repeatable (default closed-form, gauss-newton)")
-        ->check(CLI::IsMember(
-            {"closed-form", "gauss-newton", "bobyqa", "nelder-mead", "subplex", "annealing"}));
+        ->check(CLI::IsMember({"closed-form", "gauss-newton", "annealing"}));
     c->add_option("--evaluations", o.evaluations, "at most, of a search (default 400)")
         ->check(CLI::Range(1, 1000000));
     c->add_option("--seed", o.seed, "of annealing (default 1)");

@@ -60,16 +60,11 @@ FitMethod method_of(const std::string& name, const FitOptions& o,
                     const std::vector<double>& closed_form) {
     if (name == "closed-form") return GivenValues{closed_form};
     if (name == "gauss-newton") return GaussNewton{};
-    if (name == "annealing")
-        return Annealing{.seed = o.seed,
-                         .start_temperature = o.start_temperature,
-                         .cooling = o.cooling,
-                         .by_turns = !o.mesh.empty(),
-                         .evaluations = o.evaluations};
-    const auto method = name == "bobyqa"        ? DirectMethod::Bobyqa
-                        : name == "nelder-mead" ? DirectMethod::NelderMead
-                                                : DirectMethod::Subplex;
-    return DirectSearch{.method = method, .evaluations = o.evaluations};
+    return Annealing{.seed = o.seed,
+                     .start_temperature = o.start_temperature,
+                     .cooling = o.cooling,
+                     .by_turns = !o.mesh.empty(),
+                     .evaluations = o.evaluations};
 }
 
 Json method_json(const std::string& method, const FitTable& table) {

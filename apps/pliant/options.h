@@ -243,7 +243,7 @@ struct ReplayOptions {
 
 struct BenchOptions {
     std::string what;              ///< "chainmail"
-    bool compare = false;          ///< published orderings beside the exact solvers
+    bool compare = false;          ///< the solvers with each other
     bool json = false;             ///< one object per case and solver, one on each line
     int size = 50;                 ///< elements along each edge of the lattice
     double pull_voxels = 5;        ///< length of the push, and of the drag's longest step

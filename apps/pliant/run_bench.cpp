@@ -1,19 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Compares solvers on one lattice: time, number of violated links, distance from the exact
-// solution. Timing alternates between the solvers, so that noise of the machine affects all
-// equally; quality is evaluated in a separate run. Lengths are in voxels of 1 mm.
+// Compares ChainMail's solvers on one lattice: time, and distance from the heap's solution, which
+// is 0. Timing alternates between the solvers, so that noise of the machine affects all equally.
+// Lengths are in voxels of 1 mm.
 
-#include <pliant/research/orderings.h>
+#include <pliant/chainmail.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "options.h"
 #include "progress.h"
@@ -23,225 +21,139 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Smaller differences are ignored: limits are rounded to 10⁻⁶, float positions to 10⁻⁵.
-constexpr double kNoticed = 1e-4;
-
 constexpr double kMaxMs = 2000;  ///< for all timed runs of one solver on one case
 
 struct Case {
     bool heterogeneous;
     bool drag;  ///< six steps, forth and back; otherwise one push
-    ChainLattice lattice;
-    std::vector<std::int32_t> grabbed;
+    Volume labels;
+    ChainMailSettings settings;
+    std::vector<Vec3i> grabbed;
     std::vector<Vec3d> steps;
 };
 
-/// Uniform interface to a solver.
 struct Contestant {
-    std::string name;
-    std::function<void()> reset;
-    std::function<bool(Vec3d)> push;  ///< false: it stopped early, or doesn't support the push
-    std::function<Vec3d(std::int32_t)> displacement;
+    const char* name;
+    ChainMailSolver solver;
     std::vector<double> times_ms{};
     double used_ms = 0;
 };
 
-struct Verdict {
-    std::int64_t moved_elements = 0;  ///< all steps together
-    LinkState links;
-    double max_distance = 0, mean_distance = 0;  ///< mean over the elements away from rest
+/// Displacements after the last step, and the moved elements of all steps together.
+struct Outcome {
+    std::vector<Vec3d> displacements{};
+    std::int64_t moved_elements = 0;
     bool complete = true;
 };
 
-/// Makes wavy layers of four materials with slack from 0.02 to 0.4 of a link, or one material of
-/// 0.2.
-ChainLattice make_lattice(const BenchOptions& o, bool heterogeneous) {
-    ChainLattice lattice{.size = {o.size, o.size, o.size}};
+/// Wavy layers of four materials with slack from 0.02 to 0.4 of a link, or one material of 0.2.
+void set_materials(Case& made, const BenchOptions& o) {
+    std::vector<ElementLimits> limits;
     for (const double slack : {0.02, 0.05, 0.15, 0.4}) {
-        const double f = heterogeneous ? slack : 0.2;
-        const double s = heterogeneous ? f * o.shear_ratio : f;
-        lattice.materials.push_back({{f, f, f}, {f, f, f}, {s, s, s}, 500, false});
-        if (!heterogeneous) return lattice;
+        const double f = made.heterogeneous ? slack : 0.2;
+        const double s = made.heterogeneous ? f * o.shear_ratio : f;
+        limits.push_back({{f, f, f}, {f, f, f}, {s, s, s}, 500, false});
     }
+    made.labels.grid.size = {o.size, o.size, o.size};
+    std::vector<std::int16_t> labels;
     for (int z = 0; z < o.size; ++z)
         for (int y = 0; y < o.size; ++y)
             for (int x = 0; x < o.size; ++x)
-                lattice.material.push_back(
-                    std::uint8_t((int(x + 5 * std::sin(0.2 * y)) / 7 +
-                                  int(y + 4 * std::sin(0.3 * z)) / 9 + z / 11) &
-                                 3));
-    return lattice;
+                labels.push_back(std::int16_t((int(x + 5 * std::sin(0.2 * y)) / 7 +
+                                               int(y + 4 * std::sin(0.3 * z)) / 9 + z / 11) &
+                                              3));
+    made.labels.voxels = std::move(labels);
+    made.settings.bounded = true;
+    made.settings.custom_law = [limits](int value) {
+        return limits[std::size_t(std::clamp(value, 0, 3))];
+    };
 }
 
 Case make_case(const BenchOptions& o, bool heterogeneous, bool drag) {
-    Case made{heterogeneous, drag, make_lattice(o, heterogeneous), {}, {}};
-    const int middle = o.size / 2;
-    const Grid grid{.size = made.lattice.size};
-    if (o.grab == "element") {
-        made.grabbed = {std::int32_t(voxel_index(grid, {middle, middle, o.size - 1}))};
-    } else {
-        const int low = std::min(middle, o.size - 2);
+    Case made{heterogeneous, drag, {}, {}, {}, {}};
+    set_materials(made, o);
+    const int middle = o.size / 2, low = std::min(middle, o.size - 2);
+    if (o.grab == "element")
+        made.grabbed = {{middle, middle, o.size - 1}};
+    else
         for (int c = 0; c < 8; ++c)
-            made.grabbed.push_back(std::int32_t(
-                voxel_index(grid, {low + (c & 1), low + (c >> 1 & 1), low + (c >> 2)})));
-    }
+            made.grabbed.push_back({low + (c & 1), low + (c >> 1 & 1), low + (c >> 2)});
     if (!drag) {
         // Straight outwards, as in published measurements; oblique for different components.
         made.steps = {o.pull_voxels * (heterogeneous ? Vec3d{0.48, -0.36, 0.8} : Vec3d{0, 0, 1})};
-    } else {
-        const Vec3d path[] = {{0, 0, 0.5},    {0.25, 0, 0.5},       {0.25, 0.25, -0.5},
-                              {-0.25, 0, -1}, {-0.25, -0.25, 0.25}, {0.125, 0, 0.25}};
-        for (const Vec3d step : path) made.steps.push_back(o.pull_voxels * step);
+        return made;
     }
+    const Vec3d path[] = {{0, 0, 0.5},    {0.25, 0, 0.5},       {0.25, 0.25, -0.5},
+                          {-0.25, 0, -1}, {-0.25, -0.25, 0.25}, {0.125, 0, 0.25}};
+    for (const Vec3d step : path) made.steps.push_back(o.pull_voxels * step);
     return made;
 }
 
-/// ChainMail needs a scan: voxel values are labels, and the lattice ends at its border.
-class ScanOfLabels {
-  public:
-    explicit ScanOfLabels(const ChainLattice& lattice) {
-        m_volume.grid.size = lattice.size;
-        std::vector<std::int16_t> labels(voxel_count(m_volume.grid), 0);
-        std::copy(lattice.material.begin(), lattice.material.end(), labels.begin());
-        m_volume.voxels = std::move(labels);
-        m_settings.bounded = true;
-        m_settings.custom_law = [materials = lattice.materials](int value) {
-            return materials[std::size_t(std::clamp(value, 0, int(materials.size()) - 1))];
-        };
-        for (int k = 0; k < lattice.size.z; ++k)
-            for (int j = 0; j < lattice.size.y; ++j)
-                for (int i = 0; i < lattice.size.x; ++i) m_positions.push_back({i, j, k});
-    }
-
-    Contestant contestant(const char* name, ChainMailSolver solver, const TaskArena& arena,
-                          std::span<const std::int32_t> grabbed) const {
-        ChainMailSettings settings = m_settings;
-        settings.solver = solver;
-        auto tissue = std::make_shared<std::optional<ChainMail>>();
-        std::vector<Vec3i> elements;
-        for (const std::int32_t e : grabbed) elements.push_back(m_positions[std::size_t(e)]);
-        return {
-            name,
-            [this, tissue, settings, &arena] {
-                tissue->emplace(std::move(ChainMail::create(m_volume, settings, arena)).value());
-            },
-            [tissue, elements](Vec3d push) {
-                const auto report = (*tissue)->push_elements(elements, push);
-                return report.ok() && report->status == PushStatus::Applied;
-            },
-            [this, tissue](std::int32_t e) {
-                return (*tissue)->displacement_mm(m_positions[std::size_t(e)]);
-            }};
-    }
-
-  private:
-    Volume m_volume;
-    ChainMailSettings m_settings;
-    std::vector<Vec3i> m_positions;  ///< [element] ijk
-};
-
-Contestant graph_contestant(const Case& c, const ChainGraph& graph, const TaskArena& arena) {
-    auto tissue = std::make_shared<GraphChainMail>(graph);
-    return {"exact-graph", [tissue] { tissue->reset(); },
-            [tissue, &c, &arena](Vec3d push) {
-                const auto report = tissue->push(c.grabbed, push, arena);
-                return report.ok() && report->status == PushStatus::Applied;
-            },
-            [tissue](std::int32_t e) { return tissue->displacement_mm(e); }};
+Result<ChainMail> make_tissue(const Case& c, const Contestant& contestant, const TaskArena& arena) {
+    ChainMailSettings settings = c.settings;
+    settings.solver = contestant.solver;
+    return ChainMail::create(c.labels, settings, arena);
 }
 
-std::vector<Contestant> contestants_of(const Case& c, const ChainGraph& graph,
-                                       const ScanOfLabels& scan, const TaskArena& arena) {
-    std::vector<Contestant> all;
-    all.push_back(scan.contestant("exact-sweep", ChainMailSolver::Sweep, arena, c.grabbed));
-    all.push_back(scan.contestant("exact-heap", ChainMailSolver::Heap, arena, c.grabbed));
-    all.push_back(graph_contestant(c, graph, arena));
-    for (const Ordering ordering :
-         {Ordering::GibsonConvex, Ordering::GibsonLists, Ordering::SchillOnce,
-          Ordering::SchillRequeue, Ordering::LiOnce, Ordering::LiRequeue, Ordering::Draeger,
-          Ordering::DraegerMean}) {
-        if (ordering == Ordering::GibsonConvex && (c.heterogeneous || c.grabbed.size() > 1))
-            continue;
-        auto made = make_ordering(c.lattice, ordering);
-        if (!made.ok()) continue;
-        std::shared_ptr<OrderingSolver> solver = std::move(made).value();
-        all.push_back({std::string(name_of(ordering)), [solver] { solver->reset(); },
-                       [solver, &c](Vec3d push) {
-                           const OrderingReport report = solver->push(c.grabbed, push);
-                           return report.status == PushStatus::Applied && !report.stopped_early;
-                       },
-                       [solver](std::int32_t e) { return solver->displacement_mm(e); }});
-    }
-    return all;
+bool push(const Case& c, ChainMail& tissue, Vec3d step) {
+    const auto report = tissue.push_elements(c.grabbed, step);
+    return report.ok() && report->status == PushStatus::Applied;
 }
 
-std::vector<Vec3d> places_of(const Contestant& contestant, std::int32_t count) {
-    std::vector<Vec3d> positions;
-    positions.reserve(std::size_t(count));
-    for (std::int32_t e = 0; e < count; ++e) positions.push_back(contestant.displacement(e));
-    return positions;
-}
-
-Verdict judge(const Case& c, const ChainGraph& graph, const Contestant& contestant,
-              std::span<const Vec3d> exact) {
-    Verdict verdict;
-    contestant.reset();
-    std::vector<Vec3d> positions(std::size_t(graph.element_count()), Vec3d{0, 0, 0});
+Result<Outcome> run_untimed(const Case& c, const Contestant& contestant, const TaskArena& arena) {
+    auto tissue = make_tissue(c, contestant, arena);
+    if (!tissue.ok()) return tissue.error();
+    const Vec3i size = c.labels.grid.size;
+    Outcome outcome{std::vector<Vec3d>(voxel_count(c.labels.grid), Vec3d{0, 0, 0})};
     for (const Vec3d step : c.steps) {
-        verdict.complete &= contestant.push(step);
-        std::vector<Vec3d> next = places_of(contestant, graph.element_count());
-        for (std::size_t e = 0; e < next.size(); ++e)
-            verdict.moved_elements += norm(next[e] - positions[e]) > kNoticed;
-        positions = std::move(next);
+        outcome.complete &= push(c, *tissue, step);
+        std::size_t element = 0;
+        for (int k = 0; k < size.z; ++k)
+            for (int j = 0; j < size.y; ++j)
+                for (int i = 0; i < size.x; ++i) {
+                    const Vec3d now = tissue->displacement_mm({i, j, k});
+                    Vec3d& before = outcome.displacements[element++];
+                    outcome.moved_elements += norm(now - before) > 0;
+                    before = now;
+                }
     }
-    verdict.links = check_links(graph, positions, kNoticed);
-    std::int64_t away = 0;
-    double sum = 0;
-    for (std::size_t e = 0; e < positions.size(); ++e) {
-        const double distance = norm(positions[e] - exact[e]);
-        verdict.max_distance = std::max(verdict.max_distance, distance);
-        sum += distance;
-        away += norm(positions[e]) > kNoticed || norm(exact[e]) > kNoticed;
-    }
-    verdict.mean_distance = away > 0 ? sum / double(away) : 0;
-    return verdict;
-}
-
-double run_once(const Case& c, const Contestant& contestant) {
-    contestant.reset();
-    const auto start = std::chrono::steady_clock::now();
-    for (const Vec3d step : c.steps) contestant.push(step);
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
-    return elapsed.count();
+    return outcome;
 }
 
 /// Times two runs per round, of which the second counts, with warm caches as in a drag. A
-/// contestant that has used up its time is skipped.
-void time_in_turns(const Case& c, std::span<Contestant> contestants, int rounds) {
+/// contestant that has used up its time is skipped. Making the tissue isn't timed.
+Status time_in_turns(const Case& c, std::span<Contestant> contestants, int rounds,
+                     const TaskArena& arena) {
+    const ProgressBar bar("bench");
     for (int round = 0; round < rounds; ++round)
         for (Contestant& contestant : contestants) {
             if (contestant.used_ms > kMaxMs) continue;
-            double ms = run_once(c, contestant);
-            contestant.used_ms += ms;
-            if (ms < kMaxMs) contestant.used_ms += ms = run_once(c, contestant);
+            auto tissue = make_tissue(c, contestant, arena);
+            if (!tissue.ok()) return tissue.error();
+            double ms = 0;
+            for (int run = 0; run < 2 && ms < kMaxMs; ++run) {
+                tissue->reset();
+                const auto start = std::chrono::steady_clock::now();
+                for (const Vec3d step : c.steps) push(c, *tissue, step);
+                const std::chrono::duration<double, std::milli> elapsed =
+                    std::chrono::steady_clock::now() - start;
+                contestant.used_ms += ms = elapsed.count();
+            }
             contestant.times_ms.push_back(ms);
         }
+    return Ok{};
 }
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
-void print(const BenchOptions& o, const Case& c, const Contestant& contestant, const Verdict& v) {
-    const double ms = median(contestant.times_ms);
-    const double ns = v.moved_elements > 0 ? ms * 1e6 / double(v.moved_elements) : 0;
+void print(const BenchOptions& o, const Case& c, const Contestant& contestant,
+           const Outcome& outcome, double distance) {
+    std::vector<double> times = contestant.times_ms;
+    std::sort(times.begin(), times.end());
+    const double ms = times[times.size() / 2];
+    const double ns = outcome.moved_elements > 0 ? ms * 1e6 / double(outcome.moved_elements) : 0;
     if (!o.json) {
-        std::printf("%-15s %10.3f %9.1f %10lld %9lld %8.4f %9.4f %9.5f%s\n",
-                    contestant.name.c_str(), ms, ns, static_cast<long long>(v.moved_elements),
-                    static_cast<long long>(v.links.violated_links), v.links.max_violation_mm,
-                    v.max_distance, v.mean_distance, v.complete ? "" : "  gave up");
+        std::printf("%-17s %10.3f %9.1f %10lld %9.4f%s\n", contestant.name, ms, ns,
+                    static_cast<long long>(outcome.moved_elements), distance,
+                    outcome.complete ? "" : "  gave up");
         return;
     }
     const Json line = {{"material", c.heterogeneous ? "heterogeneous" : "homogeneous"},
@@ -253,12 +165,9 @@ void print(const BenchOptions& o, const Case& c, const Contestant& contestant, c
                        {"solver", contestant.name},
                        {"ms", ms},
                        {"ns_per_moved_element", ns},
-                       {"moved_elements", v.moved_elements},
-                       {"violated_links", v.links.violated_links},
-                       {"max_violation_voxels", v.links.max_violation_mm},
-                       {"max_distance_voxels", v.max_distance},
-                       {"mean_distance_voxels", v.mean_distance},
-                       {"complete", v.complete}};
+                       {"moved_elements", outcome.moved_elements},
+                       {"max_distance_voxels", distance},
+                       {"complete", outcome.complete}};
     std::printf("%s\n", line.dump().c_str());
 }
 
@@ -269,31 +178,29 @@ void print_heading(const BenchOptions& o, const Case& c) {
                 : c.heterogeneous ? "one oblique push from rest"
                                   : "one push from rest",
                 o.size, o.size, o.size, o.pull_voxels, o.grab.c_str());
-    std::printf("%-15s %10s %9s %10s %9s %8s %9s %9s\n", "solver", "ms", "ns/moved", "moved",
-                "violated", "by", "from", "exact,");
-    std::printf("%-15s %10s %9s %10s %9s %8s %9s %9s\n", "", "(median)", "", "elements", "links",
-                "at most", "largest", "mean");
+    std::printf("%-17s %10s %9s %10s %9s\n", "solver", "ms", "ns/moved", "moved", "largest");
+    std::printf("%-17s %10s %9s %10s %9s\n", "", "(median)", "", "elements", "distance");
 }
 
-/// @returns line of the error; empty on success
-std::string compare(const BenchOptions& o, const TaskArena& arena, bool heterogeneous, bool drag) {
+Status compare(const BenchOptions& o, const TaskArena& arena, bool heterogeneous, bool drag) {
     const Case c = make_case(o, heterogeneous, drag);
-    const auto graph = graph_of_lattice(c.lattice, Neighbours::Faces);
-    if (!graph.ok()) return graph.error().message;
-    const ScanOfLabels scan(c.lattice);
-    std::vector<Contestant> contestants = contestants_of(c, *graph, scan, arena);
-    {
-        const ProgressBar bar("bench");
-        time_in_turns(c, contestants, o.rounds);
-    }
-    const Contestant exact = graph_contestant(c, *graph, arena);
-    for (const Vec3d step : c.steps)
-        if (!exact.push(step)) return "bench: the exact solver did not apply the push";
-    const std::vector<Vec3d> positions = places_of(exact, graph->element_count());
+    Contestant contestants[] = {{"exact-heap", ChainMailSolver::Heap},
+                                {"exact-sweep", ChainMailSolver::Sweep},
+                                {"exact-plain-sweep", ChainMailSolver::PlainSweep}};
+    if (const Status s = time_in_turns(c, contestants, o.rounds, arena); !s.ok()) return s;
+    const auto exact = run_untimed(c, contestants[0], arena);
+    if (!exact.ok()) return exact.error();
     if (!o.json) print_heading(o, c);
-    for (const Contestant& contestant : contestants)
-        print(o, c, contestant, judge(c, *graph, contestant, positions));
-    return {};
+    for (const Contestant& contestant : contestants) {
+        const auto outcome = run_untimed(c, contestant, arena);
+        if (!outcome.ok()) return outcome.error();
+        double distance = 0;
+        for (std::size_t e = 0; e < exact->displacements.size(); ++e)
+            distance =
+                std::max(distance, norm(outcome->displacements[e] - exact->displacements[e]));
+        print(o, c, contestant, *outcome, distance);
+    }
+    return Ok{};
 }
 
 }  // namespace
@@ -305,9 +212,8 @@ int run_bench(const BenchOptions& o) {
     for (const bool heterogeneous : {false, true}) {
         if (!both && heterogeneous != o.heterogeneous) continue;
         for (const bool drag : {false, true})
-            if (const std::string problem = compare(o, arena, heterogeneous, drag);
-                !problem.empty())
-                return bad_input(problem);
+            if (const Status s = compare(o, arena, heterogeneous, drag); !s.ok())
+                return bad_input("bench: " + s.error().message);
     }
     return kExitOk;
 }

@@ -26,7 +26,6 @@ namespace pliant::app {
 namespace {
 
 constexpr std::int64_t kMaxSteps = 100'000;  ///< limit to come to rest
-constexpr double kMaxBody_ms = 5'000;        ///< the same of a body, whose steps are long
 constexpr std::int64_t kElasticSweeps = 40;  ///< docs/results/worth has the errors after them
 
 bool has_one_slice(const Grid& grid) {
@@ -107,8 +106,9 @@ Status take_depth(const DeformOptions& o, Tissue& tissue, DeformResult& result) 
     return Ok{};
 }
 
-std::int64_t max_steps_of(const TissueTraits& traits) {
-    return traits.model == "body" ? std::llround(kMaxBody_ms / traits.sweep_ms) : kMaxSteps;
+std::int64_t max_steps_of(const DeformOptions& o, const TissueTraits& traits) {
+    const std::optional<double> max_ms = model_of(o).max_ms;
+    return max_ms ? std::llround(*max_ms / traits.sweep_ms) : kMaxSteps;
 }
 
 /// Tissue that moves by itself comes to rest, other tissue is relaxed on request.
@@ -118,7 +118,7 @@ Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& resul
     if (o.release)
         for (std::size_t n = 0; n < o.actions.size(); ++n) tissue.release(tool_of(n, tissue));
     Budget budget;
-    if (moves) budget.max_steps = o.steps ? *o.steps : max_steps_of(tissue.traits());
+    if (moves) budget.max_steps = o.steps ? *o.steps : max_steps_of(o, tissue.traits());
     if (o.elastic && !o.relax_ms) budget.max_steps = kElasticSweeps;
     if (o.relax_sweeps) budget.max_steps = *o.relax_sweeps;
     if (o.relax_ms) budget.max_ms = *o.relax_ms;
@@ -274,7 +274,7 @@ int deform(const DeformOptions& options, const Prepare& prepare) {
 int run_deform(const DeformOptions& options) {
     return deform(options,
                   [&](std::vector<std::string>& notes, const TaskArena&) -> Result<DeformSource> {
-                      auto make = prepare_tissue(options, notes);
+                      auto make = model_of(options).prepare(options, notes);
                       if (!make.ok()) return make.error();
                       return DeformSource{.read =
                                               [&](ReadNotes& read) {

@@ -105,9 +105,11 @@ void add_replay(CLI::App& app, ReplayOptions& o) {
 }
 
 void add_bench(CLI::App& app, BenchOptions& o) {
-    auto* c = app.add_subcommand("bench", "Compare solvers: time, and how far from exact");
+    auto* c = app.add_subcommand("bench",
+                                 "Compare the solvers of ChainMail: time, and whether they agree");
     c->add_option("WHAT", o.what, "chainmail")->required()->check(CLI::IsMember({"chainmail"}));
-    c->add_flag("--compare", o.compare, "published orderings beside the exact solvers");
+    c->add_flag("--compare", o.compare,
+                "the sweep with the heap and with the sweep without vector instructions");
     c->add_flag("--json", o.json, "one JSON object per case and solver, one on each line");
     c->add_option("--size", o.size, "elements along each edge (default 50)")
         ->check(CLI::Range(3, 400));
@@ -121,7 +123,7 @@ void add_bench(CLI::App& app, BenchOptions& o) {
         ->check(CLI::Range(0.0, 2.0));
     c->add_option("--rounds", o.rounds, "how often each is timed, turn by turn (default 9)")
         ->check(CLI::Range(1, 1000));
-    c->add_option("--threads", o.threads, "threads of the exact solvers (default 1; 0: all)")
+    c->add_option("--threads", o.threads, "threads of the sweeps (default 1; 0: all)")
         ->check(CLI::Range(0, 256));
     c->footer("Example:\n  pliant bench chainmail --compare --size 64 --pull 4 --heterogeneous");
 }

@@ -4,6 +4,7 @@
 // A tissue of one's own in everything that the library does with a tissue.
 //
 //   own_tissue            serves it in the page
+//   own_tissue --needle   serves jelly with a needle, which is driven like a catheter
 //   own_tissue --check    pushes, resamples, renders, feels, saves and takes back, and exits with 1
 //                         where something is not as it must be
 
@@ -19,6 +20,7 @@
 #include <string_view>
 
 #include "jelly.h"
+#include "needle.h"
 
 namespace {
 
@@ -27,8 +29,8 @@ int fail(const std::string& message) {
     return 1;
 }
 
-int serve(const pliant::TaskArena& arena) {
-    auto server = pliant::Server::start({.own_tissue = example::Jelly::create}, arena);
+int serve(const pliant::MakeTissue& tissue, const pliant::TaskArena& arena) {
+    auto server = pliant::Server::start({.own_tissue = tissue}, arena);
     if (!server) return fail(server.error().message);
     std::puts(server->link().c_str());
     std::fflush(stdout);  // also where the output is a pipe
@@ -97,5 +99,7 @@ int check(const pliant::TaskArena& arena) {
 
 int main(int argc, char** argv) {
     const pliant::TaskArena arena;
-    return argc > 1 && std::string_view(argv[1]) == "--check" ? check(arena) : serve(arena);
+    const std::string_view option = argc > 1 ? argv[1] : "";
+    if (option == "--check") return check(arena);
+    return serve(option == "--needle" ? example::Needle::create : example::Jelly::create, arena);
 }

@@ -94,20 +94,12 @@ struct CatheterEntry {
 /// Entry in the middle of an open end, a fraction of its radius inside the vessel.
 CatheterEntry entry_at(const VesselEnd& end, double inwards = 0.5);
 
-/// The part of the catheter that activates boxes.
-enum class BoxWaker {
-    Catheter,
-    Tip,  ///< as in [VesselPbd2016]: beside the rest of the catheter, the wall is rigid
-};
-
 struct CatheterSettings {
     CatheterShape catheter{};
     WallTissue wall{};
     CatheterEntry entry{};
     bool local = true;   ///< only boxes near the catheter move
     double box_mm = 10;  ///< edge of a box
-    BoxIndex box_index = BoxIndex::Linear;
-    BoxWaker boxes_near = BoxWaker::Catheter;
     /// Boxes within this distance of the catheter's surface move; -1: wide_reach_mm.
     double reach_mm = 2;
     double time_step_s = 1e-3;

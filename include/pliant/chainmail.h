@@ -63,9 +63,6 @@ struct FollowReport {
     int forgotten_steps = 0;  ///< oldest steps that were dropped from the history
 };
 
-class Lattice;
-class ObjectSpace;
-
 /// Thread safety: concurrent reads.
 class ChainMail final : public MovingScan {
   public:
@@ -197,12 +194,9 @@ class ChainMail final : public MovingScan {
     const TaskArena& arena() const override;
     const Deformation& deformation() const override;
     const ChainMailSettings& settings() const;
-    const Lattice& lattice() const;  ///< for tests; opaque to users
 
   private:
-    friend class ObjectSpace;
-    friend Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
-                                            const TissueValues& tissue_values);
+    friend struct ChainMailInside;
     struct Impl;
     explicit ChainMail(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

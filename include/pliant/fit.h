@@ -164,17 +164,7 @@ struct Annealing {
 };
 SettingRows<Annealing> annealing_rows() noexcept;
 
-/// Derivative-free methods of NLopt [Johnson2007]: quadratic models [Powell2009], and the simplex
-/// in the full space [Nelder1965] or in subspaces [Rowan1990].
-enum class DirectMethod { Bobyqa, NelderMead, Subplex };
-struct DirectSearch {
-    DirectMethod method = DirectMethod::Bobyqa;
-    int evaluations = 400;    ///< maximum
-    double tolerance = 1e-5;  ///< stops when all logarithms change by less
-};
-SettingRows<DirectSearch> direct_search_rows() noexcept;
-
-using FitMethod = std::variant<GivenValues, GaussNewton, Annealing, DirectSearch>;
+using FitMethod = std::variant<GivenValues, GaussNewton, Annealing>;
 
 /// A direction in the space of the logarithms and its influence: the root mean square of the change
 /// of the fitted displacements, relative to the reference's, per unit of the logarithms. A uniform

@@ -1,17 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// All public headers except <pliant/research/…>, which may change with any version, and the C
-// interface <pliant/haptics_device.h>.
+// All public headers except the C interface <pliant/haptics_device.h>. Those of pliant::research,
+// <pliant/research/…>, are beside them, and may change with any version.
 //
 //   a scan            volume.h, mesh.h; scan_files.h, mesh_files.h: their files; cut_mesh.h: cuts
 //                     through tetrahedra
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
-//   a tissue          tissue.h: the interface; tissues.h: the library's; own_tissue.h: bases of
-//                     your own, check_tissue.h: its test; eye_deformation.h: endoscopy in one call
-//                     per frame; chainmail.h, springs.h, spring_probe.h, pbd.h, body_contact.h,
-//                     vessel.h, catheter.h, organs.h
+//   a tissue          tissue.h: the interface; tissues.h: the library's; own_tissue.h,
+//                     mesh_tissue.h: bases of your own, check_tissue.h: its test;
+//                     eye_deformation.h: endoscopy in one call per frame; chainmail.h, springs.h,
+//                     spring_probe.h, pbd.h, body_contact.h, vessel.h, catheter.h, drivable.h,
+//                     organs.h
 //   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
 //                     (fem.h) or measurements; network_file.h: their file's contents
 //   a view            render.h; image.h, png.h: its pictures
@@ -37,6 +38,7 @@
 #include <pliant/check_tissue.h>
 #include <pliant/cut_mesh.h>
 #include <pliant/deformation.h>
+#include <pliant/drivable.h>
 #include <pliant/eye_deformation.h>
 #include <pliant/fem.h>
 #include <pliant/files.h>

@@ -77,7 +77,7 @@ struct LiveUpdate {
 /// Thread safety: concurrent reads.
 class LiveDeformation {
   public:
-    /// Copies the scan, and keeps a reference: the tissue must outlive it, at the same address.
+    /// Copies the scan, and keeps a reference: the tissue must outlive it, or start_over().
     static Result<LiveDeformation> create(const MovingScan& scan) noexcept;
     /// The same, with the deformed scan in a volume of the caller, such as one of
     /// VoxelArray::viewed. Its voxels are overwritten by the scan's.
@@ -88,9 +88,9 @@ class LiveDeformation {
     LiveDeformation& operator=(LiveDeformation&&) noexcept;
 
     Result<LiveUpdate> update() noexcept;
-    /// Restores the scan's voxels and discards the state of the tissue. Another tissue may then
-    /// replace it before the next update, whose boxes also contain the restored voxels.
-    void start_over() noexcept;
+    /// Restores the scan's voxels, and goes on with another tissue of the same scan. The boxes of
+    /// the next update also contain the restored voxels.
+    void start_over(const MovingScan& scan) noexcept;
     const Volume& volume() const;
 
     /// Switches the storage of each voxel's source position for future updates: twelve bytes per

@@ -85,7 +85,8 @@ struct ServerSettings {
     /// each client: a slow line lowers it. 0…1000; 0: lines have no effect.
     int network_hz = 25;
     /// Tissue of one's own, served instead of ChainMail: called for each scan that is opened, on
-    /// any thread. Clients may switch to the other models and back ("own").
+    /// any thread. Clients may switch to the other models and back ("own"). They drive its catheter
+    /// if it has one (drivable.h).
     MakeTissue own_tissue{};
     /// Reading of the scan (ReadOptions, volume.h).
     std::optional<std::int64_t> frame{};

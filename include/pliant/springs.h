@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Tissue as a mass-spring network that moves in time steps, by force transmittal [Choi2004] or by
-// one of three solvers for comparison.
+// one of two solvers of all nodes.
 //
 // @code
 //   auto tissue = SpringTissue::create(std::move(*network), {.depth = 10});
@@ -181,7 +181,7 @@ struct RaisedMasses {
 /// of its stiffness and damping in SpringNetwork::stable_time_step. Thin cells of a mesh have
 /// light, stiff nodes that would determine the step of all. Equilibria don't depend on masses; the
 /// raised nodes move more slowly.
-/// @param time_step  to become stable for SeenPositions::Old, [time], above 0
+/// @param time_step  to become stable, [time], above 0
 /// @returns InvalidArgument for the time step, and every error of SpringNetwork::create
 Result<RaisedMasses> raise_masses(SpringParts& parts, double time_step) noexcept;
 
@@ -300,22 +300,12 @@ enum class SpringSolver {
     ForceTransmittal,  ///< the nodes within `depth` layers of the contact
     Explicit,          ///< all nodes by central differences
     ImplicitEuler,     ///< all nodes; backward Euler by conjugate gradients [Baraff1998]
-    LocalGlobal,       ///< all nodes; backward Euler by a matrix factored once [Liu2013]
-};
-
-/// Positions of the neighbours in a node's update; the text of [Choi2004, 3.1.4] leaves this open.
-enum class SeenPositions {
-    Old,        ///< last step's positions (Jacobi): independent of the order, conserves momentum
-    NewLayers,  ///< new in earlier layers, old in the node's layer: independent of the order in a
-                ///< layer
-    NewNodes,   ///< new for all earlier nodes (Gauss-Seidel)
 };
 
 struct SpringSettings {
     SpringSolver solver = SpringSolver::ForceTransmittal;
-    SeenPositions seen = SeenPositions::Old;  ///< of ForceTransmittal
-    std::int32_t depth = 10;                  ///< layers beyond the contact
-    /// 0: 90 % of the stability bound. ImplicitEuler and LocalGlobal take any step.
+    std::int32_t depth = 10;  ///< layers beyond the contact
+    /// 0: 90 % of the stability bound. ImplicitEuler takes any step.
     double time_step = 0;
     bool vectors = true;            ///< vector instructions; the scalar code gives the same bits
     double solve_tolerance = 1e-8;  ///< ImplicitEuler: relative residual
@@ -324,14 +314,13 @@ struct SpringSettings {
     /// are the same. Made for whole organs: a step takes a fraction of the time, and the first one
     /// some tenths of a second longer.
     bool assembled = false;
-    std::int32_t local_global_iterations = 20;
 };
 SettingRows<SpringSettings> spring_solver_rows() noexcept;
 
 struct SpringStep {
     std::int64_t steps = 0;
     std::int32_t active_nodes = 0;  ///< nodes that could move
-    std::int64_t iterations = 0;    ///< of conjugate gradients, or of local/global steps
+    std::int64_t iterations = 0;    ///< of conjugate gradients
 };
 
 /// Force of the tissue on the tool, and its linearisation in a common shift of the touched nodes:
@@ -356,11 +345,6 @@ struct TransmittalOrder {
 Result<TransmittalOrder> transmittal_order(const SpringNetwork& network,
                                            std::span<const std::int32_t> sources,
                                            std::int32_t depth) noexcept;
-
-/// Stability bound for SpringSettings::seen. It is SpringNetwork::stable_time_step() for old
-/// positions. New positions act like negative damping, h·k for each link to an updated neighbour,
-/// so the bound is about a node's damping over its stiffness. 0: no stable step.
-double stable_time_step(const SpringNetwork& network, SeenPositions seen);
 
 /// If memory runs out, calls return LimitExceeded and the tissue is unchanged.
 /// Thread safety: concurrent reads.

@@ -66,10 +66,15 @@ struct AdvanceReport {
     std::string message{};  ///< reason why a motion was stopped before it settled
 };
 
+class Drivable;
+
 /// Thread safety: one thread.
 class Tissue : public MovingScan {
   public:
     virtual TissueTraits traits() const noexcept = 0;
+    /// The catheter that is driven in it (drivable.h); null by default.
+    virtual Drivable* drivable() noexcept { return nullptr; }
+    const Drivable* drivable() const noexcept { return const_cast<Tissue*>(this)->drivable(); }
 
     // Tools, by number. A tool that pushed holds its tissue: while the rest moves by itself, the
     // held part stays where the tool left it, until the tool pushes again or is released.

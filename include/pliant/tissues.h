@@ -13,15 +13,17 @@
 //   "body"       tetrahedra, by position-based dynamics (pbd.h)
 //   "network"    a mass-spring network with nodes of its own, such as an identified one
 //                (network_file.h)
+//   "vessel"     a wall around a lumen, moved by the catheter that is driven in it (drivable.h)
 //   "rigid"      tissue that no tool can move
 
 #pragma once
 
+#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
-#include <pliant/cut_mesh.h>
 #include <pliant/deformation.h>
 #include <pliant/material.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_tissue.h>
 #include <pliant/own_tissue.h>
 #include <pliant/pbd.h>
 #include <pliant/record.h>
@@ -173,17 +175,6 @@ Result<std::unique_ptr<Tissue>> make_chainmail(
     const Volume& scan, const ChainMailSettings& settings, const TaskArena& arena,
     RestingTool resting = RestingTool::KeepsTissueOut) noexcept;
 
-/// A tissue whose elements are the nodes of a mesh.
-class MeshTissue : public NodeTissue {
-  public:
-    /// Copies the present positions [mm, LPS]. @param[out] positions_mm  one for each node
-    virtual void positions_mm(std::span<Vec3d> positions_mm) const = 0;
-    virtual std::int32_t node_count() const = 0;
-    /// The mesh with its cuts: its nodes are those of positions_mm(), the first ones those of the
-    /// mesh without cuts. Null if there are none; valid until the next change.
-    virtual const CutMesh* cut_mesh() const { return nullptr; }
-};
-
 /// Copies the elastic tissues of ChainMail's settings: the moduli of labels, and `elastic` as
 /// modulus and Poisson's ratio. Values of the user's own are assigned afterwards.
 Status take_materials(const ChainMailSettings& materials,
@@ -246,6 +237,13 @@ SettingRows<NetworkSettings> network_rows() noexcept;
 Result<std::unique_ptr<Tissue>> make_network(const Volume& scan, SpringParts parts,
                                              const NetworkSettings& settings,
                                              const TaskArena& arena) noexcept;
+
+/// Makes a vessel, whose wall moves the scan around it. No tool can push it: a catheter is driven.
+/// An undo reverts all motion of a group, and stops the hand.
+/// @returns errors of CatheterScene::create and CarriedScan::create
+Result<std::unique_ptr<Tissue>> make_vessel(const Volume& scan, VesselWall wall,
+                                            const CatheterSettings& settings,
+                                            const TaskArena& arena) noexcept;
 
 /// Makes a tissue that rejects every push, as bone does.
 Result<std::unique_ptr<Tissue>> make_rigid(const Volume& scan, const TaskArena& arena) noexcept;

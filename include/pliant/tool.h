@@ -46,12 +46,12 @@ struct Push {
 };
 
 enum class PushStatus { Applied, Limited, Rejected };
-/// Object and Wall: only in an ObjectSpace (research/objects.h); Fold: only for springs.
-enum class LimitedBy { None, Bone, Movement, Object, Wall, Fold };
+/// Wall: an obstacle outside of the tissue, or the wall that a slide meets; Fold: only for springs.
+enum class LimitedBy { None, Bone, Movement, Wall, Fold };
 
 /// Name in reports and messages: `applied`, `limited`, `rejected`.
 std::string_view name_of(PushStatus status);
-/// Likewise: `none`, `bone`, `movement`, `object`, `wall`, `fold`.
+/// Likewise: `none`, `bone`, `movement`, `wall`, `fold`.
 std::string_view name_of(LimitedBy limit);
 
 struct PushReport {

@@ -118,7 +118,7 @@ def timed(folder: pathlib.Path, study: Study, engine: str, processes: int) -> tu
     finally:
         if cluster is not None:
             cluster.close()
-    from pliant.study._store import open_store
+    from pliant.study._stores import open_store
 
     lines = [r for r in open_store(str(out)).logs() if r["status"] == "done"]
     first = min(r["started"] for r in lines)

@@ -139,7 +139,7 @@ for study in augment truth identify; do
     on a "$python" - "$study" <<'PYTHON'
 import collections, sys
 from pliant.study._merge import manifests_of
-from pliant.study._store import open_store
+from pliant.study._stores import open_store
 from pliant.study import Study
 
 name = sys.argv[1]

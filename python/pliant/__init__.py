@@ -147,7 +147,8 @@ from pliant._core import (
 )
 from pliant._core import version as __version__
 from pliant._error import Error
-from pliant._show import Page, program, show
+from pliant._program import program
+from pliant._show import Page, show
 
 __all__ = [
     "AdvanceReport",

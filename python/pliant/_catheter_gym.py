@@ -4,30 +4,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import gymnasium
 import numpy
+from gymnasium.vector import AutoresetMode
 
-from pliant._core import (
-    CatheterArena,
-    Fluoroscopy,
-    VesselEnd,
-    VesselWall,
-    Volume,
-    lumen_of_region,
-    make_vessel,
-    phantom_centreline,
-    read_surface,
-    scan_of_vessel,
-    swept_tube,
-    wall_around_centreline,
-    wall_around_surface,
-)
+from pliant._core import CatheterArena, Fluoroscopy, VesselWall, Volume
 from pliant._environment import (
     ArenaEnv,
     ArenaVectorEnv,
@@ -38,25 +23,20 @@ from pliant._environment import (
     arguments_of_one,
 )
 from pliant._error import Error
-from pliant._lumen_tree import LumenEnd, ends_of_paths, path_to
+from pliant._vessels import Vessel, vessel_from
 
-Vector = tuple[float, float, float]
+if TYPE_CHECKING:
+    from pliant._settings import CatheterSettings
 
 OBSERVATIONS = ("fluoro", "tracking2d", "target2d", "state", "guide")
 INSERT_MM_S, ROTATE_RAD_S, BEND_RAD_S = 50.0, 3.14, 1.5  # bounds of an action
 
-_PHANTOMS = ("aorta", "bend", "arch")
-_CONTRAST_HU = 200.0  # threshold of scan_of_vessel
 _SUCCESS_MM = 5.0  # distance from the target that counts as reached, in wide vessels more:
 _SUCCESS_RADII = 1.2
 _BEHIND_MM = 60.0  # length of a catheter beyond the longest path
 _MARGIN = 1.15  # of the picture around the vessel
-_TIP, _AHEAD, _BENDS_TO = slice(0, 3), slice(3, 6), slice(6, 9)  # of arena.states
-_FORCE, _DEPTH, _DISPLACEMENT, _LEFT = 13, 14, 15, 16
+_FORCE, _DEPTH, _LEFT = 13, 14, 16  # of arena.states
 
-# A wall that is quick: one layer of cells. Its thickness includes the tissue around the vessel.
-_WALL = {"thickness_mm": 2.5, "layers": 1, "cell_mm": 1.8}
-_TUBE = {"thickness_mm": 1.5, "layers": 1}
 # A guidewire, and steps as long as it and the wall allow.
 _SETTINGS: dict[str, Any] = {
     "segment_mm": 4.0, "mass_g_mm": 0.01, "tip_mm": 24.0, "young_modulus_pa": 3e5,
@@ -66,131 +46,6 @@ _STEPS: dict[str, dict[str, Any]] = {
     "deforming": {"time_step_s": 4e-3, "sub_steps": 3},
     "rigid": {"time_step_s": 8e-3, "sub_steps": 6, "wall_model": "rigid"},
 }
-
-
-@dataclasses.dataclass(frozen=True)
-class Vessel:
-    """A vessel with a guide and targets.
-
-    Attributes:
-        wall: Its wall.
-        scan: Seen in the pictures.
-        entry: Where the guide ends [mm, LPS], and its direction.
-        ends: The ends of its branches.
-        settings: Of its catheter, changes of the defaults (settings_of("catheter")).
-    """
-
-    wall: VesselWall
-    scan: Volume
-    entry: tuple[Vector, Vector]
-    ends: tuple[LumenEnd, ...]
-    settings: dict[str, Any] = dataclasses.field(default_factory=dict)
-
-
-def _at_end(end: VesselEnd, radii: float) -> tuple[Vector, Vector]:
-    centre, outward = numpy.array(end.centre_mm), numpy.array(end.outward)
-    x, y, z = (centre - radii * end.radius_mm * outward).tolist()
-    u, v, w = (-outward).tolist()
-    return (x, y, z), (u, v, w)
-
-
-def _nearest(ends: list[VesselEnd], point: Array) -> int:
-    return int(numpy.argmin([numpy.linalg.norm(numpy.array(e.centre_mm) - point) for e in ends]))
-
-
-def find_vessel(
-    scene: str | os.PathLike[str] | VesselWall | Volume = "aorta",
-    entry: int | None = None,
-    ends: Sequence[VesselEnd] = (),
-    seed_mm: Sequence[float] | None = None,
-    window_hu: tuple[float, float] | None = None,
-    max_ml: float = 500.0,
-    threads: int = 0,
-    **wall: Any,
-) -> Vessel:
-    """Makes a vessel, and finds the paths from its guide to its other ends. Takes seconds.
-
-    Args:
-        scene: "aorta", "bend" or "arch" (phantoms); a scene file (.toml, docs/howto/vessel.md); a
-            file of the lumen's surface, open at its ends; a wall; or a scan with contrast agent.
-        entry: Number of the open end with the guide, of wall.ends; None: the phantom's or the
-            file's, else the widest.
-        ends: Cuts that open a closed surface, or a lumen that ends within a scan.
-        seed_mm, window_hu, max_ml: Of a scan: a point in the lumen (LPS), the lumen's lowest and
-            highest value, and the size from which it counts as a leak.
-        wall: settings_of("wall").
-
-    Raises:
-        pliant.Error: There is no vessel, or it has fewer than two open ends.
-    """
-    settings: dict[str, Any] = {}
-    scan, at = None, entry
-    place: tuple[Vector, Vector] | None = None
-    if isinstance(scene, VesselWall):
-        made = scene
-    elif isinstance(scene, Volume):
-        if seed_mm is None or window_hu is None:
-            raise Error("seed_mm: expected a point and a window_hu beside a scan", field="seed_mm")
-        lumen = lumen_of_region(
-            scene, seed_mm, window_hu[0], window_hu[1], max_ml=max_ml, threads=threads
-        )
-        cuts = [*lumen.ends, *ends]
-        made = wall_around_surface(lumen.surface, cuts, threads, **{**_TUBE, **wall})
-        scan = scene
-    elif scene in _PHANTOMS:
-        branches = phantom_centreline(str(scene))
-        if len(branches) == 1:
-            made = swept_tube(branches[0], **{**_TUBE, **wall})
-        else:
-            made = wall_around_centreline(list(branches), threads, **{**_WALL, **wall})
-        at = _nearest(made.ends, branches[0][0, :3]) if at is None else at
-    elif os.fspath(scene).endswith(".toml"):
-        from_file = make_vessel(scene, threads)
-        made, scan, settings = from_file.wall, from_file.scan, dict(from_file.settings)
-        x, y, z = settings.pop("place_mm")
-        u, v, w = settings.pop("direction")
-        place = ((x, y, z), (u, v, w)) if at is None else None
-    else:
-        made = wall_around_surface(read_surface(scene), ends, threads, **{**_TUBE, **wall})
-    openings = list(made.ends)
-    if len(openings) < 2:
-        raise Error(
-            f"scene: expected a vessel with two open ends, found {len(openings)}; ends cut it open",
-            field="scene",
-        )
-    if at is None and place is None:
-        at = int(numpy.argmax([end.radius_mm for end in openings]))
-    if at is not None:
-        if not 0 <= at < len(openings):
-            raise Error(f"entry: expected 0 to {len(openings) - 1}, found {at}", field="entry")
-        place = _at_end(openings[at], 0.5)
-    assert place is not None
-    if at is None:
-        at = _nearest(openings, numpy.array(place[0]))
-    contrast = scan_of_vessel(made, threads)
-    paths = [
-        path_to(
-            contrast, place[0], _at_end(end, 1.0)[0], _CONTRAST_HU, "falling",
-            end.radius_mm, threads,
-        )
-        for n, end in enumerate(openings)
-        if n != at
-    ]  # fmt: skip
-    seen = contrast if scan is None else scan
-    return Vessel(made, seen, place, tuple(ends_of_paths(paths)), settings)
-
-
-@functools.lru_cache(maxsize=4)
-def _phantom(name: str) -> Vessel:
-    return find_vessel(name)
-
-
-def _vessel_from(scene: str | os.PathLike[str] | VesselWall | Volume | Vessel) -> Vessel:
-    if isinstance(scene, Vessel):
-        return scene
-    if isinstance(scene, str) and scene in _PHANTOMS:
-        return _phantom(scene)
-    return find_vessel(scene)
 
 
 def _view_of(wall: VesselWall, size: tuple[int, int], look: Sequence[float]) -> Fluoroscopy:
@@ -212,10 +67,11 @@ def _view_of(wall: VesselWall, size: tuple[int, int], look: Sequence[float]) -> 
     )  # fmt: skip
 
 
-class _Wires(Ways):
+class _Wires(Ways[CatheterArena]):
     """Several catheters on their ways."""
 
     observations = OBSERVATIONS
+    displacement = 15
 
     def __init__(
         self,
@@ -238,12 +94,13 @@ class _Wires(Ways):
         render_mode: str | None = None,
         render_size: tuple[int, int] = (256, 256),
         threads: int | None = None,
-        **settings: Any,
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
+        **settings: Unpack[CatheterSettings],
     ) -> None:
-        self.check(obs, reward)
+        self._check(obs, reward, autoreset_mode)
         if wall not in _STEPS:
             raise Error(f"wall: expected one of deforming, rigid, found {wall}", field="wall")
-        self.vessel = _vessel_from(scene)
+        self.vessel = vessel_from(scene)
         self.size, self.steerable, self._points = size, steerable, points
         longest = max(end.length_mm for end in self.vessel.ends)
         chosen = {
@@ -253,13 +110,13 @@ class _Wires(Ways):
         if wall == "rigid":
             chosen["wall_model"] = "rigid"  # a file's model is that of the deforming wall
         bend = float(numpy.radians(tip_bend_deg))
-        self.arena: CatheterArena = CatheterArena(
+        self.arena = CatheterArena(
             self.vessel.wall, self.vessel.scan, self.vessel.entry, count=num_envs, size=size,
             control_hz=control_hz,
             view=_view_of(self.vessel.wall, size, look) if view is None else view,
             has_pictures="fluoro" in obs, points=points, points_mm=points_mm,
             bend_rad=0.0 if steerable else bend, max_bend_rad=abs(bend),
-            threads=self.default_threads if threads is None else threads, **chosen,
+            threads=1 if threads is None else threads, **chosen,
         )  # fmt: skip
         ends = self.vessel.ends
         radii = numpy.array([float(end.radius_mm[-1]) for end in ends])
@@ -276,17 +133,16 @@ class _Wires(Ways):
         bound = numpy.array([bounds], numpy.float32)
         return gymnasium.spaces.Box(-bound, bound, dtype=numpy.float32)
 
-    def space(self) -> gymnasium.spaces.Dict:
+    def _spaces(self) -> dict[str, gymnasium.Space[Any]]:
         width, height = self.size
         box, any_number = gymnasium.spaces.Box, numpy.inf
-        spaces: dict[str, gymnasium.Space[Any]] = {
+        return {
             "fluoro": box(0, 255, (height, width), numpy.uint8),
             "tracking2d": box(-any_number, any_number, (self._points, 2), numpy.float32),
             "target2d": box(-any_number, any_number, (2,), numpy.float32),
             "state": box(-any_number, any_number, (16,), numpy.float32),
             "guide": box(-any_number, any_number, (7,), numpy.float32),
         }
-        return gymnasium.spaces.Dict({name: spaces[name] for name in self.obs})
 
     def reset(self, n: int, rng: numpy.random.Generator, options: dict[str, Any]) -> None:
         """Withdraws a catheter, and rotates it."""
@@ -309,9 +165,6 @@ class _Wires(Ways):
         whole[:, :numbers] = actions.reshape(count, numbers)
         self.arena.step(whole, moves)
 
-    def _tips(self) -> Array:
-        return self.states[:, :9]
-
     def _force_n(self) -> Array:
         return self.states[:, _FORCE]
 
@@ -330,27 +183,16 @@ class _Wires(Ways):
             return self.states[:, :16].astype(numpy.float32)
         return self._guide()
 
-    def infos(self) -> dict[str, Array]:
-        s = self.states
-        hashes = [self.arena.hash(n) for n in range(len(s))]
+    def _own_infos(self) -> dict[str, Array]:
+        hashes = [self.arena.hash(n) for n in range(len(self.target))]
         return {
-            "tip_lps_mm": s[:, _TIP].copy(),
-            "wall_force_n": s[:, _FORCE].copy(),
-            "displacement_max_mm": s[:, _DISPLACEMENT].copy(),
-            "left_mm": self.left_mm.copy(),
-            "is_success": self.is_success.copy(),
-            "depth_mm": s[:, _DEPTH].copy(),
+            "depth_mm": self.states[:, _DEPTH].copy(),
             "has_left": self._is_lost(),
-            "target": self.target.copy(),
             "hash": numpy.array(hashes, numpy.uint64),
         }
 
 
-class _ManyWires(_Wires):
-    default_threads = 0
-
-
-class CatheterEnv(ArenaEnv):
+class CatheterEnv(ArenaEnv[CatheterArena]):
     """A catheter that is to reach the end of a vessel's branch.
 
     An action is ((insertion mm/s, rotation rad/s),), as stEVE's with one device; of a steerable
@@ -375,20 +217,15 @@ class CatheterEnv(ArenaEnv):
             infos before and after a step and the action.
         render_mode: "rgb_array" or None; render_size: width and height of these pictures.
         threads: 0: one for each core; None: 1, and 0 of a vector.
-        settings: settings_of("catheter").
+        settings: Of the catheter, as of pliant.CatheterScene.
     """
 
     metadata: dict[str, Any] = {**ArenaEnv.metadata, "render_fps": 8}
+    _kind = _Wires
 
-    @arguments_of_one(_Wires)  # type: ignore[arg-type]  # num_envs has a name
+    @arguments_of_one(_Wires)
     def __init__(self, *arguments: Any, **settings: Any) -> None:
-        self._begin(_Wires(1, *arguments, **settings))
-
-    @property
-    def arena(self) -> CatheterArena:
-        """The arena, with this catheter alone."""
-        arena: CatheterArena = self._flights.arena
-        return arena
+        super().__init__(*arguments, **settings)
 
     @property
     def vessel(self) -> Vessel:
@@ -397,7 +234,7 @@ class CatheterEnv(ArenaEnv):
         return self._flights.vessel
 
 
-class CatheterVectorEnv(ArenaVectorEnv):
+class CatheterVectorEnv(ArenaVectorEnv[CatheterArena]):
     """Several catheters in one arena, each in a vessel of its own, for gymnasium.make_vec.
 
     Arguments are the number num_envs, those of CatheterEnv, and autoreset_mode. An action is an
@@ -405,19 +242,8 @@ class CatheterVectorEnv(ArenaVectorEnv):
     """
 
     metadata: dict[str, Any] = {**ArenaVectorEnv.metadata, "render_fps": 8}
+    _kind = _Wires
 
-    @arguments_of(_ManyWires)
-    def __init__(
-        self,
-        *arguments: Any,
-        autoreset_mode: gymnasium.vector.AutoresetMode = gymnasium.vector.AutoresetMode.NEXT_STEP,
-        **settings: Any,
-    ) -> None:
-        self._check_mode(autoreset_mode)
-        self._begin(_ManyWires(*arguments, **settings), autoreset_mode)
-
-    @property
-    def arena(self) -> CatheterArena:
-        """The catheters."""
-        arena: CatheterArena = self._flights.arena
-        return arena
+    @arguments_of(_Wires)
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)

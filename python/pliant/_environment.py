@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
-from typing import Any, Concatenate, ParamSpec
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 import gymnasium
 import numpy
 import numpy.typing
+from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from pliant._core import CatheterArena, EndoscopeArena
 from pliant._error import Error
 from pliant._lumen_tree import LumenEnd
 
@@ -23,6 +25,7 @@ Array = numpy.typing.NDArray[Any]
 Observation = dict[str, Array]
 Reward = Callable[[dict[str, Any], dict[str, Any], Array], float]
 _P = ParamSpec("_P")
+_Arena = TypeVar("_Arena", bound=EndoscopeArena | CatheterArena)
 
 _AHEAD_MM = 8  # of the guide's next point
 _WINDOW = 12  # points of the path around the last nearest one that are looked at
@@ -37,12 +40,12 @@ def item_of(values: dict[str, Array], n: int) -> dict[str, Any]:
     return {k: v[n].copy() if v.ndim > 1 else v[n].item() for k, v in values.items()}
 
 
-class Ways:
+class Ways(Generic[_Arena]):
     """Several instruments on their ways: all that single and vector environments share."""
 
-    default_threads = 1
     observations: tuple[str, ...] = ()
-    arena: Any
+    displacement: int  # column of arena.states: the largest one [mm]
+    arena: _Arena
 
     def _set_out(
         self,
@@ -83,8 +86,8 @@ class Ways:
         self.states: Array = self.arena.states
 
     # Of a kind of instrument:
-    def space(self) -> gymnasium.spaces.Dict:
-        """Of observations."""
+    def _spaces(self) -> dict[str, gymnasium.Space[Any]]:
+        """Of all observations."""
         raise NotImplementedError
 
     def action_space(self) -> gymnasium.spaces.Box:
@@ -98,10 +101,6 @@ class Ways:
     def _move(self, actions: Array, moves: Array | None) -> None:
         raise NotImplementedError
 
-    def _tips(self) -> Array:
-        """Positions, directions and upward directions (n, 9)."""
-        raise NotImplementedError
-
     def _force_n(self) -> Array:
         raise NotImplementedError
 
@@ -112,20 +111,43 @@ class Ways:
     def _observed(self, name: str) -> Array:
         raise NotImplementedError
 
-    def infos(self) -> dict[str, Array]:
-        """Of all instruments, as vector environments give them."""
+    def _own_infos(self) -> dict[str, Array]:
+        """Infos that other kinds don't have."""
         raise NotImplementedError
 
     # Of all:
-    @classmethod
-    def check(cls, obs: Sequence[str], reward: str | Reward) -> None:
-        """Raises pliant.Error for unknown names."""
+    def _check(self, obs: Sequence[str], reward: str | Reward, mode: AutoresetMode) -> None:
+        """Raises pliant.Error for unknown names. mode: of a vector."""
         for name in obs:
-            if name not in cls.observations:
-                known = ", ".join(cls.observations)
+            if name not in self.observations:
+                known = ", ".join(self.observations)
                 raise Error(f"obs: expected some of {known}, found {name}", field="obs")
         if not callable(reward) and reward != "path":
             raise Error(f"reward: expected path or a function, found {reward}", field="reward")
+        if mode == AutoresetMode.SAME_STEP:
+            raise Error("autoreset_mode: expected NEXT_STEP or DISABLED, found SAME_STEP")
+        self.autoreset_mode = mode
+
+    def space(self) -> gymnasium.spaces.Dict:
+        """Of the chosen observations."""
+        spaces = self._spaces()
+        return gymnasium.spaces.Dict({name: spaces[name] for name in self.obs})
+
+    def _tips(self) -> Array:
+        """Positions, directions and upward directions (n, 9)."""
+        return self.states[:, :9]
+
+    def infos(self) -> dict[str, Array]:
+        """Of all instruments, as vector environments give them."""
+        return {
+            "tip_lps_mm": self.states[:, :3].copy(),
+            "wall_force_n": self._force_n().copy(),
+            "displacement_max_mm": self.states[:, self.displacement].copy(),
+            "left_mm": self.left_mm.copy(),
+            "is_success": self.is_success.copy(),
+            "target": self.target.copy(),
+            **self._own_infos(),
+        }
 
     def _known(self, target: int) -> int:
         if not 0 <= int(target) < len(self._ends):
@@ -210,10 +232,10 @@ class Ways:
         return picture
 
 
-def _signed(init: Any, ways: Callable[..., Any], left_out: str = "") -> Any:
+def _signed(init: Any, ways: Callable[..., Any], *left_out: str) -> Any:
     whole = inspect.signature(ways)
     self = inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)
-    kept = [p for name, p in whole.parameters.items() if name != left_out]
+    kept = [p for name, p in whole.parameters.items() if name not in left_out]
     init.__signature__ = whole.replace(parameters=[self, *kept])
     return init
 
@@ -228,22 +250,30 @@ def arguments_of(
 def arguments_of_one(
     ways: Callable[Concatenate[int, _P], Any],
 ) -> Callable[[Callable[..., None]], Callable[Concatenate[Any, _P], None]]:
-    """Likewise, without the number of environments."""
-    return lambda init: _signed(init, ways, "num_envs")
+    """Likewise, without the arguments of several environments."""
+    return lambda init: _signed(init, ways, "num_envs", "autoreset_mode")
 
 
-class ArenaEnv(gymnasium.Env[Observation, Array]):
-    """One instrument in an arena of its own."""
+class ArenaEnv(gymnasium.Env[Observation, Array], Generic[_Arena]):
+    """One instrument in an arena of its own. A subclass names its kind, and has a constructor."""
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}
-    _flights: Ways
+    _kind: type[Any]  # of Ways[_Arena]
 
-    def _begin(self, ways: Ways) -> None:
-        self._flights = ways
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        if "autoreset_mode" in settings:
+            raise Error("autoreset_mode: expected with several environments")
+        self._flights: Ways[_Arena] = self._kind(1, *arguments, **settings)
+        ways = self._flights
         self.render_mode = ways.render_mode
         self.observation_space: Any = ways.space()
         self.action_space = ways.action_space()
         self._steps = 0
+
+    @property
+    def arena(self) -> _Arena:
+        """The arena, with this instrument alone."""
+        return self._flights.arena
 
     def _observation(self) -> Observation:
         return {name: value[0] for name, value in self._flights.observation().items()}
@@ -291,7 +321,7 @@ class ArenaEnv(gymnasium.Env[Observation, Array]):
         return self._observation(), f.info(0)
 
 
-class ArenaVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
+class ArenaVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array], Generic[_Arena]):
     """Several instruments in one arena.
 
     One whose way has ended begins a new one in the next step (AutoresetMode.NEXT_STEP), or when
@@ -300,19 +330,18 @@ class ArenaVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
 
     metadata: dict[str, Any] = {
         **ArenaEnv.metadata,
-        "autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
-    _flights: Ways
+    _kind: type[Any]  # of Ways[_Arena]
 
-    @staticmethod
-    def _check_mode(mode: gymnasium.vector.AutoresetMode) -> None:
-        if mode == gymnasium.vector.AutoresetMode.SAME_STEP:
-            raise Error("autoreset_mode: expected NEXT_STEP or DISABLED, found SAME_STEP")
-
-    def _begin(self, ways: Ways, mode: gymnasium.vector.AutoresetMode) -> None:
-        self.metadata = {**self.metadata, "autoreset_mode": mode}
-        self._is_autoreset = mode == gymnasium.vector.AutoresetMode.NEXT_STEP
-        self._flights = ways
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        given = inspect.signature(self._kind).bind(*arguments, **settings)
+        if given.arguments.get("threads") is None:
+            given.arguments["threads"] = 0
+        self._flights: Ways[_Arena] = self._kind(*given.args, **given.kwargs)
+        ways = self._flights
+        self.metadata = {**self.metadata, "autoreset_mode": ways.autoreset_mode}
+        self._is_autoreset = ways.autoreset_mode == AutoresetMode.NEXT_STEP
         self.render_mode = ways.render_mode
         self.num_envs = num_envs = len(ways.target)
         self.single_observation_space = ways.space()
@@ -322,6 +351,11 @@ class ArenaVectorEnv(gymnasium.vector.VectorEnv[Observation, Array, Array]):
         self._steps = numpy.zeros(num_envs, int)
         self._is_over = numpy.zeros(num_envs, bool)
         self._rngs = [numpy.random.default_rng() for _ in range(num_envs)]
+
+    @property
+    def arena(self) -> _Arena:
+        """The arena, with all instruments."""
+        return self._flights.arena
 
     def reset(
         self,

@@ -5,12 +5,9 @@
 from __future__ import annotations
 
 import os
-import pathlib
 import queue
 import re
-import shutil
 import subprocess
-import sys
 import tempfile
 import threading
 import weakref
@@ -18,41 +15,9 @@ from typing import Any
 
 from pliant._core import Tissue, Volume
 from pliant._error import Error
+from pliant._program import program
 
 _START_S = 60.0
-
-
-def program() -> pathlib.Path:
-    """The program `pliant` that belongs to this module.
-
-    The environment's PLIANT_PROGRAM, else that of the wheel, else that of the search path.
-
-    Raises:
-        pliant.Error: There is none.
-    """
-    chosen = os.environ.get("PLIANT_PROGRAM")
-    packaged = pathlib.Path(__file__).parent / "bin" / "pliant"
-    if chosen:
-        return pathlib.Path(chosen)
-    if packaged.exists():
-        return packaged
-    found = shutil.which("pliant")
-    if not found:
-        raise Error(
-            "pliant: expected the program on the search path or in PLIANT_PROGRAM, found none",
-            "not_found",
-        )
-    return pathlib.Path(found)
-
-
-def main() -> None:
-    """The command `pliant` of the wheel: `study` is Python, the rest is the program."""
-    if sys.argv[1:2] == ["study"]:
-        from pliant.study.__main__ import main as study
-
-        sys.exit(study(sys.argv[2:]))
-    path = pathlib.Path(__file__).parent / "bin" / "pliant"
-    os.execv(path, [str(path), *sys.argv[1:]])
 
 
 def _end(server: subprocess.Popen[str], folder: tempfile.TemporaryDirectory[str]) -> None:

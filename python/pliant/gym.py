@@ -20,12 +20,13 @@ import dataclasses
 import functools
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import gymnasium
 import numpy
+from gymnasium.vector import AutoresetMode
 
-from pliant._catheter_gym import CatheterEnv, CatheterVectorEnv, Vessel, find_vessel
+from pliant._catheter_gym import CatheterEnv, CatheterVectorEnv
 from pliant._core import EndoscopeArena, Volume, find_endoscope, make_phantom, read_volume
 from pliant._environment import (
     ArenaEnv,
@@ -38,6 +39,10 @@ from pliant._environment import (
 )
 from pliant._error import Error
 from pliant._lumen_tree import LumenEnd, find_lumen_ends
+from pliant._vessels import Vessel, find_vessel
+
+if TYPE_CHECKING:
+    from pliant._settings import EndoscopeSettings
 
 OBSERVATIONS = ("rgb", "depth", "normals", "flow", "state", "guide")
 ADVANCE_MM_S = 20.0  # bounds of an action
@@ -45,8 +50,7 @@ TURN_RAD_S = 1.5
 SUCCESS_MM = 3.0  # distance from the target that counts as reached
 
 _AHEAD_MM = 8  # that flights look ahead at first
-_EYE, _LOOK, _UP, _FORCE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)  # of arena.states
-_DISPLACEMENT, _TOUCHING, _STOPPED = 12, 13, 14
+_FORCE, _TOUCHING = slice(9, 12), 13  # of arena.states
 
 
 @dataclasses.dataclass(frozen=True)
@@ -136,10 +140,11 @@ def _lumen_from(scan: str | os.PathLike[str] | Volume | Lumen) -> Lumen:
     return find_lumen(read_volume(scan))
 
 
-class _Flights(Ways):
+class _Flights(Ways[EndoscopeArena]):
     """Several endoscopes on their ways."""
 
     observations = OBSERVATIONS
+    displacement = 12
 
     def __init__(
         self,
@@ -158,17 +163,18 @@ class _Flights(Ways):
         render_mode: str | None = None,
         render_size: tuple[int, int] = (256, 256),
         threads: int | None = None,
-        **settings: Any,
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
+        **settings: Unpack[EndoscopeSettings],
     ) -> None:
-        self.check(obs, reward)
+        self._check(obs, reward, autoreset_mode)
         self.lumen = _lumen_from(scan)
         if targets is None:
             targets = self.lumen.targets(generation, split)
         pictures = [name for name in ("rgb", "depth", "normals", "flow") if name in obs]
-        self.arena: EndoscopeArena = EndoscopeArena(
+        self.arena = EndoscopeArena(
             self.lumen.scan, num_envs, size, control_hz, wall, iso_hu=self.lumen.iso_hu,
             polarity=self.lumen.polarity, pictures=pictures,
-            threads=self.default_threads if threads is None else threads, **settings,
+            threads=1 if threads is None else threads, **settings,
         )  # fmt: skip
         success_mm = numpy.full(len(self.lumen.ends), SUCCESS_MM)
         self._set_out(
@@ -183,11 +189,11 @@ class _Flights(Ways):
         bound = numpy.array([ADVANCE_MM_S, TURN_RAD_S, TURN_RAD_S, TURN_RAD_S], numpy.float32)
         return gymnasium.spaces.Box(-bound, bound, dtype=numpy.float32)
 
-    def space(self) -> gymnasium.spaces.Dict:
+    def _spaces(self) -> dict[str, gymnasium.Space[Any]]:
         width, height = self.size
         box = gymnasium.spaces.Box
         far, jump = self._far_mm, 4.0 * max(self.size)
-        spaces: dict[str, gymnasium.Space[Any]] = {
+        return {
             "rgb": box(0, 255, (height, width, 3), numpy.uint8),
             "depth": box(0, far, (height, width), numpy.float32),
             "normals": box(-1, 1, (height, width, 3), numpy.float32),
@@ -195,7 +201,6 @@ class _Flights(Ways):
             "state": box(-numpy.inf, numpy.inf, (15,), numpy.float32),
             "guide": box(-numpy.inf, numpy.inf, (7,), numpy.float32),
         }
-        return gymnasium.spaces.Dict({name: spaces[name] for name in self.obs})
 
     def reset(self, n: int, rng: numpy.random.Generator, options: dict[str, Any]) -> None:
         """Places an endoscope at the beginning of a way, or where the options say."""
@@ -217,9 +222,6 @@ class _Flights(Ways):
     def _move(self, actions: Array, moves: Array | None) -> None:
         self.arena.step(actions, moves)
 
-    def _tips(self) -> Array:
-        return self.states[:, :9]
-
     def _force_n(self) -> Array:
         force: Array = numpy.linalg.norm(self.states[:, _FORCE], axis=1)
         return force
@@ -238,24 +240,11 @@ class _Flights(Ways):
             return self.states[:, :15].astype(numpy.float32)
         return self._guide()
 
-    def infos(self) -> dict[str, Array]:
-        s = self.states
-        return {
-            "tip_lps_mm": s[:, _EYE].copy(),
-            "wall_force_n": self._force_n(),
-            "displacement_max_mm": s[:, _DISPLACEMENT].copy(),
-            "left_mm": self.left_mm.copy(),
-            "is_success": self.is_success.copy(),
-            "is_touching": s[:, _TOUCHING] > 0,
-            "target": self.target.copy(),
-        }
+    def _own_infos(self) -> dict[str, Array]:
+        return {"is_touching": self.states[:, _TOUCHING] > 0}
 
 
-class _ManyFlights(_Flights):
-    default_threads = 0
-
-
-class EndoscopeEnv(ArenaEnv):
+class EndoscopeEnv(ArenaEnv[EndoscopeArena]):
     """An endoscope that is to reach the end of a lumen's branch.
 
     An action is (advance mm/s, roll, pitch, yaw rad/s). Observations are a dictionary of the names
@@ -279,15 +268,11 @@ class EndoscopeEnv(ArenaEnv):
         settings: Further arguments of pliant.EndoscopeArena.
     """
 
-    @arguments_of_one(_Flights)  # type: ignore[arg-type]  # num_envs has a name
-    def __init__(self, *arguments: Any, **settings: Any) -> None:
-        self._begin(_Flights(1, *arguments, **settings))
+    _kind = _Flights
 
-    @property
-    def arena(self) -> EndoscopeArena:
-        """The arena, with this endoscope alone."""
-        arena: EndoscopeArena = self._flights.arena
-        return arena
+    @arguments_of_one(_Flights)
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
 
     @property
     def lumen(self) -> Lumen:
@@ -296,7 +281,7 @@ class EndoscopeEnv(ArenaEnv):
         return self._flights.lumen
 
 
-class EndoscopeVectorEnv(ArenaVectorEnv):
+class EndoscopeVectorEnv(ArenaVectorEnv[EndoscopeArena]):
     """Several endoscopes in one arena, for gymnasium.make_vec.
 
     Arguments are the number num_envs, those of EndoscopeEnv, and autoreset_mode.
@@ -305,21 +290,11 @@ class EndoscopeVectorEnv(ArenaVectorEnv):
     (AutoresetMode.NEXT_STEP), or when reset(options={"reset_mask": …}) says so (DISABLED).
     """
 
-    @arguments_of(_ManyFlights)
-    def __init__(
-        self,
-        *arguments: Any,
-        autoreset_mode: gymnasium.vector.AutoresetMode = gymnasium.vector.AutoresetMode.NEXT_STEP,
-        **settings: Any,
-    ) -> None:
-        self._check_mode(autoreset_mode)
-        self._begin(_ManyFlights(*arguments, **settings), autoreset_mode)
+    _kind = _Flights
 
-    @property
-    def arena(self) -> EndoscopeArena:
-        """The endoscopes."""
-        arena: EndoscopeArena = self._flights.arena
-        return arena
+    @arguments_of(_Flights)
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
 
 
 def register() -> None:

@@ -22,7 +22,7 @@ import pathlib
 import struct
 import zlib
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy
 import numpy.typing
@@ -30,6 +30,9 @@ import numpy.typing
 from pliant._core import EndoscopeArena, Volume, find_endoscope, version
 from pliant._error import Error
 from pliant._lumen_tree import LumenEnd, find_lumen_ends
+
+if TYPE_CHECKING:
+    from pliant._settings import SequenceSettings
 
 Array = numpy.typing.NDArray[Any]
 
@@ -108,7 +111,7 @@ class EndoscopeSequence:
         labels: Volume | None = None,
         push_mm: float = 3.0,
         threads: int = 0,
-        **settings: Any,
+        **settings: Unpack[SequenceSettings],
     ) -> None:
         if frames < 1:
             raise Error(f"frames: expected 1 or more, found {frames}", field="frames")

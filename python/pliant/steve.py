@@ -39,7 +39,7 @@ except ImportError:
 
 Array = numpy.typing.NDArray[Any]
 
-_WALL = {"thickness_mm": 2.5, "layers": 1, "cell_mm": 1.8}
+_WALL: dict[str, Any] = {"thickness_mm": 2.5, "layers": 1, "cell_mm": 1.8}
 _INSERTED_MM = 0.1  # at first
 _TURNING_S = 0.2  # in which a new catheter is rotated
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy
 import numpy.typing
@@ -25,9 +25,12 @@ from pliant._core import (
     Volume,
     score_truth_field,
     score_truth_points,
-    truth_settings,
+    settings_of,
 )
 from pliant._error import Error
+
+if TYPE_CHECKING:
+    from pliant._settings import TruthSettings
 
 __all__ = [
     "ROWS",
@@ -50,7 +53,7 @@ def make_case(
     *,
     threads: int = 0,
     materials: Mapping[str, Any] | None = None,
-    **settings: Any,
+    **settings: Unpack[TruthSettings],
 ) -> TruthCase:
     """Makes one case; a TruthMaker makes several of a scan faster.
 
@@ -59,9 +62,14 @@ def make_case(
         seed: The case is made of the scan and this number alone.
         threads: 0: one for each core.
         materials: Settings of the tissue, as of make_chainmail.
-        settings: kinds, motions, contact_mm, ...: see truth_settings().
+        settings: As of TruthMaker: kinds, motions, contact_mm, ...
     """
     return TruthMaker(scan, threads, dict(materials or {}), **settings).make(seed)
+
+
+def truth_settings() -> list[dict[str, Any]]:
+    """Settings of a TruthMaker: name, default, unit, range and text."""
+    return settings_of("truth")
 
 
 def _grid_of(case: TruthCase) -> dict[str, Any]:

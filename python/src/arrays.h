@@ -136,6 +136,7 @@ class Interruption {
 /// The settings in a call's keyword arguments. @returns InvalidArgument for other kinds of values
 Record record_of(const nb::dict& arguments);
 nb::dict dict_of(const Record& record);
+nb::object object_of(const SettingValue& value);
 
 /// Settings with some of them changed by keyword arguments.
 template <class T>

@@ -14,6 +14,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "keywords.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -586,6 +587,7 @@ void bind_augment(nb::module_& m) {
         .def_ro("held_elements", &FollowReport::held_elements, "Voxels that bone holds back.")
         .def_ro("moved_elements", &FollowReport::moved_elements)
         .def_ro("solve_ms", &FollowReport::solve_ms);
+    const Keywords keywords = keywords_of(chainmail_rows());
     nb::class_<PreparedScan>(m, "PreparedScan",
                              "A scan that is prepared for motions, one set after the other. One "
                              "thread at a time.")
@@ -600,9 +602,9 @@ void bind_augment(nb::module_& m) {
                 new (self) PreparedScan(scan, threads, settings);
             },
             nb::arg("scan"), nb::arg("threads") = 1, nb::arg("settings"),
-            nb::sig("def __init__(self, scan: Volume, threads: int = 1, **settings: typing.Any) "
-                    "-> None"),
-            "Args:\n    settings: Those of settings_of(\"chainmail\").")
+            typed("def __init__(self, scan: Volume, threads: int = 1, *, **settings) -> None",
+                  keywords),
+            described("Args:\n    **settings", keywords))
         .def_prop_ro("scan", &PreparedScan::scan, nb::sig("def scan(self, /) -> Volume"))
         .def_prop_ro("settings", &PreparedScan::settings,
                      nb::sig("def settings(self, /) -> dict[str, typing.Any]"),

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "keywords.h"
 #include "numbers.h"
 #include "struct_class.h"
 #include "vessels.h"
@@ -98,36 +99,41 @@ nb::object states_of(const PyCatheters& a) {
 }  // namespace
 
 void bind_catheter_gym(nb::module_& m) {
+    const Keywords keywords = without(keywords_of(catheter_rows()), {"place_mm", "direction"});
     nb::class_<PyCatheters> c(
         m, "CatheterArena",
         "Many catheters, each in a vessel of its own with the same wall at rest; all move in one "
         "call.\n\n"
         "The same actions from the same positions give the same bits for any number of threads.");
-    c.def("__init__", &make_catheters, nb::arg("wall"), nb::arg("scan"), nb::arg("entry") = 0,
-          nb::arg("inwards") = 0.5, nb::arg("count") = 1,
-          nb::arg("size") = std::pair<int, int>{64, 64}, nb::arg("control_hz") = 7.5,
-          nb::arg("view") = nb::none(), nb::arg("has_pictures") = true,
-          nb::arg("device_water") = 20.0, nb::arg("points") = 8, nb::arg("points_mm") = 5.0,
-          nb::arg("bend_rad") = 0.0, nb::arg("max_bend_rad") = 2.0, nb::arg("threads") = 0,
-          nb::arg("settings"),
-          nb::sig("def __init__(self, wall: VesselWall, scan: Volume, entry: int | VesselEnd | "
-                  "tuple[collections.abc.Sequence[float], collections.abc.Sequence[float]] = 0, "
-                  "inwards: float = 0.5, count: int = 1, size: tuple[int, int] = (64, 64), "
-                  "control_hz: float = 7.5, view: Fluoroscopy | None = None, has_pictures: bool = "
-                  "True, device_water: float = "
-                  "20.0, points: int = 8, points_mm: float = 5.0, bend_rad: float = 0.0, "
-                  "max_bend_rad: float = 2.0, threads: int = 0, **settings: typing.Any) -> None"),
-          "Args:\n"
-          "    wall: The vessel's wall.\n"
-          "    scan: Seen in the pictures: a scan, or scan_of_vessel(wall).\n"
-          "    entry: Where the guide ends: a number of wall.ends, a VesselEnd, or a position and "
-          "a direction.\n"
-          "    inwards: Fraction of an end's radius from it to the guide's end.\n"
-          "    view: The fluoroscopy.\n"
-          "    device_water: Absorption of the catheter, in that of water.\n"
-          "    points: Number of tracked points; points_mm: their distance along the catheter.\n"
-          "    bend_rad: Bend of the tip at first; max_bend_rad: its limit.\n"
-          "    settings: settings_of(\"catheter\"); time_step_s is a limit.")
+    c.def(
+         "__init__", &make_catheters, nb::arg("wall"), nb::arg("scan"), nb::arg("entry") = 0,
+         nb::arg("inwards") = 0.5, nb::arg("count") = 1,
+         nb::arg("size") = std::pair<int, int>{64, 64}, nb::arg("control_hz") = 7.5,
+         nb::arg("view") = nb::none(), nb::arg("has_pictures") = true,
+         nb::arg("device_water") = 20.0, nb::arg("points") = 8, nb::arg("points_mm") = 5.0,
+         nb::arg("bend_rad") = 0.0, nb::arg("max_bend_rad") = 2.0, nb::arg("threads") = 0,
+         nb::arg("settings"),
+         typed("def __init__(self, wall: VesselWall, scan: Volume, entry: int | VesselEnd | "
+               "tuple[collections.abc.Sequence[float], collections.abc.Sequence[float]] = 0, "
+               "inwards: float = 0.5, count: int = 1, size: tuple[int, int] = (64, 64), "
+               "control_hz: float = 7.5, view: Fluoroscopy | None = None, has_pictures: bool = "
+               "True, device_water: float = "
+               "20.0, points: int = 8, points_mm: float = 5.0, bend_rad: float = 0.0, "
+               "max_bend_rad: float = 2.0, threads: int = 0, *, **settings) -> None",
+               keywords),
+         described(
+             "Args:\n"
+             "    wall: The vessel's wall.\n"
+             "    scan: Seen in the pictures: a scan, or scan_of_vessel(wall).\n"
+             "    entry: Where the guide ends: a number of wall.ends, a VesselEnd, or a position "
+             "and a direction.\n"
+             "    inwards: Fraction of an end's radius from it to the guide's end.\n"
+             "    view: The fluoroscopy.\n"
+             "    device_water: Absorption of the catheter, in that of water.\n"
+             "    points: Number of tracked points; points_mm: their distance along the catheter.\n"
+             "    bend_rad: Bend of the tip at first; max_bend_rad: its limit.\n"
+             "    **settings",
+             keywords))
         .def(
             "place",
             [](PyCatheters& a, int n, double rotated_rad) {

@@ -5,6 +5,7 @@
 
 #include <pliant/fem.h>
 
+#include "keywords.h"
 #include "numbers.h"
 #include "ranks.h"
 #include "struct_class.h"
@@ -120,6 +121,7 @@ void bind_solver(nb::module_& m) {
         .def_ro("iterations", &S::iterations, "Of conjugate gradients; 0 with Cholesky.")
         .def_ro("relative_residual", &S::relative_residual,
                 "Norm of f - K u over the free components, relative to that of f.");
+    const Keywords keywords = unset(keywords_of(elastic_rows()), {"method"});  // by the mesh
     nb::class_<PyElastic>(
         m, "ElasticSolver",
         "Static linear elasticity on 8-node hexahedra: assembled and factored once, then solved "
@@ -175,26 +177,29 @@ void bind_solver(nb::module_& m) {
             nb::arg("held_axes") = nb::none(), nb::arg("displacement_mm") = nb::none(),
             nb::arg("material_of") = nb::none(), nb::arg("threads") = 0,
             nb::arg("comm") = nb::none(), nb::arg("settings"),
-            nb::sig(
-                "def __init__(self, mesh: HexMesh | HexLattice, materials: ElasticMaterial | "
-                "collections.abc.Sequence[ElasticMaterial], held: numpy.typing.ArrayLike, "
-                "held_axes: numpy.typing.ArrayLike | None = None, displacement_mm: "
-                "numpy.typing.ArrayLike | None = None, material_of: numpy.typing.ArrayLike | "
-                "None = None, threads: int = 0, comm: typing.Any = None, **settings: typing.Any) "
-                "-> None"),
-            "Args:\n"
-            "    mesh: A HexLattice is solved without a matrix, by conjugate gradients with "
-            "multigrid.\n"
-            "    materials: One, or several with material_of.\n"
-            "    held: Nodes with supports (n,).\n"
-            "    held_axes: Flags (n, 3), the axes along which each is held; None: all.\n"
-            "    displacement_mm: Prescribed along the held axes (n, 3); None: 0.\n"
-            "    material_of: The material of each cell (m,); None: the first.\n"
-            "    comm: Communicator of mpi4py whose ranks share the work on a HexLattice: all make "
-            "the same calls, and all get the whole solution, with the bits of one process.\n"
-            "    settings: settings_of(\"elastic\").\n\n"
-            "Raises:\n    pliant.Error: An inverted cell, a modulus out of range, supports that "
-            "leave a rigid motion free.")
+            typed("def __init__(self, mesh: HexMesh | HexLattice, materials: ElasticMaterial | "
+                  "collections.abc.Sequence[ElasticMaterial], held: numpy.typing.ArrayLike, "
+                  "held_axes: numpy.typing.ArrayLike | None = None, displacement_mm: "
+                  "numpy.typing.ArrayLike | None = None, material_of: numpy.typing.ArrayLike | "
+                  "None = None, threads: int = 0, comm: typing.Any = None, *, **settings) "
+                  "-> None",
+                  keywords),
+            described(
+                "Args:\n"
+                "    mesh: A HexLattice is solved without a matrix, by conjugate gradients with "
+                "multigrid.\n"
+                "    materials: One, or several with material_of.\n"
+                "    held: Nodes with supports (n,).\n"
+                "    held_axes: Flags (n, 3), the axes along which each is held; None: all.\n"
+                "    displacement_mm: Prescribed along the held axes (n, 3); None: 0.\n"
+                "    material_of: The material of each cell (m,); None: the first.\n"
+                "    comm: Communicator of mpi4py whose ranks share the work on a HexLattice: all "
+                "make the same calls, and all get the whole solution, with the bits of one "
+                "process.\n"
+                "    **settings\n\n"
+                "Raises:\n    pliant.Error: An inverted cell, a modulus out of range, supports "
+                "that leave a rigid motion free.",
+                keywords))
         .def(
             "solve",
             [](const PyElastic& p, const Array& nodes, const Array& forces_n, const Array& faces,

@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "keywords.h"
 #include "numbers.h"
 #include "struct_class.h"
 
@@ -21,6 +22,9 @@ using Vectors = Numbers<double, 3>;
 std::vector<double> values_of(const nb::object& given) {
     return Numbers<double, 0>(given, "values").copied();
 }
+
+constexpr const char* kFitArguments =
+    "Args:\n    run: Of the solver, settings_of(\"spring_solver\").\n    **settings";
 
 /// Settings of a fit; "run" is a dictionary of those of its solver.
 FitSettings fit_settings(const nb::kwargs& given) {
@@ -119,6 +123,7 @@ void bind_problem_parts(nb::module_& m) {
 
 void bind_problem(nb::module_& m) {
     using P = FitProblem;
+    const Keywords keywords = keywords_of(fit_rows());
     nb::class_<P>(m, "FitProblem",
                   "A network, its groups and the reference. The values are one for each group.")
         .def(
@@ -133,11 +138,11 @@ void bind_problem(nb::module_& m) {
                 new (self) P(take(std::move(made)));
             },
             nb::arg("parts"), nb::arg("groups"), nb::arg("cases"), nb::arg("settings"),
-            nb::sig("def __init__(self, parts: SpringParts, groups: "
-                    "collections.abc.Sequence[FitGroup], cases: collections.abc.Sequence[FitCase], "
-                    "**settings: typing.Any) -> None"),
-            "Args:\n    settings: settings_of(\"fit\"); run: a dictionary of "
-            "settings_of(\"spring_solver\").")
+            typed("def __init__(self, parts: SpringParts, groups: "
+                  "collections.abc.Sequence[FitGroup], cases: collections.abc.Sequence[FitCase], "
+                  "*, run: dict[str, typing.Any] = {}, **settings) -> None",
+                  keywords),
+            described(kFitArguments, keywords))
         .def_prop_ro(
             "groups",
             [](const P& p) { return std::vector<FitGroup>(p.groups().begin(), p.groups().end()); },
@@ -193,7 +198,6 @@ void bind_problem(nb::module_& m) {
 
 FitMethod method_of(const std::string& name, const Array& values, const nb::kwargs& settings) {
     if (name == "gauss_newton") return settings_from<GaussNewton>(settings, gauss_newton_rows());
-    if (name == "direct_search") return settings_from<DirectSearch>(settings, direct_search_rows());
     if (name == "annealing") {
         nb::dict rest;
         std::uint64_t seed = Annealing{}.seed;
@@ -207,13 +211,15 @@ FitMethod method_of(const std::string& name, const Array& values, const nb::kwar
         return made;
     }
     if (name == "given" && values) return GivenValues{values_of(*values)};
-    const std::string expected = "gauss_newton, annealing, direct_search, or given with values";
+    const std::string expected = "gauss_newton, annealing, or given with values";
     raise({ErrorCode::InvalidArgument, "method: expected " + expected + ", found " + name, "method",
            expected, name});
 }
 
 void bind_fit(nb::module_& m) {
     using R = FitResult;
+    const Keywords keywords =
+        together({keywords_of(gauss_newton_rows()), keywords_of(annealing_rows())});
     nb::class_<R>(m, "FitResult", "Result of fit().")
         .def_prop_ro(
             "values", [](const R& r) { return array_owning<double>(std::vector(r.values)); },
@@ -256,15 +262,18 @@ void bind_fit(nb::module_& m) {
         },
         nb::arg("problem"), nb::arg("method") = "gauss_newton", nb::arg("values") = nb::none(),
         nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def fit(problem: FitProblem, method: str = \"gauss_newton\", values: "
-                "numpy.typing.ArrayLike | None = None, threads: int = 0, **settings: typing.Any) "
-                "-> FitResult"),
-        "Finds the values with which the network moves as the reference does. Equal for any number "
-        "of threads.\n\n"
-        "Args:\n"
-        "    method: \"gauss_newton\", \"annealing\", \"direct_search\", or \"given\" with "
-        "values.\n"
-        "    settings: settings_of(method); annealing has a seed, too.");
+        typed("def fit(problem: FitProblem, method: str = \"gauss_newton\", values: "
+              "numpy.typing.ArrayLike | None = None, threads: int = 0, *, "
+              "seed: int = ..., **settings) -> FitResult",
+              keywords),
+        described(
+            "Finds the values with which the network moves as the reference does. Equal for any "
+            "number of threads.\n\n"
+            "Args:\n"
+            "    method: \"gauss_newton\", \"annealing\", or \"given\" with values.\n"
+            "    seed: Of annealing.\n"
+            "    **settings",
+            keywords));
     m.def(
         "fit_directions",
         [](const FitProblem& problem, const nb::object& values, int threads) {
@@ -354,6 +363,7 @@ void bind_box(nb::module_& m) {
             "Values in closed form; methods start there.")
         .def_ro("cubic_cells", &FitBoxProblem::cubic_cells,
                 "Whether spacings differ by less than 1 %.");
+    const Keywords keywords = keywords_of(fit_rows());
     m.def(
         "fit_box",
         [](const FitBox& box, const std::vector<FitBoxLoad>& loads, int threads,
@@ -365,10 +375,13 @@ void bind_box(nb::module_& m) {
             return take(arena.run_reading([&] { return fit_box(made, arena.tasks()); }));
         },
         nb::arg("box"), nb::arg("loads"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def fit_box(box: FitBox, loads: collections.abc.Sequence[FitBoxLoad], threads: "
-                "int = 0, **settings: typing.Any) -> FitBoxProblem"),
-        "The problem of a box: its reference is computed by finite elements.\n\n"
-        "Args:\n    settings: settings_of(\"fit\").");
+        typed("def fit_box(box: FitBox, loads: collections.abc.Sequence[FitBoxLoad], threads: "
+              "int = 0, *, run: dict[str, typing.Any] = {}, **settings) -> FitBoxProblem",
+              keywords),
+        described(
+            std::string("The problem of a box: its reference is computed by finite elements.\n\n") +
+                kFitArguments,
+            keywords));
 }
 
 FitMeshLoad load_of_mesh(const nb::object& nodes, Vec3d force_n, const std::string& name,
@@ -452,6 +465,7 @@ void bind_mesh(nb::module_& m) {
             nb::sig("def network(self, found: FitResult, intervals: numpy.typing.ArrayLike | None "
                     "= None) -> NetworkFile"),
             "The network of identified values, for make_network() and files.");
+    const Keywords keywords = keywords_of(fit_rows());
     m.def(
         "fit_mesh",
         [](const TetMesh& mesh, const nb::object& held, const std::vector<FitMeshLoad>& loads,
@@ -473,19 +487,24 @@ void bind_mesh(nb::module_& m) {
         nb::arg("regions") = std::vector<FitRegion>{}, nb::arg("region_of") = nb::none(),
         nb::arg("density_kg_per_m3") = 1000.0, nb::arg("volume_energy") = false,
         nb::arg("range") = 10.0, nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def fit_mesh(mesh: TetMesh, held: numpy.typing.ArrayLike, loads: "
-                "collections.abc.Sequence[FitMeshLoad], regions: "
-                "collections.abc.Sequence[FitRegion] = (), region_of: numpy.typing.ArrayLike | "
-                "None = None, density_kg_per_m3: float = 1000.0, volume_energy: bool = False, "
-                "range: float = 10.0, threads: int = 0, **settings: typing.Any) -> FitMeshProblem"),
-        "A network on the tetrahedra of an organ, against linear finite elements on the same "
-        "tetrahedra or against measurements.\n\n"
-        "Args:\n"
-        "    held: Nodes that don't move (n,).\n"
-        "    regions, region_of: Tissues, and that of each tetrahedron (m,).\n"
-        "    volume_energy: Whether each region has a bulk modulus, too.\n"
-        "    range: Bounds of the values: start/range and start range.\n"
-        "    settings: settings_of(\"fit\").");
+        typed("def fit_mesh(mesh: TetMesh, held: numpy.typing.ArrayLike, loads: "
+              "collections.abc.Sequence[FitMeshLoad], regions: "
+              "collections.abc.Sequence[FitRegion] = (), region_of: numpy.typing.ArrayLike | "
+              "None = None, density_kg_per_m3: float = 1000.0, volume_energy: bool = False, "
+              "range: float = 10.0, threads: int = 0, *, run: dict[str, typing.Any] = {}, "
+              "**settings) -> FitMeshProblem",
+              keywords),
+        described(
+            "A network on the tetrahedra of an organ, against linear finite elements on the same "
+            "tetrahedra or against measurements.\n\n"
+            "Args:\n"
+            "    held: Nodes that don't move (n,).\n"
+            "    regions, region_of: Tissues, and that of each tetrahedron (m,).\n"
+            "    volume_energy: Whether each region has a bulk modulus, too.\n"
+            "    range: Bounds of the values: start/range and start range.\n"
+            "    run: Of the solver, settings_of(\"spring_solver\").\n"
+            "    **settings",
+            keywords));
     nb::class_<CreepResult>(m, "CreepResult", "Result of fit_creep().")
         .def_ro("damping_per_s", &CreepResult::damping_per_s,
                 "Of each node's motion, relative to its mass [1/s].")

@@ -11,6 +11,7 @@
 #include <optional>
 #include <tuple>
 
+#include "keywords.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -237,6 +238,7 @@ nb::object states_of(const PyArena& a) {
 }
 
 void bind_arena(nb::module_& m) {
+    const Keywords keywords = keywords_of(chainmail_rows());
     nb::class_<PyArena> c(
         m, "EndoscopeArena",
         "Many endoscopes in one scan, each with a tissue of its own; all move in one call.\n\n"
@@ -251,33 +253,36 @@ void bind_arena(nb::module_& m) {
           nb::arg("is_smooth") = false,
           nb::arg("pictures") = std::vector<std::string>{"rgb", "depth"},
           nb::arg("labels") = nb::none(), nb::arg("threads") = 0, nb::arg("materials"),
-          nb::sig("def __init__(self, scan: Volume, count: int = 1, "
-                  "size: tuple[int, int] = (64, 64), control_hz: float = 20.0, "
-                  "wall: str = \"deforming\", radius_mm: float = 1.4, relax_sweeps: int = 1, "
-                  "relax_every: int = 1, "
-                  "young_modulus_pa: float = 15000.0, iso_hu: float = -500.0, "
-                  "polarity: str = \"rising\", field_of_view_deg: float = 80.0, "
-                  "barrel_distortion: float = 0.15, style: str = \"real\", "
-                  "lining: str = \"airway\", field_stop: str = \"full\", "
-                  "is_smooth: bool = False, "
-                  "pictures: collections.abc.Sequence[str] = (\"rgb\", \"depth\"), "
-                  "labels: Volume | None = None, threads: int = 0, "
-                  "**materials: typing.Any) -> None"),
-          "Args:\n"
-          "    scan: The scan. Its lumina are on the side of iso_hu that polarity says.\n"
-          "    count: Number of endoscopes.\n"
-          "    size: Width and height of the pictures.\n"
-          "    wall: \"deforming\" or \"rigid\".\n"
-          "    radius_mm: Of the tip.\n"
-          "    relax_sweeps: Of a relaxation of the tissue; relax_every: steps from one to the "
-          "next.\n"
-          "    young_modulus_pa: Of the walls, for the estimate of the force.\n"
-          "    style: \"real\" or \"plain\"; lining: \"airway\", \"colon\", \"sinus\" or "
-          "\"vessel\"; field_stop: \"full\", \"round\" or \"octagon\".\n"
-          "    is_smooth: Four rays for each pixel at an edge.\n"
-          "    pictures: Of \"rgb\", \"depth\", \"normals\", \"flow\".\n"
-          "    labels: Labels on the scan's grid, seen together with flow.\n"
-          "    materials: Settings of \"chainmail\" (settings_of).")
+          typed("def __init__(self, scan: Volume, count: int = 1, "
+                "size: tuple[int, int] = (64, 64), control_hz: float = 20.0, "
+                "wall: str = \"deforming\", radius_mm: float = 1.4, relax_sweeps: int = 1, "
+                "relax_every: int = 1, "
+                "young_modulus_pa: float = 15000.0, iso_hu: float = -500.0, "
+                "polarity: str = \"rising\", field_of_view_deg: float = 80.0, "
+                "barrel_distortion: float = 0.15, style: str = \"real\", "
+                "lining: str = \"airway\", field_stop: str = \"full\", "
+                "is_smooth: bool = False, "
+                "pictures: collections.abc.Sequence[str] = (\"rgb\", \"depth\"), "
+                "labels: Volume | None = None, threads: int = 0, *, "
+                "**settings) -> None",
+                keywords),
+          described(
+              "Args:\n"
+              "    scan: The scan. Its lumina are on the side of iso_hu that polarity says.\n"
+              "    count: Number of endoscopes.\n"
+              "    size: Width and height of the pictures.\n"
+              "    wall: \"deforming\" or \"rigid\".\n"
+              "    radius_mm: Of the tip.\n"
+              "    relax_sweeps: Of a relaxation of the tissue; relax_every: steps from one to the "
+              "next.\n"
+              "    young_modulus_pa: Of the walls, for the estimate of the force.\n"
+              "    style: \"real\" or \"plain\"; lining: \"airway\", \"colon\", \"sinus\" or "
+              "\"vessel\"; field_stop: \"full\", \"round\" or \"octagon\".\n"
+              "    is_smooth: Four rays for each pixel at an edge.\n"
+              "    pictures: Of \"rgb\", \"depth\", \"normals\", \"flow\".\n"
+              "    labels: Labels on the scan's grid, seen together with flow.\n"
+              "    **settings",
+              keywords))
         .def(
             "place",
             [](PyArena& a, int n, Vec3d eye_mm, Vec3d look, const std::optional<Vec3d>& up) {

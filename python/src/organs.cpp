@@ -6,6 +6,7 @@
 #include <pliant/cut_mesh.h>
 #include <pliant/organs.h>
 
+#include "keywords.h"
 #include "made_tissue.h"
 #include "numbers.h"
 #include "struct_class.h"
@@ -174,6 +175,7 @@ void bind_organ(nb::module_& m) {
 }
 
 void bind_makers(nb::module_& m) {
+    const Keywords keywords = unset(keywords_of(organ_file_rows()));  // those of the file
     m.def(
         "make_organs",
         [](const std::filesystem::path& file, int threads, const nb::kwargs& settings) {
@@ -182,17 +184,19 @@ void bind_makers(nb::module_& m) {
                              threads, settings);
         },
         nb::arg("file"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def make_organs(file: str | os.PathLike[str], threads: int = 0, **settings: "
-                "typing.Any) -> MadeOrgans"),
-        "Reads or makes the meshes of a scene file, and its scan.\n\n"
-        "Args:\n"
-        "    file: A scene (docs/howto/organs.md), or one mesh, which lies on its back.\n"
-        "    settings: Of all bodies, in place of the file's: settings_of(\"organs\").\n\n"
-        "Example:\n"
-        "    >>> organs = pliant.make_organs(\"liver.toml\")\n"
-        "    >>> tissue = organs.make_tissue()\n"
-        "    >>> tissue.push((-20, -235, -300), (0, 12, 0), sphere_radius_mm=12)\n"
-        "    >>> organs.meshes(tissue)[0].nodes_mm");
+        typed("def make_organs(file: str | os.PathLike[str], threads: int = 0, *, "
+              "**settings) -> MadeOrgans",
+              keywords),
+        described("Reads or makes the meshes of a scene file, and its scan.\n\n"
+                  "Args:\n"
+                  "    file: A scene (docs/howto/organs.md), or one mesh, which lies on its back.\n"
+                  "    **settings\n\n"
+                  "Example:\n"
+                  "    >>> organs = pliant.make_organs(\"liver.toml\")\n"
+                  "    >>> tissue = organs.make_tissue()\n"
+                  "    >>> tissue.push((-20, -235, -300), (0, 12, 0), sphere_radius_mm=12)\n"
+                  "    >>> organs.meshes(tissue)[0].nodes_mm",
+                  keywords));
     m.def(
         "make_organs_of_labels",
         [](const std::filesystem::path& scan, const std::filesystem::path& label_volume,
@@ -204,23 +208,27 @@ void bind_makers(nb::module_& m) {
         },
         nb::arg("scan"), nb::arg("label_volume"), nb::arg("labels") = std::vector<int>{},
         nb::arg("label_names") = "", nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def make_organs_of_labels(scan: str | os.PathLike[str], label_volume: str | "
-                "os.PathLike[str], labels: collections.abc.Sequence[int] = (), label_names: str | "
-                "os.PathLike[str] = \"\", threads: int = 0, **settings: typing.Any) -> MadeOrgans"),
-        "The labelled organs of a scan with their surroundings, named after their labels.\n\n"
-        "Args:\n"
-        "    scan, label_volume: Files.\n"
-        "    labels: None given: each with 1 ml or more that isn't air or bone.\n"
-        "    label_names: File of the labels' names; empty: the label volume's own, or one beside "
-        "it.\n"
-        "    settings: settings_of(\"organs\").");
+        typed("def make_organs_of_labels(scan: str | os.PathLike[str], label_volume: str | "
+              "os.PathLike[str], labels: collections.abc.Sequence[int] = (), label_names: str | "
+              "os.PathLike[str] = \"\", threads: int = 0, *, **settings) -> MadeOrgans",
+              keywords),
+        described(
+            "The labelled organs of a scan with their surroundings, named after their labels.\n\n"
+            "Args:\n"
+            "    scan, label_volume: Files.\n"
+            "    labels: None given: each with 1 ml or more that isn't air or bone.\n"
+            "    label_names: File of the labels' names; empty: the label volume's own, or one "
+            "beside it.\n"
+            "    **settings",
+            keywords));
     // A tissue of another part of the module.
     nb::cpp_function_def(
         [](nb::handle self) { return points_of(positions_of(self)); }, nb::scope(m.attr("Tissue")),
         nb::name("positions_mm"), nb::is_method(),
         nb::sig("def positions_mm(self) -> numpy.typing.NDArray[numpy.float64]"),
-        "Nodes (n, 3) of a body, a network or organs as they are now [mm, LPS]; cuts add nodes at "
-        "the end.\n\nRaises:\n    pliant.Error: unsupported for other tissues.");
+        "Nodes (n, 3) of a body, a network, springs or organs as they are now [mm, LPS]; cuts of "
+        "bodies add nodes at the end.\n\nRaises:\n    pliant.Error: unsupported for other "
+        "tissues.");
     nb::cpp_function_def(
         [](nb::handle self) -> nb::object {
             const MeshTissue& tissue = mesh_tissue(self);
@@ -230,7 +238,7 @@ void bind_makers(nb::module_& m) {
         nb::scope(m.attr("Tissue")), nb::name("cut_mesh"), nb::is_method(),
         nb::sig("def cut_mesh(self) -> TetMesh | None"),
         "Tetrahedra of a body or of organs with their cuts, as they are now; copies of split ones "
-        "overlap. None without cuts.");
+        "overlap. None without cuts, and for springs.");
 }
 
 }  // namespace

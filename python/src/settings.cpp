@@ -9,8 +9,10 @@
 #include <pliant/material.h>
 #include <pliant/organs.h>
 #include <pliant/tissues.h>
+#include <pliant/truth.h>
 
 #include "arrays.h"
+#include "keywords.h"
 
 namespace pliant::python {
 namespace {
@@ -51,6 +53,8 @@ SettingValue value_from(const std::string& name, nb::handle value) {
            name});
 }
 
+}  // namespace
+
 nb::object object_of(const SettingValue& value) {
     return std::visit(
         [](const auto& v) -> nb::object {
@@ -64,6 +68,8 @@ nb::object object_of(const SettingValue& value) {
         },
         value);
 }
+
+namespace {
 
 /// The table of a settings struct: a row for each name.
 template <class T>
@@ -94,12 +100,12 @@ nb::list settings_of(const std::string& model) {
     if (model == "fit") return rows_of(fit_rows());
     if (model == "gauss_newton") return rows_of(gauss_newton_rows());
     if (model == "annealing") return rows_of(annealing_rows());
-    if (model == "direct_search") return rows_of(direct_search_rows());
     if (model == "organs") return rows_of(organ_file_rows());
     if (model == "organ") return rows_of(organ_rows());
+    if (model == "truth") return rows_of(truth_rows());
     const std::string names =
         "chainmail, springs, body, network, catheter, wall, spring_solver, elastic, fit, "
-        "gauss_newton, annealing, direct_search, organs or organ";
+        "gauss_newton, annealing, organs, organ or truth";
     raise({ErrorCode::InvalidArgument, "model: expected " + names + ", found " + model, "model",
            names, model});
 }
@@ -109,7 +115,7 @@ nb::list settings_of(const std::string& model) {
 Record record_of(const nb::dict& arguments) {
     Record record;
     for (const auto& [key, value] : arguments) {
-        const std::string name = nb::cast<std::string>(key);
+        const std::string name = name_of_keyword(nb::cast<std::string>(key));
         record.emplace_back(name, value_from(name, value));
     }
     return record;
@@ -128,8 +134,7 @@ void bind_settings(nb::module_& m) {
           "Args:\n"
           "    model: \"chainmail\", \"springs\", \"body\" or \"network\" for tissues; \"organs\", "
           "\"organ\"; \"catheter\", \"wall\"; \"spring_solver\"; \"elastic\"; \"fit\", "
-          "\"gauss_newton\", "
-          "\"annealing\", \"direct_search\".\n\n"
+          "\"gauss_newton\", \"annealing\"; \"truth\".\n\n"
           "Returns:\n"
           "    One dictionary for each: name, default, unit, range and text.");
 }

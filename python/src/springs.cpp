@@ -3,6 +3,7 @@
 
 // Mass-spring networks: parts as arrays, force transmittal, files, and tissues of scans.
 
+#include "keywords.h"
 #include "made_tissue.h"
 #include "numbers.h"
 #include "struct_class.h"
@@ -498,6 +499,7 @@ void bind_tissue(nb::module_& m) {
         "    >>> tissue.load([955], [(0, 0, -10)])\n"
         "    >>> tissue.step(100)\n"
         "    >>> tissue.positions[955]");
+    const Keywords keywords = keywords_of(spring_solver_rows());
     c.def(
         "__init__",
         [](PySprings* self, const SpringParts& parts, int threads, const nb::kwargs& settings) {
@@ -509,10 +511,10 @@ void bind_tissue(nb::module_& m) {
             new (self) PySprings{std::move(arena), std::move(tissue)};
         },
         nb::arg("parts"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def __init__(self, parts: SpringParts, threads: int = 0, **settings: typing.Any) "
-                "-> None"),
-        "Args:\n    parts: Are copied.\n"
-        "    settings: settings_of(\"spring_solver\").");
+        typed("def __init__(self, parts: SpringParts, threads: int = 0, *, **settings) -> "
+              "None",
+              keywords),
+        described("Args:\n    parts: Are copied.\n    **settings", keywords));
     bind_motion(c);
     bind_state(c);
     m.def(
@@ -550,10 +552,11 @@ void bind_tissue(nb::module_& m) {
         nb::arg("threshold") = DepthSearch{}.threshold,
         nb::arg("max_depth") = DepthSearch{}.max_depth, nb::arg("duration") = 0.0,
         nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def find_depth(parts: SpringParts, nodes: numpy.typing.ArrayLike, forces: "
-                "numpy.typing.ArrayLike, threshold: float = 0.01, max_depth: int = 64, duration: "
-                "float = 0.0, threads: int = 0, **settings: typing.Any) -> tuple[int, "
-                "numpy.typing.NDArray[numpy.float64]]"),
+        typed("def find_depth(parts: SpringParts, nodes: numpy.typing.ArrayLike, forces: "
+              "numpy.typing.ArrayLike, threshold: float = 0.01, max_depth: int = 64, duration: "
+              "float = 0.0, threads: int = 0, *, **settings) -> tuple[int, "
+              "numpy.typing.NDArray[numpy.float64]]",
+              keywords),
         "Raises the depth of force transmittal by one layer until the shape changes by less than "
         "the threshold.\n\n"
         "Args:\n    duration: Simulated time for each depth; 0: until equilibrium.\n\n"
@@ -595,6 +598,7 @@ void bind_files(nb::module_& m) {
             return take(std::move(read));
         },
         nb::arg("path"), "Reads the JSON file of an identified network.");
+    const Keywords keywords = keywords_of(network_rows());
     m.def(
         "make_network",
         [](const nb::object& scan, const nb::object& network, int threads,
@@ -614,10 +618,12 @@ void bind_files(nb::module_& m) {
                              {"make_network", nb::make_tuple(scan, SpringParts(*parts)), settings});
         },
         nb::arg("scan"), nb::arg("network"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def make_network(scan: Volume, network: SpringParts | NetworkFile, threads: int = "
-                "0, **settings: typing.Any) -> Tissue"),
-        "A mass-spring network with nodes of its own in a scan, in mm (LPS), g, s. All nodes move "
-        "in each step, by implicit Euler. Settings: settings_of(\"network\").");
+        typed("def make_network(scan: Volume, network: SpringParts | NetworkFile, threads: "
+              "int = 0, *, **settings) -> Tissue",
+              keywords),
+        described("A mass-spring network with nodes of its own in a scan, in mm (LPS), g, s. All "
+                  "nodes move in each step, by implicit Euler.\n\nArgs:\n    **settings",
+                  keywords));
 }
 
 }  // namespace

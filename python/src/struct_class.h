@@ -206,11 +206,14 @@ class StructClass {
             return dict;
         };
         const T defaults{};
-        std::string arguments;
-        for (const Row& row : *rows)
-            arguments += ", " + row.name + ": " + row.type + " = " +
-                         nb::cast<std::string>(nb::repr(row.get(defaults)));
+        std::string arguments, attributes;
+        for (const Row& row : *rows) {
+            const std::string argument = ", " + row.name + ": " + row.type + " = ";
+            arguments += argument + nb::cast<std::string>(nb::repr(row.get(defaults)));
+            attributes += argument + "...";
+        }
         const std::string sig = "def __init__(self, *" + arguments + ") -> None";
+        const std::string replaced = "def replaced(self, *" + attributes + ") -> typing.Self";
         m_class
             .def(
                 "__init__",
@@ -227,8 +230,7 @@ class StructClass {
                     set(made, changes);
                     return made;
                 },
-                nb::sig("def replaced(self, **changes: typing.Any) -> typing.Self"),
-                "A copy with some attributes changed.")
+                nb::sig(replaced.c_str()), "A copy with some attributes changed.")
             .def(
                 "__eq__",
                 [values](const T& t, const nb::object& other) {

@@ -10,6 +10,7 @@
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
+#include "keywords.h"
 #include "made_tissue.h"
 #include "own_tissue.h"
 #include "volumes.h"
@@ -260,6 +261,13 @@ void bind_tools(nb::class_<PyTissue>& c) {
             nb::arg("tool") = 1, "Force on a tool [N]; None if the model computes none.");
 }
 
+/// Settings of all models that can be changed afterwards.
+Keywords all_settings() {
+    using Springs = SpringDeformationSettings;
+    const SettingRows<Springs> depth(find_setting<Springs>("depth", spring_rows()), 1);
+    return unset(together({keywords_of(chainmail_material_rows()), keywords_of(depth)}));
+}
+
 void bind_motion(nb::class_<PyTissue>& c) {
     c.def(
          "advance",
@@ -278,8 +286,8 @@ void bind_motion(nb::class_<PyTissue>& c) {
             "Returns all tissue to rest.")
         .def(
             "configure", [](PyTissue& t, const nb::kwargs& changes) { t.configure(changes); },
-            nb::sig("def configure(self, **changes: typing.Any) -> None"),
-            "Changes settings, all or none.")
+            typed("def configure(self, *, **settings) -> None", all_settings()),
+            "Changes settings of the tissue's model, all or none.")
         .def(
             "begin_group",
             [](const PyTissue& t, const std::string& name) { t.tissue().begin_group(name); },
@@ -418,6 +426,8 @@ void bind_tissues(nb::module_& m) {
     bind_tools(c);
     bind_motion(c);
     bind_results(c);
+    const Keywords chainmail = keywords_of(chainmail_rows()), springs = keywords_of(spring_rows()),
+                   body = keywords_of(body_rows());
     m.def(
         "check_tissue",
         [](const nb::callable& make, Vec3d point_mm, Vec3d push_mm, double radius) {
@@ -446,9 +456,9 @@ void bind_tissues(nb::module_& m) {
                                                          chainmail_rows(), &chainmail_of);
         },
         nb::arg("scan"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def make_chainmail(scan: Volume, threads: int = 0, **settings: typing.Any) -> "
-                "Tissue"),
-        "ChainMail on the scan's voxels. Settings: settings_of(\"chainmail\").");
+        typed("def make_chainmail(scan: Volume, threads: int = 0, *, **settings) -> Tissue",
+              chainmail),
+        described("ChainMail on the scan's voxels.\n\nArgs:\n    **settings", chainmail));
     m.def(
         "make_springs",
         [](const nb::object& scan, int threads, const nb::kwargs& settings) {
@@ -456,9 +466,8 @@ void bind_tissues(nb::module_& m) {
                 "make_springs", scan, threads, settings, spring_rows(), &make_springs);
         },
         nb::arg("scan"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def make_springs(scan: Volume, threads: int = 0, **settings: typing.Any) -> "
-                "Tissue"),
-        "A mass-spring lattice over the scan. Settings: settings_of(\"springs\").");
+        typed("def make_springs(scan: Volume, threads: int = 0, *, **settings) -> Tissue", springs),
+        described("A mass-spring lattice over the scan.\n\nArgs:\n    **settings", springs));
     m.def(
         "make_body",
         [](const nb::object& scan, const nb::object& mesh, int threads,
@@ -473,9 +482,10 @@ void bind_tissues(nb::module_& m) {
             return made;
         },
         nb::arg("scan"), nb::arg("mesh"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def make_body(scan: Volume, mesh: TetMesh, threads: int = 0, **settings: "
-                "typing.Any) -> Tissue"),
-        "Neo-Hookean tetrahedra in a scan. Settings: settings_of(\"body\").");
+        typed("def make_body(scan: Volume, mesh: TetMesh, threads: int = 0, *, **settings) "
+              "-> Tissue",
+              body),
+        described("Neo-Hookean tetrahedra in a scan.\n\nArgs:\n    **settings", body));
 }
 
 }  // namespace pliant::python

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "keywords.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -202,6 +203,7 @@ void bind_case(nb::module_& m) {
 
 void bind_truth(nb::module_& m) {
     bind_case(m);
+    const Keywords keywords = keywords_of(truth_rows());
     nb::class_<PyMaker>(m, "TruthMaker", "Makes cases of one scan.")
         .def(
             "__init__",
@@ -216,31 +218,18 @@ void bind_truth(nb::module_& m) {
             },
             nb::arg("scan"), nb::arg("threads") = 0, nb::arg("materials") = nb::none(),
             nb::arg("settings"),
-            nb::sig("def __init__(self, scan: Volume, threads: int = 0, "
-                    "materials: dict[str, typing.Any] | None = None, "
-                    "**settings: typing.Any) -> None"),
-            "Args:\n"
-            "    scan: The fixed image.\n"
-            "    threads: 0: one for each core.\n"
-            "    materials: Settings of the tissue, as of make_chainmail.\n"
-            "    settings: kinds, motions, contact_mm, ...: see truth_settings().")
+            typed("def __init__(self, scan: Volume, threads: int = 0, "
+                  "materials: dict[str, typing.Any] | None = None, "
+                  "*, **settings) -> None",
+                  keywords),
+            described("Args:\n"
+                      "    scan: The fixed image.\n"
+                      "    threads: 0: one for each core.\n"
+                      "    materials: Settings of the tissue, as of make_chainmail.\n"
+                      "    **settings",
+                      keywords))
         .def("make", &PyMaker::make, nb::arg("seed"),
              "Makes the case of a seed: the same bits for any number of threads.");
-    m.def(
-        "truth_settings",
-        [] {
-            nb::list list;
-            for (const auto& row : truth_rows()) {
-                nb::dict one;
-                one["name"] = std::string(row.name);
-                one["unit"] = std::string(row.unit);
-                one["text"] = std::string(row.text);
-                list.append(one);
-            }
-            return list;
-        },
-        nb::sig("def truth_settings() -> list[dict[str, str]]"),
-        "Settings of a TruthMaker: name, unit and text.");
     m.def(
         "score_truth_field",
         [](const TruthCase& c, const VectorField* field, int threads) {

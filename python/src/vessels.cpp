@@ -8,6 +8,7 @@
 #include <pliant/scene_files.h>
 #include <pliant/vessel.h>
 
+#include "keywords.h"
 #include "made_tissue.h"
 #include "numbers.h"
 #include "struct_class.h"
@@ -151,6 +152,7 @@ void bind_walls(nb::module_& m) {
             return "VesselWall(" + std::to_string(w.mesh.cells.size()) + " tetrahedra, " +
                    std::to_string(w.ends.size()) + " ends)";
         });
+    const Keywords keywords = keywords_of(wall_rows());
     m.def(
         "wall_around_centreline",
         [](const nb::list& branches, int threads, const nb::kwargs& settings) {
@@ -161,13 +163,15 @@ void bind_walls(nb::module_& m) {
             });
         },
         nb::arg("branches"), nb::arg("threads") = 0, nb::arg("settings"),
-        nb::sig("def wall_around_centreline(branches: list[numpy.typing.ArrayLike], threads: int = "
-                "0, **settings: typing.Any) -> VesselWall"),
-        "The wall around a tree of spheres along a centreline. It is open at each end of a branch "
-        "that lies in no other branch.\n\n"
-        "Args:\n"
-        "    branches: An array (n, 4) for each: position [mm, LPS] and radius [mm].\n"
-        "    settings: settings_of(\"wall\").");
+        typed("def wall_around_centreline(branches: list[numpy.typing.ArrayLike], threads: int = "
+              "0, *, **settings) -> VesselWall",
+              keywords),
+        described("The wall around a tree of spheres along a centreline. It is open at each end of "
+                  "a branch that lies in no other branch.\n\n"
+                  "Args:\n"
+                  "    branches: An array (n, 4) for each: position [mm, LPS] and radius [mm].\n"
+                  "    **settings",
+                  keywords));
     m.def(
         "wall_around_surface",
         [](const TriangleMesh& lumen, const std::vector<VesselEnd>& ends, int threads,
@@ -179,11 +183,13 @@ void bind_walls(nb::module_& m) {
         },
         nb::arg("lumen"), nb::arg("ends") = std::vector<VesselEnd>{}, nb::arg("threads") = 0,
         nb::arg("settings"),
-        nb::sig("def wall_around_surface(lumen: TriangleMesh, ends: "
-                "collections.abc.Sequence[VesselEnd] = (), threads: int = 0, **settings: "
-                "typing.Any) -> VesselWall"),
-        "The wall around a surface. It is open where the surface is open; a closed surface is cut "
-        "off at the ends. Settings: settings_of(\"wall\").");
+        typed("def wall_around_surface(lumen: TriangleMesh, ends: "
+              "collections.abc.Sequence[VesselEnd] = (), threads: int = 0, *, **settings) "
+              "-> VesselWall",
+              keywords),
+        described("The wall around a surface. It is open where the surface is open; a closed "
+                  "surface is cut off at the ends.\n\nArgs:\n    **settings",
+                  keywords));
     m.def(
         "wall_of_mesh",
         [](const TetMesh& mesh, const std::optional<TriangleMesh>& lumen, int threads) {
@@ -383,6 +389,7 @@ Status save(const CatheterScene& scene, const std::filesystem::path& wall,
 
 void bind_scene(nb::module_& m) {
     using P = PyCatheter;
+    const Keywords keywords = without(keywords_of(catheter_rows()), {"place_mm", "direction"});
     nb::class_<P> c(m, "CatheterScene",
                     "A catheter that is fed into a vessel through a guide. Wall and wire "
                     "deform; contact is solved within the wire's Newton steps.\n\n"
@@ -403,17 +410,20 @@ void bind_scene(nb::module_& m) {
          nb::arg("wall"), nb::arg("entry") = 0, nb::arg("inwards") = 0.5,
          nb::arg("inserted_mm") = CatheterEntry{}.inserted_mm, nb::arg("threads") = 0,
          nb::arg("settings"),
-         nb::sig("def __init__(self, wall: VesselWall, entry: int | VesselEnd | "
-                 "tuple[collections.abc.Sequence[float], collections.abc.Sequence[float]] = 0, "
-                 "inwards: float = 0.5, inserted_mm: float = 5.0, threads: int = 0, **settings: "
-                 "typing.Any) -> None"),
-         "Args:\n"
-         "    entry: End of the guide: a number of wall.ends from 0, a VesselEnd, or a position "
-         "[mm, LPS] and a direction into the vessel.\n"
-         "    inwards: Fraction of the end's radius by which it is inside of the vessel.\n"
-         "    inserted_mm: Length inserted at the start.\n"
-         "    threads: 0: one for each core. The result is the same to the bit.\n"
-         "    settings: settings_of(\"catheter\").")
+         typed("def __init__(self, wall: VesselWall, entry: int | VesselEnd | "
+               "tuple[collections.abc.Sequence[float], collections.abc.Sequence[float]] = 0, "
+               "inwards: float = 0.5, inserted_mm: float = 5.0, threads: int = 0, *, "
+               "**settings) -> None",
+               keywords),
+         described(
+             "Args:\n"
+             "    entry: End of the guide: a number of wall.ends from 0, a VesselEnd, or a "
+             "position [mm, LPS] and a direction into the vessel.\n"
+             "    inwards: Fraction of the end's radius by which it is inside of the vessel.\n"
+             "    inserted_mm: Length inserted at the start.\n"
+             "    threads: 0: one for each core. The result is the same to the bit.\n"
+             "    **settings",
+             keywords))
         .def_prop_ro(
             "threads", [](const P& p) { return p.arena->threads(); }, "Number of threads.")
         .def_prop_ro(
@@ -526,9 +536,9 @@ void bind_scene(nb::module_& m) {
             return wide_reach_mm(wall, chosen.wall);
         },
         nb::arg("wall"), nb::arg("settings"),
-        nb::sig("def wide_reach_mm(wall: VesselWall, **settings: typing.Any) -> float"),
+        typed("def wide_reach_mm(wall: VesselWall, *, **settings) -> float", keywords),
         "Reach at which a local step differs from a step of the whole wall by at most 2 % of the "
-        "movement [mm]. Settings: settings_of(\"catheter\").");
+        "movement [mm]. Settings are those of a CatheterScene.");
 }
 
 /// A vessel of a scene file, and its file.
@@ -612,7 +622,8 @@ void bind_files(nb::module_& m) {
                 return catheter_in(v.made.wall, settings, threads);
             },
             nb::arg("threads") = 0, nb::arg("settings"),
-            nb::sig("def scene(self, threads: int = 0, **settings: typing.Any) -> CatheterScene"),
+            typed("def scene(self, threads: int = 0, *, **settings) -> CatheterScene",
+                  unset(keywords_of(catheter_rows()))),
             "A new scene with the file's settings, some of them changed.")
         .def(
             "script", [](const PyVessel& v) { return VesselScript(v.file, v.made.way); },

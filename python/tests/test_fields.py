@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Displacement fields, against SimpleITK."""
 
+import pathlib
+
 import numpy
 import pytest
 
 import pliant
 from conftest import random_direction
+
+SHARED = pathlib.Path(__file__).resolve().parents[3] / "shared/data"
 
 
 def smooth_field(rng, kind="resampling"):
@@ -63,6 +67,50 @@ def test_volumes_are_resampled_as_simpleitk_does(rng):
     assert (inside > 0.999).sum() > 100
     assert found[inside > 0.999] == pytest.approx(expected[inside > 0.999], abs=1e-4)
     assert (found == field.apply_to_volume(volume, threads=1).array).all()
+
+
+def expect_files_reproduce_the_deformation(folder, scan, pushes, least):
+    """Another resampler makes the deformed scan of the files that a user writes.
+
+    Args:
+        pushes: Point, motion and radius [mm] of each.
+        least: Voxels that have to change.
+    """
+    sitk = pytest.importorskip("SimpleITK")
+    tissue = pliant.make_chainmail(scan)
+    for point, motion, radius in pushes:
+        tissue.push(point, motion, sphere_radius_mm=radius)
+    scan.save(folder / "original.nrrd")
+    tissue.inverse_field().save(folder / "transform.nrrd")
+    image = sitk.ReadImage(folder / "original.nrrd", sitk.sitkFloat32)
+    transform = sitk.DisplacementFieldTransform(
+        sitk.ReadImage(folder / "transform.nrrd", sitk.sitkVectorFloat64)
+    )
+    expected = sitk.GetArrayFromImage(sitk.Resample(image, transform, sitk.sitkLinear, -1000.0))
+    found = tissue.volume().array
+    changed = found != scan.array
+    assert changed.sum() > least
+    assert (numpy.abs(found - expected)[changed] <= 3).mean() >= 0.99
+
+
+def test_the_files_of_an_oblique_left_handed_phantom_reproduce_it(tmp_path, rng):
+    phantom = pliant.make_phantom("airway", (64, 60, 56))
+    direction = random_direction(rng)
+    direction[:, 0] *= -numpy.sign(numpy.linalg.det(direction))
+    scan = pliant.Volume(phantom.array, phantom.spacing_mm, (10, -20, 30), direction)
+    carina = phantom.key_values["landmark carina"].removeprefix("push ").split(":")[0]
+    carina = [float(x) for x in carina.split(",")]
+    point = scan.world_from_voxel(phantom.voxel_from_world(carina))
+    pushes = [(point, direction @ (6, 0, 0), 5), (point, direction @ (3, 2, 0), 0)]
+    expect_files_reproduce_the_deformation(tmp_path, scan, pushes, 500)
+
+
+def test_the_files_of_a_thorax_reproduce_it(tmp_path):
+    file = SHARED / "thorax_ct_airways_crop.nrrd"
+    if not file.exists():
+        pytest.skip(f"{file} is missing")
+    carina = [((-22.5, 172.3, -493), (0, 0, -6), 4)]
+    expect_files_reproduce_the_deformation(tmp_path, pliant.read_volume(file), carina, 50000)
 
 
 def test_jacobian_is_that_of_simpleitk(rng):

@@ -122,7 +122,7 @@ def long_picture(name, threads):
 @pytest.mark.parametrize(
     ("make", "arguments"),
     [(long_equilibrium, ())]
-    + [(long_fit, (method, 1)) for method in ("gauss_newton", "annealing", "direct_search")]
+    + [(long_fit, (method, 1)) for method in ("gauss_newton", "annealing")]
     + [(long_fit, ("annealing", 2))]
     + [(long_picture, (name, n)) for name in PICTURES for n in (1, 2)],
 )

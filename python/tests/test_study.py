@@ -484,11 +484,11 @@ def test_workers_that_go_on_see_a_changed_function(place, monkeypatch, source):
 
 
 def test_the_launcher_knows_studies(place, monkeypatch, capsys):
-    from pliant import _show
+    from pliant.__main__ import main as launch
 
     monkeypatch.setattr(sys, "argv", ["pliant", "study", "plan", "none.toml"])
     with pytest.raises(SystemExit) as ended:
-        _show.main()
+        launch()
     assert ended.value.code == 2
     assert "none.toml: No such file" in capsys.readouterr().err
 
@@ -686,9 +686,9 @@ def test_public_names_have_docstrings():
         bare += [] if (public.__doc__ or "").strip() else [name]
         bare += [
             f"{name}.{title}"
-            for title, member in vars(public).items()
+            for title, member in inspect.getmembers(public)
             if not title.startswith("_")
-            and (inspect.isfunction(member) or isinstance(member, (property, staticmethod)))
+            and (inspect.isroutine(member) or isinstance(member, property))
             and not (member.__doc__ or "").strip()
         ]
     assert bare == []

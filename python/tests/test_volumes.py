@@ -136,6 +136,34 @@ def test_nibabel_agrees(rng, tmp_path):
     assert (numpy.asarray(read.dataobj) == numpy.asarray(image.dataobj)).all()
 
 
+def random_nifti(rng, kind, has_sform, has_qform):
+    """An image whose sform and qform differ."""
+    image = kind(rng.integers(-1000, 1000, (6, 5, 4)).astype(numpy.int16), None)
+    for place, has in ((image.set_sform, has_sform), (image.set_qform, has_qform)):
+        affine = numpy.eye(4)
+        affine[:3, :3] = random_direction(rng) * numpy.exp(rng.uniform(-2, 2, 3))
+        affine[:3, 3] = rng.normal(size=3) * 10.0 ** rng.integers(0, 4)
+        place(affine, code=int(rng.integers(1, 5)) if has else 0)
+    return image
+
+
+@pytest.mark.parametrize("has_qform", [False, True])
+@pytest.mark.parametrize("has_sform", [False, True])
+@pytest.mark.parametrize("kind", ["Nifti1Image", "Nifti2Image"])
+def test_nifti_is_placed_as_by_nibabel(kind, has_sform, has_qform, rng, tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    for _ in range(30):
+        image = random_nifti(rng, getattr(nibabel, kind), has_sform, has_qform)
+        nibabel.save(image, tmp_path / "scan.nii")
+        read = nibabel.load(tmp_path / "scan.nii")
+        found = pliant.read_volume(tmp_path / "scan.nii").to_nibabel()
+        expected = read.affine
+        if not (has_sform or has_qform):  # L, P and S from the first voxel; NiBabel centres it
+            expected = numpy.diag([*read.header.get_zooms(), 1]) * [[-1], [-1], [1], [1]]
+        assert found.affine == pytest.approx(expected, rel=1e-6, abs=1e-9)
+        assert (numpy.asarray(found.dataobj) == numpy.asarray(read.dataobj)).all()
+
+
 def test_files_and_copies_are_equal(airway, tmp_path):
     airway.save(tmp_path / "airway.nrrd")
     for other in (

@@ -6,7 +6,7 @@ import numpy
 import numpy.typing
 
 import pliant
-from pliant import truth
+from pliant import gym, truth
 
 
 def moved(path: str) -> numpy.typing.NDArray[numpy.float64]:
@@ -49,3 +49,20 @@ def fitted(mesh: pliant.TetMesh) -> pliant.SpringParts:
     load = pliant.FitMeshLoad([1], (0, 0, -1))
     made = pliant.fit_mesh(mesh, [0, 2, 3], [load], [pliant.FitRegion(name="all")])
     return made.network(pliant.fit(made.problem)).parts
+
+
+def with_settings(scan: pliant.Volume, mesh: pliant.TriangleMesh) -> None:
+    pliant.make_chainmail(scan, 1, offset=1, limits="rounded", factor=[1, 1, 2], elastic=None)
+    pliant.make_chainmail(scan, ofset=0.1)  # type: ignore[call-arg]
+    pliant.make_chainmail(scan, offset="0.1")  # type: ignore[arg-type]
+    pliant.make_chainmail(scan, limits="round")  # type: ignore[arg-type]
+    pliant.make_springs(scan).configure(depth=2)
+    pliant.wall_around_surface(mesh, layers=2.5)  # type: ignore[arg-type]
+    pliant.gym.find_vessel("bend", thickness_mm=2)
+    pliant.gym.find_vessel("bend", thickness=2)  # type: ignore[call-arg]
+    gym.CatheterEnv("bend", friction=0.1)
+    gym.CatheterEnv("bend", friction="rough")  # type: ignore[arg-type]
+    gym.CatheterVectorEnv(2, "bend", threads=1, friction=0.1)
+    gym.EndoscopeEnv(offset=0.1, style="plain").arena.push(0, (0, 0, 0), (1, 0, 0), 2)
+    gym.EndoscopeEnv(offsets=0.1)  # type: ignore[call-arg]
+    truth.make_case(scan, kinds="slide", kind="slide")  # type: ignore[call-arg]

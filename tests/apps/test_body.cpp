@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `pliant body`: the labelled organs of a scan, and a mesh alone; its files and its errors.
+// Covers: pliant/run_body.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/files.h>

@@ -3,6 +3,7 @@
 
 // Damaged scans that once ended the process (tests/apps/data/crashes.tar.gz): with the command
 // line, and uploaded to a server.
+// Covers: pliant/main.cpp, hub/hub.cpp.
 
 #include <gtest/gtest.h>
 

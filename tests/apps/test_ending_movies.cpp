@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // How the program ends while ffmpeg makes a movie. A script takes ffmpeg's place; it ignores
-// SIGTERM. It ends with the program, and no file remains.
+// SIGTERM and would never end by itself. It ends with the program, and no file remains.
+// Covers: pliant/ending.cpp, pliant/movie.cpp.
 
 #include <gtest/gtest.h>
 #include <spawn.h>
@@ -24,7 +25,7 @@ class EndingMovies : public ProgramInFolder {
         ::setenv("PATH", ((m_folder / "bin").string() + ":" + m_path).c_str(), 1);
         ::mkfifo((m_folder / "alive").c_str(), 0600);
         m_alive = ::open((m_folder / "alive").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-        be_ffmpeg("exec sleep 120");
+        be_ffmpeg("exec sleep infinity");
     }
     ~EndingMovies() override {
         ::setenv("PATH", m_path.c_str(), 1);
@@ -63,9 +64,6 @@ class EndingMovies : public ProgramInFolder {
     int m_alive = -1;
 };
 
-using Clock = std::chrono::steady_clock;
-constexpr std::chrono::seconds kLimit(20);  // a child that is waited for sleeps two minutes
-
 TEST_F(EndingMovies, SignalsEndFfmpegWithTheProgram) {
     ASSERT_EQ(run("phantom cube --size 16 --out c.nrrd"), 0) << said();
     write("way.mrk.json",
@@ -77,29 +75,24 @@ TEST_F(EndingMovies, SignalsEndFfmpegWithTheProgram) {
                                {"render", "c.nrrd", "--path", "way.mrk.json", "--speed", "4",
                                 "--size", "320x240", "--view", "endoscope", "--movie", "x.mp4"});
         ASSERT_TRUE(comes_about([&] { return read_alive() > 0; })) << said();
-        const auto start = Clock::now();
         EXPECT_EQ(program.end(signal), 128 + signal) << said();
-        EXPECT_LT(Clock::now() - start, std::chrono::seconds(5));
         expect_all_ended();
     }
 }
 
 TEST_F(EndingMovies, AMovieThatIsGivenUpKillsFfmpeg) {
-    const auto start = Clock::now();
     {
         app::Movie movie;
         ASSERT_TRUE(movie.open(m_folder / "x.mp4", 64, 64).ok());
         ASSERT_TRUE(comes_about([&] { return read_alive() > 0; }));
         EXPECT_TRUE(movie.add(frame()).ok());
     }
-    EXPECT_LT(Clock::now() - start, kLimit);
     expect_all_ended();
 }
 
 TEST_F(EndingMovies, AnFfmpegThatReadsNoFurtherIsAnError) {
-    be_ffmpeg("exec <&- sleep 120");
+    be_ffmpeg("exec <&- sleep infinity");
     const auto before = ::signal(SIGPIPE, SIG_IGN);  // as in the program
-    const auto start = Clock::now();
     {
         app::Movie movie;
         ASSERT_TRUE(movie.open(m_folder / "x.mp4", 64, 64).ok());
@@ -110,7 +103,6 @@ TEST_F(EndingMovies, AnFfmpegThatReadsNoFurtherIsAnError) {
         EXPECT_NE(added.error().message.find("x.mp4: ffmpeg could not make it"), std::string::npos)
             << added.error().message;
     }
-    EXPECT_LT(Clock::now() - start, kLimit);
     expect_all_ended();
     ::signal(SIGPIPE, before);
 }

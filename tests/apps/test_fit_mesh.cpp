@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `pliant fit --mesh`: tissues, measurements and curves from files; its network, used by `deform`.
+// Covers: pliant/run_fit*.cpp.
 
 #include <pliant/fit_mesh.h>
 #include <pliant/mesh_files.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The page's keyframes, read and turned into the page's cameras.
+// Covers: pliant/keyframes.cpp.
 
 #include "../../apps/pliant/keyframes.h"
 

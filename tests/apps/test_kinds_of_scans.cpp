@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Scans that are no CT in HU, out of the box.
+// Covers: volume/scan_values.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `pliant mesh`: from a scan, a centreline and a surface; its output and its errors.
+// Covers: pliant/run_mesh.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh_files.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `pliant path`, and a flight along its output.
+// Covers: pliant/run_path.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/render.h>

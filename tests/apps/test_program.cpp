@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The program as a user starts it: exit status, standard error, files.
+// Covers: pliant/main.cpp, pliant/run_*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -629,7 +630,7 @@ TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {
     EXPECT_EQ(run("--version").status, 0);
 }
 
-TEST_F(ProgramTest, BenchComparesPublishedOrderingsWithTheExactSolution) {
+TEST_F(ProgramTest, BenchComparesTheSolversWithTheHeap) {
     const Finished done =
         run("bench chainmail --compare --json --size 12 --pull 2 --heterogeneous --rounds 1");
     ASSERT_EQ(done.status, 0) << done.err;
@@ -637,22 +638,16 @@ TEST_F(ProgramTest, BenchComparesPublishedOrderingsWithTheExactSolution) {
     std::set<std::string> solvers;
     for (std::string line; std::getline(lines, line);) {
         const Json row = Json::parse(line);
-        const auto solver = row.at("solver").get<std::string>();
-        solvers.insert(solver);
+        solvers.insert(row.at("solver").get<std::string>());
         EXPECT_EQ(row.at("material"), "heterogeneous");
         EXPECT_GT(row.at("moved_elements"), 0);
-        const bool exact = solver.starts_with("exact");
-        if (exact) {
-            EXPECT_EQ(row.at("violated_links"), 0) << line;
-            EXPECT_EQ(row.at("max_distance_voxels"), 0) << line;
-        } else if (solver == "gibson-lists") {
-            EXPECT_GT(row.at("violated_links"), 0) << line;
-        }
+        EXPECT_EQ(row.at("max_distance_voxels"), 0) << line;
+        EXPECT_EQ(row.at("complete"), true) << line;
     }
-    EXPECT_EQ(solvers.size(), 10u);
+    EXPECT_EQ(solvers, (std::set<std::string>{"exact-heap", "exact-plain-sweep", "exact-sweep"}));
     const Finished table = run("bench chainmail --compare --size 8 --homogeneous --rounds 1");
     EXPECT_EQ(table.status, 0);
-    EXPECT_NE(table.out.find("gibson-convex"), std::string::npos);
+    EXPECT_NE(table.out.find("exact-heap"), std::string::npos);
     EXPECT_EQ(run("bench chainmail").status, 2);
     EXPECT_EQ(run("bench elastic --compare").status, 2);
 }
@@ -661,19 +656,20 @@ TEST_F(ProgramTest, FitFindsTheStiffnessThatItsReportNames) {
     const std::string small = "fit --size 5,5,5 --spacing 20 --threads 2 ";
     const Finished done = run(small +
                               "--load +z:0,0,-10 --held-out +z:10,0,0:0.25,0.25 --damping 3 "
-                              "--method closed-form --method gauss-newton --method bobyqa "
-                              "--method annealing --evaluations 60 --seed 5 --report fit.json");
+                              "--method closed-form --method gauss-newton --method annealing "
+                              "--evaluations 60 --seed 5 --report fit.json");
     ASSERT_EQ(done.status, 0) << done.err;
     EXPECT_NE(done.out.find("not identifiable: damping"), std::string::npos) << done.out;
     const Json report = Json::parse(bytes_of(file("fit.json")));
-    ASSERT_EQ(report["methods"].size(), 4u);
+    ASSERT_EQ(report["methods"].size(), 3u);
     const Json &closed = report["methods"][0], &newton = report["methods"][1];
     EXPECT_NEAR(closed["values"]["links"].get<double>(), 0.4 * 6e5 * 0.02, 1e-6);
     EXPECT_LE(newton["cost"].get<double>(), closed["cost"].get<double>());
-    EXPECT_NEAR(report["methods"][2]["values"]["links"].get<double>() /
-                    newton["values"]["links"].get<double>(),
-                1, 1e-3);
-    EXPECT_EQ(report["methods"][3]["evaluations"], 61 + 32);
+    const Json& annealed = report["methods"][2];
+    EXPECT_NEAR(annealed["values"]["links"].get<double>() / newton["values"]["links"].get<double>(),
+                1, 0.2);
+    EXPECT_LE(newton["cost"].get<double>(), annealed["cost"].get<double>());
+    EXPECT_EQ(annealed["evaluations"], 61 + 32);
     EXPECT_FALSE(newton["directions"][0]["identifiable"].get<bool>());
     EXPECT_TRUE(newton["directions"][1]["identifiable"].get<bool>());
     EXPECT_TRUE(newton["cases"][1]["held_out"].get<bool>());
@@ -712,7 +708,7 @@ TEST_F(ProgramTest, FitSaysWhatIsWrong) {
         {"fit --size 4,4,4 --load -z:0,0,1", "held"},
         {"fit --size 4,4,4 --links edges --load +z:1,0,0", "move without a force"},
         {"fit --size 4,4,4 --volume --poisson 0.2", "poisson_ratio"},
-        {"fit --method guess", "--method"},
+        {"fit --method bobyqa", "--method"},
         {"fit --size 4,4,4 --report no/such/folder/r.json", "no/such/folder"}};
     for (const auto& [arguments, text] : cases) {
         const Finished done = run(arguments);

@@ -3,6 +3,7 @@
 
 // Every reader of the command line with every kind of file that is none, within a time limit; and
 // small files that are nested too deep, or say something unprintable.
+// Covers: pliant/main.cpp.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

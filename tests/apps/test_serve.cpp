@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // pliant serve and pliant replay as a user starts them, and as the machine may end them.
+// Covers: pliant/run_serve.cpp, pliant/run_replay.cpp.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `pliant truth make` and `pliant truth score`.
+// Covers: pliant/run_truth*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>

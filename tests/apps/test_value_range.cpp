@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Value ranges of `pliant info`, against sorting.
+// Covers: pliant/value_range.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `pliant vessel`: there and back in a phantom, a replay, and errors.
+// Covers: pliant/run_vessel.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/catheter.h>
@@ -103,8 +104,7 @@ TEST_F(VesselTest, TakesAWallOfThePapersConstraints) {
     scene +=
         "[wall]\nmodel = \"distances\"\nstretch_stiffness = 0.2\n"
         "gravity_mm_s2 = [0, 0, -9810]\n"
-        "iterations = 2\nalternates = true\n"
-        "[simulation]\nbox_index = \"hash\"\nboxes_near = \"tip\"\n";
+        "iterations = 2\nalternates = true\n";
     write("s.toml", scene);
     ASSERT_EQ(run("vessel s.toml --record hand.log --json"), 0) << said();
     const Json report = Json::parse(out());

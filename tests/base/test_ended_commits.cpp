@@ -3,6 +3,7 @@
 
 // Processes that end in the middle of a commit: at each of its steps, and at each step of the
 // recovery. Afterwards all files are old, or all are new.
+// Covers: base/journal_text.cpp, base/staging_*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/files.h>

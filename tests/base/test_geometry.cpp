@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: pliant/volume.h.
+
 #include <pliant/volume.h>
 
 #include <gtest/gtest.h>

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: base/assert.cpp, pliant/result.h.
+
 #include <pliant/result.h>
 
 #include <gtest/gtest.h>

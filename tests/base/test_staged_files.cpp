@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: base/descriptor.cpp.
+
 #include "support/temporary_folder.h"
 
 #include <pliant/files.h>

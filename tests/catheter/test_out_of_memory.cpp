@@ -3,6 +3,7 @@
 
 // Each allocation of a step, a restore and a create fails once: the call returns an error, the
 // scene is as before to the bit, and goes on as its twin does that nothing happened to.
+// Covers: catheter/scene.cpp, catheter/vessel_file.cpp, catheter/vessel_scan.cpp.
 
 #include <pliant/catheter.h>
 #include <pliant/scene_files.h>

@@ -4,6 +4,7 @@
 // Random tips in random bent tubes: soft walls and stiff tips, long steps and short ones. Sub-steps
 // are the scene's own choice, and no tip gets beyond the wall. PLIANT_SEED and PLIANT_INSTANCES run
 // others.
+// Covers: catheter/near_wall.cpp, catheter/wall_contact.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/catheter.h>

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Catheters in bent tubes: how deep they are is asked of all triangles, one by one.
+// Covers: catheter/reach.cpp, catheter/settings_rows.cpp, scene_files/vessel_phantom.cpp,
+// catheter/vessel_script.cpp, catheter/way_pilot.cpp.
 
 #include <pliant/catheter.h>
 #include <pliant/scene_files.h>
@@ -491,28 +493,6 @@ TEST(CatheterScene, AWallSagsByItsWeightOnItsSupport) {
         const double expected = 0.02 * 9810 * (5.2 * 5.2 - 4 * 4) / (2 * 5.2) / 5000;
         EXPECT_NEAR(sag / count, expected, 0.1 * expected);
     }
-}
-
-TEST(CatheterScene, OnlyTheTipWakesBoxesIfItIsToldSo) {
-    const VesselWall wall = bent_tube();
-    const TaskArena arena(1);
-    const auto active = [&](BoxWaker near, BoxIndex index) {
-        CatheterSettings s = settings();
-        s.boxes_near = near;
-        s.box_index = index;
-        s.box_mm = 5;
-        CatheterScene scene = made(CatheterScene::create(wall, s));
-        EXPECT_TRUE(scene.command({.insert_mm_s = 300}).ok());
-        EXPECT_TRUE(scene.step(150, arena).ok());
-        EXPECT_LE(deepest(scene), 0.1);
-        return scene.quick_measures().active_tetrahedra;
-    };
-    const auto all = active(BoxWaker::Catheter, BoxIndex::Linear),
-               tip = active(BoxWaker::Tip, BoxIndex::Linear);
-    EXPECT_GT(tip, 0);
-    EXPECT_LT(2 * tip, all);
-    // The paper's hash isn't unique.
-    EXPECT_GT(active(BoxWaker::Tip, BoxIndex::Hash), tip);
 }
 
 TEST(CatheterScene, MakesAsManySubStepsAsContactWants) {

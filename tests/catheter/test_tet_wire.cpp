@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The catheter of tetrahedra against beams, its cut into tetrahedra, and its way through a bend.
+// Covers: catheter/tet_segment.cpp.
 
 #include <gtest/gtest.h>
 

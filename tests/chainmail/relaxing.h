@@ -14,6 +14,7 @@
 #include <tuple>
 #include <utility>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/tissues.h"
 #include "lattice/lattice.h"
 #include "relax/tool_contact.h"
@@ -62,7 +63,7 @@ inline RelaxReport relaxed(ChainMail& tissue, const RelaxOptions& options) {
 
 /// Largest distance of a link from its limits [units], directly from the law.
 inline std::int64_t worst_link(const ChainMail& tissue, const MaterialLaw& law) {
-    const Lattice& lattice = tissue.lattice();
+    const Lattice& lattice = lattice_of(tissue);
     const Grid& grid = lattice.grid();
     const auto half = [&](double fraction, int b) {
         return std::int64_t(std::floor(grid.spacing_mm[b] * fraction / 2 * (1 << 20)));

@@ -3,6 +3,7 @@
 
 // Cutting and carving: the correct links are cut, no motion crosses a gap, and solvers respect it.
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/cut.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ Vec3d present_mm(const ChainMail& tissue, Vec3i e) {
 /// Number of the connected part of each element of the scan; −1: void.
 std::vector<int> parts(const ChainMail& tissue, int& count) {
     const Grid& grid = tissue.volume().grid;
-    const Lattice& lattice = tissue.lattice();
+    const Lattice& lattice = lattice_of(tissue);
     std::vector<int> part(voxel_count(grid), -1);
     count = 0;
     for_each_element(grid, [&](Vec3i seed) {
@@ -82,10 +83,10 @@ void expect_parted(const ChainMail& tissue, Vec3d point, Vec3d normal) {
             if (!contains(voxel_box(grid), f)) continue;
             const int product = own * side(f);
             if (product < 0) {
-                EXPECT_FALSE(tissue.lattice().is_linked(e, b));
+                EXPECT_FALSE(lattice_of(tissue).is_linked(e, b));
             }
             if (product > 0) {
-                EXPECT_TRUE(tissue.lattice().is_linked(e, b));
+                EXPECT_TRUE(lattice_of(tissue).is_linked(e, b));
             }
         }
     });
@@ -295,7 +296,7 @@ TEST(Carve, ElementsInsideTheToolNowBecomeVoid) {
     EXPECT_EQ(tissue.state().carved_elements, std::int64_t(inside.size()));
     for_each_element(volume.grid, [&](Vec3i e) {
         const bool is_void = inside.contains(voxel_index(volume.grid, e));
-        EXPECT_EQ(tissue.lattice().is_void(e), is_void);
+        EXPECT_EQ(lattice_of(tissue).is_void(e), is_void);
         if (is_void) {
             EXPECT_EQ(tissue.displacement_mm(e), (Vec3d{0, 0, 0}));
         }
@@ -316,7 +317,7 @@ TEST(Carve, BoneCanBeCarvedUnlessItIsSpared) {
         .from_mm = {7.5, 7.5, 8}, .to_mm = {7.5, 7.5, 8}, .radius_mm = 1.2, .spare_fixed = true};
     ASSERT_TRUE(tissue.carve(tool).ok());
     for (int c = 0; c < 4; ++c)
-        EXPECT_FALSE(tissue.lattice().is_void({7 + (c & 1), 7 + (c >> 1), 8}));
+        EXPECT_FALSE(lattice_of(tissue).is_void({7 + (c & 1), 7 + (c >> 1), 8}));
     tool.spare_fixed = false;
     EXPECT_EQ(tissue.carve(tool)->carved_elements, 4);
     const auto freed = tissue.push({.point_mm = {7.5, 7.5, 6.5}, .push_mm = {0, 0, -1}});
@@ -375,24 +376,25 @@ void run_cut_instance(std::uint64_t seed) {
             ASSERT_EQ(sweep.carve(tool)->carved_elements, heap.carve(tool)->carved_elements);
         }
         exact.for_each([&](Vec3i e) {
-            const BrickEdits* edits = sweep.lattice().edits_of(sweep.lattice().brick_of(e));
-            if (edits) exact.set_edits(e, (*edits)[std::size_t(sweep.lattice().index_in_brick(e))]);
+            const BrickEdits* edits = lattice_of(sweep).edits_of(lattice_of(sweep).brick_of(e));
+            if (edits)
+                exact.set_edits(e, (*edits)[std::size_t(lattice_of(sweep).index_in_brick(e))]);
         });
         const std::vector<Vec3i> grabbed = random_grab(random, grid);
         std::vector<Vec3i> left;
         for (const Vec3i& e : grabbed)
-            if (!sweep.lattice().is_void(e)) left.push_back(e);
+            if (!lattice_of(sweep).is_void(e)) left.push_back(e);
         if (left.empty()) continue;
-        const Vec3<Fixed> before = sweep.lattice().displacement_at(left[0]);
+        const Vec3<Fixed> before = lattice_of(sweep).displacement_at(left[0]);
         const Vec3d push_mm = random.vector(instance.push_limit_mm.x);
         ASSERT_TRUE(sweep.push_elements(grabbed, push_mm).ok());
         ASSERT_TRUE(heap.push_elements(grabbed, push_mm).ok());
-        const Vec3<Fixed> done = sweep.lattice().displacement_at(left[0]) - before;
+        const Vec3<Fixed> done = lattice_of(sweep).displacement_at(left[0]) - before;
         exact.push(left, Vec3<std::int64_t>{done.x, done.y, done.z});
         ASSERT_TRUE(exact.margin_at_rest()) << "the instance outgrew its margin";
         exact.for_each([&](Vec3i e) {
             for (int a = 0; a < 3; ++a)
-                ASSERT_EQ(sweep.lattice().displacement_at(e)[a], exact.displacement(e, a));
+                ASSERT_EQ(lattice_of(sweep).displacement_at(e)[a], exact.displacement(e, a));
         });
         ASSERT_EQ(sweep.hash(), heap.hash());
         ASSERT_LT(sweep.state().max_violation_mm, 1e-9);

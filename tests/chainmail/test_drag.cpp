@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A drag against pushes of the same elements by the same steps: all results must be equal.
+// Covers: chainmail/chainmail_drag.cpp, propagate/drag*.cpp.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -11,6 +12,7 @@
 #include <cmath>
 
 #include "chainmail/air_tissues.h"
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/tissues.h"
 #include "lattice/lattice.h"
 #include "propagate/drag_kernel.h"
@@ -34,7 +36,7 @@ Vec3d whole_vector(Random& random, double largest) {
 }
 
 Vec3d displacement_mm(const ChainMail& tissue, Vec3i e) {
-    const Vec3<Fixed> u = tissue.lattice().displacement_at(e);
+    const Vec3<Fixed> u = lattice_of(tissue).displacement_at(e);
     return {mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
 }
 
@@ -52,7 +54,7 @@ Instance drag_instance(Random& random) {
 }
 
 void cut_some(Random& random, ChainMail& tissue) {
-    Lattice& lattice = const_cast<Lattice&>(tissue.lattice());
+    Lattice& lattice = lattice_of(tissue);
     BrickEdits edits(std::size_t(lattice.elements_per_brick()), 0);
     for (auto& flags : edits)
         if (random.whole(0, 9) == 0) flags = std::uint8_t(random.whole(1, 7));
@@ -61,8 +63,8 @@ void cut_some(Random& random, ChainMail& tissue) {
 
 /// Tests the bounds of bricks against their contents.
 void check_bounds(const ChainMail& tissue, bool exact) {
-    const auto count = std::size_t(tissue.lattice().elements_per_brick());
-    tissue.lattice().for_each_brick([&](const Brick& brick) {
+    const auto count = std::size_t(lattice_of(tissue).elements_per_brick());
+    lattice_of(tissue).for_each_brick([&](const Brick& brick) {
         for (int a = 0; a < 3; ++a) {
             const Fixed* u = brick.u[std::size_t(a)];
             const auto [low, high] = std::minmax_element(u, u + count);

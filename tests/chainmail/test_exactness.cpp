@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The heart of Pliant: solvers against the brute-force oracle, on random lattices.
+// Covers: chainmail/chainmail.cpp, propagate/propagate_*.cpp.
 
 #include <gtest/gtest.h>
 
 #include <set>
 #include <tuple>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/instances.h"
 #include "chainmail/oracle.h"
 #include "lattice/lattice.h"
@@ -35,7 +37,7 @@ ChainMail make_tissue(const Instance& instance, ChainMailSolver solver, int bric
 }
 
 Vec3<Fixed> displacement(const ChainMail& tissue, Vec3i e) {
-    return tissue.lattice().displacement_at(e);
+    return lattice_of(tissue).displacement_at(e);
 }
 
 /// Half of the lattices have the size required by the vector instructions.

@@ -3,6 +3,7 @@
 
 // Undo and redo: bit-identical states, within a limit of memory.
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/history.h"
 
 #include <gtest/gtest.h>
@@ -291,7 +292,7 @@ TEST_F(HistoryTest, GroupIsOneStepWithItsName) {
     EXPECT_EQ(tissue.next_redo_name(), "drag");
     EXPECT_EQ(tissue.next_undo_name(), "");
     EXPECT_EQ(tissue.hash(), rest);
-    EXPECT_EQ(tissue.lattice().resident_brick_count(), 0);
+    EXPECT_EQ(lattice_of(tissue).resident_brick_count(), 0);
 }
 
 TEST_F(HistoryTest, StepThatEndsWhereItBeganIsNoStep) {

@@ -3,10 +3,10 @@
 
 // Volumes, labels, directions and laws from a program: invalid ones are refused with a one-line
 // message, and valid extreme ones work.
+// Covers: chainmail/check.cpp, lattice/allowance.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/research/graph.h>
-#include <pliant/research/objects.h>
+#include <pliant/chainmail.h>
 
 #include "chainmail/oracle.h"
 #include "material/limit_units.h"
@@ -36,8 +36,6 @@ TEST(HostVolumes, OneWithABrokenFieldIsRefusedWhereverAChainMailIsMade) {
         const BrokenVolume broken = broken_volume(random);
         expect_refused(ChainMail::create(broken.volume, {}, one_thread()),
                        "volume." + broken.field);
-        ObjectSpace space(one_thread());
-        expect_refused(space.add_object(broken.volume, {}, false), "object 0." + broken.field);
         const Volume good = good_volume(random);
         ChainMailSettings settings{.label_materials = {{.values = {1}, .along_direction = true}}};
         settings.labels = std::make_shared<const Volume>(broken.volume);
@@ -152,12 +150,6 @@ TEST(HostLaws, RandomOnesHoldAndOneNumberOutOfItsRangeIsRefusedWithItsValue) {
         const std::uint64_t before = tissue.hash();
         expect_refused(tissue.set_materials(settings), where);
         EXPECT_EQ(tissue.hash(), before);
-        const std::array materials{bad};
-        const std::array<Vec3d, 2> positions{Vec3d{0, 0, 0}, Vec3d{1, 2, 3}};
-        const std::array<ChainEdge, 1> edges{ChainEdge{0, 1}};
-        if (field != "yield") {  // graphs have none
-            EXPECT_FALSE(ChainGraph::create(positions, materials, {}, edges).ok()) << field;
-        }
     }
 }
 

@@ -3,12 +3,15 @@
 
 // Materials by label and direction, changes of materials under a deformed lattice, and their fold
 // certificates.
+// Covers: chainmail/change_materials.cpp, material/certificate.cpp, material/labels.cpp,
+// material/material*.cpp.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/oracle.h"
 #include "chainmail/tissues.h"
 #include "lattice/lattice.h"
@@ -114,15 +117,15 @@ TEST(Labels, LabelsAndDirectionsEqualTheOracleWithALawPerElement) {
         Oracle<std::int64_t> exact(instance.volume.grid, limits_at, kInstanceMargin);
         for (int step = 0; step < 3; ++step) {
             const auto grabbed = random_grab(random, instance.volume.grid);
-            const Vec3<Fixed> before = tissue.lattice().displacement_at(grabbed[0]);
+            const Vec3<Fixed> before = lattice_of(tissue).displacement_at(grabbed[0]);
             ASSERT_TRUE(
                 tissue.push_elements(grabbed, random.vector(instance.push_limit_mm.x)).ok());
-            const Vec3<Fixed> done = tissue.lattice().displacement_at(grabbed[0]) - before;
+            const Vec3<Fixed> done = lattice_of(tissue).displacement_at(grabbed[0]) - before;
             exact.push(grabbed, Vec3<std::int64_t>{done.x, done.y, done.z});
             ASSERT_TRUE(exact.margin_at_rest());
             std::int64_t differing = 0;
             exact.for_each([&](Vec3i e) {
-                const Vec3<Fixed> u = tissue.lattice().displacement_at(e);
+                const Vec3<Fixed> u = lattice_of(tissue).displacement_at(e);
                 for (int a = 0; a < 3; ++a) differing += u[a] != exact.displacement(e, a);
             });
             EXPECT_EQ(differing, 0);
@@ -251,7 +254,7 @@ TEST_F(ChangeTest, NothingMovesAndLinksMayOnlyComeBack) {
         // Back to the first law: no excuse is needed any more.
         ASSERT_TRUE(tissue.set_materials(soft).ok());
         EXPECT_EQ(tissue.state().excused_links, 0);
-        EXPECT_FALSE(tissue.lattice().may_exceed_limits());
+        EXPECT_FALSE(lattice_of(tissue).may_exceed_limits());
         EXPECT_LT(tissue.state().max_violation_mm, 1e-5);
     }
 }
@@ -267,7 +270,7 @@ TEST_F(ChangeTest, TheCheckSeesALinkThatGotWorse) {
     EXPECT_LT(tissue.state().max_violation_mm, 1e-9);
     // Directly in the lattice, bypassing the solver: one link by 0.25 mm beyond its excused
     // difference.
-    Lattice& lattice = const_cast<Lattice&>(tissue.lattice());
+    Lattice& lattice = lattice_of(tissue);
     const ElementRef element = lattice.ensure_element({12, 12, 12});
     lattice.brick(element.brick).u[0][std::size_t(element.index)] += units_from_mm(0.25);
     EXPECT_NEAR(tissue.state().max_violation_mm, 0.25, 1e-5);
@@ -351,7 +354,7 @@ TEST_F(ChangeTest, ResidentBricksFollowAndBadSettingsChangeNothing) {
     ChainMailSettings changed = settings;
     changed.offset = 0.3;
     ASSERT_TRUE(tissue.set_materials(changed).ok());
-    const Lattice& lattice = tissue.lattice();
+    const Lattice& lattice = lattice_of(tissue);
     for (const int index : lattice.resident_bricks())
         for (int n = 0; n < lattice.elements_per_brick(); ++n) {
             const Brick& brick = lattice.brick(index);

@@ -4,10 +4,10 @@
 // Every operation with failing allocations: the n-th of its allocations and all after it fail, for
 // n = 0, 1, 2, … until it succeeds. A failure must leave the tissue unchanged and be reported;
 // finally the tissue must equal a twin without failures.
+// Covers: chainmail/*_face.cpp, chainmail/operation.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
-#include <pliant/research/objects.h>
 
 #include <cmath>
 #include <functional>
@@ -470,45 +470,6 @@ TEST_P(OutOfMemory, MakesATissueOrNone) {
         EXPECT_EQ(failures, tries + 1);
     }
     EXPECT_GT(failures, 10);
-}
-
-TEST_P(OutOfMemory, LeavesObjectsInTheirSpaceAsTheyWere) {
-    Volume beside = block({8, 8, 8});
-    beside.grid.origin_mm = {17, 0, 0};
-    ObjectSpace space(m_arena);
-    ASSERT_TRUE(space.add_object(block({8, 8, 8}), plain_settings(), true).ok());
-    const std::vector<Vec3i> elements = {{3, 3, 3}, {4, 4, 4}};
-    const auto hash = [&] { return space.object(0).hash() ^ std::uint64_t(space.object_count()); };
-    const auto fail_each = [&](const auto& run) {
-        const std::uint64_t before = hash();
-        for (std::int64_t n = 0;; n += n < kAllOf ? 1 : m_random.whole(1, 1 + int(n / 3))) {
-            Outcome outcome;
-            bool has_failed = false;
-            Volume scan = beside;
-            {
-                const FailingAllocation failing(n);
-                outcome = run(std::move(scan));
-                has_failed = failing.has_failed();
-            }
-            if (!has_failed) {
-                EXPECT_FALSE(outcome);
-                EXPECT_NE(hash(), before);
-                return n;
-            }
-            EXPECT_EQ(outcome, ErrorCode::LimitExceeded) << n;
-            EXPECT_EQ(hash(), before) << n;
-            if (HasFailure()) return n;
-        }
-    };
-    const ChainMailSettings settings = plain_settings();
-    EXPECT_GT(fail_each([&](Volume scan) {
-                  return outcome(space.add_object(std::move(scan), settings, false));
-              }),
-              10);
-    for (const Vec3d push_mm : {Vec3d{2, 1, 0}, Vec3d{150, -130, 20}, Vec3d{-40, 30, 0}})
-        EXPECT_GT(
-            fail_each([&](Volume) { return outcome(space.push_elements(0, elements, push_mm)); }),
-            0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, OutOfMemory, ::testing::Values(1, 2));

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Pushes of a scan, through the public interface.
+// Covers: chainmail/chainmail.cpp, chainmail/grab.cpp, lattice/lattice.cpp, lattice/near_cells.cpp.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
 #include "chainmail/tissues.h"
@@ -71,10 +73,11 @@ TEST_F(PushTest, SphereGrabsTissueInsideItAndNoAir) {
 TEST_F(PushTest, SecondPushTakesHoldOfWhatIsAtThePointNow) {
     ChainMail tissue = tissue_of(volume, arena);
     ASSERT_TRUE(tissue.push({.point_mm = {10.5, 10.5, 10.5}, .push_mm = {3, 0, 0}}).ok());
-    const auto cell = grab_cell(tissue.lattice(), {13.5, 10.5, 10.5});
+    const auto cell = grab_cell(lattice_of(tissue), {13.5, 10.5, 10.5});
     ASSERT_TRUE(cell);
     EXPECT_EQ(cell->front(), (Vec3i{10, 10, 10}));
-    const auto around = grab_sphere(tissue.lattice(), {13.5, 10.5, 10.5}, 0.9, TissueValues{-500});
+    const auto around =
+        grab_sphere(lattice_of(tissue), {13.5, 10.5, 10.5}, 0.9, TissueValues{-500});
     EXPECT_EQ(around.size(), 8u);
     EXPECT_EQ(around.front(), (Vec3i{10, 10, 10}));
 }
@@ -100,10 +103,10 @@ TEST_F(PushTest, ASphereTakesHoldOfWhatIsWithinItNowAndOfNoAir) {
                     const Vec3d now = world_from_voxel(grid, {double(x), double(y), double(z)}) +
                                       tissue.displacement_mm({x, y, z});
                     if (norm(now - world_from_voxel(grid, centre)) <= radius_mm &&
-                        tissue.lattice().value_at({x, y, z}) >= air_hu)
+                        lattice_of(tissue).value_at({x, y, z}) >= air_hu)
                         expected.push_back({x, y, z});
                 }
-        auto found = grab_sphere(tissue.lattice(), centre, radius_mm, TissueValues{air_hu});
+        auto found = grab_sphere(lattice_of(tissue), centre, radius_mm, TissueValues{air_hu});
         std::sort(found.begin(), found.end(), [](Vec3i p, Vec3i q) {
             return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
         });
@@ -122,7 +125,7 @@ TEST_F(PushTest, EveryPointOfADeformedLatticeIsInACell) {
                 .ok());
     for (int n = 0; n < 400; ++n) {
         const Vec3d p{random.real(0, 23), random.real(0, 23), random.real(0, 23)};
-        EXPECT_TRUE(grab_cell(tissue.lattice(), p)) << p.x << ' ' << p.y << ' ' << p.z;
+        EXPECT_TRUE(grab_cell(lattice_of(tissue), p)) << p.x << ' ' << p.y << ' ' << p.z;
     }
 }
 
@@ -290,7 +293,7 @@ TEST_F(PushTest, CheckFindsViolatedLinksAndFoldedCells) {
         return ElementLimits{{.2, .2, .2}, {.3, .3, .3}, {.1, .1, .1}, 100, false};
     };
     // The largest violation is the shear of a link: 0.9 mm with a limit of 0.1 mm.
-    EXPECT_NEAR(check_lattice(tissue.lattice(), hard, arena).max_violation_mm, 0.8, 1e-5);
+    EXPECT_NEAR(check_lattice(lattice_of(tissue), hard, arena).max_violation_mm, 0.8, 1e-5);
 }
 
 TEST_F(PushTest, DefaultLimitsOfTissueNeverFold) {

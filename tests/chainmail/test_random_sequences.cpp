@@ -5,6 +5,7 @@
 // sweep on two threads and the heap on one, with other bricks. After each operation both must be
 // equal bit for bit, every link valid, no cell folded if the certificate excludes it, and an undo
 // must restore the whole state.
+// Covers: chainmail/carve.cpp, chainmail/operation.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

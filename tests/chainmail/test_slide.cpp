@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A sphere along which tissue slides: touched tissue leaves it by the minimal distance.
+// Covers: lattice/tool_touch.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

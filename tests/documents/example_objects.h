@@ -10,6 +10,7 @@
 #include <pliant/research/graph.h>
 #include <pliant/research/objects.h>
 #include <pliant/research/orderings.h>
+#include <pliant/research/rod.h>
 
 #include <array>
 #include <cstdint>

@@ -58,6 +58,26 @@ inline HexMesh distorted_block(Vec3i size, Random& random) {
     return mesh;
 }
 
+struct LoadedSolid {
+    HexMesh mesh;
+    ElasticLoads loads;
+    std::vector<Support> supports;
+};
+
+/// A block in pure shear: tractions in equilibrium; the supports only take the six rigid motions.
+inline LoadedSolid sheared_block(double stress_pa) {
+    LoadedSolid block{
+        hex_mesh({{4, 4, 4}}), {}, {{0}, {3, {false, true, true}}, {12, {false, false, true}}}};
+    for (const double side : {0.0, 3.0}) {
+        const double traction = side > 0 ? stress_pa : -stress_pa;
+        for (const HexFace& f : faces_where(block.mesh, [&](Vec3d x) { return x.x == side; }))
+            block.loads.surfaces.push_back({f, {0, traction, 0}});
+        for (const HexFace& f : faces_where(block.mesh, [&](Vec3d x) { return x.y == side; }))
+            block.loads.surfaces.push_back({f, {traction, 0, 0}});
+    }
+    return block;
+}
+
 inline double largest(const std::vector<Vec3d>& vectors) {
     double most = 0;
     for (const Vec3d& v : vectors) most = std::max(most, norm(v));

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Solids with closed-form solutions.
+// Covers: fem/hex_element.cpp.
 
 #include "fem/solids.h"
 
@@ -44,20 +45,9 @@ TEST(Analytic, ABlockInTension) {
 }
 
 TEST(Analytic, ABlockInPureShearNeedsNoReaction) {
-    // Tractions in equilibrium; the supports only take the six rigid motions.
     const TaskArena arena(1);
     const double e = 2e6, nu = 0.3, stress = 500, mu = e / (2 * (1 + nu));
-    const HexMesh mesh = hex_mesh({{4, 4, 4}});
-    ElasticLoads loads;
-    for (const double side : {0.0, 3.0}) {
-        const double sign = side > 0 ? 1 : -1;
-        for (const HexFace& f : faces_where(mesh, [&](Vec3d x) { return x.x == side; }))
-            loads.surfaces.push_back({f, {0, sign * stress, 0}});
-        for (const HexFace& f : faces_where(mesh, [&](Vec3d x) { return x.y == side; }))
-            loads.surfaces.push_back({f, {sign * stress, 0, 0}});
-    }
-    const std::vector<Support> supports = {
-        {0}, {3, {false, true, true}}, {12, {false, false, true}}};
+    const auto [mesh, loads, supports] = sheared_block(stress);
     const auto solver = value_of(ElasticSolver::create({mesh, {{e, nu}}}, supports, {}, arena));
     const auto solution = value_of(solver.solve(loads));
     std::vector<Vec3d> exact;

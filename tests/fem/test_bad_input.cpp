@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: fem/check_solid.cpp, fem/elastic_states.cpp.
+
 #include "fem/solids.h"
 
 #include <limits>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cantilevers, where trilinear elements lock and those with inner modes don't.
+// Covers: fem/hex_element.cpp.
 
 #include <array>
 #include <string>

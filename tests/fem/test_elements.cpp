@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: fem/hex_element.cpp, fem/lattice_stiffness.cpp.
+
 #include "fem/solids.h"
 
 #include <set>

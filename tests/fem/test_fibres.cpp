@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Transversely isotropic solids [Choi2004, Eq. 3].
+// Covers: fem/hex_element.cpp.
 
 #include "fem/solids.h"
 
@@ -68,17 +69,7 @@ TEST(Fibres, ABlockInTensionAlongAndAcrossThem) {
 TEST(Fibres, ABlockInShearAlongAndAcrossThem) {
     const TaskArena arena(1);
     const double stress = 500;
-    const HexMesh mesh = hex_mesh({{4, 4, 4}});
-    ElasticLoads loads;
-    for (const double side : {0.0, 3.0}) {
-        const double sign = side > 0 ? 1 : -1;
-        for (const HexFace& f : faces_where(mesh, [&](Vec3d x) { return x.x == side; }))
-            loads.surfaces.push_back({f, {0, sign * stress, 0}});
-        for (const HexFace& f : faces_where(mesh, [&](Vec3d x) { return x.y == side; }))
-            loads.surfaces.push_back({f, {sign * stress, 0, 0}});
-    }
-    const std::vector<Support> supports = {
-        {0}, {3, {false, true, true}}, {12, {false, false, true}}};
+    const auto [mesh, loads, supports] = sheared_block(stress);
     for (int fibre = 0; fibre < 3; ++fibre) {
         const ElasticMaterial m = fibres_along(axis(fibre));
         const double shear = fibre == 2 ? m.young_modulus_pa / (2 * (1 + m.poisson_ratio))

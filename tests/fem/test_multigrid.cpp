@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: fem/conjugate_gradients.cpp.
+
 #include "fem/multigrid.h"
 
 #include "fem/conjugate_gradients.h"

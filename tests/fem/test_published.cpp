@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Boussinesq's half space, and the finite-element reference of [Choi2004, 4.3] as re-computed.
+// Covers: fem/elastic_solver.cpp, fem/loads.cpp.
 
 #include "fem/solids.h"
 

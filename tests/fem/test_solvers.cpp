@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One equilibrium, found in three ways, by any number of threads.
+// Covers: fem/block_*.cpp, fem/cholesky.cpp, fem/elastic_solver.cpp, fem/held_nodes.cpp,
+// fem/lattice_*.cpp.
 
 #include "fem/solids.h"
 

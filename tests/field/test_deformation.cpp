@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Deformations that are written by hand, against dense arrays, and against a ChainMail's.
+// Covers: field/field*.cpp, field/writable_field.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

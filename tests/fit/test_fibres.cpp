@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Springs by direction against transversely isotropic finite elements.
+// Covers: fit/box.cpp.
 
 #include <gtest/gtest.h>
 

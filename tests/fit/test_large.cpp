@@ -3,6 +3,7 @@
 
 // Large networks: factored by nested dissection, against the simple factor of small ones and
 // against the matrices themselves; and their references, by conjugate gradients against Cholesky.
+// Covers: fit/dissected_cholesky.cpp, fit/linear_network.cpp, fit/motion.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/fit.h>

@@ -4,6 +4,7 @@
 // Networks on meshes: the finite elements against strain matrices and elimination, planted values
 // found again from displacements at nodes and at points, confidence intervals against refits under
 // noise, creep against a tissue that runs.
+// Covers: fit/creep.cpp, fit/elastic_tetrahedra.cpp, fit/intervals.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/fit_mesh.h>

@@ -3,6 +3,8 @@
 
 // Displacements and derivatives against alternative computations, and methods against problems with
 // known solutions.
+// Covers: fit/annealing.cpp, fit/gauss_newton.cpp, fit/problem.cpp,
+// fit/search.cpp, fit/settings_rows.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/fit.h>
@@ -152,14 +154,6 @@ TEST(Methods, EachFindsThePlantedValues) {
             const auto newton = value_of(fit(problem, GaussNewton{}, arena()));
             expect_truth(newton, planted, 1e-4);
             EXPECT_LT(newton.evaluations, 60);
-            for (const DirectMethod method :
-                 {DirectMethod::Bobyqa, DirectMethod::NelderMead, DirectMethod::Subplex}) {
-                SCOPED_TRACE(int(method));
-                const auto direct = value_of(
-                    fit(problem, DirectSearch{.method = method, .evaluations = 800}, arena()));
-                expect_truth(direct, planted, 0.02);
-                EXPECT_LE(direct.evaluations, 800);
-            }
         }
         const auto annealed =
             value_of(fit(planted.problem({}), Annealing{.evaluations = 1000}, arena()));
@@ -172,18 +166,17 @@ TEST(Methods, EachFindsThePlantedValues) {
 TEST(Methods, AValueThatEndsOnItsBoundIsReported) {
     Random random(3);
     const Planted planted(random, 0);
-    for (const FitBound bound : {FitBound::None, FitBound::Low, FitBound::High})
-        for (const FitMethod& method : {FitMethod(GaussNewton{}), FitMethod(DirectSearch{})}) {
-            Planted bounded = planted;
-            FitGroup& group = bounded.groups[0];
-            if (bound == FitBound::Low) group.start = group.low = 1.2 * planted.truth[0];
-            if (bound == FitBound::High) group.start = group.high = 0.8 * planted.truth[0];
-            const auto found = value_of(fit(bounded.problem({}), method, arena()));
-            EXPECT_EQ(found.at_bound, (std::vector{bound, FitBound::None, FitBound::None}));
-            if (bound == FitBound::None) continue;
-            const double at = bound == FitBound::Low ? group.low : group.high;
-            EXPECT_NEAR(found.values[0], at, 1e-4 * at);
-        }
+    for (const FitBound bound : {FitBound::None, FitBound::Low, FitBound::High}) {
+        Planted bounded = planted;
+        FitGroup& group = bounded.groups[0];
+        if (bound == FitBound::Low) group.start = group.low = 1.2 * planted.truth[0];
+        if (bound == FitBound::High) group.start = group.high = 0.8 * planted.truth[0];
+        const auto found = value_of(fit(bounded.problem({}), GaussNewton{}, arena()));
+        EXPECT_EQ(found.at_bound, (std::vector{bound, FitBound::None, FitBound::None}));
+        if (bound == FitBound::None) continue;
+        const double at = bound == FitBound::Low ? group.low : group.high;
+        EXPECT_NEAR(found.values[0], at, 1e-4 * at);
+    }
 }
 
 TEST(Methods, GaussNewtonFindsTheValuesOfAnEquilibriumFarFromRest) {
@@ -230,7 +223,7 @@ TEST(Methods, NothingDependsOnThreadsAndAnnealingOnItsSeed) {
     Random random(41);
     const Planted planted(random, 0.1);
     const auto problem = planted.problem({});
-    const FitMethod methods[] = {GaussNewton{}, Annealing{.evaluations = 60}, DirectSearch{}};
+    const FitMethod methods[] = {GaussNewton{}, Annealing{.evaluations = 60}};
     for (const FitMethod& method : methods) {
         const auto one = value_of(fit(problem, method, TaskArena(1)));
         for (const int threads : {2, 4}) {
@@ -346,7 +339,7 @@ TEST(Problem, BadInputGetsItsLine) {
     EXPECT_FALSE(fit(problem, Annealing{.neighbourhood = 2}, arena()).ok());
     EXPECT_FALSE(
         fit(problem, Annealing{.start_temperature = 1, .end_temperature = 2}, arena()).ok());
-    EXPECT_FALSE(fit(problem, DirectSearch{.evaluations = 0}, arena()).ok());
+    EXPECT_FALSE(fit(problem, Annealing{.evaluations = 0}, arena()).ok());
 }
 
 TEST(Problem, ANetworkWithoutShearStiffnessIsRefusedNotSolved) {
@@ -362,8 +355,7 @@ TEST(Problem, ANetworkWithoutShearStiffnessIsRefusedNotSolved) {
     const auto found = problem.evaluate(std::array{1.0});
     ASSERT_FALSE(found.ok());
     EXPECT_NE(found.error().message.find("move without a force"), std::string::npos);
-    for (const FitMethod& method :
-         {FitMethod(GaussNewton{}), FitMethod(Annealing{}), FitMethod(DirectSearch{})})
+    for (const FitMethod& method : {FitMethod(GaussNewton{}), FitMethod(Annealing{})})
         EXPECT_FALSE(fit(problem, method, arena()).ok());
 }
 

@@ -3,6 +3,7 @@
 
 // The elastin cube of [Choi2004, 4.3], as it was computed anew, and the depths of its Figure 10:
 // cases 19 to 22 and 27 of the references.
+// Covers: fit/box.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/fit.h>

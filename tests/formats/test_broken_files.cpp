@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Files that can't be read: each gives one line that names it, and nothing else is printed.
+// Covers: formats/data_check.cpp, formats/header_lines.cpp, formats/image_header.cpp.
 
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"

@@ -3,6 +3,7 @@
 
 // Files with bytes changed, cut out or cut off anywhere: read or refused in one line, and nothing
 // worse.
+// Covers: formats/*_header.cpp, formats/nrrd_fields.cpp, formats/read_volume.cpp.
 
 #include "support/damaged_scan.h"
 #include "support/scan_files.h"

@@ -3,6 +3,8 @@
 
 // Programs in the decoder's place that end, crash, hang or lie; and the decoder itself, with
 // damaged codestreams and on several threads.
+// Covers: decoder/decode.cpp, decoder/main.cpp, formats/find_pixel_decoder.cpp,
+// formats/pixel_decoder.cpp.
 
 #include "base/memory_budget.h"
 #include "formats/dicom_series.h"
@@ -21,7 +23,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <random>
@@ -100,11 +101,9 @@ TEST_F(DicomDecoder, OneThatSaysTooMuchOrNonsenseIsAnError) {
 }
 
 TEST_F(DicomDecoder, OneThatHangsIsAnError) {
-    const auto start = std::chrono::steady_clock::now();
-    EXPECT_EQ(error_with("exec sleep 60", 0.3), "its pixels take longer than 1 s to decode");
-    EXPECT_EQ(error_with(std::string("printf ") + kGoodAnswer + " >&3; exec sleep 60", 0.3),
+    EXPECT_EQ(error_with("exec sleep infinity", 0.3), "its pixels take longer than 1 s to decode");
+    EXPECT_EQ(error_with(std::string("printf ") + kGoodAnswer + " >&3; exec sleep infinity", 0.3),
               "its pixels take longer than 1 s to decode");
-    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
 }
 
 TEST_F(DicomDecoder, OneThatIsMissingIsAnError) {

@@ -3,6 +3,7 @@
 
 // DICOM files of several frames, with functional groups written in every way that the format
 // allows: explicit and implicit types, known and unknown lengths, shared or for each frame.
+// Covers: formats/dicom_walk.cpp, formats/dicom_syntax.cpp.
 
 #include "support/compressed_dicom.h"
 #include "support/damaged_scan.h"

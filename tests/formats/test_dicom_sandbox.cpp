@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Remaining abilities of the pixel decoder's process after it has dropped its privileges.
+// Covers: decoder/sandbox.cpp.
 
 #include "decoder/sandbox.h"
 

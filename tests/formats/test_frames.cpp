@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One image of a 4-D file, wherever the file has its axis of time; and images of one slice.
+// Covers: formats/image_header.cpp.
 
 #include "support/damaged_scan.h"
 #include "support/scan_files.h"

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Reading that is given up, and how far it says it is.
+// Covers: formats/data_stream.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>

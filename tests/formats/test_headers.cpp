@@ -3,6 +3,7 @@
 
 // Headers at the limits: long lines, many keys, skips, text for numbers, and images beyond the
 // memory.
+// Covers: formats/header_lines.cpp.
 
 #include "base/memory_budget.h"
 #include "formats/header_lines.h"

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Mapped scans, and scans with an offset that prevents mapping: their values are those of the file.
+// Covers: formats/read_volume.cpp, volume/voxel_memory.cpp.
 
 #include "support/random.h"
 #include "support/scan_files.h"

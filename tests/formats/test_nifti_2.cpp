@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // NIfTI-2: the fields of NIfTI-1 at other offsets, with doubles and 64-bit numbers.
+// Covers: formats/nifti_header.cpp.
 
 #include "support/damaged_scan.h"
 #include "support/random.h"

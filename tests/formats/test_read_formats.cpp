@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Good files of every kind: their numbers are known, and so is where they lie.
+// Covers: formats/data_stream.cpp, formats/*_header.cpp, formats/nrrd_fields.cpp.
 
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
@@ -249,7 +250,7 @@ TEST(ReadNifti, UnitsOfSpaceAreTurnedIntoMillimetres) {
     expect_small_values(folder.write("a.nii", file.bytes()), metres);
 }
 
-TEST(ReadNifti, TheSformCountsIfItIsTheScannersOrTheOnlyOne) {
+TEST(ReadNifti, TheSformCountsIfThereIsOne) {
     const TemporaryFolder folder;
     const Grid unplaced{{4, 3, 2}, {1, 1, 2}, {}, kIdentity3};
     // The quaternion (½, ½, ½, ½) turns i to j, j to k and k to i, in RAS.
@@ -261,14 +262,14 @@ TEST(ReadNifti, TheSformCountsIfItIsTheScannersOrTheOnlyOne) {
             file.qform_code = qform_code;
             file.sform_code = sform_code;
             file.qform = {0.5, 0.5, 0.5, 4, 5, 6};
-            const bool sform = sform_code == 1 || (sform_code > 0 && qform_code == 0);
+            const bool sform = sform_code > 0;
             const Grid& other = qform_code > 0 ? turned : unplaced;
             const auto name = std::to_string(qform_code) + std::to_string(sform_code) + ".nii";
             ReadNotes notes;
             const auto path = folder.write(name, file.bytes());
             expect_small_values(path, sform ? kNifti : other);
             ASSERT_TRUE(read_volume(path, {}, &notes).ok());
-            EXPECT_EQ(notes.notes.empty(), sform || (qform_code > 0 && sform_code == 0)) << name;
+            EXPECT_EQ(notes.notes.empty(), sform != (qform_code > 0)) << name;
             file.qform[0] = 1;  // a half turn
             file.qform[1] = file.qform[2] = 0;
             expect_small_values(folder.write("half" + name, file.bytes()),
@@ -276,13 +277,27 @@ TEST(ReadNifti, TheSformCountsIfItIsTheScannersOrTheOnlyOne) {
         }
 }
 
-TEST(ReadNifti, AnSformAloneCountsHoweverFarItIs) {
+TEST(ReadNifti, AShearedSformIsAnErrorWhateverTheQform) {
+    const TemporaryFolder folder;
+    NiftiFile file;
+    file.sform[1] = 0.3F;
+    for (const std::int16_t qform_code : {0, 1}) {
+        file.qform_code = qform_code;
+        const auto volume = read_volume(folder.write("a.nii", file.bytes()));
+        ASSERT_FALSE(volume.ok());
+        EXPECT_NE(volume.error().message.find("--straighten"), std::string::npos)
+            << volume.error().message;
+    }
+}
+
+TEST(ReadNifti, AnSformCountsHoweverFarItIs) {
     const TemporaryFolder folder;
     for (int n = 1; n <= 20; ++n) {
         NiftiFile file;
         const float z = -137.f * float(n);
         file.pixdim = {1, 0.1f * float(n), 0.7f, 1.3f, 0, 0, 0, 0};
         file.sform = {file.pixdim[1], 0, 0, 10, 0, file.pixdim[2], 0, 20, 0, 0, 1.3f, z};
+        file.qform_code = std::int16_t(n % 2);
         Grid far = kNifti;
         far.spacing_mm = {0.1 * n, 0.7, 1.3};
         far.origin_mm.z = z;

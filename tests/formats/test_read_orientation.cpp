@@ -3,6 +3,7 @@
 
 // One linear field of the world, written on differently placed grids in every format: wherever a
 // voxel says it is, its value must be the field's there.
+// Covers: formats/*_header.cpp.
 
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"

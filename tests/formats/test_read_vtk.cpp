@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // VTK's images in every encoding that its writers have, put together byte by byte.
+// Covers: formats/vti_header.cpp, formats/vtk_*.cpp.
 
 #include "support/damaged_scan.h"
 #include "support/random.h"

@@ -4,6 +4,7 @@
 // Scans are read to the same bits as when they were recorded: grid, voxels, keys and notes. The
 // table was made with ITK 5.2 as the reader; where it was changed since, recorded_hashes.inc says
 // why. To record a new scan, make it in recorded_….cpp and copy the row that the test prints.
+// Covers: formats/*_header.cpp, formats/read_volume.cpp.
 
 #include "formats/recorded_files.h"
 #include "support/temporary_folder.h"

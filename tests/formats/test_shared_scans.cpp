@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Real scans, where they are at hand.
+// Covers: formats/read_volume.cpp.
 
 #include "support/temporary_folder.h"
 
@@ -39,7 +40,7 @@ const Scan kScans[] = {
     {"abdomen_ct_3mm-label.nii.gz", {122, 101, 112}, {3, 3, 3}, 1, 0, 117},
     {"aorta_cta_1p5mm.nii.gz", {120, 126, 164}, {1.5, 1.5, 1.5}, 1, -1078, 3343},
     {"aorta_cta_1p5mm-label.nii.gz", {120, 126, 164}, {1.5, 1.5, 1.5}, 1, 0, 2},
-    {"head_ct_tiny_64.nrrd", {64, 64, 93}, {3.2, 3.2, 1.5}, -1, -1024, 2902},
+    {"head_ct_tiny_64.nrrd", {64, 64, 93}, {3.2, 3.2, 1.5}, 1, -1024, 2902},
 };
 
 TEST(SharedScans, AreReadAsTheyAreDescribed) {

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: writers/vector_field.cpp.
+
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 

@@ -3,6 +3,7 @@
 
 // Scans written as MetaImage and NIfTI come back to the bit, except for NIfTI's rounding of
 // positions to 32-bit floats.
+// Covers: writers/image_sink.cpp, writers/meta_writer.cpp, writers/nifti_writer.cpp.
 
 #include "support/random.h"
 #include "support/temporary_folder.h"

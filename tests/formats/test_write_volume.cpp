@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: writers/nrrd_writer.cpp, writers/write_volume.cpp.
+
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: writers/write_vti.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>

@@ -3,9 +3,10 @@
 
 // A saved state of a catheter in its vessel.
 
+#include <pliant/tissues.h>
+
 #include "fuzz/number_state.h"
 #include "session/source.h"
-#include "session/vessel_tissue.h"
 
 using namespace pliant;
 
@@ -20,14 +21,15 @@ const char* kScene =
 struct Subject {
     TaskArena arena{1};
     Result<serve::LoadedScan> loaded;
-    std::unique_ptr<serve::VesselTissue> tissue;
+    std::unique_ptr<Tissue> tissue;
     std::string good;
 
     Subject()
         : loaded(
               serve::load_scan({.file = fuzz::write_anew("bend.toml", kScene).string()}, arena)) {
         fuzz::expect(loaded.ok() && loaded->vessel, "a vessel");
-        auto made = serve::VesselTissue::create(*loaded->vessel, loaded->volume, arena);
+        auto made =
+            make_vessel(loaded->volume, loaded->vessel->wall, loaded->vessel->settings, arena);
         fuzz::expect(made.ok(), "a catheter in it");
         tissue = std::move(*made);
         const auto file = fuzz::folder() / "good.state";

@@ -10,10 +10,10 @@ using namespace pliant;
 
 namespace {
 
-SpringScanTissue make(const Volume& volume, const TaskArena& arena) {
-    auto model = SpringDeformation::create(volume, {.cell_mm = 4}, arena);
-    fuzz::expect(model.ok(), "springs");
-    return SpringScanTissue(std::move(*model));
+std::unique_ptr<SpringScanTissue> make(const Volume& volume, const TaskArena& arena) {
+    auto made = SpringScanTissue::create(volume, {.cell_mm = 4}, arena);
+    fuzz::expect(made.ok(), "springs");
+    return std::move(*made);
 }
 
 }  // namespace
@@ -26,7 +26,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         block.voxels = std::vector<std::int16_t>(voxel_count(block.grid), 40);
         return block;
     }();
-    static SpringScanTissue tissue = make(volume, arena);
+    static SpringScanTissue& tissue = *make(volume, arena).release();
     static const std::string good = [] {
         fuzz::expect(tissue.save_state(fuzz::folder() / "good.state").ok(), "a state");
         return fuzz::bytes_of(fuzz::folder() / "good.state");

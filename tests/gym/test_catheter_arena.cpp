@@ -3,6 +3,7 @@
 
 // Catheters in an arena: the same bits for any number of threads, wires that are never beyond the
 // wall, calls that fail without an effect, and shadows that weigh what they should.
+// Covers: gym/device_shadow.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/gym.h>

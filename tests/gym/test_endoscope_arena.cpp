@@ -3,6 +3,7 @@
 
 // Endoscopes in an arena: the same bits for any number of threads, eyes that are never in tissue,
 // and calls that fail without an effect.
+// Covers: gym/endoscope_s*.cpp.
 
 #include <algorithm>
 #include <limits>

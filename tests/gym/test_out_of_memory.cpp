@@ -3,6 +3,7 @@
 
 // An arena whose n-th allocation fails: LimitExceeded, never half a state, and pictures that are
 // right as soon as there is memory again.
+// Covers: gym/catheter_arena.cpp, gym/endoscope_arena.cpp.
 
 #include <gtest/gtest.h>
 

@@ -3,6 +3,7 @@
 
 // Frames of an endoscope, and flow against a search of its own: it finds the rest point of tissue
 // by bisection of the forward displacements, cell by cell, and the pixel by bisection of the rays.
+// Covers: gym/endoscope_scope.cpp.
 
 #include <algorithm>
 #include <array>

@@ -3,6 +3,7 @@
 
 // Local models of a tissue that gives way during the contact, against ChainMailFeel on the
 // undeformed scan, and against the springs' force.
+// Covers: haptics/posed_device.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -153,8 +154,7 @@ TEST_F(LiveFeelTest, LessIsLeftOfAWallThatWasPushedAlready) {
 }
 
 TEST_F(LiveFeelTest, SpringsAreFeltAsTheyPushBack) {
-    take(std::make_unique<SpringScanTissue>(
-        SpringDeformation::create(m_scan, {.cell_mm = 8}, m_arena).value()));
+    take(make_springs(m_scan, {.cell_mm = 8}, m_arena).value());
     step(-1);
     double last = 0;
     for (double depth = 0.2; depth < 3; depth += 0.2) {
@@ -190,15 +190,14 @@ TEST_F(LiveFeelTest, AStiffLabelIsFeltStifferThanASoftOne) {
                     numbers[n] = norm(p - m_wall.point_mm) < radius_mm ? 1 : 2;
                 }
         labels->voxels = std::move(numbers);
-        take(std::make_unique<SpringScanTissue>(
-            SpringDeformation::create(
-                m_scan,
-                {.cell_mm = 8,
-                 .label_materials = {{.values = {1}, .elastic = ElasticPair{young_kpa, 0.25}},
-                                     {.values = {2}, .elastic = ElasticPair{5, 0.25}}},
-                 .labels = labels},
-                m_arena)
-                .value()));
+        take(make_springs(
+                 m_scan,
+                 {.cell_mm = 8,
+                  .label_materials = {{.values = {1}, .elastic = ElasticPair{young_kpa, 0.25}},
+                                      {.values = {2}, .elastic = ElasticPair{5, 0.25}}},
+                  .labels = labels},
+                 m_arena)
+                 .value());
         for (double depth = -1; depth < 3; depth += 0.5) step(depth);
         for (int n = 0; n < 200; ++n) (void)m_tissue->sweep();
         const HapticModel felt = m_feel->model(*m_tissue, m_pushed);

@@ -3,6 +3,7 @@
 
 // The passivity observer over all tissues and all hands, for some seconds of simulated time;
 // ./dev results haptics has a minute of each.
+// Covers: haptics/feel_*.cpp.
 
 #include <gtest/gtest.h>
 

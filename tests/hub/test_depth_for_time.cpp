@@ -1,12 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// The depth of springs that fits the time of an update.
+// Covers: hub/sweep_pace.cpp.
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "hub/depth_for_time.h"
+#include "hub/traffic.h"
 
 namespace pliant::serve {
 namespace {

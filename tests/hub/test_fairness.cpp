@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The order in which commands of several clients are carried out.
+// Covers: hub/hub.cpp.
 
 #include <gtest/gtest.h>
 
@@ -33,16 +34,16 @@ TEST(Fairness, QuickCommandsDoNotWaitForAnotherClientsSlowOnes) {
     {
         Hub hub(std::move(scene), std::move(log), 200);
         for (const ConnectionId connection : {1U, 2U}) {
-            hub.opened(connection, true);
-            hub.received(connection, {0, HelloMessage{.protocol = kProtocolVersion}});
+            hub.post({connection, Event::Opened{true}});
+            hub.post({connection, Message{0, HelloMessage{.protocol = kProtocolVersion}}});
         }
         // Everything is there before the first step.
         for (std::uint32_t n = 1; n <= kEach; ++n) {
             const double way = n % 2 ? 2 : -2;
-            hub.received(1, {n, PushCommand{.push = {{0, 0, 0}, {0, way, 0}, 6}}});
+            hub.post({1, Message{n, PushCommand{.push = {{0, 0, 0}, {0, way, 0}, 6}}}});
         }
         for (std::uint32_t n = 1; n <= kEach; ++n)
-            hub.received(2, {n, IsoCommand{.iso_hu = double(n)}});
+            hub.post({2, Message{n, IsoCommand{.iso_hu = double(n)}}});
         Nobody nobody;
         std::jthread owner([&](const std::stop_token& stop) { hub.run(stop, nobody); });
         for (int n = 0; n < 400 && hub.ticks() < 40; ++n)

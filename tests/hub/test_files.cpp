@@ -3,6 +3,7 @@
 
 // Downloads and uploads over real connections: downloads equal the library's files for the same
 // pushes, and the scene survives every upload.
+// Covers: network/opening.cpp, network/transfers*.cpp, network/upload.cpp, hub/hub.cpp.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

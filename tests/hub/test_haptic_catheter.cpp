@@ -3,6 +3,7 @@
 
 // A device that holds the catheter of a served vessel: insertion and rotation, forces, the state
 // for other clients, and a replay.
+// Covers: hub/catheter_grip.cpp, hub/haptic_session.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
@@ -16,7 +17,6 @@
 
 #include "hub/haptic_session.h"
 #include "hub/test_client.h"
-#include "session/vessel_tissue.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::serve {
@@ -167,7 +167,7 @@ TEST(CatheterGrip, LetsGoWhileTheButtonIsHeldAndHoldsAnewAfterAReset) {
     ASSERT_TRUE(opened.ok()) << opened.error().message;
     Scene& scene = **opened;
     constexpr std::uint32_t kTool = 7;
-    auto grip = CatheterGrip::create(*scene.catheter(), kTool, 1);
+    auto grip = CatheterGrip::create(*scene.tissue().drivable(), kTool, 1);
     ASSERT_TRUE(grip.ok());
     HapticRecord now;
     const auto go = [&](double ahead_mm, std::uint32_t buttons, int steps, bool stopped = false) {
@@ -178,23 +178,23 @@ TEST(CatheterGrip, LetsGoWhileTheButtonIsHeldAndHoldsAnewAfterAReset) {
             EXPECT_TRUE(!action || scene.carry_out(kTool, *action).ok());
             for (int k = 0; k < 2 && scene.wants_sweep(); ++k) (void)scene.sweep();
         }
-        return scene.catheter()->measures().inserted_mm;
+        return scene.tissue().drivable()->measures().inserted_mm;
     };
     go(0, 0, 2);
     EXPECT_NEAR(go(6, 0, 60), 27 + 6, 1);
-    const double there = scene.catheter()->measures().inserted_mm;
+    const double there = scene.tissue().drivable()->measures().inserted_mm;
     EXPECT_EQ(go(0, 1, 3), there);  // reaches back
     EXPECT_FALSE(scene.has_contact(kTool));
-    EXPECT_FALSE(grip->model(now, *scene.catheter())->held);
+    EXPECT_FALSE(grip->model(now, *scene.tissue().drivable())->held);
     go(0, 0, 2);
     EXPECT_NEAR(go(6, 0, 60), there + 6, 1.5);
-    const double stands = scene.catheter()->measures().inserted_mm;
+    const double stands = scene.tissue().drivable()->measures().inserted_mm;
     EXPECT_EQ(go(20, 0, 3, true), stands);
     EXPECT_FALSE(scene.has_contact(kTool));
     EXPECT_TRUE(scene.carry_out(1, ResetCommand{}).ok());
     EXPECT_NEAR(go(20, 0, 30), 27, 0.5);  // not 20 mm at once
     // No number of the device that isn't known turns it.
-    EXPECT_EQ(scene.catheter()->measures().rotated_deg, 0);
+    EXPECT_EQ(scene.tissue().drivable()->measures().rotated_deg, 0);
 }
 
 }  // namespace

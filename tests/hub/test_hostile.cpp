@@ -3,6 +3,7 @@
 
 // Hostile and faulty clients: they are disconnected with a reason, and the scene goes on
 // for the others.
+// Covers: network/door.cpp, network/server.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>

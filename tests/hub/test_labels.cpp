@@ -3,15 +3,16 @@
 
 // The label map as clients hold it: at rest the file's, and in deformed tissue the label at the
 // source of each voxel, by the resampler's one-shot form in a twin scene.
+// Covers: hub/label_*.cpp, session/label_map.cpp, session/label_map_file.cpp.
 
 #include <pliant/scan_files.h>
 
 #include <cmath>
 
-#include "hub/label_map.h"
 #include "hub/twin_scene.h"
 #include "protocol/frames.h"
 #include "protocol/half.h"
+#include "session/label_map.h"
 #include "support/random.h"
 
 namespace pliant::test {
@@ -148,18 +149,14 @@ TEST_F(LabelsTest, AnotherMapReplacesThemForAllClientsAndABadOneChangesNothing) 
     ask(client);
     catch_up(client);
     const std::string target = "/open/labels?token=" + token_of(m_server->link()) + "&name=";
-    const auto bytes_of = [&](const Volume& volume) {
+    const auto written = [&](const Volume& volume) {
         EXPECT_TRUE(write_volume(file("other.nrrd"), volume).ok());
-        std::string bytes;
-        std::FILE* in = std::fopen(file("other.nrrd").c_str(), "rb");
-        for (int c = std::fgetc(in); c != EOF; c = std::fgetc(in)) bytes += char(c);
-        std::fclose(in);
-        return bytes;
+        return bytes_of(file("other.nrrd"));
     };
     Volume halves = labels();
     halves.voxels = std::vector<float>(voxel_count(m_grid), 0.5F);
     const std::string refused =
-        RawConnection(m_server->port()).post(target + "halves.nrrd", bytes_of(halves));
+        RawConnection(m_server->port()).post(target + "halves.nrrd", written(halves));
     EXPECT_EQ(status_of(refused), "400");
     EXPECT_NE(refused.find("halves.nrrd: expected a label map of whole numbers, found 0.5"),
               std::string::npos)
@@ -175,7 +172,7 @@ TEST_F(LabelsTest, AnotherMapReplacesThemForAllClientsAndABadOneChangesNothing) 
     crop.grid.size = {10, 9, 8};
     crop.grid.origin_mm = world_from_voxel(m_grid, {5, 6, 7});
     crop.voxels = std::vector<std::int16_t>(voxel_count(crop.grid), std::int16_t(12));
-    EXPECT_EQ(status_of(RawConnection(m_server->port()).post(target + "crop.nrrd", bytes_of(crop))),
+    EXPECT_EQ(status_of(RawConnection(m_server->port()).post(target + "crop.nrrd", written(crop))),
               "200");
     const Json list = client.until("labels");
     EXPECT_EQ(list["name"], "crop.nrrd");
@@ -191,7 +188,7 @@ TEST_F(LabelsTest, AnotherMapReplacesThemForAllClientsAndABadOneChangesNothing) 
             }
     // A map that has nothing inside of the scan is none of this scan.
     crop.grid.origin_mm = {900, 0, 0};
-    EXPECT_EQ(status_of(RawConnection(m_server->port()).post(target + "far.nrrd", bytes_of(crop))),
+    EXPECT_EQ(status_of(RawConnection(m_server->port()).post(target + "far.nrrd", written(crop))),
               "400");
 }
 
@@ -199,14 +196,10 @@ TEST_F(LabelsTest, TheyEndWithTheScan) {
     Visitor client(*m_server);
     ask(client);
     catch_up(client);
-    std::string bytes;
-    std::FILE* in = std::fopen(file("cube.nrrd").c_str(), "rb");
-    for (int c = std::fgetc(in); c != EOF; c = std::fgetc(in)) bytes += char(c);
-    std::fclose(in);
-    EXPECT_EQ(
-        status_of(RawConnection(m_server->port())
-                      .post("/open?token=" + token_of(m_server->link()) + "&name=b.nrrd", bytes)),
-        "200");
+    EXPECT_EQ(status_of(RawConnection(m_server->port())
+                            .post("/open?token=" + token_of(m_server->link()) + "&name=b.nrrd",
+                                  bytes_of(file("cube.nrrd")))),
+              "200");
     ASSERT_FALSE(client.until("volume").is_null());
     ASSERT_TRUE(client.until_up_to_date());
     const Json list = ask(client);

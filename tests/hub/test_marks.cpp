@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Marks that clients share.
+// Covers: hub/mark_feed.cpp.
 
 #include "hub/twin_scene.h"
 

@@ -4,6 +4,7 @@
 // Displacement and Jacobian as a client holds them, against the same scene played in this process:
 // there from the forward displacement alone, as write_displacement would write it, or from the
 // resampler's one-shot form.
+// Covers: hub/overlay_feed.cpp, hub/box_feed.cpp.
 
 #include <cmath>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Ways through the lumen, asked for over a real connection.
+// Covers: hub/path_*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/render.h>

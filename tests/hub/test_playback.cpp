@@ -3,6 +3,7 @@
 
 // A recorded session that is watched, forward, backward and at another speed. The oracle are the
 // checksums while it was recorded.
+// Covers: hub/playback_feed.cpp, session/timeline.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>

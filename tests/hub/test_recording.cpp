@@ -3,6 +3,7 @@
 
 // The session's file where the disk is full or the file is taken away: clients are told, records
 // are kept and written later.
+// Covers: hub/hub_events.cpp, session/session_log.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>
@@ -11,7 +12,9 @@
 #include <pliant/volume.h>
 #include <sys/resource.h>
 
+#include <chrono>
 #include <csignal>
+#include <thread>
 
 #include "hub/test_client.h"
 #include "support/temporary_folder.h"
@@ -92,6 +95,33 @@ TEST_F(Recording, SpringsThatWereCutAreCutAgain) {
     char hash[17];
     std::snprintf(hash, sizeof hash, "%016lx", static_cast<unsigned long>(report->volume_hash));
     EXPECT_EQ(last["volume"], hash);
+}
+
+TEST_F(Recording, AnAutomaticDepthIsReplayedBetweenTheSameSweeps) {
+    constexpr int kDepth = 4;
+    {
+        auto server = Server::start(m_settings, m_arena);
+        ASSERT_TRUE(server.ok()) << server.error().message;
+        TestClient a(server->port(), server->link());
+        a.enter();
+        const Json springs = {{"do", "tissue"}, {"model", "springs"}, {"nodes", 8},
+                              {"cell_mm", 4},   {"fixed_hu", 3000},   {"depth", kDepth}};
+        ASSERT_EQ(a.command(springs)["t"], "done");
+        ASSERT_EQ(a.command({{"do", "depth"}, {"by_time", true}})["t"], "done");
+        // After half a second of motion there is another depth, lower or higher.
+        for (int n = 0; n < 200 && a.state["tissue"]["depth"] == kDepth; ++n) {
+            a.command({{"do", "push"},
+                       {"point", {0, n % 2 ? 3 : 2, 0}},
+                       {"push", {0, n % 2 ? -1 : 1, 0}},
+                       {"radius", 4}});
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        EXPECT_NE(a.state["tissue"]["depth"], kDepth);
+        a.checked_checksum();
+    }
+    const auto report = replay_session(m_session, m_arena);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_GE(report->marks, 1);
 }
 
 TEST_F(Recording, GoesOnOnceThereIsRoomOnTheDisk) {

@@ -3,6 +3,7 @@
 
 // The rest field as a client holds it, against that of the same scene played in this process and
 // resampled at once.
+// Covers: hub/rest_feed.cpp.
 
 #include <pliant/resample.h>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Real servers and real connections: several clients on one scene, which come and go.
+// Covers: network/server.cpp, hub/camera_feed.cpp, hub/hub_*.cpp, hub/roster.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A client that acknowledges voxels no faster than a slow line would bring them.
+// Covers: hub/publisher.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // States of the tissue: saved by a client, loaded by one, recorded, and given at the start.
+// Covers: hub/hub.cpp, base/state_frame.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "hub/depth_for_time.h"
 #include "hub/traffic.h"
 #include "support/random.h"
 

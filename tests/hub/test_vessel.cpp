@@ -3,8 +3,10 @@
 
 // A vessel as the server's tissue: equal to the catheter alone, equal in a replay, and correctly
 // sent to clients.
+// Covers: hub/vessel_*.cpp, tissue/vessel_tissue.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/drivable.h>
 #include <pliant/resample.h>
 #include <pliant/scene_files.h>
 #include <pliant/serve.h>
@@ -24,7 +26,6 @@
 #include "session/replay.h"
 #include "session/scene.h"
 #include "session/session_log.h"
-#include "session/vessel_tissue.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
 
@@ -63,7 +64,7 @@ class VesselScene : public ::testing::Test {
 
 TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     const auto scene = open(m_arena);
-    ASSERT_TRUE(scene && scene->catheter());
+    ASSERT_TRUE(scene && scene->tissue().drivable());
     const MadeVessel& made = *scene->loaded()->vessel;
     auto twin = CatheterScene::create(made.wall, made.settings);
     ASSERT_TRUE(twin.ok());
@@ -72,19 +73,19 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     EXPECT_FALSE(scene->wants_sweep());
     EXPECT_TRUE(drive(*scene, 100).ok());
     ASSERT_TRUE(twin->command({.insert_mm_s = 100}).ok());
-    constexpr int kSweeps = 60;
+    constexpr int kSweeps = 60;  // of two steps each
     for (int n = 0; n < kSweeps; ++n) {
         ASSERT_TRUE(scene->wants_sweep());
         (void)scene->sweep();
     }
-    ASSERT_TRUE(twin->step(kSweeps * VesselTissue::kStepsPerSweep, m_arena).ok());
+    ASSERT_TRUE(twin->step(kSweeps * 2, m_arena).ok());
     EXPECT_EQ(scene->tissue().hash(), twin->hash());
     SharedState state;
     scene->describe(state);
     ASSERT_TRUE(state.vessel);
     EXPECT_NEAR(state.vessel->measures.inserted_mm, 27 + 12, 1e-9);
-    EXPECT_NEAR(state.vessel->wall_moved_mm, twin->measures().wall_moved_mm, 1e-9);
-    EXPECT_GT(state.vessel->wall_moved_mm, 0.05);
+    EXPECT_NEAR(state.vessel->measures.wall_moved_mm, twin->measures().wall_moved_mm, 1e-9);
+    EXPECT_GT(state.vessel->measures.wall_moved_mm, 0.05);
     EXPECT_EQ(state.undo_steps, 1);
     EXPECT_EQ(state.next_undo, "catheter");
     // The scan goes where the wall goes, and nowhere else.
@@ -103,17 +104,15 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     EXPECT_EQ(scene->tissue().hash(), open(m_arena)->tissue().hash());
 }
 
-// Sessions are replayed only with the wall and the boxes that they were recorded with.
-TEST_F(VesselScene, EachWallAndEachKindOfBoxesHasItsOwnHash) {
+// Sessions are replayed only with the wall that they were recorded with.
+TEST_F(VesselScene, EachWallHasItsOwnHash) {
     std::set<std::uint64_t> hashes{open(m_arena)->scan_hash()};
     std::size_t count = 1;
     for (const std::string change :
          {"model = \"distances\"", "model = \"distances\"\nbend_stiffness = 0.1",
-          "gravity_mm_s2 = [0, 0, 1]", "gravity_mm_s2 = [0, 1, 0]",
-          "[simulation]\nbox_index = \"hash\"", "[simulation]\nboxes_near = \"tip\""}) {
+          "gravity_mm_s2 = [0, 0, 1]", "gravity_mm_s2 = [0, 1, 0]"}) {
         std::string file = kFile;
-        const bool is_table = change.starts_with("[");
-        file.insert(is_table ? file.size() : file.find("[wall]\n") + 7, change + "\n");
+        file.insert(file.find("[wall]\n") + 7, change + "\n");
         SceneSource source{.file = m_folder.write("other.toml", file).string()};
         auto scene = Scene::open(source, m_arena);
         ASSERT_TRUE(scene.ok()) << scene.error().message;
@@ -188,7 +187,7 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
         drive(*scene, 0);
         for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) (void)scene->sweep();
     };
-    const auto inserted = [&] { return scene->catheter()->measures().inserted_mm; };
+    const auto inserted = [&] { return scene->tissue().drivable()->measures().inserted_mm; };
     std::vector<std::uint64_t> hashes{scene->tissue().hash()};
     std::vector<double> ways{inserted()};
     for (const double speed : {60.0, 90.0}) {
@@ -209,7 +208,7 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
     EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(scene->tissue().hash(), hashes[1]);
     EXPECT_EQ(inserted(), ways[1]);
-    EXPECT_EQ(scene->catheter()->hand().bend_first_deg, 60);
+    EXPECT_EQ(scene->tissue().drivable()->hand().bend_first_deg, 60);
     EXPECT_FALSE(scene->wants_sweep());
     EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(scene->tissue().hash(), hashes[0]);
@@ -347,7 +346,7 @@ TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
         (void)scene->update();
         records.push_back(SessionMark{hash_volume(scene->deformed()), scene->tissue().hash()});
     }
-    EXPECT_GT(scene->catheter()->measures().steps, 0);
+    EXPECT_GT(scene->tissue().drivable()->measures().steps, 0);
     for (const int threads : {1, 4}) {
         const TaskArena other(threads);
         const auto again = open(other);
@@ -368,20 +367,19 @@ TEST_F(VesselScene, RefusesWhatAVesselCannotDo) {
     for (int n = 0; n < 5; ++n) (void)scene->sweep();
     (void)scene->update();
     EXPECT_TRUE(scene->carry_out(1, TissueCommand{}).ok());
-    EXPECT_EQ(scene->catheter(), nullptr);
+    EXPECT_EQ(scene->tissue().drivable(), nullptr);
     EXPECT_EQ(drive(*scene, 10).error_code, "other_tissue");
     (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(scene->loaded()->volume));
-    EXPECT_TRUE(scene->carry_out(1, TissueCommand{.choice = {.model = TissueModel::Vessel}}).ok());
-    ASSERT_NE(scene->catheter(), nullptr);
-    EXPECT_EQ(scene->catheter()->measures().steps, 0);
+    EXPECT_TRUE(scene->carry_out(1, TissueCommand{.choice = {.model = "vessel"}}).ok());
+    ASSERT_NE(scene->tissue().drivable(), nullptr);
+    EXPECT_EQ(scene->tissue().drivable()->measures().steps, 0);
 
     auto cube = Scene::open({.phantom = "cube", .phantom_size = {20, 20, 20}}, m_arena);
     ASSERT_TRUE(cube.ok());
     EXPECT_EQ(drive(**cube, 10).error_code, "other_tissue");
-    EXPECT_EQ(
-        (*cube)->carry_out(1, TissueCommand{.choice = {.model = TissueModel::Vessel}}).error_code,
-        "out_of_range");
+    EXPECT_EQ((*cube)->carry_out(1, TissueCommand{.choice = {.model = "vessel"}}).error_code,
+              "out_of_range");
 }
 
 TEST_F(VesselScene, SaysWhatIsWrongWithItsFile) {
@@ -460,15 +458,15 @@ struct Copy {
 TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     const auto scene = open(m_arena);
     VesselFrames frames;
-    frames.update(*scene->catheter());
+    frames.update(*scene->tissue().drivable());
     const std::uint64_t first = frames.version();
     Copy early, late;
-    early.take_surface(*frames.surface(1, 1));
+    early.take_surface(*frames.surface(*scene->tissue().drivable(), 1, 1));
     early.take_vessel(*frames.since(0, 1, 1));
     EXPECT_EQ(early.nodes_sent, 0U);
     drive(*scene, 100);
     for (int n = 0; n < 60; ++n) (void)scene->sweep();
-    frames.update(*scene->catheter());
+    frames.update(*scene->tissue().drivable());
     EXPECT_GT(frames.version(), first);
     early.take_vessel(*frames.since(first, 1, 1));
     const std::size_t all = early.positions.size();
@@ -476,18 +474,18 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     EXPECT_LT(early.nodes_sent, all);
     // Nothing has happened since.
     const std::uint64_t second = frames.version();
-    frames.update(*scene->catheter());
+    frames.update(*scene->tissue().drivable());
     EXPECT_EQ(frames.version(), second);
     for (int n = 0; n < 10; ++n) (void)scene->sweep();
-    frames.update(*scene->catheter());
+    frames.update(*scene->tissue().drivable());
     early.take_vessel(*frames.since(second, 1, 1));
-    late.take_surface(*frames.surface(1, 1));
+    late.take_surface(*frames.surface(*scene->tissue().drivable(), 1, 1));
     late.take_vessel(*frames.since(0, 1, 1));
     EXPECT_EQ(early.positions, late.positions);
     EXPECT_EQ(early.catheter, late.catheter);
     // As the simulation has it: half floats of a displacement below 4 mm are 0.002 mm apart.
     const MadeVessel& made = *scene->loaded()->vessel;
-    const VesselView& view = scene->catheter()->view();
+    const CatheterView& view = scene->tissue().drivable()->view();
     ASSERT_EQ(all, made.wall.ghost.nodes_mm.size());
     ASSERT_EQ(late.corners.size(), 3 * made.wall.ghost.cells.size());
     for (std::size_t n = 0; n < all; ++n)
@@ -495,7 +493,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
             EXPECT_NEAR(late.positions[n][a], made.wall.ghost.nodes_mm[n][a] + view.moved_mm[n][a],
                         1e-3 + 1e-3 * std::abs(view.moved_mm[n][a]));
     EXPECT_EQ(late.catheter.size(), view.catheter_mm.size());
-    EXPECT_NEAR(norm(scene->catheter()->view().catheter_mm.back() -
+    EXPECT_NEAR(norm(scene->tissue().drivable()->view().catheter_mm.back() -
                      Vec3d{late.catheter.back().x, late.catheter.back().y, late.catheter.back().z}),
                 0, 1e-4);
     EXPECT_FLOAT_EQ(late.radius, 0.9F);

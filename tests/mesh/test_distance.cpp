@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: mesh/box_tree.cpp, mesh/surface_*.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
 

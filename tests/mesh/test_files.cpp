@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: meshes/parse_*.cpp, meshes/read_mesh.cpp, meshes/write_surface.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: mesh/make_manifold.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
 

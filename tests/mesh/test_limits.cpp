@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Small files that would take much memory, and messages about files that hold anything.
+// Covers: meshes/parse_*.cpp, meshes/vtk_document.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>

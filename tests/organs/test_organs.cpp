@@ -3,6 +3,7 @@
 
 // Scenes of organs: their files, what is held, bodies that push each other, and the labelled organs
 // of a scan in their surroundings.
+// Covers: organs/*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/files.h>

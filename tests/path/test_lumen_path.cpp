@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: path/descent.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/render.h>
 #include <pliant/scan_files.h>

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: path/lumen_tiles.cpp, catheter/open_ends.cpp.
+
 #include "path/wall_distance.h"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Whole bodies: the order of projection, the same bits for all, memory, and bad input.
+// Covers: pbd/packer.cpp, pbd/plan.cpp, pbd/check_parts.cpp.
 
 #include <pliant/pbd.h>
 

@@ -3,6 +3,7 @@
 
 // Contact of deformable solids with tools and with each other: searches against all triangles,
 // momentum, weights, Hertz' and Coulomb's laws, and that nothing gets through.
+// Covers: pbd/body_surface.cpp, pbd/ghost_surface.cpp, pbd/piece_contact.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/body_contact.h>

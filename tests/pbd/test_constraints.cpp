@@ -3,6 +3,7 @@
 
 // Each constraint alone, at random positions: its gradient against finite differences, invariants
 // of a projection, and degenerate input.
+// Covers: pbd/project_*.cpp, pbd/rest.cpp, pbd/solver.cpp.
 
 #include <pliant/pbd.h>
 

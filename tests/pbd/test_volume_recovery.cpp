@@ -3,6 +3,7 @@
 
 // Hard volumes of a vessel under a lasting pressure, with as few sub-steps as real time allows: the
 // remaining error with and without recovery.
+// Covers: pbd/solver.cpp.
 
 #include <pliant/pbd.h>
 #include <pliant/vessel.h>

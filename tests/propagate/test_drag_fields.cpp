@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The six fields of a pick against six solves of the reference, and the sharing of arrays.
+// Covers: propagate/drag.cpp, propagate/drag_*.cpp.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -11,6 +12,7 @@
 #include <string>
 
 #include "chainmail/air_tissues.h"
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/tissues.h"
 #include "propagate/drag_fields.h"
 #include "propagate/drag_kernel.h"
@@ -72,8 +74,8 @@ void check_fields(std::uint64_t seed, Found& found) {
     Random same = random;
     ASSERT_NO_FATAL_FAILURE(twins.deform(random, subject));
     ASSERT_NO_FATAL_FAILURE(twins.deform(same, reference));
-    Lattice& lattice = const_cast<Lattice&>(subject.lattice());
-    Lattice& oracle = const_cast<Lattice&>(reference.lattice());
+    Lattice& lattice = lattice_of(subject);
+    Lattice& oracle = lattice_of(reference);
     const auto held = hold(lattice, twins.grabbed), held_there = hold(oracle, twins.grabbed);
     if (held.empty()) return;
     const bool vectors = twins.settings.brick_size == 8 && random.whole(0, 3) > 0;

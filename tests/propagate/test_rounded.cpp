@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Rounded limits against brute force, and their roundness.
+// Covers: propagate/propagate_rounded.cpp.
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@
 #include <functional>
 #include <set>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/instances.h"
 #include "lattice/lattice.h"
 #include "support/random.h"
@@ -171,7 +173,7 @@ TEST(Rounded, EqualsTheBruteForceFixedPointBitForBit) {
             oracle.push(grabbed, Vec3<Whole>{shift.x, shift.y, shift.z});
             std::int64_t differing = 0;
             oracle.for_each([&](Vec3i e) {
-                const Vec3<Fixed> u = tissue.lattice().displacement_at(e);
+                const Vec3<Fixed> u = lattice_of(tissue).displacement_at(e);
                 for (int a = 0; a < 3; ++a) differing += u[a] != oracle.displacement(e, a);
                 moved += !(u == Vec3<Fixed>{0, 0, 0});
             });

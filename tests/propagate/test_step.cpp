@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/oracle.h"
 #include "chainmail/tissues.h"
 #include "lattice/lattice.h"
@@ -106,7 +107,7 @@ TEST(Step, BoneNeverMovesAndMovementLimitsHoldToTheUnit) {
                     for (int x = 0; x < instance.volume.grid.size.x; ++x) {
                         const int value = int(instance.volume.at({x, y, z}));
                         const ElementLimits limits = instance.law(value);
-                        const Vec3<Fixed> u = tissue.lattice().displacement_at({x, y, z});
+                        const Vec3<Fixed> u = lattice_of(tissue).displacement_at({x, y, z});
                         const Vec3d mm{mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
                         ASSERT_TRUE(!limits.fixed || u == (Vec3<Fixed>{0, 0, 0}));
                         ASSERT_LE(norm(mm), limits.max_movement_mm);

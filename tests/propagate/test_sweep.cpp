@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdlib>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/instances.h"
 #include "chainmail/oracle.h"
 #include "lattice/lattice.h"
@@ -53,7 +54,7 @@ class Scene {
     }
 
     /// The tissues' lattices, for changes that bypass the solvers.
-    static Lattice& open(ChainMail& tissue) { return const_cast<Lattice&>(tissue.lattice()); }
+    static Lattice& open(ChainMail& tissue) { return lattice_of(tissue); }
 
     void edit() {
         const Grid& grid = instance.volume.grid;
@@ -101,24 +102,24 @@ class Scene {
 
     void push_and_compare() {
         std::vector<Vec3i> grabbed = random_grab(random, instance.volume.grid);
-        std::erase_if(grabbed, [&](Vec3i e) { return tissues[0].lattice().is_void(e); });
+        std::erase_if(grabbed, [&](Vec3i e) { return lattice_of(tissues[0]).is_void(e); });
         if (grabbed.empty()) return;
         Vec3d push_mm = random.vector(instance.push_limit_mm.x);
         if (random.whole(0, 2) == 0) push_mm[random.whole(0, 2)] = 0;
-        const Vec3<Fixed> before = tissues[0].lattice().displacement_at(grabbed[0]);
+        const Vec3<Fixed> before = lattice_of(tissues[0]).displacement_at(grabbed[0]);
         for (ChainMail& tissue : tissues) {
             const auto report = tissue.push_elements(grabbed, push_mm);
             ASSERT_TRUE(report.ok());
             ASSERT_EQ(report->step_fraction, 1);
         }
-        const Vec3<Fixed> done = tissues[0].lattice().displacement_at(grabbed[0]) - before;
+        const Vec3<Fixed> done = lattice_of(tissues[0]).displacement_at(grabbed[0]) - before;
         oracle->push(grabbed, Vec3<std::int64_t>{done.x, done.y, done.z});
         fits = oracle->margin_at_rest();
         if (!fits) return;
         for (const ChainMail& tissue : tissues) {
             std::int64_t wrong = 0;
             oracle->for_each([&](Vec3i e) {
-                const Vec3<Fixed> u = tissue.lattice().displacement_at(e);
+                const Vec3<Fixed> u = lattice_of(tissue).displacement_at(e);
                 for (int a = 0; a < 3; ++a) wrong += u[a] != oracle->displacement(e, a);
             });
             ASSERT_EQ(wrong, 0) << "solver " << int(tissue.settings().solver);

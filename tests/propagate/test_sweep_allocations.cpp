@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A push or a frame of a drag doesn't allocate after warm-up.
+// Covers: propagate/propagate_sweep.cpp, propagate/drag.cpp.
 
 #include <pliant/chainmail.h>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Half floats, checksums, dirty blocks and frames, each against something simpler.
+// Covers: protocol/dirty_blocks.cpp, protocol/half.cpp.
 
 #include <gtest/gtest.h>
 

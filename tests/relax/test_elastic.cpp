@@ -3,6 +3,7 @@
 
 // Elastic materials: relaxation tends to the potential of its weights, and that is near to finite
 // elements.
+// Covers: relax/energy.cpp, relax/relax.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

@@ -9,6 +9,7 @@
 #include <map>
 #include <tuple>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/tissues.h"
 #include "lattice/lattice.h"
 
@@ -200,7 +201,7 @@ TEST(Plastic, TheFlowIsWhatItsDefinitionSaysForAnyThreadsAndBricks) {
         const TaskArena arena(1);
         ChainMail tissue = tissue_of(instance.volume, law, arena);
         ASSERT_TRUE(tissue.push_elements(grabbed, {0.9, -0.3, 0}).ok());
-        const Lattice& lattice = tissue.lattice();
+        const Lattice& lattice = lattice_of(tissue);
         for (int a = 0; a < 3; ++a) {
             std::map<Vec3i, std::int64_t, ByCoord> e;
             for (const int index : lattice.resident_bricks())

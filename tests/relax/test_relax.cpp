@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: relax/energy.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 
@@ -10,6 +12,7 @@
 #include <stop_token>
 #include <thread>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/instances.h"
 #include "chainmail/relaxing.h"
 #include "lattice/lattice.h"
@@ -102,7 +105,7 @@ TEST(Relax, EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep) {
         Case c = random_case(random);
         const TaskArena arena(1);
         ChainMail tissue = tissue_of(c.instance.volume, c.law, arena, c.brick_size);
-        auto& lattice = const_cast<Lattice&>(tissue.lattice());
+        auto& lattice = lattice_of(tissue);
         if (c.with_cuts) edit_at_random(random, lattice);
         for (int n = 0; n < 3; ++n) {
             const Vec3d push = world_from_lattice_vector(
@@ -162,7 +165,7 @@ TEST(Relax, EnergyIsTheSumOverLinksOfWeightTimesSquare) {
     const Vec3d h = instance.volume.grid.spacing_mm;
     const double least = std::min({h.x, h.y, h.z});
     const auto weight = [&](Vec3i e, int b) {
-        const ElementLimits l = instance.law(tissue.lattice().value_at(e));
+        const ElementLimits l = instance.law(lattice_of(tissue).value_at(e));
         // From the limits in whole units, as stored in the links.
         const auto units = [&](double f) { return std::floor(h[b] * f / 2 * (1 << 20)); };
         const double fraction =
@@ -176,8 +179,8 @@ TEST(Relax, EnergyIsTheSumOverLinksOfWeightTimesSquare) {
             for (int x = -15; x < 25; ++x)
                 for (int b = 0; b < 3; ++b) {
                     const Vec3i e{x, y, z}, f = beside(e, 2 * b + 1);
-                    const Vec3<Fixed> d =
-                        tissue.lattice().displacement_at(f) - tissue.lattice().displacement_at(e);
+                    const Vec3<Fixed> d = lattice_of(tissue).displacement_at(f) -
+                                          lattice_of(tissue).displacement_at(e);
                     const Vec3d mm{mm_from_units(d.x), mm_from_units(d.y), mm_from_units(d.z)};
                     sum += (weight(e, b) + weight(f, b)) * dot(mm, mm);
                 }
@@ -193,7 +196,7 @@ TEST(Relax, EnergyKnowsWhatChangedSinceItWasAskedLast) {
     const TaskArena arena(2);
     ChainMail tissue = tissue_of(instance.volume, instance.law, arena);
     const auto fresh = [&] {
-        return mm2_from_energy(elastic_energy(tissue.lattice(), PlasticRest{}, arena));
+        return mm2_from_energy(elastic_energy(lattice_of(tissue), PlasticRest{}, arena));
     };
     const auto somewhere = [&] {
         return Vec3i{random.whole(2, 27), random.whole(2, 27), random.whole(2, 27)};
@@ -280,7 +283,7 @@ TEST(Relax, WithAHeldPatchItReachesTheDiscreteHarmonicState) {
     const auto weight = [&](Vec3i e, Vec3i f, int b) {
         const double h = volume.grid.spacing_mm[b];
         const auto end = [&](Vec3i p) {
-            const double limit = tissue.lattice().value_at(p) == 1 ? 0.9 : 0.5;
+            const double limit = lattice_of(tissue).value_at(p) == 1 ? 0.9 : 0.5;
             return std::round(64 * 0.8 * 0.8 / (h * h) / limit);
         };
         return end(e) + end(f);
@@ -303,7 +306,7 @@ TEST(Relax, WithAHeldPatchItReachesTheDiscreteHarmonicState) {
         }
     double worst_units = 0;
     for (const auto& [e, solution] : harmonic) {
-        const Vec3<Fixed> v = tissue.lattice().displacement_at(e);
+        const Vec3<Fixed> v = lattice_of(tissue).displacement_at(e);
         for (const auto& [a, push_mm] : {std::pair{0, 0.25}, std::pair{2, -0.17}}) {
             const double apart = std::abs(v[a] - solution.first * push_mm * kUnitsPerMm);
             ASSERT_LE(apart, solution.second + 0.6);
@@ -402,7 +405,7 @@ TEST(Relax, LinksOutsideOfTheirLimitsDoNotGetWorse) {
         const Volume volume = block({12, 12, 12}, 0);
         ChainMail tissue = tissue_of(volume, one_material(0.1), arena, 4);
         ASSERT_TRUE(tissue.push_elements({{{6, 6, 6}}}, {0.5, 0, 0}).ok());
-        auto& lattice = const_cast<Lattice&>(tissue.lattice());
+        auto& lattice = lattice_of(tissue);
         lattice.set_may_exceed_limits(true);
         for (const int index : lattice.resident_bricks()) {
             for (Fixed* u : lattice.brick(index).u)

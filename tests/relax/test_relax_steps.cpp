@@ -3,12 +3,14 @@
 
 // Relaxation and imprints together with all other changes of a tissue: history, drags, cuts,
 // changed materials, saved states.
+// Covers: chainmail/relax_face.cpp.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/state_file.h"
 #include "chainmail/tissues.h"
 #include "lattice/lattice.h"
@@ -168,11 +170,11 @@ void run_drag(std::uint64_t seed, int& moved_by_relaxation) {
     const int steps = dragged.undo_steps();
     const std::uint64_t hash = dragged.hash();
     ASSERT_TRUE(dragged.grab_elements(grabbed, random.real(0.5, 4)).ok());
-    const Vec3<Fixed> start = dragged.lattice().displacement_at(grabbed[0]);
+    const Vec3<Fixed> start = lattice_of(dragged).displacement_at(grabbed[0]);
     for (int frame = 0; frame < 10; ++frame) {
         Vec3d offset = random.vector(kReach_mm);
         for (int a = 0; a < 3; ++a) offset[a] = std::round(offset[a] * 1024) / 1024;
-        const Vec3<Fixed> now = dragged.lattice().displacement_at(grabbed[0]) - start;
+        const Vec3<Fixed> now = lattice_of(dragged).displacement_at(grabbed[0]) - start;
         const Vec3d now_mm{mm_from_units(now.x), mm_from_units(now.y), mm_from_units(now.z)};
         const auto drag = dragged.drag_to(offset);
         const auto push = pushed.push_elements(grabbed, offset - now_mm);
@@ -253,7 +255,7 @@ TEST_F(RelaxStateTest, ImprintsThatNoPushLeavesAreRefused) {
         EXPECT_TRUE(reader.ok());
         const auto header = reader->read_header();
         EXPECT_TRUE(header.ok());
-        const Lattice& lattice = tissue.lattice();
+        const Lattice& lattice = lattice_of(tissue);
         const auto n = std::size_t(lattice.elements_per_brick());
         std::array<std::vector<Fixed>, 3> imprint;
         imprint.fill(std::vector<Fixed>(n, 0));
@@ -323,7 +325,7 @@ TEST_F(RelaxStateTest, RelaxationBringsExcusedLinksBack) {
     }
     ASSERT_TRUE(tissue.relax({}).ok());
     EXPECT_EQ(tissue.state().excused_links, 0);
-    EXPECT_FALSE(tissue.lattice().may_exceed_limits());
+    EXPECT_FALSE(lattice_of(tissue).may_exceed_limits());
 }
 
 TEST_F(RelaxStateTest, ResetAndCarvingTakeImprintsAway) {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include "chainmail/chainmail_impl.h"
 #include "relax/tool_contact.h"
 
 #include <gtest/gtest.h>
@@ -28,13 +29,13 @@ TEST(ToolContact, TissueComesToLieAgainstATool) {
     const RelaxTool ball{{11.5, 11.5, 13}, {11.5, 11.5, 13}, 2.5};
     std::set<Vec3i, Before> inside;
     const auto distance = [&](Vec3i e) {
-        return distance_to_tool(volume.grid, tissue.lattice(), e, ball);
+        return distance_to_tool(volume.grid, lattice_of(tissue), e, ball);
     };
-    for (const auto& [e, u] : displacements(tissue.lattice()))
+    for (const auto& [e, u] : displacements(lattice_of(tissue)))
         if (distance(e) < ball.radius_mm) inside.insert(e);
     EXPECT_TRUE(relaxed(tissue, {.max_sweeps = 20000, .tools = {ball}}).settled);
     double nearest = 1e9;
-    for (const auto& [e, u] : displacements(tissue.lattice()))
+    for (const auto& [e, u] : displacements(lattice_of(tissue)))
         if (!inside.contains(e)) nearest = std::min(nearest, distance(e));
     EXPECT_GE(nearest, ball.radius_mm);
     EXPECT_LT(nearest, ball.radius_mm + 1e-4);

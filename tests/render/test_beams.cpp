@@ -3,6 +3,7 @@
 
 // Beams of rays against the scalar twin, ray by ray, and against a search through all cells that
 // knows nothing of walks and bricks; the same bits from every instruction set.
+// Covers: render/beam.cpp, render/eye_rays.cpp, render/leaps.cpp.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

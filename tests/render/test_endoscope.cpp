@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: render/aim_endoscope.cpp, render/find_endoscope.cpp, render/lumen.cpp.
+
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -3,6 +3,7 @@
 
 // Pictures of volumes that a program hands over: one that check_volume refuses shows air, and
 // values that are no numbers are no walls.
+// Covers: render/ray_caster.cpp, render/section.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/render.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A caster with a changing volume, picking, and the surface point nearest to a point.
+// Covers: render/bricks.cpp, render/nearest_surface.cpp.
 
 #include <gtest/gtest.h>
 

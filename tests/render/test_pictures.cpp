@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: render/canvas.cpp, render/font.cpp, render/four_up.cpp, pictures/png.cpp,
+// render/section.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/png.h>
 #include <pliant/render.h>

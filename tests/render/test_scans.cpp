@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Real scans, where they are.
+// Covers: render/ray_caster.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/render.h>

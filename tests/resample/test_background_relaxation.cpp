@@ -4,6 +4,7 @@
 // Relaxation in the background. One thread owns the tissue, relaxes it in slices and publishes the
 // result; another one reads the published data, and stops the first. Under the thread sanitizer
 // this also tests that they share no other data.
+// Covers: resample/live_deformation.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
 #include "chainmail/instances.h"
 #include "resample/lattices.h"
@@ -270,7 +271,7 @@ TEST(CellKernel, PushedRandomMaterialsLeaveNoHolesAndAnExactInverse) {
         const Deformed deformed = deform_volume(tissue, Mapping::Cells, true).value();
         EXPECT_EQ(deformed.gap_voxels, 0);
         if (tissue.state().folded_cells == 0) {
-            EXPECT_LE(worst_inverse(tissue.lattice(), deformed), 1e-4);
+            EXPECT_LE(worst_inverse(lattice_of(tissue), deformed), 1e-4);
         }
     }
 }

@@ -3,6 +3,7 @@
 
 // The voxels that can change, against plain loops over elements; and voxels that stay open between
 // updates are written whenever necessary.
+// Covers: resample/scatter.cpp, resample/touched.cpp.
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cut links and carved elements: the voxels written where the tissue is no longer connected.
+// Covers: resample/open_map.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/resample.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A scan that tetrahedra carry, against the weights of each voxel, found by brute force.
+// Covers: resample/embedded_cuts.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/pbd.h>

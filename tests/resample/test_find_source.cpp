@@ -3,6 +3,7 @@
 
 // φ⁻¹ of points, by the three rooms that need it: a field's material points, a warp, the exact map
 // of truth. All keep the promise of find_source.h.
+// Covers: resample/material_points.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/warp.h>

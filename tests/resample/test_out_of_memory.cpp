@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Each allocation fails once, without lasting effects.
+// Covers: resample/control_lattice.cpp, resample/fields.cpp, resample/live_deformation.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -155,7 +156,7 @@ TEST(OutOfMemory, AnotherTissueMayTakeThePlaceOfTheFirst) {
     Shown shown(arena);
     deform(shown.scan.lattice(), 2);
     ASSERT_TRUE(shown.update().ok());
-    shown.live.start_over();
+    shown.live.start_over(shown.scan);
     EXPECT_EQ(shown.live.volume().voxels, shown.scan.volume().voxels);
     shown.scan.lattice().drop_all_bricks();
     displace(shown.scan.lattice(), {{24, 8, 8}, {36, 26, 24}}, [](Vec3d) {

@@ -3,6 +3,8 @@
 
 // Resampling of the deformed lattice to the grid, against analytic results and the twelve
 // tetrahedra.
+// Covers: field/cell_block.cpp, field/tetrahedra.cpp, resample/fields.cpp,
+// resample/node_kernel.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -13,6 +15,7 @@
 #include <bit>
 #include <set>
 
+#include "chainmail/chainmail_impl.h"
 #include "field/tetrahedra.h"
 #include "resample/lattices.h"
 #include "resample/scatter.h"
@@ -253,7 +256,7 @@ TEST(Resample, OnRoughDataEachMappingReadsItsOwnInterpolantAtItsOwnInverse) {
                 ASSERT_TRUE(where);
                 ASSERT_NEAR(b, combine(*where, linear.values), kRounding);
                 const Vec3d miss = combine(*where, linear.moved) - voxel;
-                const Vec3d apart = deformed_place(tissue.lattice(), linear.place) - voxel;
+                const Vec3d apart = deformed_place(lattice_of(tissue), linear.place) - voxel;
                 for (int axis = 0; axis < 3; ++axis) {
                     ASSERT_LE(std::abs(miss[axis]), kExact);
                     ASSERT_LE(std::abs(apart[axis]), linear.bend[axis] + kExact);

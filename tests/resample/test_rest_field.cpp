@@ -3,6 +3,7 @@
 
 // The field of offsets to rest: against the lattice's own forward displacement, and for raw tissue
 // against a search of all elements.
+// Covers: resample/control_cuts.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -12,6 +13,7 @@
 #include <cmath>
 
 #include "base/half.h"
+#include "chainmail/chainmail_impl.h"
 #include "resample/lattices.h"
 #include "resample/random_tissue.h"
 #include "support/random.h"
@@ -82,7 +84,7 @@ TEST(RestField, LeadsBackToTheElementsThatAreShown) {
         for_nodes(field, [&](Vec3d p, const RestField::Sample& sample) {
             EXPECT_EQ(sample.raw, 0);
             const Vec3d x = rest_of(volume.grid, p, sample.offset_mm);
-            const Vec3d there = deformed_place(tissue.lattice(), x);
+            const Vec3d there = deformed_place(lattice_of(tissue), x);
             // Halves have 11 bits; the map may stretch their rounding.
             wrong += norm(there - p) > 0.05;
             moved += norm(x - p) > 0.5;
@@ -159,11 +161,11 @@ TEST(RestField, IsRawAtWhatWasCutOrCarvedAndNowhereElse) {
         const RestField field = RestField::create(tissue, deformed).value();
         for_nodes(field, [&](Vec3d p, const RestField::Sample& sample) {
             const Vec3d x = rest_of(volume.grid, p, sample.offset_mm);
-            const double away = brute_distance(tissue.lattice(), x);
+            const double away = brute_distance(lattice_of(tissue), x);
             const double raw = std::clamp((kRawReach - away) / kRestStep, 0.0, 1.0);
             if (sample.offset_mm == Vec3f{0, 0, 0} && sample.raw == 1 && raw < 1) {
                 // An opened gap: its element has left.
-                const Vec3d there = deformed_place(tissue.lattice(), p);
+                const Vec3d there = deformed_place(lattice_of(tissue), p);
                 EXPECT_GT(norm(there - p), 1e-4);
                 ++gaps;
                 return;

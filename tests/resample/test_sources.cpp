@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Sources of a live deformation's voxels: their displacement, and the local growth of tissue.
+// Covers: resample/source_jacobian.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chainmail/chainmail_impl.h"
 #include "resample/lattices.h"
 #include "resample/random_tissue.h"
 #include "resample/source_jacobian.h"
@@ -122,7 +124,7 @@ TEST(Sources, TheJacobianIsThatOfTheMapItself) {
         const Fields fields = fields_of(live);
         const VectorField inverse =
             inverse_field(deform_volume(tissue, Mapping::Cells, true).value()).value();
-        const Lattice& lattice = tissue.lattice();
+        const Lattice& lattice = lattice_of(tissue);
         int moved = 0, changed = 0;
         for (std::size_t v = 0; v < inverse.vectors_mm.size(); ++v) {
             const Vec3f u = inverse.vectors_mm[v];

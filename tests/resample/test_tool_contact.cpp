@@ -3,6 +3,7 @@
 
 // The eye is never in tissue: for any radius of the tip, any spacing and slice thickness, after
 // sliding, pushing, releasing and relaxing. The oracle is the resampled scan itself.
+// Covers: lattice/tool_touch.cpp, resample/live_deformation.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

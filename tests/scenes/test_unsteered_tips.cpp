@@ -4,6 +4,7 @@
 // Every vessel scene of scenes/, with a tip that is bent by 60° and not steered, pushed at 60 mm/s
 // into eight directions: it stays in the vessel, or leaves it through an open end. The oracle is
 // the distance to the ghost surface as it is now, closed with lids, by the search of the mesh room.
+// Covers: catheter/scene.cpp, scene_files/vessel_scene.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/catheter.h>

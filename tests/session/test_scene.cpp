@@ -3,6 +3,7 @@
 
 // A scene replays to the same state from a recording with any number of threads, and undoes
 // everything.
+// Covers: field/tool.cpp, protocol/messages_json.cpp, session/replay.cpp, session/save.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
@@ -180,7 +181,7 @@ TEST(Scene, NamesWhatIsOutOfRange) {
 
 // Springs.
 
-const TissueCommand kSprings{.choice = {.model = TissueModel::Springs,
+const TissueCommand kSprings{.choice = {.model = "springs",
                                         .nodes = 9,
                                         .springs = {.cell_mm = 8, .fixed_hu = 3000, .depth = 4},
                                         .given = {"fixed_hu"}}};
@@ -267,7 +268,7 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
     EXPECT_NE(held, at_rest);
     SharedState state;
     scene->describe(state);
-    EXPECT_EQ(state.tissue.model, TissueModel::Springs);
+    EXPECT_EQ(state.tissue.model, "springs");
     EXPECT_EQ(state.undo_steps, 2) << "a push, and what followed from it";
     const auto figure = [&](std::string_view name) {
         const auto found = std::find_if(state.figures.begin(), state.figures.end(),

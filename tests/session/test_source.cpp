@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A scene's scan, and the defaults that follow from its values.
+// Covers: session/session_json.cpp.
 
 #include "session/source.h"
 
@@ -106,7 +107,7 @@ TEST_F(SourceTest, SpringsOfAnMrAreHeldAsThoseOfCt) {
                                  std::optional<double> fixed_hu) {
         const auto scene = made(Scene::open({.file = write_ball(dark, bright)}, m_arena));
         serve::TissueCommand springs;
-        springs.choice.model = serve::TissueModel::Springs;
+        springs.choice.model = "springs";
         springs.choice.nodes = 8;
         if (fixed_hu) {
             springs.choice.springs.fixed_hu = *fixed_hu;

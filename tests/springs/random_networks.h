@@ -54,7 +54,8 @@ inline SpringParts random_block(Random& random, Vec3i size, double bulk, bool da
     return std::move(*parts);
 }
 
-/// One step of [Choi2004, Eq. 5, 7, 8] as it is written, node by node in the given order.
+/// One step of [Choi2004, Eq. 5, 7, 8] as it is written, node by node in the given order, which
+/// doesn't matter.
 struct PlainStepper {
     const SpringNetwork& network;
     double h;
@@ -100,19 +101,11 @@ struct PlainStepper {
         return (1 / (m / (h * h) + d / (2 * h))) *
                (force + (m / (h * h)) * (2.0 * x[n] - before[n]) + (d / (2 * h)) * before[n]);
     }
-    void step(const TransmittalOrder& order, SeenPositions seen) {
+    void step(const TransmittalOrder& order) {
         const std::vector<Vec3d> old = x, old_before = before;
-        for (std::size_t l = 0; l + 1 < order.layers.size(); ++l) {
-            std::vector<Vec3d> layer_x = x, layer_before = before;
-            for (std::int32_t k = order.layers[l]; k < order.layers[l + 1]; ++k) {
-                const std::int32_t i = order.nodes[std::size_t(k)];
-                const Vec3d place = seen == SeenPositions::Old ? next(i, old, old_before)
-                                    : seen == SeenPositions::NewLayers
-                                        ? next(i, layer_x, layer_before)
-                                        : next(i, x, before);
-                before[std::size_t(i)] = x[std::size_t(i)];
-                x[std::size_t(i)] = place;
-            }
+        for (const std::int32_t i : order.nodes) {
+            before[std::size_t(i)] = old[std::size_t(i)];
+            x[std::size_t(i)] = next(i, old, old_before);
         }
     }
 };

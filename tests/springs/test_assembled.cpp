@@ -3,6 +3,7 @@
 
 // Implicit Euler with an assembled matrix, against a dense factor and against the solver link by
 // link.
+// Covers: springs/assembled_euler.cpp, springs/block_*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>

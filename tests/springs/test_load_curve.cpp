@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The load curve of a bar with wavy fibres bends as that of tissue [Choi2004, Fig. 11c].
+// Covers: springs/builders_lattice.cpp, springs/tissue.cpp.
 
 #include <gtest/gtest.h>
 

@@ -3,6 +3,7 @@
 
 // Force transmittal and the explicit network against a plain implementation of the paper's
 // formulas, and against closed forms.
+// Covers: springs/tissue*.cpp, springs/transmittal*.cpp.
 
 #include <pliant/springs.h>
 
@@ -30,9 +31,7 @@ std::vector<std::int32_t> movable_nodes(const SpringNetwork& network, Random& ra
     return nodes;
 }
 
-class Readings : public ::testing::TestWithParam<SeenPositions> {};
-
-TEST_P(Readings, StepsAreTheFormulasOfThePaperWrittenOut) {
+TEST(Motion, StepsAreTheFormulasOfThePaperWrittenOut) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
@@ -42,10 +41,9 @@ TEST_P(Readings, StepsAreTheFormulasOfThePaperWrittenOut) {
         const auto network = SpringNetwork::create(parts);
         ASSERT_TRUE(network.ok());
         const int depth = random.whole(0, 6);
-        const double step = 0.5 * stable_time_step(*network, GetParam());
+        const double step = 0.5 * network->stable_time_step();
         auto tissue = SpringTissue::create(
-            *network,
-            {.seen = GetParam(), .depth = depth, .time_step = step, .vectors = seed % 4 > 1});
+            *network, {.depth = depth, .time_step = step, .vectors = seed % 4 > 1});
         ASSERT_TRUE(tissue.ok()) << tissue.error().message;
         const auto sources = movable_nodes(*network, random, 1 + int(seed % 2));
         std::vector<Vec3d> forces;
@@ -56,15 +54,14 @@ TEST_P(Readings, StepsAreTheFormulasOfThePaperWrittenOut) {
         const auto order = transmittal_order(*network, sources, depth);
         for (int n = 0; n < 30; ++n) {
             ASSERT_TRUE(tissue->step(1, one_thread()).ok());
-            plain.step(*order, GetParam());
+            plain.step(*order);
         }
-        // Which of a layer's nodes comes first, NewLayers leaves open and NewNodes doesn't.
         for (std::int32_t n = 0; n < network->node_count(); ++n)
             EXPECT_LT(norm(tissue->position(n) - plain.x[std::size_t(n)]), 1e-11) << n;
     }
 }
 
-TEST_P(Readings, VectorsAndThreadsDontChangeABit) {
+TEST(Motion, VectorsAndThreadsDontChangeABit) {
     auto parts = springs_of_lattice({.size = {24, 24, 12}, .node_damping = 1, .bulk = 0.3});
     for (SpringNode& node : parts->nodes) node.fixed = node.rest.z == 0;
     const auto network = SpringNetwork::create(*parts);
@@ -72,8 +69,7 @@ TEST_P(Readings, VectorsAndThreadsDontChangeABit) {
     for (const bool vectors : {true, false})
         for (const int threads : {1, 2, 4}) {
             const TaskArena arena(threads);
-            auto tissue = SpringTissue::create(
-                *network, {.seen = GetParam(), .depth = 11, .vectors = vectors});
+            auto tissue = SpringTissue::create(*network, {.depth = 11, .vectors = vectors});
             ASSERT_TRUE(tissue.ok());
             const std::int32_t node = 12 + 24 * (12 + 24 * 11);
             ASSERT_TRUE(tissue->load(std::array{node}, std::array{Vec3d{0.3, 0.2, -1}}).ok());
@@ -86,7 +82,7 @@ TEST_P(Readings, VectorsAndThreadsDontChangeABit) {
         }
 }
 
-TEST_P(Readings, HexahedraAndTetrahedraHaveTheirVolumeForces) {
+TEST(Motion, HexahedraAndTetrahedraHaveTheirVolumeForces) {
     Random random(5);
     SpringParts parts = random_block(random, {7, 5, 4}, 0.4, true);
     // A corner of each third hexahedron: packs of tetrahedra that aren't full.
@@ -96,17 +92,17 @@ TEST_P(Readings, HexahedraAndTetrahedraHaveTheirVolumeForces) {
     }
     const auto network = SpringNetwork::create(parts);
     ASSERT_TRUE(network.ok());
-    const double step = 0.5 * stable_time_step(*network, GetParam());
+    const double step = 0.5 * network->stable_time_step();
     const auto sources = movable_nodes(*network, random, 2);
     const std::array forces{random.vector(0.5), random.vector(0.5)};
     PlainStepper plain(*network, step);
     for (std::size_t n = 0; n < 2; ++n) plain.load[std::size_t(sources[n])] = forces[n];
     const auto order = transmittal_order(*network, sources, 4);
-    for (int n = 0; n < 30; ++n) plain.step(*order, GetParam());
+    for (int n = 0; n < 30; ++n) plain.step(*order);
     std::array<std::uint64_t, 2> hashes{};
     for (const bool vectors : {false, true}) {
-        auto tissue = SpringTissue::create(
-            *network, {.seen = GetParam(), .depth = 4, .time_step = step, .vectors = vectors});
+        auto tissue =
+            SpringTissue::create(*network, {.depth = 4, .time_step = step, .vectors = vectors});
         ASSERT_TRUE(tissue.ok());
         ASSERT_TRUE(tissue->load(sources, forces).ok());
         ASSERT_TRUE(tissue->step(30, one_thread()).ok());
@@ -117,12 +113,12 @@ TEST_P(Readings, HexahedraAndTetrahedraHaveTheirVolumeForces) {
     EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-TEST_P(Readings, NothingIsAllocatedInAStepAfterTheFirst) {
+TEST(Motion, NothingIsAllocatedInAStepAfterTheFirst) {
     auto parts = springs_of_lattice({.size = {20, 20, 10}, .node_damping = 1, .bulk = 0.3});
     const auto network = SpringNetwork::create(*parts);
     for (const int threads : {1, 2}) {
         const TaskArena arena(threads);
-        auto tissue = SpringTissue::create(*network, {.seen = GetParam(), .depth = 14});
+        auto tissue = SpringTissue::create(*network, {.depth = 14});
         const std::array nodes{10 + 20 * 10, 11 + 20 * 10};
         std::int64_t before = 0;
         for (int turn = 0; turn < 4; ++turn) {
@@ -138,11 +134,11 @@ TEST_P(Readings, NothingIsAllocatedInAStepAfterTheFirst) {
 }
 
 // Test case 18 of the references.
-TEST_P(Readings, AllEndInTheSameEquilibrium) {
+TEST(Motion, EndsInTheEquilibrium) {
     auto parts = springs_of_lattice({.size = {7, 7, 4}, .node_damping = 3});
     for (SpringNode& node : parts->nodes) node.fixed = node.rest.z == 0;
     const auto network = SpringNetwork::create(*parts);
-    auto tissue = SpringTissue::create(*network, {.seen = GetParam(), .depth = 20});
+    auto tissue = SpringTissue::create(*network, {.depth = 20});
     ASSERT_TRUE(tissue.ok()) << tissue.error().message;
     const std::array node{3 + 7 * (3 + 7 * 3)};
     ASSERT_TRUE(tissue->load(node, std::array{Vec3d{0.01, 0, -0.02}}).ok());
@@ -153,10 +149,6 @@ TEST_P(Readings, AllEndInTheSameEquilibrium) {
         EXPECT_LT(norm(moved[n] - tissue->displacement(std::int32_t(n))), 1e-8) << n;
     EXPECT_GT(norm(moved[std::size_t(node[0])]), 1e-3);
 }
-
-INSTANTIATE_TEST_SUITE_P(All, Readings,
-                         ::testing::Values(SeenPositions::Old, SeenPositions::NewLayers,
-                                           SeenPositions::NewNodes));
 
 SpringNetwork oscillator(double mass, double stiffness, double damping, double link_damping) {
     return *SpringNetwork::create(
@@ -265,31 +257,6 @@ TEST(Motion, EnergyAndMomentumOfAFreeUndampedNetworkAreKept) {
     }
 }
 
-// Why old positions are the default: seen too early, a new one pushes along.
-TEST(Motion, NewPlacesAddEnergyWhereOldOnesDont) {
-    auto parts = springs_of_lattice({.size = {6, 6, 6}});
-    const auto network = SpringNetwork::create(*parts);
-    EXPECT_EQ(stable_time_step(*network, SeenPositions::NewNodes), 0);
-    const auto refused = SpringTissue::create(*network, {.seen = SeenPositions::NewLayers});
-    ASSERT_FALSE(refused.ok());
-    EXPECT_EQ(refused.error().message,
-              "seen: new positions expect damped nodes; without, no time step is stable");
-    // Without the bound: a drifting free block accelerates exponentially.
-    const auto order = transmittal_order(*network, std::array{0}, 100);
-    double speed[2];
-    for (const int reading : {0, 1}) {
-        PlainStepper plain(*network, 0.2 * network->stable_time_step());
-        for (Vec3d& x : plain.before) x.x -= 1e-3;
-        for (int n = 0; n < 40; ++n)
-            plain.step(*order, reading ? SeenPositions::NewNodes : SeenPositions::Old);
-        speed[reading] = 0;
-        for (std::size_t n = 0; n < plain.x.size(); ++n)
-            speed[reading] += (plain.x[n] - plain.before[n]).x / double(plain.x.size());
-    }
-    EXPECT_NEAR(speed[0], 1e-3, 1e-9);
-    EXPECT_GT(speed[1], 2e-3);
-}
-
 TEST(Motion, StepsUpToTheBoundAreStableAndLongerOnesAreRefused) {
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
         SCOPED_TRACE(seed);
@@ -299,31 +266,25 @@ TEST(Motion, StepsUpToTheBoundAreStableAndLongerOnesAreRefused) {
         for (SpringLink& link : parts.links) link.rest_length = -1;
         for (SpringNode& node : parts.nodes) node.damping += 0.2;
         const auto network = SpringNetwork::create(parts);
-        for (const SeenPositions seen :
-             {SeenPositions::Old, SeenPositions::NewLayers, SeenPositions::NewNodes}) {
-            const double longest = stable_time_step(*network, seen);
-            ASSERT_GT(longest, 0);
-            auto tissue =
-                SpringTissue::create(*network, {.seen = seen, .depth = 100, .time_step = longest});
-            ASSERT_TRUE(tissue.ok());
-            ASSERT_TRUE(
-                tissue->load(movable_nodes(*network, random, 1), std::array{Vec3d{0, 0, 0}}).ok());
-            double start = 0;
-            for (std::int32_t n = 0; n < network->node_count(); ++n) {
-                if (network->nodes()[std::size_t(n)].fixed) continue;
-                const Vec3d off = random.vector(1e-6);
-                start = std::max(start, norm(off));
-                ASSERT_TRUE(
-                    tissue->set_state(n, network->nodes()[std::size_t(n)].rest + off, {0, 0, 0})
-                        .ok());
-            }
-            ASSERT_TRUE(tissue->step(3000, one_thread()).ok());
-            for (const Vec3d moved : tissue->displacements()) EXPECT_LT(norm(moved), 1e3 * start);
-            const auto refused =
-                SpringTissue::create(*network, {.seen = seen, .time_step = 1.001 * longest});
-            ASSERT_FALSE(refused.ok());
-            EXPECT_EQ(refused.error().message.rfind("time_step: expected at most ", 0), 0u);
+        const double longest = network->stable_time_step();
+        ASSERT_GT(longest, 0);
+        auto tissue = SpringTissue::create(*network, {.depth = 100, .time_step = longest});
+        ASSERT_TRUE(tissue.ok());
+        ASSERT_TRUE(
+            tissue->load(movable_nodes(*network, random, 1), std::array{Vec3d{0, 0, 0}}).ok());
+        double start = 0;
+        for (std::int32_t n = 0; n < network->node_count(); ++n) {
+            const SpringNode& node = network->nodes()[std::size_t(n)];
+            if (node.fixed) continue;
+            const Vec3d off = random.vector(1e-6);
+            start = std::max(start, norm(off));
+            ASSERT_TRUE(tissue->set_state(n, node.rest + off, {0, 0, 0}).ok());
         }
+        ASSERT_TRUE(tissue->step(3000, one_thread()).ok());
+        for (const Vec3d moved : tissue->displacements()) EXPECT_LT(norm(moved), 1e3 * start);
+        const auto refused = SpringTissue::create(*network, {.time_step = 1.001 * longest});
+        ASSERT_FALSE(refused.ok());
+        EXPECT_EQ(refused.error().message.rfind("time_step: expected at most ", 0), 0u);
     }
 }
 
@@ -334,7 +295,7 @@ TEST(Motion, TheBoundOfALatticeIsNearTheFirstUnstableStep) {
     for (Vec3d& x : plain.x) x = x + random.vector(1e-9);
     plain.before = plain.x;
     const auto order = transmittal_order(*network, std::array{0}, 100);
-    for (int n = 0; n < 200; ++n) plain.step(*order, SeenPositions::Old);
+    for (int n = 0; n < 200; ++n) plain.step(*order);
     double largest = 0;
     for (std::size_t n = 0; n < plain.x.size(); ++n)
         largest = std::max(largest, norm(plain.x[n] - network->nodes()[n].rest));

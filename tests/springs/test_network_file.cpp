@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Files of networks: every number returns, and each fault is told in a line.
+// Covers: scene_files/network_json.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/network_file.h>

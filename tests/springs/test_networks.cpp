@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: springs/builders_*.cpp, springs/network*.cpp, springs/stability.cpp.
+
 #include <pliant/springs.h>
 
 #include <gtest/gtest.h>

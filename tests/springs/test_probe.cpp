@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Contact of a tool with the triangles of a network, compared with brute force over all triangles.
+// Covers: springs/touch.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/spring_probe.h>

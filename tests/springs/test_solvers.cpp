@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The four solvers beside each other.
+// The three solvers beside each other.
+// Covers: springs/sweep_*.cpp, springs/volume_*.cpp.
 
 #include <pliant/springs.h>
 
@@ -45,11 +46,8 @@ double difference(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     return largest;
 }
 
-class Implicit : public ::testing::TestWithParam<SpringSolver> {};
-
-TEST_P(Implicit, ErrorsHalveWithTheTimeStep) {
-    const bool local_global = GetParam() == SpringSolver::LocalGlobal;
-    const SpringNetwork network = pressed_block(local_global ? 0 : 5, local_global ? 0 : 0.3);
+TEST(Implicit, ErrorsHalveWithTheTimeStep) {
+    const SpringNetwork network = pressed_block(5, 0.3);
     const double time = 0.4;
     const std::vector<Vec3d> exact =
         after(network, {.solver = SpringSolver::Explicit, .time_step = 1e-4}, time);
@@ -57,8 +55,7 @@ TEST_P(Implicit, ErrorsHalveWithTheTimeStep) {
     for (const double step : {8e-3, 4e-3, 2e-3}) {
         const double error = difference(
             exact,
-            after(network, {.solver = GetParam(), .time_step = step, .local_global_iterations = 60},
-                  time));
+            after(network, {.solver = SpringSolver::ImplicitEuler, .time_step = step}, time));
         EXPECT_LT(error, 0.1);
         if (last > 0) {
             EXPECT_GT(last / error, 1.7);
@@ -68,20 +65,21 @@ TEST_P(Implicit, ErrorsHalveWithTheTimeStep) {
     }
 }
 
-TEST_P(Implicit, LongStepsEndInTheEquilibrium) {
-    const SpringNetwork network = pressed_block(GetParam() == SpringSolver::LocalGlobal ? 0 : 5, 0);
-    const std::vector<Vec3d> moved =
-        after(network, {.solver = GetParam(), .time_step = 5, .local_global_iterations = 50}, 1000);
-    auto tissue = SpringTissue::create(network, {.solver = GetParam()});
+TEST(Implicit, LongStepsEndInTheEquilibrium) {
+    const SpringNetwork network = pressed_block(5, 0);
+    const SpringSettings settings{.solver = SpringSolver::ImplicitEuler, .time_step = 5};
+    const std::vector<Vec3d> moved = after(network, settings, 1000);
+    auto tissue = SpringTissue::create(network, {.solver = SpringSolver::ImplicitEuler});
     ASSERT_TRUE(tissue->load(std::array{kPressed}, std::array{Vec3d{0.5, 0, -2}}).ok());
     ASSERT_TRUE(tissue->find_equilibrium().ok());
     EXPECT_LT(difference(moved, tissue->displacements()), 1e-6);
     EXPECT_GT(norm(tissue->displacement(kPressed)), 0.02);
 }
 
-TEST_P(Implicit, HeldNodesArePutAndOthersFollow) {
+TEST(Implicit, HeldNodesArePutAndOthersFollow) {
     const SpringNetwork network = pressed_block(0, 0);
-    auto tissue = SpringTissue::create(network, {.solver = GetParam(), .time_step = 0.1});
+    auto tissue =
+        SpringTissue::create(network, {.solver = SpringSolver::ImplicitEuler, .time_step = 0.1});
     ASSERT_TRUE(tissue->hold(std::array{kPressed}).ok());
     ASSERT_TRUE(tissue->shift_held({0, 0, -0.2}).ok());
     ASSERT_TRUE(tissue->step(50, one_thread()).ok());
@@ -91,9 +89,6 @@ TEST_P(Implicit, HeldNodesArePutAndOthersFollow) {
     ASSERT_TRUE(tissue->step(300, one_thread()).ok());
     for (const Vec3d moved : tissue->displacements()) EXPECT_LT(norm(moved), 1e-3);
 }
-
-INSTANTIATE_TEST_SUITE_P(Both, Implicit,
-                         ::testing::Values(SpringSolver::ImplicitEuler, SpringSolver::LocalGlobal));
 
 TEST(Solvers, ForceTransmittalOfAllLayersIsTheExplicitNetwork) {
     const SpringNetwork network = pressed_block(5, 0.3);
@@ -120,8 +115,8 @@ TEST(Solvers, AShallowRegionIsStifferThanADeepOne) {
 TEST(Solvers, CutTissueMovesAsANetworkWithoutTheLinks) {
     const std::uint64_t seed = 31;
     SCOPED_TRACE(seed);
-    for (const SpringSolver solver : {SpringSolver::ForceTransmittal, SpringSolver::Explicit,
-                                      SpringSolver::ImplicitEuler, SpringSolver::LocalGlobal}) {
+    for (const SpringSolver solver :
+         {SpringSolver::ForceTransmittal, SpringSolver::Explicit, SpringSolver::ImplicitEuler}) {
         Random random(seed);
         SpringNetwork network = pressed_block(0, 0);
         std::vector<std::int32_t> cut;
@@ -149,12 +144,7 @@ TEST(Solvers, CutTissueMovesAsANetworkWithoutTheLinks) {
     }
 }
 
-TEST(Solvers, WhatTheFactoredOneCantDoIsRefused) {
-    const SpringSettings settings{.solver = SpringSolver::LocalGlobal, .time_step = 0.1};
-    EXPECT_EQ(SpringTissue::create(pressed_block(5, 0), settings).error().message,
-              "solver: LocalGlobal expects a network without volume energy");
-    EXPECT_EQ(SpringTissue::create(pressed_block(0, 1), settings).error().message,
-              "solver: LocalGlobal expects links without damping");
+TEST(Solvers, ATolerance0IsRefused) {
     EXPECT_FALSE(SpringTissue::create(pressed_block(0, 0), {.solve_tolerance = 0}).ok());
 }
 

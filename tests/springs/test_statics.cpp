@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Equilibria against a sparse factorisation that is put together here, and against elasticity.
+// Covers: springs/coarse_space.cpp, springs/tangent.cpp, springs/tissue_statics.cpp.
 
 #include <pliant/springs.h>
 

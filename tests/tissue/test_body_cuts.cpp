@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cuts of bodies: conserved mass, the gap that opens, and undo.
+// Covers: tissue/body_cut.cpp, tissue/body_tissue_cuts.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Calls that are given up at each of their loops: an error, and nothing has changed.
+// Covers: tissue/chainmail_tissue.cpp, tissue/body_tissue.cpp, tissue/spring_tissue.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>

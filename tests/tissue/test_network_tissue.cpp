@@ -14,13 +14,13 @@
 #include <cmath>
 #include <tuple>
 
-#include "support/each_allocation.h"
 #include "support/temporary_folder.h"
+#include "tissue/no_trace.h"
 
 namespace pliant::test {
 namespace {
 
-constexpr std::uint32_t kLeft = 3, kRight = 4;
+constexpr std::uint32_t kLeft = kFirstTool, kRight = kSecondTool;
 constexpr Vec3d kFirst_mm{6, 6, 6};  ///< corner of the box of tetrahedra
 
 Volume plain_scan() {
@@ -328,6 +328,28 @@ TEST_F(Networks, APushEndsBeforeATetrahedronFolds) {
     }
 }
 
+TEST_F(Networks, APushGoesOnInFinerStridesWhereOneWouldFold) {
+    TetMesh mesh;
+    for (const SpringNode& node : m_parts.nodes) mesh.nodes_mm.push_back(node.rest);
+    for (const SpringCell& cell : m_parts.cells)
+        mesh.cells.push_back({cell.nodes[0], cell.nodes[1], cell.nodes[2], cell.nodes[3]});
+    const double longest = std::min(rest_mesh(mesh).edge_mm / 4, kDown.sphere_radius_mm / 2);
+    int finer = 0;
+    for (const Vec3d way : {Vec3d{0, 0, -40}, Vec3d{4, 3, -30}, Vec3d{20, 0, -20}}) {
+        const auto tissue = make();
+        Push far = kDown;
+        far.push_mm = way;
+        const auto report = tissue->push(kLeft, far);
+        ASSERT_TRUE(report.ok());
+        EXPECT_EQ(report->limited_by, LimitedBy::Fold);
+        const double strides = report->step_fraction * std::ceil(norm(way) / longest);
+        EXPECT_NEAR(8 * strides, std::round(8 * strides), 1e-9) << "not finer than an eighth";
+        finer += std::abs(strides - std::round(strides)) > 0.1;
+        for (const double x : numbers_of(*tissue)) EXPECT_TRUE(std::isfinite(x));
+    }
+    EXPECT_GT(finer, 0);
+}
+
 TEST_F(Networks, TwoToolsHoldDifferentNodesAndAFreeOneMeetsNothing) {
     const auto tissue = make();
     ASSERT_TRUE(tissue->push(kLeft, kDown).ok());
@@ -411,62 +433,27 @@ TEST_F(Networks, OneThatFliesApartSaysSo) {
 TEST_F(Networks, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
     const auto make = [&] {
         auto tissue = this->make();
-        tissue->begin_group("push");
-        EXPECT_TRUE(tissue->push(kLeft, kDown).ok());
-        EXPECT_TRUE(tissue->sweep().ok());
-        EXPECT_EQ(tissue->end_group(), 0);
+        touch(*tissue, kDown);
         return tissue;
-    };
-    const auto state = [](const Tissue& tissue) {
-        return std::tuple(tissue.hash(), tissue.is_touched_by(kLeft), tissue.is_touched_by(kRight),
-                          tissue.undo_steps());
-    };
-    const auto later = [](Tissue& tissue) {
-        std::vector<std::uint64_t> hashes;
-        for (int n = 0; n < 3; ++n) {
-            EXPECT_TRUE(tissue.sweep().ok());
-            hashes.push_back(tissue.hash());
-        }
-        hashes.push_back(hash_volume(deform_volume(tissue)->volume));
-        tissue.release(kLeft);
-        tissue.release(kRight);
-        for (int n = 0; n < 30; ++n) (void)tissue.sweep();
-        hashes.push_back(tissue.hash());
-        return hashes;
     };
     Push aside = kDown;
     aside.point_mm = {9, 8, 18};
-    const auto check = [&](const auto& operation, const char* name, int least) {
-        SCOPED_TRACE(name);
-        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
-        EXPECT_GE(failures.failed, least);
-        const auto calm = make();
-        const std::vector<std::uint64_t> expected = later(*calm);
-        for (const std::int64_t n :
-             chosen(failures.allocations, {.all_up_to = 20, .of_the_rest = 10})) {
-            auto tissue = make();
-            bool ok = false;
-            {
-                const FailingAllocation failing(n);
-                ok = operation(*tissue).ok();
-            }
-            if (!ok) {
-                ASSERT_EQ(later(*tissue), expected) << "allocation " << n;
-            }
-        }
+    const auto check = [&](const char* name, std::uint32_t tool, const Push& push) {
+        expect_no_trace(
+            name, make, [&](Tissue& tissue) { return tissue.push(tool, push); }, 5);
     };
-    check([&](Tissue& tissue) { return tissue.push(kLeft, kDown); }, "same tool", 5);
-    check([&](Tissue& tissue) { return tissue.push(kRight, kDown); }, "its nodes", 5);
-    check([&](Tissue& tissue) { return tissue.push(kRight, aside); }, "aside", 5);
+    check("same tool", kLeft, kDown);
+    check("its nodes", kRight, kDown);
+    check("aside", kRight, aside);
     fail_each_allocation(
-        make, [](Tissue& tissue) { return tissue.undo(); }, state);
+        make, [](Tissue& tissue) { return tissue.undo(); }, visible_state);
     auto tissue = make();
     {
         const FailingAllocation failing(0);
         EXPECT_FALSE(tissue->update_deformation().ok());
     }
     EXPECT_TRUE(tissue->update_deformation().ok());
-    EXPECT_EQ(later(*tissue), later(*make()));
+    EXPECT_EQ(later_hashes(*tissue, 30), later_hashes(*make(), 30));
 }
 
 /// Distance of a point from a triangle: from its plane inside of the edges, or from an edge.
@@ -599,6 +586,34 @@ TEST_F(SlidingOnNetworks, AreUndoneAndReturnWhenTheSphereIsReleased) {
     const auto advanced = twin->advance({.max_steps = 5000});
     ASSERT_TRUE(advanced.ok() && advanced->settled);
     EXPECT_EQ(twin->hash(), at_rest);
+}
+
+TEST_F(SlidingOnNetworks, AnEyeKeepsTheReturningSurfaceOutUntilItIsGone) {
+    const auto tissue = make();
+    const std::uint64_t at_rest = tissue->hash();
+    constexpr std::uint32_t kEye = 9;
+    constexpr double kEye_mm = 3.5;
+    EXPECT_TRUE(tissue->place_eye(kEye, {13, 12, 12}, kEye_mm).ok());
+    EXPECT_FALSE(tissue->has_eye(kEye)) << "in the tissue it has no effect";
+    const auto slid = tissue->slide(kLeft, kSlide, {});
+    ASSERT_TRUE(slid.ok());
+    ASSERT_TRUE(tissue->place_eye(kEye, slid->end_mm, kEye_mm).ok());
+    EXPECT_TRUE(tissue->has_eye(kEye));
+    tissue->release(kLeft);
+    EXPECT_FALSE(tissue->is_touched());
+    for (int n = 0; n < 40; ++n) {
+        ASSERT_TRUE(tissue->sweep().ok());
+        ASSERT_GT(clearance(*tissue, slid->end_mm, kEye_mm), -0.1) << n;
+    }
+    ASSERT_TRUE(tissue->advance({.max_steps = 5000})->settled);
+    EXPECT_LT(clearance(*tissue, slid->end_mm, kEye_mm), 0.3) << "it lies on the eye";
+    EXPECT_NE(tissue->hash(), at_rest);
+    ASSERT_TRUE(tissue->place_eye(kEye, slid->end_mm, 0).ok());
+    EXPECT_FALSE(tissue->has_eye(kEye));
+    ASSERT_TRUE(tissue->advance({.max_steps = 5000})->settled);
+    EXPECT_EQ(tissue->hash(), at_rest);
+    EXPECT_LT(clearance(*tissue, slid->end_mm, kEye_mm), -1) << "where the eye was";
+    EXPECT_FALSE(tissue->place_eye(kEye, {0, 0, 0}, -1).ok());
 }
 
 TEST_F(SlidingOnNetworks, RefuseOtherToolsAndSurviveAFailedAllocation) {

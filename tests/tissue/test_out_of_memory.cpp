@@ -2,19 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Each allocation fails once, without lasting effects.
+// Covers: tissue/spring_tissue.cpp.
 
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
 #include "support/broken_volumes.h"
-#include "support/each_allocation.h"
 #include "support/temporary_folder.h"
+#include "tissue/no_trace.h"
 #include "tissue/spring_tissue.h"
 
 namespace pliant::test {
 namespace {
 
-constexpr std::uint32_t kTool = 3, kOther = 4;
+constexpr std::uint32_t kTool = kFirstTool, kOther = kSecondTool;
 
 class SpringMemory : public testing::Test {
   protected:
@@ -33,55 +34,16 @@ class SpringMemory : public testing::Test {
         m_aside.point_mm = world_from_voxel(m_volume.grid, {16.3, 12.2, 13.4});
     }
     std::unique_ptr<SpringScanTissue> make() const {
-        auto tissue = std::make_unique<SpringScanTissue>(
-            std::move(SpringDeformation::create(m_volume, {.cell_mm = 4, .depth = 2}, m_arena))
-                .value());
-        tissue->begin_group("push");
-        EXPECT_TRUE(tissue->push(kTool, m_push).ok());
-        EXPECT_TRUE(tissue->sweep().ok());
-        EXPECT_EQ(tissue->end_group(), 0);
+        auto tissue =
+            SpringScanTissue::create(m_volume, {.cell_mm = 4, .depth = 2}, m_arena).value();
+        touch(*tissue, m_push);
         return tissue;
     }
-    /// State of the nodes and result of later operations.
-    static auto state(const SpringScanTissue& tissue) {
-        return std::tuple(tissue.hash(), tissue.is_touched_by(kTool), tissue.is_touched_by(kOther),
-                          tissue.undo_steps());
-    }
-    /// Result once the tissue has settled, finally at rest.
-    static std::vector<std::uint64_t> later(SpringScanTissue& tissue) {
-        std::vector<std::uint64_t> hashes;
-        for (int n = 0; n < 3; ++n) {
-            EXPECT_TRUE(tissue.sweep().ok());
-            hashes.push_back(tissue.hash());
-        }
-        hashes.push_back(hash_volume(deform_volume(tissue).value().volume));
-        tissue.release(kTool);
-        tissue.release(kOther);
-        for (int n = 0; n < 500; ++n) (void)tissue.sweep();
-        hashes.push_back(tissue.hash());
-        return hashes;
-    }
-    /// An operation that ran out of memory has no effect on later operations, either.
+    /// An operation that ran out of memory has no effect until the tissue is at rest again.
     template <class Operation>
     void check(const Operation& operation, const char* name, int least) {
-        SCOPED_TRACE(name);
-        const auto make = [&] { return this->make(); };
-        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
-        EXPECT_GE(failures.failed, least);
-        const auto calm = make();
-        const std::vector<std::uint64_t> expected = later(*calm);
-        for (const std::int64_t n :
-             chosen(failures.allocations, {.all_up_to = 25, .of_the_rest = 10})) {
-            auto tissue = make();
-            bool ok = false;
-            {
-                const FailingAllocation failing(n);
-                ok = operation(*tissue).ok();
-            }
-            if (!ok) {
-                ASSERT_EQ(later(*tissue), expected) << "allocation " << n;
-            }
-        }
+        expect_no_trace(
+            name, [&] { return make(); }, operation, least, 500);
     }
 
     const TaskArena m_arena{1};
@@ -104,7 +66,7 @@ TEST_F(SpringMemory, ASweepThatRanOutOfMemoryLeavesNoTrace) {
         return tissue;
     };
     const auto operation = [](SpringScanTissue& tissue) { return tissue.sweep(); };
-    fail_each_allocation(make, operation, state);
+    fail_each_allocation(make, operation, visible_state);
     // Each sweep that can fail does so, until rest.
     auto tissue = make(), twin = make();
     int failed = 0;
@@ -119,7 +81,7 @@ TEST_F(SpringMemory, ASweepThatRanOutOfMemoryLeavesNoTrace) {
             ASSERT_TRUE(tissue->sweep().ok());
         }
         ASSERT_TRUE(twin->sweep().ok());
-        ASSERT_EQ(state(*tissue), state(*twin)) << "sweep " << n;
+        ASSERT_EQ(visible_state(*tissue), visible_state(*twin)) << "sweep " << n;
     }
     EXPECT_GT(failed, 0);
 }
@@ -128,14 +90,15 @@ TEST_F(SpringMemory, StepsAreTakenBackOrNot) {
     const auto make = [&] { return this->make(); };
     fail_each_allocation(
         make, [](SpringScanTissue& tissue) { return attempt([&] { return tissue.undo(); }); },
-        state);
+        visible_state);
     fail_each_allocation(
         [&] {
             auto tissue = this->make();
             EXPECT_TRUE(tissue->undo().ok());
             return tissue;
         },
-        [](SpringScanTissue& tissue) { return attempt([&] { return tissue.redo(); }); }, state);
+        [](SpringScanTissue& tissue) { return attempt([&] { return tissue.redo(); }); },
+        visible_state);
     fail_each_allocation(
         make,
         [](SpringScanTissue& tissue) {
@@ -144,7 +107,7 @@ TEST_F(SpringMemory, StepsAreTakenBackOrNot) {
                 return Ok{};
             });
         },
-        state);
+        visible_state);
     // A group ends without any memory.
     auto tissue = make();
     tissue->begin_group("next");
@@ -164,10 +127,11 @@ TEST_F(SpringMemory, AStateIsLoadedOrNot) {
     fail_each_allocation(
         [&] { return this->make(); },
         [&](SpringScanTissue& tissue) { return attempt([&] { return tissue.load_state(file); }); },
-        state);
+        visible_state);
     fail_each_allocation(
         [&] { return this->make(); },
-        [](SpringScanTissue& tissue) { return attempt([&] { return tissue.rest(); }); }, state);
+        [](SpringScanTissue& tissue) { return attempt([&] { return tissue.rest(); }); },
+        visible_state);
 }
 
 TEST_F(SpringMemory, TheElementsFollowOrStay) {
@@ -177,7 +141,7 @@ TEST_F(SpringMemory, TheElementsFollowOrStay) {
     };
     fail_each_allocation([&] { return this->make(); },
                          [](SpringScanTissue& tissue) { return tissue.update_deformation(); },
-                         state);
+                         visible_state);
     auto tissue = make(), twin = make();
     {
         const FailingAllocation failing(0);

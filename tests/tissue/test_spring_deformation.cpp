@@ -3,6 +3,7 @@
 
 // Scans deformed by springs. Their equilibrium is compared with Newton's method on a network that
 // is built here.
+// Covers: tissue/spring_nodes.cpp, tissue/spring_rows.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/springs.h>
@@ -283,6 +284,11 @@ TEST(SpringDeformation, APushStopsBeforeACellFolds) {
     EXPECT_LT(report->step_fraction, 1);
     EXPECT_FALSE(tissue->control().folds(tissue->displacements_mm()));
     EXPECT_EQ(state_of(*tissue).value().folded_cells, 0);
+    // It went on in finer strides than the twentieths of a cell with which it began.
+    const double edge_mm = norm(tissue->control().node_mm(1) - tissue->control().node_mm(0));
+    const double strides = report->step_fraction * std::ceil(30 / (edge_mm / 20));
+    EXPECT_GT(std::abs(strides - std::round(strides)), 0.1) << strides;
+    EXPECT_EQ(8 * strides, std::round(8 * strides)) << "not finer than an eighth";
 }
 
 TEST(SpringDeformation, AShapeCanBePutBack) {

@@ -3,9 +3,11 @@
 
 // The library's tissues behind the common interface. Bodies are compared with a direct run of
 // PbdBody.
+// Covers: tissue/*tissue.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/check_tissue.h>
+#include <pliant/drivable.h>
 #include <pliant/mesh.h>
 #include <pliant/resample.h>
 #include <pliant/tissues.h>
@@ -13,13 +15,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/each_allocation.h"
 #include "support/temporary_folder.h"
+#include "tissue/no_trace.h"
 
 namespace pliant::test {
 namespace {
 
-constexpr std::uint32_t kHand = 3, kSecond = 4;
+constexpr std::uint32_t kHand = kFirstTool, kSecond = kSecondTool;
 constexpr Vec3d kCorner_mm{6, 6, 6};  ///< of the box of tetrahedra
 constexpr double kCell_mm = 3;
 constexpr Vec3i kCells{6, 5, 4};
@@ -324,55 +326,20 @@ TEST_F(Bodies, RefuseBadInputInALineAndKeepTheirState) {
 TEST_F(Bodies, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
     const auto make = [&] {
         auto tissue = this->make();
-        tissue->begin_group("push");
-        EXPECT_TRUE(tissue->push(kHand, kPush).ok());
-        EXPECT_TRUE(tissue->sweep().ok());
-        EXPECT_EQ(tissue->end_group(), 0);
+        touch(*tissue, kPush);
         return tissue;
-    };
-    const auto state = [](const Tissue& tissue) {
-        return std::tuple(tissue.hash(), tissue.is_touched_by(kHand), tissue.is_touched_by(kSecond),
-                          tissue.undo_steps());
-    };
-    const auto later = [](Tissue& tissue) {
-        std::vector<std::uint64_t> hashes;
-        for (int n = 0; n < 3; ++n) {
-            EXPECT_TRUE(tissue.sweep().ok());
-            hashes.push_back(tissue.hash());
-        }
-        hashes.push_back(hash_volume(deform_volume(tissue)->volume));
-        tissue.release(kHand);
-        tissue.release(kSecond);
-        for (int n = 0; n < 30; ++n) (void)tissue.sweep();
-        hashes.push_back(tissue.hash());
-        return hashes;
     };
     Push aside = kPush;
     aside.point_mm = {9, 8, 18};
-    const auto check = [&](const auto& operation, const char* name, int least) {
-        SCOPED_TRACE(name);
-        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
-        EXPECT_GE(failures.failed, least);
-        const auto calm = make();
-        const std::vector<std::uint64_t> expected = later(*calm);
-        for (const std::int64_t n :
-             chosen(failures.allocations, {.all_up_to = 20, .of_the_rest = 10})) {
-            auto tissue = make();
-            bool ok = false;
-            {
-                const FailingAllocation failing(n);
-                ok = operation(*tissue).ok();
-            }
-            if (!ok) {
-                ASSERT_EQ(later(*tissue), expected) << "allocation " << n;
-            }
-        }
+    const auto check = [&](const char* name, std::uint32_t tool, const Push& push) {
+        expect_no_trace(
+            name, make, [&](Tissue& tissue) { return tissue.push(tool, push); }, 5);
     };
-    check([&](Tissue& tissue) { return tissue.push(kHand, kPush); }, "same tool", 5);
-    check([&](Tissue& tissue) { return tissue.push(kSecond, kPush); }, "its nodes", 5);
-    check([&](Tissue& tissue) { return tissue.push(kSecond, aside); }, "aside", 5);
+    check("same tool", kHand, kPush);
+    check("its nodes", kSecond, kPush);
+    check("aside", kSecond, aside);
     fail_each_allocation(
-        make, [](Tissue& tissue) { return tissue.undo(); }, state);
+        make, [](Tissue& tissue) { return tissue.undo(); }, visible_state);
     // Sweeps need no memory, after a release either.
     {
         const auto tissue = make(), twin = make();
@@ -380,7 +347,7 @@ TEST_F(Bodies, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
         ASSERT_TRUE(twin->sweep().ok());
         const FailingAllocation failing(0);
         ASSERT_TRUE(tissue->sweep().ok());
-        ASSERT_EQ(state(*tissue), state(*twin));
+        ASSERT_EQ(visible_state(*tissue), visible_state(*twin));
     }
     // The force is unknown without memory, and the tissue goes on.
     auto tissue = make();
@@ -390,7 +357,7 @@ TEST_F(Bodies, APushOrSweepThatRanOutOfMemoryLeavesNoTrace) {
         EXPECT_FALSE(tissue->update_deformation().ok());
     }
     EXPECT_TRUE(tissue->update_deformation().ok());
-    EXPECT_EQ(later(*tissue), later(*make()));
+    EXPECT_EQ(later_hashes(*tissue, 30), later_hashes(*make(), 30));
 }
 
 TEST(RigidTissue, StopsEveryPushAsBoneDoesAndNeverMoves) {
@@ -482,6 +449,42 @@ TEST(RestingTools, KeepOtherTissueOutOrHoldTheirElementsAlone) {
     EXPECT_NE(hashes[0], hashes[1]);
 }
 
+VesselWall tube() {
+    const std::vector<CentrePoint> branch{{{16, 15, 3}, 4}, {{16, 15, 23}, 4}};
+    return swept_tube(branch, {.thickness_mm = 1.5, .layers = 1, .sectors = 12}).value();
+}
+CatheterSettings in_tube() {
+    return {.catheter = {.length_mm = 60}, .entry = entry_at(tube().ends[0])};
+}
+
+TEST(VesselTissue, MovesOnlyWhileItIsDriven) {
+    const TaskArena arena(1);
+    const Volume scan = scan_with_bone();
+    auto tissue = make_vessel(scan, tube(), in_tube(), arena).value();
+    Drivable* const catheter = tissue->drivable();
+    ASSERT_NE(catheter, nullptr);
+    EXPECT_EQ(catheter->length_mm(), 60);
+    EXPECT_EQ(catheter->wall().nodes_mm, tube().ghost.nodes_mm);
+    EXPECT_FALSE(tissue->push(kHand, kPush).ok());
+    const double before = catheter->measures().inserted_mm;
+    tissue->begin_group("catheter");
+    ASSERT_TRUE(catheter->drive(kHand, {.insert_mm_s = 50, .bend_first_deg = 5}).ok());
+    EXPECT_TRUE(tissue->is_touched_by(kHand) && !tissue->is_touched_by(kSecond));
+    ASSERT_TRUE(tissue->advance({.max_steps = 20}).ok());
+    EXPECT_NEAR(catheter->measures().inserted_mm,
+                before + 50 * 20 * 0.001 * tissue->traits().sweep_ms, 1e-9);
+    EXPECT_NEAR(norm(catheter->view().catheter_mm.back() - catheter->entry().position_mm),
+                catheter->measures().inserted_mm, 0.5);
+    tissue->release(kHand);
+    tissue->end_group();
+    EXPECT_FALSE(tissue->is_touched());
+    EXPECT_EQ(catheter->hand(), (CatheterCommand{.bend_first_deg = 5}));
+    ASSERT_TRUE(tissue->undo().ok());
+    EXPECT_EQ(catheter->measures().inserted_mm, before);
+    // No other tissue has one.
+    EXPECT_EQ(make_rigid(scan, arena).value()->drivable(), nullptr);
+}
+
 TEST(TissueModels, AreThoseThatTheFunctionsMake) {
     const TaskArena arena(1);
     const Volume scan = scan_with_bone();
@@ -490,6 +493,7 @@ TEST(TissueModels, AreThoseThatTheFunctionsMake) {
          {+[](const Volume&s, const TaskArena&a) { return make_chainmail(s, {}, a); },
           +[](const Volume&s, const TaskArena&a) { return make_springs(s, {.cell_mm = 4}, a); },
           +[](const Volume&s, const TaskArena&a) { return make_body(s, box(), {}, a); },
+          +[](const Volume&s, const TaskArena&a) { return make_vessel(s, tube(), in_tube(), a); },
           +[](const Volume&s, const TaskArena&a) { return make_rigid(s, a); }}) {
         auto made = make(scan, arena);
         ASSERT_TRUE(made.ok()) << made.error().message;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cases of small scans, against the oracle, and the scores of registrations whose error is known.
+// Covers: truth/*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/resample.h>

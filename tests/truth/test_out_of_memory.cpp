@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cases and scores whose n-th allocation fails: LimitExceeded, and the next case is the same.
+// Covers: truth/maker.cpp, truth/score.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/truth.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Lumens and walls while memory is short: an error for each allocation that fails.
+// Covers: vessel/region.cpp, vessel/surface.cpp.
 
 #include <pliant/vessel.h>
 

@@ -3,6 +3,7 @@
 
 // Sound and unsound walls. For any cells the inner surface is the lumen's, open at its ends only,
 // or the wall is refused in a line with the reason.
+// Covers: vessel/openings.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>

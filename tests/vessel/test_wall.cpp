@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: vessel/centreline.cpp, vessel/ghost.cpp, vessel/region.cpp, vessel/surface.cpp,
+// vessel/sweep.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/mesh_files.h>
 #include <pliant/scan_files.h>

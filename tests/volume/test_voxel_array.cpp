@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Copies, writes and moves in any order against plain vectors, and their memory.
+// Covers: pliant/volume.h, volume/voxel_memory.cpp.
 
 #include <pliant/volume.h>
 

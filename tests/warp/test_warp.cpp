@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A warp against plain loops: values, labels, points, the smallest Jacobian.
+// Covers: warp/*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/warp.h>

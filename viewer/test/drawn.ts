@@ -29,7 +29,6 @@ export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
         const { renderer } = stage;
         const { endoscope: view } = stage as never as { endoscope: EndoscopeView };
         const { shared } = store.state;
-        const tissue = w.catheter ? { ...shared!.tissue, model: 'vessel' } : shared!.tissue;
         const iso_hu = w.iso ?? shared!.iso_hu;
         const groups = Object.entries(w.state).map(([name, values]) => [
             name,
@@ -38,7 +37,7 @@ export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
         const state = {
             ...store.state,
             ...Object.fromEntries(groups),
-            shared: { ...shared, iso_hu, tissue },
+            shared: { ...shared, iso_hu, vessel: w.catheter ? {} : shared!.vessel },
         };
         const vessel = w.catheter && {
             rest: new Float32Array(9),

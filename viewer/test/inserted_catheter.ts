@@ -32,10 +32,10 @@ export const insertCatheter = (page: Page, catheter: readonly Vec3[]): Promise<v
             const wall = { rest, places: rest, moved: rest, corners: new Uint32Array() };
             stage.vessel = { ...wall, catheter, radius } as never;
             const { shared, versions } = store.state;
-            const model = catheter.length ? 'vessel' : 'chainmail';
-            const tissue = { ...shared!.tissue!, model };
+            const numbers = { inserted_mm: 0, force_n: 0, wall_moved_mm: 0, depth_mm: 0 };
+            const vessel = { ...numbers, sub_steps: 0, pace: 0, warnings: [] };
             store.set({
-                shared: { ...shared!, tissue } as never,
+                shared: { ...shared!, vessel: catheter.length ? vessel : undefined } as never,
                 versions: { vessel: versions.vessel + 1 },
             });
         },

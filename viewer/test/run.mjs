@@ -4,10 +4,11 @@
 // Bundles the tests and runs them with Node's test runner.
 //
 //   node test/run.mjs [NAME…]         all tests, or test_NAME.ts; with a browser they need dist/
+//   node test/run.mjs --short         those without a browser, and those of the page's main job
 //   node test/run.mjs --measure NAME  measure_NAME.ts, which prints numbers and can't fail
 
 import { build } from 'esbuild';
-import { readdir, rm } from 'node:fs/promises';
+import { readdir, readFile, rm } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
 import { run } from 'node:test';
 import { spec } from 'node:test/reporters';
@@ -21,9 +22,16 @@ const wanted = process.argv
     .slice(2)
     .filter((name) => !name.startsWith('--'))
     .map((name) => `${kind}_${name}.ts`);
-const files = (await readdir(here))
+const all = (await readdir(here))
     .filter((name) => name.startsWith(`${kind}_`))
     .filter((name) => !wanted.length || wanted.includes(name));
+const short = ['test_page.ts', 'test_tissue.ts', 'test_picture.ts', 'test_catheter.ts'];
+const opensBrowser = async (name) =>
+    (await readFile(join(here, name), 'utf8')).includes("'./browser.ts'");
+const files = [];
+for (const name of all)
+    if (!process.argv.includes('--short') || short.includes(name) || !(await opensBrowser(name)))
+        files.push(name);
 
 await rm(out, { recursive: true, force: true });
 await build({

@@ -58,8 +58,8 @@ const kFlights: readonly Flight[] = [
     {
         name: 'head',
         scan: 'head_ct_tiny_64.nrrd',
-        eye: [99.2, 148, 82.8],
-        way: [0.4, -0.3, 0],
+        eye: [99.2, 53.6, 82.8],
+        way: [0.4, 0.3, 0],
         materials: { bone_threshold_hu: 1000 },
         iso: -200, // the nose of figure 5.9
     },

@@ -13,8 +13,11 @@ import { VolumeData } from '../src/maths/volume.ts';
 import { decodeFrame } from '../src/net/protocol.ts';
 import { Vessel } from '../src/net/vessel.ts';
 import { chainParts, crossings } from '../src/panels/chain_marks.ts';
-import { initialState } from '../src/state/state.ts';
+import { initialState, offersVessel } from '../src/state/state.ts';
+import { Store } from '../src/state/store.ts';
 import { sumOf, wishOfKeys, wishOfPad } from '../src/tools/catheter_hand.ts';
+import type { Scene } from '../src/tools/scene.ts';
+import { Subscriptions } from '../src/tools/subscriptions.ts';
 import {
     catheterRows,
     drawnCurve,
@@ -70,6 +73,30 @@ function vesselFrame(
         for (const x of moved) view.setUint16((at += 2) - 2, halfOfFloat(x), true);
     });
 }
+
+test('a catheter that appears with another tissue is asked for, once', () => {
+    const store = new Store(initialState());
+    const sent: unknown[] = [];
+    const connection = { ask: (command: unknown) => void sent.push(command) };
+    new Subscriptions({ store, connection } as unknown as Scene);
+    const show = (shared: object): void => store.set({ shared: shared as never });
+    store.set({ link: { features: ['vessel'] } });
+    show({ tissue: { model: 'chainmail' } });
+    assert.ok(!offersVessel(store.state.shared));
+    show({ tissue: { model: 'own' }, vessel: {} });
+    show({ tissue: { model: 'own' }, vessel: {} });
+    assert.ok(offersVessel(store.state.shared));
+    assert.deepEqual(sent.splice(0), [{ do: 'vessel', on: true }]);
+    // The scene of a vessel has it whatever its tissue, and the welcome asks for it.
+    show({ tissue: { model: 'chainmail' } });
+    store.set({
+        link: { client: 3 },
+        shared: { tissue: { model: 'chainmail', has_vessel: true } } as never,
+    });
+    assert.ok(offersVessel(store.state.shared));
+    show({ tissue: { model: 'vessel', has_vessel: true }, vessel: {} });
+    assert.deepEqual(sent, []);
+});
 
 test('a surface is sent once, then displacements of its nodes', () => {
     const rest = Array.from({ length: 15 }, (_, i) => i + 0.25);

@@ -12,6 +12,7 @@ import numpy.typing
 from pliant._core import Field, PreparedScan, Volume, Warp
 from pliant._error import expected_error
 from pliant.augment._plan import Plan
+from pliant.augment._steps import report_of
 
 Array = numpy.typing.NDArray[Any]
 Range = float | Sequence[float]
@@ -240,7 +241,7 @@ class TissueMotions:
         else:
             prepared = self._prepared(scan, plan.tissue)
         try:
-            report = _report(prepared, plan)
+            report = report_of(prepared, plan)
         except BaseException:
             prepared.reset()
             raise
@@ -277,63 +278,6 @@ class TissueMotions:
             at_labels = labels
         plan = self.sample(scan, rng, at_labels)
         return self.apply(scan, plan, labels=labels, images=images, points=points)
-
-
-def _follow(prepared: PreparedScan, plan: Plan) -> dict[str, Any] | None:
-    """Makes the swellings and breaths, which come first, as one motion."""
-    swellings = [
-        (m["point_mm"], m["by_mm"], m["radius_mm"]) for m in plan.motions if m["kind"] == "swelling"
-    ]
-    breaths = [
-        (m["point_mm"], m["by_mm"], m["above_mm"], m["below_mm"], m["depth_mm"])
-        for m in plan.motions
-        if m["kind"] == "breath"
-    ]
-    if not swellings and not breaths:
-        return None
-    followed = prepared.follow(swellings, breaths)
-    done = followed.fraction
-    return {
-        "status": "applied" if done == 1 else "limited" if done > 0 else "rejected",
-        "limited_by": "none" if done == 1 else "fold",
-        "fraction": done,
-        "moved_voxels": followed.moved_elements,
-    }
-
-
-def _report(prepared: PreparedScan, plan: Plan) -> list[dict[str, Any]]:
-    report: list[dict[str, Any]] = []
-    followed = _follow(prepared, plan)
-    for motion in plan.motions:
-        kind = motion["kind"]
-        if followed is not None and kind in ("swelling", "breath"):
-            report.append({"kind": kind, **followed})
-            continue
-        if kind == "slide":
-            slid = prepared.slide(motion["point_mm"], motion["by_mm"], motion["radius_mm"])
-            done = slid.way_fraction
-            status = "applied" if done == 1 else "limited" if done > 0 else "rejected"
-            report.append(
-                {
-                    "kind": kind,
-                    "status": status,
-                    "limited_by": slid.limited_by,
-                    "fraction": done,
-                    "moved_voxels": None,
-                }
-            )
-            continue
-        pushed = prepared.push(motion["point_mm"], motion["by_mm"], motion["radius_mm"])
-        report.append(
-            {
-                "kind": kind,
-                "status": pushed.status,
-                "limited_by": pushed.limited_by,
-                "fraction": pushed.step_fraction,
-                "moved_voxels": pushed.moved_elements,
-            }
-        )
-    return report
 
 
 class _Sampler:

@@ -11,11 +11,12 @@ from typing import NoReturn
 
 from pliant._error import Error
 from pliant.study._engines import open_engine
+from pliant.study._item import shown
 from pliant.study._merge import manifests_of
-from pliant.study._plan import Study, shown
 from pliant.study._run import run_on
 from pliant.study._search import Search
-from pliant.study._store import open_store
+from pliant.study._stores import open_store
+from pliant.study._study import Study
 
 _SHOWN = 10
 

@@ -11,9 +11,11 @@ import io
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from pliant.study._item import Item, shown
 from pliant.study._keys import canonical, digest
-from pliant.study._plan import Item, Study, shown
-from pliant.study._store import Store, open_store
+from pliant.study._plan import Plan
+from pliant.study._store import Store
+from pliant.study._stores import open_store
 
 _READERS = 16  # files that are read at a time: stores may be far away
 
@@ -30,17 +32,17 @@ def flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         yield name, value
 
 
-def manifests_of(study: Study, store: Store) -> list[tuple[Item, dict[str, Any]]]:
+def manifests_of(plan: Plan, store: Store) -> list[tuple[Item, dict[str, Any]]]:
     """The items that are done, sorted by id, with their manifests."""
     there = store.items()
-    done = sorted((item for item in study.items if item.id in there), key=lambda item: item.id)
+    done = sorted((item for item in plan.items if item.id in there), key=lambda item: item.id)
     with concurrent.futures.ThreadPoolExecutor(_READERS) as readers:
         return list(zip(done, readers.map(lambda i: store.manifest(i.id), done), strict=True))
 
 
-def results_of(study: Study, manifest: Mapping[str, Any]) -> dict[str, Any]:
+def results_of(plan: Plan, manifest: Mapping[str, Any]) -> dict[str, Any]:
     """The columns of an item's results."""
-    patterns = study.keep["results"]
+    patterns = plan.keep["results"]
     return {
         name: value
         for name, value in flat(manifest["results"])
@@ -48,22 +50,22 @@ def results_of(study: Study, manifest: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _row(study: Study, item: Item, manifest: Mapping[str, Any]) -> dict[str, Any]:
+def _row(plan: Plan, item: Item, manifest: Mapping[str, Any]) -> dict[str, Any]:
     row: dict[str, Any] = {"id": item.id, "seed": item.seed}
     row.update({name: shown(value) for name, value in item.parameters.items()})
-    for name, value in results_of(study, manifest).items():
+    for name, value in results_of(plan, manifest).items():
         row[f"result.{name}" if name in row else name] = value
     return {**row, "hash": manifest["hash"]}
 
 
-def rows_of(study: Study, out: str) -> list[dict[str, Any]]:
+def rows_of(plan: Plan, out: str) -> list[dict[str, Any]]:
     """A row for each item that is done: Study.table."""
-    return [_row(study, *found) for found in manifests_of(study, open_store(out))]
+    return [_row(plan, *found) for found in manifests_of(plan, open_store(out))]
 
 
-def columns_of(study: Study, rows: list[dict[str, Any]]) -> list[str]:
+def columns_of(plan: Plan, rows: list[dict[str, Any]]) -> list[str]:
     """Columns of a table: parameters in the study's order, results by their names."""
-    first = ["id", "seed", *(study.items[0].parameters if study.items else ())]
+    first = ["id", "seed", *(plan.items[0].parameters if plan.items else ())]
     rest = sorted({name for row in rows for name in row} - {*first, "hash"})
     return [*first, *rest, "hash"]
 
@@ -76,12 +78,12 @@ def _cell(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def merge_study(study: Study, out: str) -> str:
+def merge_study(plan: Plan, out: str) -> str:
     """Writes the table and the manifest: Study.merge."""
     store = open_store(out)
-    found = manifests_of(study, store)
-    rows = [_row(study, *one) for one in found]
-    columns = columns_of(study, rows)
+    found = manifests_of(plan, store)
+    rows = [_row(plan, *one) for one in found]
+    columns = columns_of(plan, rows)
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -92,7 +94,7 @@ def merge_study(study: Study, out: str) -> str:
         for item, manifest in found
     }
     manifest = canonical(
-        {"study": study.name, "planned": len(study.items), "table": digest(table), "items": items}
+        {"study": plan.name, "planned": len(plan.items), "table": digest(table), "items": items}
     )
     store.write("merged/table.csv", table)
     store.write("merged/manifest.json", manifest + b"\n")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""A study: parameters, and one piece of work for each of their combinations.
+"""A plan: parameters, and one item for each of their combinations.
 
 An item's id is a hash of all that its result depends on: the study's seed, its parameters, [run],
 [keep], the contents of its files, the source file of its function and Pliant's version. Its seed is
@@ -10,9 +10,7 @@ items that it concerns.
 
 from __future__ import annotations
 
-import concurrent.futures
 import contextlib
-import copy
 import dataclasses
 import functools
 import importlib.util
@@ -23,100 +21,18 @@ import re
 import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 from pliant._core import version
 from pliant._error import Error
-from pliant.study._inputs import Input, hash_of, input_of, inputs_of, is_url
+from pliant.study._inputs import hash_of, input_of, inputs_of, is_url
+from pliant.study._item import Item, key_of, names_in
 from pliant.study._keys import canonical, digest, number_of, plain
-from pliant.study._kinds import KINDS, Kind, refuse_in_items
+from pliant.study._kinds import KINDS, Kind
 from pliant.study._parameters import combinations, expected, known, whole
+from pliant.study._work import refuse_in_items
 
-if TYPE_CHECKING:
-    from pliant.study._run import RunReport, Status
-
-_NAME = re.compile(r"\{([A-Za-z_][\w.-]*)\}")
-_NO_ARGUMENTS = ("what", "version", "repeats")
 Function = Callable[..., Any]
-
-
-@dataclasses.dataclass(frozen=True)
-class Item:
-    """One piece of work.
-
-    Attributes:
-        id: 32 hexadecimal digits.
-        seed: 63 bits, for random numbers.
-        parameters: Values by name; files are Input.
-    """
-
-    id: str
-    seed: int
-    parameters: dict[str, Any]
-
-
-def key_of(value: Any) -> Any:
-    """A value as it counts in an id: files by their contents alone."""
-    if isinstance(value, Input):
-        return {"content": value.hash}
-    if isinstance(value, Mapping):
-        return {name: key_of(v) for name, v in value.items()}
-    if isinstance(value, list):
-        return [key_of(v) for v in value]
-    return value
-
-
-def shown(value: Any) -> Any:
-    """A value as tables show it: files by their names."""
-    return value.name if isinstance(value, Input) else value
-
-
-def _text(value: Any) -> str:
-    return repr(value) if isinstance(value, float) else str(value)
-
-
-def names_in(value: Any) -> set[str]:
-    """Names in braces in the texts of [run]."""
-    if isinstance(value, str):
-        return set(_NAME.findall(value))
-    if isinstance(value, Mapping):
-        return set().union(*(names_in(v) for v in value.values()))
-    if isinstance(value, list):
-        return set().union(*(names_in(v) for v in value))
-    return set()
-
-
-def _filled(value: Any, parameters: Mapping[str, Any]) -> Any:
-    if isinstance(value, str):
-        return _NAME.sub(
-            lambda m: _text(parameters[m[1]]) if m[1] in parameters else m[0], value
-        )
-    if isinstance(value, Mapping):
-        return {name: _filled(v, parameters) for name, v in value.items()}
-    if isinstance(value, list):
-        return [_filled(v, parameters) for v in value]
-    return value
-
-
-def arguments_of(run: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of an item: [run] with the parameters filled in or added.
-
-    A parameter replaces its name in braces in [run], or is passed as the argument of its name;
-    "config.material.offset" is one in a table. {count = N} repeats an item, and is an argument of
-    functions alone.
-    """
-    found = {k: v for k, v in run.items() if k not in _NO_ARGUMENTS}
-    used = names_in(found)
-    found = copy.deepcopy(_filled(found, parameters))
-    for name, value in parameters.items():
-        if name in used or name in run["repeats"]:
-            continue
-        *tables, last = name.split(".")
-        table = found
-        for part in tables:
-            table = table.setdefault(part, {})
-        table[last] = value
-    return found
 
 
 @contextlib.contextmanager
@@ -158,29 +74,8 @@ def study_file(path: str | os.PathLike[str], names: tuple[str, ...]) -> Iterator
         ) from None
 
 
-class Study:
-    """A study.
-
-    Attributes:
-        name, seed, folder, parameters, keep: As they were given.
-        run_table: What is run, with its files as Input.
-        timeout_s: Of an item; 0: no limit. No part of ids.
-
-    Args:
-        name: Of the folder of results, and in the report.
-        run: A function, or "module:function" or "path.py:function"; or a table with "what" (deform,
-            augment, truth, fit, vessel, endoscope, python) and its arguments.
-        parameters: For each name a list, {"files": GLOB}, {"scans": GLOB}, {"count": N}, {"low",
-            "high", "steps"}, or {"low", "high"}, which is drawn. All combinations are taken. Or a
-            list of such tables, one after the other.
-        sample: {"method": "random" or "latin-hypercube", "count": N}, if there are drawn ones.
-        keep: {"files": patterns of files that are kept, "results": patterns of columns in tables}.
-        seed: Another one gives other samples, ids and seeds.
-        folder: That relative names of files begin in.
-
-    Raises:
-        pliant.Error: A field is wrong, or a file is missing.
-    """
+class Plan:
+    """The items of a study, without their results. Study describes arguments and attributes."""
 
     def __init__(
         self,
@@ -212,17 +107,17 @@ class Study:
         ]
         self._check_names()
 
-    @staticmethod
-    def load(path: str | os.PathLike[str]) -> Study:
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
         """Reads a TOML file with the tables study, parameters, sample, run and keep.
 
         Raises:
             pliant.Error: One line that names the file and the field.
         """
         with study_file(path, ("parameters", "sample", "run", "keep")) as arguments:
-            study = Study(**arguments)
-            study.items  # noqa: B018  finds files and checks ranges
-        return study
+            plan = cls(**arguments)
+            plan.items  # noqa: B018  finds files and checks ranges
+        return plan
 
     @property
     def kind(self) -> Kind:
@@ -246,7 +141,7 @@ class Study:
             raise expected("run.what", f"one of {', '.join(KINDS)}", run.get("what", "none"))
         kind = KINDS[run["what"]]
         for name, form in kind.files.items():
-            if name in run and not (isinstance(run[name], str) and _NAME.search(run[name])):
+            if name in run and not (isinstance(run[name], str) and names_in(run[name])):
                 run[name] = self._file(f"run.{name}", form, run[name])
         if run["what"] == "python":
             run["function"], run["source"], run["source_hash"] = self._source(
@@ -354,71 +249,6 @@ class Study:
                 continue
             found[item_id] = Item(item_id, number_of(item_id, "seed"), parameters)
         return list(found.values())
-
-    def run(
-        self,
-        out: str | os.PathLike[str] | None = None,
-        engine: str | concurrent.futures.Executor = "local",
-        *,
-        workers: int = 0,
-        threads: int = 1,
-        retry_failed: bool = False,
-        progress: bool = False,
-    ) -> RunReport:
-        """Runs all items that have no result yet; each is attempted.
-
-        Args:
-            out: Folder, name ending in .zarr, or URL of fsspec; None: NAME-results.
-            engine: "local", "dask://HOST:PORT", "mpi", or an Executor of one's own.
-            workers: Processes of the local engine; 0: one for each core.
-            threads: That an item may use.
-            retry_failed: Also runs items that failed before.
-            progress: Shows a line of progress.
-
-        Raises:
-            pliant.Error: The results or the engine can't be reached.
-        """
-        from pliant.study._run import run_study
-
-        return run_study(
-            self,
-            self._out(out),
-            engine,
-            workers=workers,
-            threads=threads,
-            retry_failed=retry_failed,
-            progress=progress,
-        )
-
-    def _out(self, out: str | os.PathLike[str] | None) -> str:
-        return f"{self.name}-results" if out is None else os.fspath(out)
-
-    def status(self, out: str | os.PathLike[str] | None = None) -> Status:
-        """Which items are done, failed or left."""
-        from pliant.study._run import status_of
-
-        return status_of(self, self._out(out))
-
-    def merge(self, out: str | os.PathLike[str] | None = None) -> str:
-        """Writes merged/table.csv and merged/manifest.json; returns the hash of both.
-
-        Items are sorted by id, and there are no times or hosts: equal results are equal bytes.
-        """
-        from pliant.study._merge import merge_study
-
-        return merge_study(self, self._out(out))
-
-    def table(self, out: str | os.PathLike[str] | None = None) -> list[dict[str, Any]]:
-        """A row for each item that is done: id, seed, parameters, results, hash."""
-        from pliant.study._merge import rows_of
-
-        return rows_of(self, self._out(out))
-
-    def report(self, out: str | os.PathLike[str] | None = None) -> str:
-        """Writes report.html, which needs no other file; returns its path."""
-        from pliant.study._report import report_study
-
-        return report_study(self, self._out(out))
 
 
 def _with_files(value: Any, folder: str) -> Any:

@@ -11,10 +11,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pliant._core import version
+from pliant.study._item import shown
 from pliant.study._merge import manifests_of, results_of
-from pliant.study._plan import Study, shown
+from pliant.study._plan import Plan
 from pliant.study._run import failures
-from pliant.study._store import open_store
+from pliant.study._stores import open_store
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM = 300, 190, 56, 34
 _PARAMETERS, _RESULTS, _POINTS, _FAILURES = 6, 8, 2000, 200
@@ -123,9 +124,9 @@ def _given(parameters: dict[str, Any]) -> str:
     return html.escape(", ".join(f"{name} = {shown(v)}" for name, v in parameters.items()))
 
 
-def _failures(study: Study, failed: dict[str, dict[str, Any]]) -> str:
+def _failures(plan: Plan, failed: dict[str, dict[str, Any]]) -> str:
     rows = list[list[str]]()
-    for item in study.items:
+    for item in plan.items:
         if item.id in failed and len(rows) < _FAILURES:
             record = failed[item.id]
             error = html.escape(str(record.get("error", "")))
@@ -152,28 +153,28 @@ def _hosts(manifests: list[dict[str, Any]]) -> str:
     return _table(("host", "items", "seconds", "mean", "longest"), rows)
 
 
-def report_study(study: Study, out: str) -> str:
+def report_study(plan: Plan, out: str) -> str:
     """Writes the page: Study.report."""
     store = open_store(out)
-    found = manifests_of(study, store)
+    found = manifests_of(plan, store)
     done = {item.id for item, _ in found}
     failed = {k: v for k, v in failures(store).items() if k not in done}
-    failed = {item.id: failed[item.id] for item in study.items if item.id in failed}
-    left = len(study.items) - len(found) - len(failed)
-    given = [pair for table in study.parameters for pair in table.items()]
+    failed = {item.id: failed[item.id] for item in plan.items if item.id in failed}
+    left = len(plan.items) - len(found) - len(failed)
+    given = [pair for table in plan.parameters for pair in table.items()]
     counts = {n for n, v in given if isinstance(v, Mapping) and "count" in v}
     parameters = [
         {n: shown(v) for n, v in item.parameters.items() if n not in counts} for item, _ in found
     ]
-    results = [results_of(study, manifest) for _, manifest in found]
-    title = html.escape(f"Study {study.name}")
+    results = [results_of(plan, manifest) for _, manifest in found]
+    title = html.escape(f"Study {plan.name}")
     page = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style>'
-        f"<h1>{title}</h1><p>{len(study.items)} items: {len(found)} done, {len(failed)} failed, "
-        f"{left} left. Seed {study.seed}, {html.escape(study.run_table['what'])}, "
+        f"<h1>{title}</h1><p>{len(plan.items)} items: {len(found)} done, {len(failed)} failed, "
+        f"{left} left. Seed {plan.seed}, {html.escape(plan.run_table['what'])}, "
         f"Pliant {version}.</p><h2>Results</h2>{_plots(parameters, results)}"
-        f"<h2>Failures</h2>{_failures(study, failed)}"
+        f"<h2>Failures</h2>{_failures(plan, failed)}"
         f"<h2>Machines</h2>{_hosts([manifest for _, manifest in found])}"
     )
     return store.write("report.html", page.encode())

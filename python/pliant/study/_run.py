@@ -20,12 +20,13 @@ from typing import Any
 
 from pliant._core import version
 from pliant._error import Error
-from pliant.study._engines import Engine, SchedulerLost, open_engine
+from pliant.study._engines import Engine, SchedulerLost
 from pliant.study._inputs import contents
+from pliant.study._item import Item
 from pliant.study._keys import canonical
-from pliant.study._kinds import refuse_in_items
-from pliant.study._plan import Item, Study
-from pliant.study._store import Store, open_store
+from pliant.study._plan import Plan
+from pliant.study._store import Store
+from pliant.study._stores import open_store
 from pliant.study._worker import Job, Record, inputs_of_item, run_items
 
 _MOST_LOSSES = 5
@@ -102,13 +103,13 @@ def failures(store: Store) -> dict[str, Record]:
     return {item: record for item, record in last.items() if record["status"] == "failed"}
 
 
-def status_of(study: Study, out: str) -> Status:
+def status_of(plan: Plan, out: str) -> Status:
     """Which items of a study are done."""
     store = open_store(out)
     there, failed = store.items(), failures(store)
-    ids = {item.id for item in study.items}
-    done = [item for item in study.items if item.id in there]
-    rest = [item for item in study.items if item.id not in there]
+    ids = {item.id for item in plan.items}
+    done = [item for item in plan.items if item.id in there]
+    rest = [item for item in plan.items if item.id not in there]
     return Status(
         done,
         [item for item in rest if item.id not in failed],
@@ -347,36 +348,18 @@ def _record_of(manifest: dict[str, Any]) -> Record:
     return {**made, **manifest["made"], "status": "done"}
 
 
-def run_study(
-    study: Study,
-    out: str,
-    engine: str | concurrent.futures.Executor,
-    *,
-    workers: int,
-    threads: int,
-    retry_failed: bool,
-    progress: bool,
-) -> RunReport:
-    """Runs a study: Study.run."""
-    refuse_in_items()
-    with open_engine(engine, workers, threads) as opened:
-        if opened is None:
-            return RunReport(0, 0, {}, 0, 0, 0, 0.0)
-        return run_on(study, out, opened, threads, retry_failed, progress)
-
-
 def run_on(
-    study: Study, out: str, engine: Engine, threads: int, retry_failed: bool, progress: bool
+    plan: Plan, out: str, engine: Engine, threads: int, retry_failed: bool, progress: bool
 ) -> RunReport:
-    """Runs a study on an engine that is open."""
+    """Runs a plan on an engine that is open."""
     begun = time.monotonic()
     store = open_store(out)
-    token = store.prepare(study.name)
-    status = status_of(study, out)
+    token = store.prepare(plan.name)
+    status = status_of(plan, out)
     skipped = 0 if retry_failed else len(status.failed)
-    items = status.left + [i for i in study.items if retry_failed and i.id in status.failed]
+    items = status.left + [i for i in plan.items if retry_failed and i.id in status.failed]
     shown = _Progress(progress, len(items))
-    job = Job(store.spec, token, study.run_table, study.keep["files"], threads, study.timeout_s)
+    job = Job(store.spec, token, plan.run_table, plan.keep["files"], threads, plan.timeout_s)
     run = _Run(job, store, engine, items, shown)
     run.loop()
     store.tidy()

@@ -23,11 +23,13 @@ from typing import Any
 
 from pliant._error import Error
 from pliant.study._engines import open_engine
+from pliant.study._item import key_of
 from pliant.study._keys import canonical, number_of, uniform
 from pliant.study._parameters import Span, expected, known, shares, whole
-from pliant.study._plan import Function, Study, key_of, study_file
+from pliant.study._plan import Function, study_file
 from pliant.study._run import run_on
-from pliant.study._store import open_store
+from pliant.study._stores import open_store
+from pliant.study._study import Study
 
 _CROSSOVER = 0.7  # share of the parameters that a trial takes from the mutant
 

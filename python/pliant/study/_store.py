@@ -282,12 +282,3 @@ class UrlStore:
     def write(self, name: str, data: bytes) -> str:
         self._put(self._path(name), data)
         return f"{self.spec}/{name}"
-
-
-def open_store(spec: str) -> Store:
-    """The store of a folder's name, a name that ends in .zarr, or a URL."""
-    if spec.rstrip("/").endswith(".zarr"):
-        from pliant.study._zarr import ZarrStore
-
-        return ZarrStore(spec)
-    return UrlStore(spec) if is_url(spec) else FolderStore(spec)

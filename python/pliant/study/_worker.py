@@ -22,11 +22,12 @@ from typing import Any
 
 from pliant._core import version
 from pliant.study._inputs import Input, Missing, keep_copy, local
+from pliant.study._item import Item, arguments_of, shown
 from pliant.study._keys import canonical, digest, digest_of_path, files_below, plain
-from pliant.study._kinds import KINDS, Work, at_work, too_long
-from pliant.study._plan import Item, arguments_of, shown
-from pliant.study._store import Store, StoreError, open_store
-
+from pliant.study._kinds import KINDS
+from pliant.study._store import Store, StoreError
+from pliant.study._stores import open_store
+from pliant.study._work import Work, at_work, too_long
 
 
 @dataclasses.dataclass(frozen=True)

@@ -25,8 +25,6 @@ std::string_view name_of(LimitedBy limit) {
             return "bone";
         case LimitedBy::Movement:
             return "movement";
-        case LimitedBy::Object:
-            return "object";
         case LimitedBy::Wall:
             return "wall";
         case LimitedBy::Fold:

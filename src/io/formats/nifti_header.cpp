@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // NIfTI [NIfTI2007]: 348 bytes of binary header, 540 with doubles in version 2, plain or inside
-// gzip. The world is RAS. A file may have two affine maps, "sform" and "qform"; nifti_placement.h
-// chooses between them.
+// gzip. The world is RAS. A file may have two affine maps, "sform" and "qform": as in nibabel, the
+// sform counts if there is one, whatever the qform says.
 
 #include "base/errors.h"
 #include "base/text.h"
 #include "formats/data_check.h"
 #include "formats/image_header.h"
-#include "formats/nifti_placement.h"
 
 #include <zlib.h>
 
@@ -183,26 +182,6 @@ double millimetres_per_unit(const NiftiFields& fields) {
     }
 }
 
-NiftiForms forms_of(const NiftiFields& fields) {
-    NiftiForms forms;
-    forms.qform_code = fields.qform_code;
-    forms.sform_code = fields.sform_code;
-    forms.qfac = float(fields.pixdim[0]);
-    for (std::size_t a = 0; a < 3; ++a) {
-        forms.step[a] = float(fields.pixdim[1 + a]);
-        forms.quaternion[a] = float(fields.qform[a]);
-        forms.offset[a] = float(fields.qform[3 + a]);
-    }
-    for (std::size_t n = 0; n < 12; ++n) forms.srow[n] = float(fields.srow[n]);
-    return forms;
-}
-
-/// Converts a map's column to LPS.
-Vec3d column_in_lps(const NiftiMap& map, std::size_t column) {
-    const auto& c = map.columns[column];
-    return {-double(c[0]), -double(c[1]), double(c[2])};
-}
-
 /// The sform in LPS [mm]: steps to the next voxel along i, j and k, then the first voxel's
 /// position.
 std::array<Vec3d, 4> sform_in_mm(const NiftiFields& fields) {
@@ -238,12 +217,19 @@ Status check_geometry(const fs::path& path, const NiftiFields& fields) {
     return Ok{};
 }
 
-/// Uses the sform alone. check_grid detects shear.
+double pixdim_in_mm(const NiftiFields& fields, int axis) {
+    return fields.pixdim[1 + std::size_t(axis)] * millimetres_per_unit(fields);
+}
+
+/// Uses the sform, whose axes have the spacings; pixdim has them without the rounding of the axes.
+/// check_grid detects shear.
 void take_sform(const NiftiFields& fields, Grid& grid) {
+    constexpr double kRounding = 1e-6;
     const auto sform = sform_in_mm(fields);
     for (int a = 0; a < 3; ++a) {
-        grid.spacing_mm[a] = norm(sform[std::size_t(a)]);
-        grid.direction.columns[a] = (1 / grid.spacing_mm[a]) * sform[std::size_t(a)];
+        const double length = norm(sform[std::size_t(a)]), pixdim = pixdim_in_mm(fields, a);
+        grid.spacing_mm[a] = std::abs(length - pixdim) <= kRounding * pixdim ? pixdim : length;
+        grid.direction.columns[a] = (1 / length) * sform[std::size_t(a)];
     }
     grid.origin_mm = sform[3];
 }
@@ -267,41 +253,31 @@ void take_qform(const NiftiFields& fields, Grid& grid) {
     grid.origin_mm = millimetres_per_unit(fields) * Vec3d{-q[3], -q[4], q[5]};
 }
 
-/// Places the grid. NIfTI-1: spacings always come from pixdim, independent of the chosen map.
-/// NIfTI-2 has no precedent to follow: its sform counts if there is one.
+/// Places the grid by the sform, or else by the qform.
 void place_grid(const NiftiFields& fields, Grid& grid) {
-    if (fields.version == 2 && fields.sform_code > 0) return take_sform(fields, grid);
-    const NiftiForms forms = forms_of(fields);
-    const double unit_mm = millimetres_per_unit(fields);
-    for (int a = 0; a < 3; ++a) grid.spacing_mm[a] = fields.pixdim[1 + std::size_t(a)] * unit_mm;
-    if (forms.qform_code <= 0 && forms.sform_code <= 0) return;
-    if (fields.version == 2) return take_qform(fields, grid);
-    const NiftiChoice choice = chosen_map(forms);
-    if (choice == NiftiChoice::None) return take_sform(fields, grid);
-    const NiftiMap map = choice == NiftiChoice::Sform ? sform_of(forms) : qform_of(forms);
-    for (std::size_t a = 0; a < 3; ++a) {
-        const Vec3d step = column_in_lps(map, a);
-        const double length = std::sqrt(step.x * step.x + step.y * step.y + step.z * step.z);
-        if (length > 0)
-            grid.direction.columns[a] = {step.x / length, step.y / length, step.z / length};
-    }
-    grid.origin_mm = unit_mm * column_in_lps(map, 3);
+    if (fields.sform_code > 0) return take_sform(fields, grid);
+    for (int a = 0; a < 3; ++a) grid.spacing_mm[a] = pixdim_in_mm(fields, a);
+    if (fields.qform_code > 0) take_qform(fields, grid);
 }
 
-/// Notes the chosen map if there was a choice.
+/// Notes that there is no map, or that there are two.
 void note_orientation(const NiftiFields& fields, ImageHeader& header) {
     const bool has_sform = fields.sform_code > 0;
     if (!has_sform && fields.qform_code <= 0)
         header.notes.push_back("no orientation; the axes are taken as L, P, S from (0, 0, 0)");
-    if (!has_sform) return;
-    const auto sform = sform_in_mm(fields);
+    if (!has_sform || fields.qform_code <= 0) return;
+    NiftiFields other = fields;
+    other.sform_code = 0;
     const Grid& grid = header.grid;
-    bool same = norm(sform[3] - grid.origin_mm) <= kSamePlaceMm;
+    Grid by_qform = grid;
+    place_grid(other, by_qform);
+    bool same = norm(by_qform.origin_mm - grid.origin_mm) <= kSamePlaceMm;
     for (int a = 0; a < 3; ++a) {
-        const Vec3d step = grid.spacing_mm[a] * grid.direction.columns[a];
-        same = same && norm(sform[std::size_t(a)] - step) * grid.size[a] <= kSamePlaceMm;
+        const Vec3d difference = by_qform.spacing_mm[a] * by_qform.direction.columns[a] -
+                                 grid.spacing_mm[a] * grid.direction.columns[a];
+        same = same && norm(difference) * grid.size[a] <= kSamePlaceMm;
     }
-    if (!same) header.notes.push_back("the qform is used; the sform differs from it");
+    if (!same) header.notes.push_back("the sform is used; the qform differs from it");
 }
 
 Status find_data(const fs::path& path, const NiftiFields& fields, DataPlace& data) {

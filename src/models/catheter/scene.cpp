@@ -128,8 +128,7 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;
     if (settings.local && settings.wall.model != WallModel::Rigid) {
-        auto made =
-            PbdBoxes::create(wall.mesh, {.side = settings.box_mm, .index = settings.box_index});
+        auto made = PbdBoxes::create(wall.mesh, {.side = settings.box_mm});
         if (!made) return made.error();
         boxes = std::make_unique<PbdBoxes>(std::move(*made));
     }

@@ -110,8 +110,7 @@ struct CatheterScene::Impl {
             return Ok{};
         }
         const auto& x = wire.positions();
-        const bool tip_only = settings.boxes_near == BoxWaker::Tip;
-        positions.assign(tip_only ? x.end() - 1 : x.begin() + wire.first(), x.end());
+        positions.assign(x.begin() + wire.first(), x.end());
         const double reach = settings.reach_mm + settings.catheter.radius_mm;
         if (const Status s = boxes->update(positions, reach, body); !s.ok()) return s;
         // Particles at the start of their blend are still held in this step.

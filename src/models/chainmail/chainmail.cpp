@@ -47,8 +47,6 @@ std::string cause_of(LimitedBy limit, const ChainMailSettings& settings) {
         case LimitedBy::Movement:
             return "an element reached its largest movement ([material] max_movement_mm = " +
                    short_text(settings.max_movement_mm) + ", less for harder tissue)";
-        case LimitedBy::Object:
-            return "another object is in the way";
         case LimitedBy::Wall:
             return "a wall is in the way";
     }
@@ -376,9 +374,6 @@ const ChainMailSettings& ChainMail::settings() const {
 }
 const Deformation& ChainMail::deformation() const {
     return m_impl->deformation;
-}
-const Lattice& ChainMail::lattice() const {
-    return m_impl->lattice;
 }
 
 }  // namespace pliant

@@ -143,4 +143,17 @@ struct ChainMail::Impl {
     EnergyMemory energy;
 };
 
+/// Access to a tissue's elements, for functions of the library beside the class, and for tests.
+struct ChainMailInside {
+    using Impl = ChainMail::Impl;
+    static Impl& of(ChainMail& tissue) { return *tissue.m_impl; }
+    static const Impl& of(const ChainMail& tissue) { return *tissue.m_impl; }
+};
+inline Lattice& lattice_of(ChainMail& tissue) {
+    return ChainMailInside::of(tissue).lattice;
+}
+inline const Lattice& lattice_of(const ChainMail& tissue) {
+    return ChainMailInside::of(tissue).lattice;
+}
+
 }  // namespace pliant

@@ -127,7 +127,7 @@ class Slide {
     Vec3d place(double share) const { return m_path.point_mm + share * m_path.push_mm; }
 
     bool is_in_tissue(Vec3d position_mm) const {
-        return shows_tissue(m_tissue.lattice(), m_tissue.volume(),
+        return shows_tissue(lattice_of(m_tissue), m_tissue.volume(),
                             voxel_from_world(m_grid, position_mm), m_values);
     }
 
@@ -136,7 +136,7 @@ class Slide {
         const Vec3d centre = voxel_from_world(m_grid, place(share));
         const Vec3d ahead = normalized(lattice_from_world_vector(m_grid, m_path.push_mm));
         for (int turn = 0; turn < kMaxTurns && m_report.limited_by == LimitedBy::None; ++turn) {
-            const Touch touch = touch_sphere(m_tissue.lattice(), m_tissue.volume(), centre,
+            const Touch touch = touch_sphere(lattice_of(m_tissue), m_tissue.volume(), centre,
                                              m_path.sphere_radius_mm, m_values);
             if (touch.is_empty()) return Ok{};
             const Vec3d move_mm = world_from_lattice_vector(
@@ -169,7 +169,7 @@ class Slide {
     }
 
     std::int64_t elements_inside(Vec3d centre_mm) const {
-        return std::int64_t(grab_sphere(m_tissue.lattice(), voxel_from_world(m_grid, centre_mm),
+        return std::int64_t(grab_sphere(lattice_of(m_tissue), voxel_from_world(m_grid, centre_mm),
                                         m_path.sphere_radius_mm, m_values)
                                 .size());
     }
@@ -219,10 +219,10 @@ Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
         const Stopwatch watch;
         Slide slide(tissue, path, tissue_values);
         if (const Status status = slide.check(); !status.ok()) return status.error();
-        ChainMail::Impl& impl = *tissue.m_impl;
+        auto& impl = ChainMailInside::of(tissue);
         KeptAllowance kept{impl.lattice, impl.allowance, impl.allowance};
-        ChainMail::Impl::Operation step(impl,
-                                        {.step = "slide", .ends_drag = true, .has_copies = true});
+        ChainMailInside::Impl::Operation step(
+            impl, {.step = "slide", .ends_drag = true, .has_copies = true});
         Result<SlideReport> report = slide.run();
         if (!report.ok()) return report;
         const bool is_alone = impl.history.keeps_steps() && impl.history.depth() == 1;

@@ -7,8 +7,7 @@
 
 #include "fem/lattice_stiffness.h"
 
-// Vectors of a size known only at run time can't be stored in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "base/vector_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fem/lattice_row_vector.cpp"
 #include <hwy/foreach_target.h>

@@ -111,9 +111,7 @@ Result<FitResult> fit(const FitProblem& problem, const FitMethod& method, const 
         return search_nothing(search, *given);
     if (const auto* newton = std::get_if<GaussNewton>(&method))
         return search_gauss_newton(search, *newton);
-    if (const auto* annealing = std::get_if<Annealing>(&method))
-        return search_annealing(search, *annealing);
-    return search_direct(search, *std::get_if<DirectSearch>(&method));
+    return search_annealing(search, *std::get_if<Annealing>(&method));
 }
 
 }  // namespace pliant

@@ -51,6 +51,5 @@ class Search {
 
 Result<FitResult> search_gauss_newton(Search& search, const GaussNewton& settings);
 Result<FitResult> search_annealing(Search& search, const Annealing& settings);
-Result<FitResult> search_direct(Search& search, const DirectSearch& settings);
 
 }  // namespace pliant

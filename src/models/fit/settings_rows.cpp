@@ -9,7 +9,6 @@ namespace pliant {
 namespace {
 
 using A = Annealing;
-using D = DirectSearch;
 using F = FitSettings;
 using G = GaussNewton;
 
@@ -59,17 +58,6 @@ constexpr Setting<A> kAnnealing[] = {
         {.name = "best_seen", .text = "the answer is the best point instead of the last one"}),
 };
 
-constexpr Setting<D> kDirect[] = {
-    setting<&D::method>({.name = "method",
-                         .choices = "bobyqa|nelder_mead|subplex",
-                         .text = "derivative-free method"}),
-    setting<&D::evaluations>({.name = "evaluations", .low = 1, .text = "of the cost, at most"}),
-    setting<&D::tolerance>({.name = "tolerance",
-                            .low = 0,
-                            .above_low = true,
-                            .text = "stops when all logarithms change by less"}),
-};
-
 }  // namespace
 
 SettingRows<FitSettings> fit_rows() noexcept {
@@ -80,9 +68,6 @@ SettingRows<GaussNewton> gauss_newton_rows() noexcept {
 }
 SettingRows<Annealing> annealing_rows() noexcept {
     return kAnnealing;
-}
-SettingRows<DirectSearch> direct_search_rows() noexcept {
-    return kDirect;
 }
 
 }  // namespace pliant

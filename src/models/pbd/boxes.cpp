@@ -34,12 +34,6 @@ Vec3i PbdBoxes::box_at(Vec3d place) const {
 std::int32_t PbdBoxes::linear_index(Vec3i box) const {
     return box.x + m_counts.x * (box.y + m_counts.y * box.z);
 }
-std::int32_t PbdBoxes::hash(Vec3i box) const {
-    const std::uint64_t mixed = (std::uint64_t(box.x) * 73856093) ^
-                                (std::uint64_t(box.y) * 19349663) ^
-                                (std::uint64_t(box.z) * 83492791);
-    return std::int32_t(mixed % std::uint64_t(m_is_active.size()));
-}
 std::span<const std::int32_t> PbdBoxes::tetrahedra(std::int32_t box) const {
     const auto b = std::size_t(box);
     return std::span<const std::int32_t>(m_held).subspan(
@@ -103,16 +97,6 @@ Result<PbdBoxes> PbdBoxes::create(const TetMesh& mesh, const PbdBoxSettings& set
         of_tetrahedron(t, [&](std::size_t box) {
             made.m_held[std::size_t(--made.m_starts[box])] = std::int32_t(t);
         });
-    made.m_hash_starts.assign(boxes + 1, 0);
-    made.m_of_hash.resize(boxes);
-    const Vec3i last{made.m_counts.x - 1, made.m_counts.y - 1, made.m_counts.z - 1};
-    for_each_box({0, 0, 0}, last,
-                 [&](Vec3i box) { ++made.m_hash_starts[std::size_t(made.hash(box))]; });
-    sum_up(made.m_hash_starts);
-    for_each_box({0, 0, 0}, last, [&](Vec3i box) {
-        const auto at = --made.m_hash_starts[std::size_t(made.hash(box))];
-        made.m_of_hash[std::size_t(at)] = made.linear_index(box);
-    });
 
     made.m_active_of.assign(mesh.cells.size(), 0);
     made.m_asleep.assign(mesh.nodes_mm.size(), 0);
@@ -123,21 +107,12 @@ Result<PbdBoxes> PbdBoxes::create(const TetMesh& mesh, const PbdBoxSettings& set
     return made;
 }
 
-void PbdBoxes::mark(Vec3i box) {
-    if (m_settings.index == BoxIndex::Linear) {
-        m_is_wanted[std::size_t(linear_index(box))] = 1;
-        return;
-    }
-    const auto h = std::size_t(hash(box));
-    for (auto n = std::size_t(m_hash_starts[h]); n < std::size_t(m_hash_starts[h + 1]); ++n)
-        m_is_wanted[std::size_t(m_of_hash[n])] = 1;
-}
-
 void PbdBoxes::mark_around(std::span<const Vec3d> positions, double reach) {
     std::fill(m_is_wanted.begin(), m_is_wanted.end(), std::uint8_t(0));
     const Vec3d around{reach, reach, reach};
     for (const Vec3d& p : positions)
-        for_each_box(box_at(p - around), box_at(p + around), [&](Vec3i box) { mark(box); });
+        for_each_box(box_at(p - around), box_at(p + around),
+                     [&](Vec3i box) { m_is_wanted[std::size_t(linear_index(box))] = 1; });
 }
 
 Status PbdBoxes::wake(std::size_t box, bool active, PbdBody& body) {

@@ -10,8 +10,7 @@
 
 #include "propagate/drag_kernel.h"
 
-// Vectors of a size that is known only at run time can't be kept in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "base/vector_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "propagate/drag_vector.cpp"
 #include <hwy/cache_control.h>

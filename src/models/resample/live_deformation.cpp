@@ -29,12 +29,12 @@ struct FreeMemory {
 
 struct LiveDeformation::Impl {
     Impl(const MovingScan& t, Volume deformed)
-        : tissue(t), volume(std::move(deformed)), scatter(t.volume(), t.arena()) {}
+        : tissue(&t), volume(std::move(deformed)), scatter(t.volume(), t.arena()) {}
 
     LiveUpdate write() {
         if (is_behind) scatter.start_over(volume, inverse_mm.get());
         is_behind = true;
-        const Field& field = tissue.deformation().field();
+        const Field& field = tissue->deformation().field();
         const OpenVoxels open = scatter.look(field, Mapping::Cells, volume);
         if (inverse_mm) scatter.clear_inverse(field, inverse_mm.get());
         LiveUpdate update;
@@ -61,10 +61,10 @@ struct LiveDeformation::Impl {
                 }
             });
         };
-        tissue.arena().for_each(std::int64_t(n.y) * n.z, kRowsPerTask, std::ref(task));
+        tissue->arena().for_each(std::int64_t(n.y) * n.z, kRowsPerTask, std::ref(task));
     }
 
-    const MovingScan& tissue;
+    const MovingScan* tissue;
     Volume volume;
     Scatter scatter;
     bool is_behind = false;  ///< the last update failed
@@ -104,7 +104,7 @@ LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = defaul
 Result<LiveUpdate> LiveDeformation::update() noexcept {
     const Stopwatch watch;
     Result<LiveUpdate> update = attempt([&]() -> Result<LiveUpdate> {
-        if (const Status s = m_impl->tissue.update_deformation(); !s.ok()) return s.error();
+        if (const Status s = m_impl->tissue->update_deformation(); !s.ok()) return s.error();
         return m_impl->write();
     });
     if (!update) return update;
@@ -112,7 +112,8 @@ Result<LiveUpdate> LiveDeformation::update() noexcept {
     return update;
 }
 
-void LiveDeformation::start_over() noexcept {
+void LiveDeformation::start_over(const MovingScan& scan) noexcept {
+    m_impl->tissue = &scan;
     m_impl->scatter.start_over(m_impl->volume, m_impl->inverse_mm.get());
 }
 
@@ -143,7 +144,7 @@ Vec3f LiveDeformation::source_offset_mm(Vec3i voxel) const {
 }
 
 const MovingScan& LiveDeformation::scan() const {
-    return m_impl->tissue;
+    return *m_impl->tissue;
 }
 
 void LiveDeformation::displacement_mm(const Box3i& box, std::span<float> values) const {
@@ -155,7 +156,7 @@ void LiveDeformation::displacement_mm(const Box3i& box, std::span<float> values)
 }
 
 void LiveDeformation::jacobian(const Box3i& box, std::span<float> values) const {
-    const Field& field = m_impl->tissue.deformation().field();
+    const Field& field = m_impl->tissue->deformation().field();
     const Vec3d s = field.grid().spacing_mm;
     const Mat3d axes = inverse(field.grid().direction);
     m_impl->for_rows(box, values, [&](const auto& rows) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/vector_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "resample/node_kernel.cpp"  // this file, compiled again for each target
 #include <hwy/foreach_target.h>

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rollback of holding and moving nodes before a step: nodes keep their previous velocity.
+// Rollback of all positions and velocities. Held nodes, loads and Maxwell branches are the
+// caller's.
 
 #pragma once
 
@@ -11,28 +12,25 @@ namespace pliant {
 
 class SpringRollback {
   public:
-    /// @param nodes  to be held and moved
-    SpringRollback(SpringTissue& tissue, std::span<const std::int32_t> nodes)
-        : m_impl(*tissue.m_impl), m_nodes(nodes.begin(), nodes.end()) {
-        const SpringState& state = m_impl.current();
-        m_positions.reserve(2 * nodes.size());
-        for (const std::int32_t n : nodes) {
-            m_positions.push_back(state.place(n));
-            m_positions.push_back(state.place_before(n));
+    /// Allocates only in the first call.
+    void keep(const SpringTissue& tissue) {
+        const SpringState& state = tissue.m_impl->current();
+        for (std::size_t c = 0; c < 3; ++c) {
+            m_x[c] = state.x[c];
+            m_before[c] = state.before[c];
         }
     }
-    /// @pre the previously held nodes are held again
-    void restore() noexcept {
-        for (std::size_t k = 0; k < m_nodes.size(); ++k) {
-            m_impl.state.put(m_nodes[k], m_positions[2 * k]);
-            m_impl.state.put_before(m_nodes[k], m_positions[2 * k + 1]);
+    /// @pre keep() was called for a tissue with as many nodes
+    void restore(SpringTissue& tissue) noexcept {
+        SpringState& state = tissue.m_impl->edited();
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::copy(m_x[c].begin(), m_x[c].end(), state.x[c].begin());
+            std::copy(m_before[c].begin(), m_before[c].end(), state.before[c].begin());
         }
     }
 
   private:
-    SpringTissue::Impl& m_impl;
-    std::vector<std::int32_t> m_nodes;
-    std::vector<Vec3d> m_positions;  ///< current and previous positions
+    std::vector<double> m_x[3], m_before[3];
 };
 
 }  // namespace pliant

@@ -110,19 +110,4 @@ double SpringNetwork::stable_time_step() const {
     return pliant::stable_time_step(*this, std::span<const Vec3d>{});
 }
 
-double stable_time_step(const SpringNetwork& network, SeenPositions seen) {
-    double step = network.stable_time_step();
-    if (seen == SeenPositions::Old) return step;
-    // With K = D + L + Lᵀ and new positions in L, amplitudes don't grow if h·xᵀ(K − L)x ≤ xᵀCx; and
-    // K − L ≤ 2D for every subset L of the neighbours.
-    for (std::int32_t i = 0; i < network.node_count(); ++i) {
-        const SpringNode& node = network.nodes()[std::size_t(i)];
-        if (node.fixed) continue;
-        const double largest =
-            largest_eigenvalue(bounds_of(network, i, {}).stiffness, Scaling::Reciprocal);
-        if (largest > 0) step = std::min(step, node.damping / largest);
-    }
-    return step;
-}
-
 }  // namespace pliant

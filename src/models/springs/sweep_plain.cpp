@@ -18,20 +18,19 @@ double reciprocal_root(double q) {
     return std::fma(e * y, std::fma(e, std::fma(e, 0.3125, 0.375), 0.5), y);
 }
 
-/// Adds one link of a lane. @param seen, before  positions of the other end
-/// @param block  of the lane @param s  slot and lane
-void add_link(const SweepPlan& plan, const SweepArrays& a, std::size_t i,
-              const double* const (&seen)[3], const double* const (&before)[3], std::size_t j,
+/// Adds one link of a lane. @param j  the other end @param block  of the lane
+/// @param s  slot and lane
+void add_link(const SweepPlan& plan, const SweepArrays& a, std::size_t i, std::size_t j,
               const double* block, std::size_t s, double (&sum)[3]) {
-    const double dx = a.x[0][i] - seen[0][j];
-    const double dy = a.x[1][i] - seen[1][j];
-    const double dz = a.x[2][i] - seen[2][j];
+    const double dx = a.x[0][i] - a.x[0][j];
+    const double dy = a.x[1][i] - a.x[1][j];
+    const double dz = a.x[2][i] - a.x[2][j];
     const double q = std::fma(dz, dz, std::fma(dy, dy, dx * dx));
     const double y = reciprocal_root(q);
     double f = std::fma(block[kPack], y, -block[0]);
     if (plan.damped || plan.branched) {
         const auto moved = [&](int c) {
-            return (a.x[c][i] - a.before[c][i]) - (seen[c][j] - before[c][j]);
+            return (a.x[c][i] - a.before[c][i]) - (a.x[c][j] - a.before[c][j]);
         };
         const double along = std::fma(dz, moved(2), std::fma(dy, moved(1), dx * moved(0)));
         f = std::fma(-(block[2 * kPack] * along * y), y, f);
@@ -49,7 +48,6 @@ void add_link(const SweepPlan& plan, const SweepArrays& a, std::size_t i,
 
 bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std::int64_t end,
            double farthest2) {
-    const double* const now[3] = {a.next[0], a.next[1], a.next[2]};
     bool all_near = true;
     for (std::int64_t pack = begin; pack < end; ++pack) {
         const PackSlots& slots = plan.packs[std::size_t(pack)];
@@ -63,12 +61,7 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
                 const std::size_t j =
                     s < slots.rows_end ? std::size_t(std::int64_t(i) + slot.other)
                                        : std::size_t(plan.others[std::size_t(slot.other + lane)]);
-                const bool sees_new =
-                    s < slots.rows_end ? s >= slots.new_rows : s >= slots.new_lists;
-                if (sees_new)
-                    add_link(plan, a, i, now, a.x, j, block, at, sum);
-                else
-                    add_link(plan, a, i, a.x, a.before, j, block, at, sum);
+                add_link(plan, a, i, j, block, at, sum);
             }
             double move[3];
             for (int c = 0; c < 3; ++c) {

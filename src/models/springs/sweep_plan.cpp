@@ -24,20 +24,20 @@ std::size_t run_length(std::span<const std::int32_t> nodes, std::size_t begin) {
 /// Orders by number if that gives long rows, otherwise from neighbour to neighbour: a ring of the
 /// sheet is then traversed in sequence, so that its neighbours in the next ring are consecutive
 /// too.
-void SweepPlanner::order_group(const SpringNetwork& network) {
-    m_walk.assign(m_group.begin(), m_group.end());
-    std::sort(m_group.begin(), m_group.end());
+void SweepPlanner::order_nodes(const SpringNetwork& network) {
+    m_walk.assign(m_nodes.begin(), m_nodes.end());
+    std::sort(m_nodes.begin(), m_nodes.end());
     std::size_t runs = 0;
-    for (std::size_t n = 0; n < m_group.size(); n += run_length(m_group, n)) ++runs;
-    if (m_group.size() >= 4 * runs) return;
+    for (std::size_t n = 0; n < m_nodes.size(); n += run_length(m_nodes, n)) ++runs;
+    if (m_nodes.size() >= 4 * runs) return;
     constexpr std::int32_t kWaiting = -2;
-    for (const std::int32_t node : m_group) m_local_of[std::size_t(node)] = kWaiting;
-    m_group.clear();
+    for (const std::int32_t node : m_nodes) m_local_of[std::size_t(node)] = kWaiting;
+    m_nodes.clear();
     for (const std::int32_t start : m_walk) {
         std::int32_t node = start;
         while (node >= 0 && m_local_of[std::size_t(node)] == kWaiting) {
             m_local_of[std::size_t(node)] = -1;
-            m_group.push_back(node);
+            m_nodes.push_back(node);
             const auto neighbours = network.neighbours(node);
             const auto next =
                 std::find_if(neighbours.begin(), neighbours.end(), [&](const auto& neighbour) {
@@ -59,93 +59,48 @@ void SweepPlanner::extend_rows(const SpringNetwork& network) {
         });
     };
     m_walk.clear();
-    for (std::size_t n = 0; n < m_group.size();) {
-        const std::size_t run = run_length(m_group, n);
-        const std::int32_t before = m_group[n] - 1, after = m_group[n + run - 1] + 1;
+    for (std::size_t n = 0; n < m_nodes.size();) {
+        const std::size_t run = run_length(m_nodes, n);
+        const std::int32_t before = m_nodes[n] - 1, after = m_nodes[n + run - 1] + 1;
         const bool is_row = run >= kLongRun;
         if (is_row && is_seen(before) && (m_walk.empty() || m_walk.back() != before))
             m_walk.push_back(before);
-        m_walk.insert(m_walk.end(), m_group.begin() + std::ptrdiff_t(n),
-                      m_group.begin() + std::ptrdiff_t(n + run));
+        m_walk.insert(m_walk.end(), m_nodes.begin() + std::ptrdiff_t(n),
+                      m_nodes.begin() + std::ptrdiff_t(n + run));
         if (is_row && is_seen(after)) m_walk.push_back(after);
         n += run;
     }
-    m_group.swap(m_walk);
+    m_nodes.swap(m_walk);
 }
 
-void SweepPlanner::add_group(const SpringNetwork& network, bool as_one, SweepPlan& plan) {
-    plan.active_nodes += std::int32_t(m_group.size());
-    for (const std::int32_t node : m_group) m_active[std::size_t(node)] = 1;
-    order_group(network);
-    if (as_one) extend_rows(network);
-    const auto begin = std::int32_t(plan.nodes.size()) / kPack - 1;
+void SweepPlanner::add_nodes(const SpringNetwork& network, SweepPlan& plan) {
+    plan.active_nodes = std::int32_t(m_nodes.size());
+    for (const std::int32_t node : m_nodes) m_active[std::size_t(node)] = 1;
+    order_nodes(network);
+    extend_rows(network);
     const auto fill_pack = [&] {
         while (plan.nodes.size() % kPack) plan.nodes.push_back(-1);
     };
     std::size_t last_run = 0;
-    for (std::size_t n = 0; n < m_group.size();) {
-        const std::size_t run = run_length(m_group, n);
+    for (std::size_t n = 0; n < m_nodes.size();) {
+        const std::size_t run = run_length(m_nodes, n);
         if (last_run >= kLongRun && run >= kLongRun) fill_pack();
-        plan.nodes.insert(plan.nodes.end(), m_group.begin() + std::ptrdiff_t(n),
-                          m_group.begin() + std::ptrdiff_t(n + run));
+        plan.nodes.insert(plan.nodes.end(), m_nodes.begin() + std::ptrdiff_t(n),
+                          m_nodes.begin() + std::ptrdiff_t(n + run));
         n += run;
         last_run = run;
     }
     fill_pack();
-    plan.groups.push_back({begin, std::int32_t(plan.nodes.size()) / kPack - 1});
 }
 
-/// Level scheduling of the node-by-node order: a node's turn comes after those of all its earlier
-/// neighbours, so that nodes of one turn are independent.
-void SweepPlanner::sort_by_turn(const SpringNetwork& network, const TransmittalOrder& layers) {
-    std::vector<std::int32_t> turn(std::size_t(network.node_count()), 0);  // 0: unassigned
-    std::int32_t last = 0;
-    for (const std::int32_t node : layers.nodes) {
-        std::int32_t latest = 0;
-        for (const auto& neighbour : network.neighbours(node))
-            latest = std::max(latest, turn[std::size_t(neighbour.node)]);
-        if (network.has_volume_energy())
-            for (const std::int32_t c : network.cells_of(node)) {
-                const SpringCell& cell = network.cells()[std::size_t(c)];
-                for (int n = 0; n < cell.node_count; ++n)
-                    latest = std::max(latest, turn[std::size_t(cell.nodes[std::size_t(n)])]);
-            }
-        turn[std::size_t(node)] = latest + 1;
-        last = std::max(last, latest + 1);
-    }
-    m_turns.layers.assign(std::size_t(last) + 1, 0);
-    for (const std::int32_t node : layers.nodes)
-        ++m_turns.layers[std::size_t(turn[std::size_t(node)])];
-    for (std::size_t t = 1; t < m_turns.layers.size(); ++t)
-        m_turns.layers[t] += m_turns.layers[t - 1];
-    m_turns.nodes.resize(layers.nodes.size());
-    std::vector<std::int32_t> next(m_turns.layers);
-    for (const std::int32_t node : layers.nodes)
-        m_turns.nodes[std::size_t(next[std::size_t(turn[std::size_t(node)]) - 1]++)] = node;
-}
-
-void SweepPlanner::plan(const SpringNetwork& network, const TransmittalOrder& layers,
-                        SeenPositions seen, double time_step, SweepPlan& plan) {
+void SweepPlanner::plan(const SpringNetwork& network, std::span<const std::int32_t> nodes,
+                        double time_step, SweepPlan& plan) {
     plan = {};
     plan.nodes.assign(kPack, -1);
     m_local_of.resize(std::size_t(network.node_count()), -1);
     m_active.resize(std::size_t(network.node_count()), 0);
-    if (seen == SeenPositions::Old) {
-        m_group = layers.nodes;
-        add_group(network, true, plan);
-    } else {
-        if (seen == SeenPositions::NewNodes) sort_by_turn(network, layers);
-        const TransmittalOrder& groups = seen == SeenPositions::NewNodes ? m_turns : layers;
-        for (std::size_t g = 0; g + 1 < groups.layers.size(); ++g) {
-            m_group.assign(groups.nodes.begin() + groups.layers[g],
-                           groups.nodes.begin() + groups.layers[g + 1]);
-            add_group(network, false, plan);
-        }
-    }
-    finish(network, time_step, plan);
-}
-
-void SweepPlanner::finish(const SpringNetwork& network, double time_step, SweepPlan& plan) {
+    m_nodes.assign(nodes.begin(), nodes.end());
+    add_nodes(network, plan);
     plan.active_end = std::int32_t(plan.nodes.size());
     number(network, plan);
     plan.damped = std::any_of(network.links().begin(), network.links().end(),
@@ -193,11 +148,10 @@ void SweepPlanner::number(const SpringNetwork& network, SweepPlan& plan) {
     plan.is_active.resize(plan.nodes.size(), 0);
 }
 
-void SweepPlanner::find_cells(const SpringNetwork& network, const SweepPlan& plan,
-                              const SweepGroup& group) {
+void SweepPlanner::find_cells(const SpringNetwork& network, const SweepPlan& plan) {
     constexpr std::int32_t kFound = 0;
     for (auto& cells : m_cells) cells.clear();
-    for (std::int32_t l = (group.begin_pack + 1) * kPack; l < (group.end_pack + 1) * kPack; ++l) {
+    for (std::int32_t l = kPack; l < plan.active_end; ++l) {
         if (!plan.is_active[std::size_t(l)]) continue;
         for (const std::int32_t c : network.cells_of(plan.nodes[std::size_t(l)])) {
             const SpringCell& cell = network.cells()[std::size_t(c)];
@@ -233,27 +187,20 @@ void SweepPlanner::add_cell_packs(const SpringNetwork& network, std::span<const 
 void SweepPlanner::add_cells(const SpringNetwork& network, SweepPlan& plan) {
     m_cell_of.assign(network.cells().size(), -1);
     plan.first_corner.assign(1, 0);
-    plan.first_cell_pack.assign(1, 0);
-    for (const SweepGroup& group : plan.groups) {
-        find_cells(network, plan, group);
-        add_cell_packs(network, m_cells[0], 4, plan);
-        add_cell_packs(network, m_cells[1], 8, plan);
-        plan.first_cell_pack.push_back(std::int32_t(plan.cell_packs.size()));
-        for (std::int32_t l = (group.begin_pack + 1) * kPack; l < (group.end_pack + 1) * kPack;
-             ++l) {
-            const std::int32_t node = plan.nodes[std::size_t(l)];
-            if (plan.is_active[std::size_t(l)])
-                for (const std::int32_t c : network.cells_of(node)) {
-                    if (m_cell_of[std::size_t(c)] < 0) continue;
-                    const auto& nodes = network.cells()[std::size_t(c)].nodes;
-                    const auto corner = std::find(nodes.begin(), nodes.end(), node);
-                    plan.corners.push_back(m_cell_of[std::size_t(c)] +
-                                           kPack * std::int32_t(corner - nodes.begin()));
-                }
-            plan.first_corner.push_back(std::int32_t(plan.corners.size()));
-        }
-        for (const auto& cells : m_cells)
-            for (const std::int32_t c : cells) m_cell_of[std::size_t(c)] = -1;
+    find_cells(network, plan);
+    add_cell_packs(network, m_cells[0], 4, plan);
+    add_cell_packs(network, m_cells[1], 8, plan);
+    for (std::int32_t l = kPack; l < plan.active_end; ++l) {
+        const std::int32_t node = plan.nodes[std::size_t(l)];
+        if (plan.is_active[std::size_t(l)])
+            for (const std::int32_t c : network.cells_of(node)) {
+                if (m_cell_of[std::size_t(c)] < 0) continue;
+                const auto& nodes = network.cells()[std::size_t(c)].nodes;
+                const auto corner = std::find(nodes.begin(), nodes.end(), node);
+                plan.corners.push_back(m_cell_of[std::size_t(c)] +
+                                       kPack * std::int32_t(corner - nodes.begin()));
+            }
+        plan.first_corner.push_back(std::int32_t(plan.corners.size()));
     }
 }
 

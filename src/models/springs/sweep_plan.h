@@ -13,9 +13,7 @@
 // Lanes without a link have stiffness 0. Equal slots of stiffness and length are stored once, so a
 // uniform lattice needs one byte per link, and the data stay in the cache.
 //
-// Groups are swept in sequence. A slot selects old positions of its other ends, or new ones of an
-// earlier group. Old and new positions are stored separately, so the result is independent of the
-// order of packs in a group.
+// Old and new positions are stored separately, so the result is independent of the order of packs.
 
 #pragma once
 
@@ -29,11 +27,6 @@ namespace pliant {
 
 inline constexpr int kPack = 8;
 
-/// Part of a plan whose nodes don't use each other's new positions.
-struct SweepGroup {
-    std::int32_t begin_pack, end_pack;
-};
-
 /// Eight links of a pack. 8 bytes.
 struct SweepSlot {
     std::int32_t other;   ///< rows: local number of the other end − own; lists: first index in
@@ -42,8 +35,7 @@ struct SweepSlot {
 };
 
 struct PackSlots {
-    std::uint32_t begin, new_rows, rows_end;  ///< rows; from new_rows on they use new positions
-    std::uint32_t new_lists, end;             ///< then lists, likewise
+    std::uint32_t begin, rows_end, end;  ///< rows, then lists
 };
 
 /// Eight cells with volume energy, all tetrahedra or all hexahedra. 8 bytes.
@@ -57,7 +49,6 @@ struct SweepPlan {
     std::vector<std::uint8_t> is_active;  ///< [local]; packs may contain a few inactive nodes
     std::int32_t active_end = kPack;      ///< higher local numbers are frozen
     std::int32_t active_nodes = 0;
-    std::vector<SweepGroup> groups;
     std::vector<PackSlots> packs;
     std::vector<SweepSlot> slots;
     std::vector<std::int32_t> others;
@@ -66,12 +57,10 @@ struct SweepPlan {
     AlignedArray blocks;
     bool damped = false, branched = false;
     std::vector<std::int32_t> slot_links;  ///< with branches: [8 · slot + lane] link, or −1
-    /// Volume energy. A group's packs of cells have all cells of its nodes, so a cell may be in
-    /// several groups. Lanes without a cell have bulk 0.
+    /// Volume energy of all cells of the active nodes. Lanes without a cell have bulk 0.
     std::vector<CellPack> cell_packs;
-    std::vector<std::int32_t> first_cell_pack;  ///< [group], and the total
-    std::vector<std::int32_t> cell_nodes;       ///< local numbers
-    AlignedArray cell_values;                   ///< of each pack: bulk[8], volume at rest[8]
+    std::vector<std::int32_t> cell_nodes;  ///< local numbers
+    AlignedArray cell_values;              ///< of each pack: bulk[8], volume at rest[8]
     /// Corners of each node, as indices in cell_nodes; in the order of SpringNetwork::cells_of.
     std::vector<std::int32_t> corners, first_corner;  ///< first_corner: [local − 8], and the total
 
@@ -82,50 +71,44 @@ struct SweepPlan {
 /// Makes plans; reuses its memory.
 class SweepPlanner {
   public:
-    void plan(const SpringNetwork& network, const TransmittalOrder& layers, SeenPositions seen,
-              double time_step, SweepPlan& plan);
+    void plan(const SpringNetwork& network, std::span<const std::int32_t> nodes, double time_step,
+              SweepPlan& plan);
 
   private:
     struct Slot {
         std::int32_t offset;
-        bool sees_new;
         std::uint32_t lanes;
         std::int32_t link[kPack];
     };
     struct Left {
         std::int32_t local, link;
     };
-    void add_group(const SpringNetwork& network, bool as_one, SweepPlan& plan);
-    void sort_by_turn(const SpringNetwork& network, const TransmittalOrder& layers);
-    void order_group(const SpringNetwork& network);
+    void add_nodes(const SpringNetwork& network, SweepPlan& plan);
+    void order_nodes(const SpringNetwork& network);
     void extend_rows(const SpringNetwork& network);
     void number(const SpringNetwork& network, SweepPlan& plan);
     void make_slots(const SpringNetwork& network, double time_step, SweepPlan& plan);
-    /// @param first  local number of the first node of the pack's group
-    void sort_links(const SpringNetwork& network, const SweepPlan& plan, std::int32_t pack,
-                    std::int32_t first);
+    void sort_links(const SpringNetwork& network, const SweepPlan& plan, std::int32_t pack);
     int fewest_in_row() const;
     void merge_rows();
-    void add_rows(bool sees_new, const SpringNetwork& network, double time_step, SweepPlan& plan);
-    void add_lists(bool sees_new, std::int32_t pack, const SpringNetwork& network, double time_step,
+    void add_rows(const SpringNetwork& network, double time_step, SweepPlan& plan);
+    void add_lists(std::int32_t pack, const SpringNetwork& network, double time_step,
                    SweepPlan& plan);
     std::uint32_t block_of(const SpringNetwork& network, const std::int32_t (&links)[kPack],
                            double time_step, SweepPlan& plan);
     void add_cells(const SpringNetwork& network, SweepPlan& plan);
-    /// Collects the cells of a group's nodes in m_cells[tetrahedra, hexahedra].
-    void find_cells(const SpringNetwork& network, const SweepPlan& plan, const SweepGroup& group);
+    /// Collects the cells of the active nodes in m_cells[tetrahedra, hexahedra].
+    void find_cells(const SpringNetwork& network, const SweepPlan& plan);
     void add_cell_packs(const SpringNetwork& network, std::span<const std::int32_t> cells,
                         std::int32_t node_count, SweepPlan& plan);
-    void finish(const SpringNetwork& network, double time_step, SweepPlan& plan);
 
     std::vector<std::int32_t> m_local_of;  ///< [global]; −1 between calls
     std::vector<std::uint8_t> m_active;    ///< [global]; 0 between calls
-    std::vector<std::int32_t> m_group, m_walk, m_frozen;
-    std::vector<std::int32_t> m_cell_of;   ///< [cell] index in cell_nodes; −1 between groups
-    std::vector<std::int32_t> m_cells[2];  ///< of a group: tetrahedra, hexahedra
-    TransmittalOrder m_turns;              ///< nodes sorted by turn
+    std::vector<std::int32_t> m_nodes, m_walk, m_frozen;
+    std::vector<std::int32_t> m_cell_of;   ///< [cell] index in cell_nodes, −1: none
+    std::vector<std::int32_t> m_cells[2];  ///< tetrahedra, hexahedra
     std::vector<Slot> m_slots;
-    std::vector<Left> m_left[2][kPack];  ///< [sees new]
+    std::vector<Left> m_left[kPack];
     std::vector<Left> m_merged;
     std::int32_t m_first_lane = 0;  ///< local number of the pack's first node
     std::unordered_map<std::uint64_t, std::uint32_t> m_block_of;

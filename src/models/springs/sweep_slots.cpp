@@ -23,11 +23,10 @@ constexpr std::size_t kDenseListCost = 3;
 
 /// Sorts a pack's links by the offset to their other end; rare offsets go to m_left.
 void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& plan,
-                              std::int32_t pack, std::int32_t first) {
+                              std::int32_t pack) {
     m_slots.clear();
     m_first_lane = (pack + 1) * kPack;
-    for (auto& lanes : m_left)
-        for (auto& left : lanes) left.clear();
+    for (auto& left : m_left) left.clear();
     for (int lane = 0; lane < kPack; ++lane) {
         const std::int32_t local = (pack + 1) * kPack + lane;
         if (!plan.is_active[std::size_t(local)]) continue;
@@ -36,15 +35,14 @@ void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& pla
         for (const auto& neighbour : network.neighbours(node)) {
             const std::int32_t other = m_local_of[std::size_t(neighbour.node)];
             const std::int32_t offset = other - local;
-            const bool sees_new = other < first;
             const std::uint32_t bit = 1u << lane;
             const auto fits = [&](const Slot& slot) {
-                return slot.offset == offset && slot.sees_new == sees_new && !(slot.lanes & bit);
+                return slot.offset == offset && !(slot.lanes & bit);
             };
             if (guess >= m_slots.size() || !fits(m_slots[guess])) {
                 guess = 0;
                 while (guess < m_slots.size() && !fits(m_slots[guess])) ++guess;
-                if (guess == m_slots.size()) m_slots.push_back({offset, sees_new, 0, {}});
+                if (guess == m_slots.size()) m_slots.push_back({offset, 0, {}});
             }
             m_slots[guess].lanes |= bit;
             m_slots[guess].link[lane] = neighbour.link;
@@ -57,7 +55,7 @@ void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& pla
         if (is_rare(slot))
             for (int lane = 0; lane < kPack; ++lane)
                 if (slot.lanes >> lane & 1)
-                    m_left[slot.sees_new][lane].push_back(
+                    m_left[lane].push_back(
                         {(pack + 1) * kPack + lane + slot.offset, slot.link[lane]});
     std::erase_if(m_slots, is_rare);
     merge_rows();
@@ -67,14 +65,11 @@ void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& pla
 /// regular numbering. Each lane keeps the order of its links, so the sums have the same bits.
 void SweepPlanner::merge_rows() {
     std::size_t links[kPack] = {}, listed = 0;
-    for (const Slot& slot : m_slots) {
-        if (slot.sees_new) return;
+    for (const Slot& slot : m_slots)
         for (int lane = 0; lane < kPack; ++lane) links[lane] += slot.lanes >> lane & 1;
-    }
     for (int lane = 0; lane < kPack; ++lane) {
-        if (!m_left[1][lane].empty()) return;
-        listed = std::max(listed, m_left[0][lane].size());
-        links[lane] += m_left[0][lane].size();
+        listed = std::max(listed, m_left[lane].size());
+        links[lane] += m_left[lane].size();
     }
     const std::size_t merged = *std::max_element(links, links + kPack);
     if (kDenseListCost * merged >= m_slots.size() + kDenseListCost * listed) return;
@@ -83,7 +78,7 @@ void SweepPlanner::merge_rows() {
         for (const Slot& slot : m_slots)
             if (slot.lanes >> lane & 1)
                 m_merged.push_back({m_first_lane + lane + slot.offset, slot.link[lane]});
-        m_left[0][lane].insert(m_left[0][lane].begin(), m_merged.begin(), m_merged.end());
+        m_left[lane].insert(m_left[lane].begin(), m_merged.begin(), m_merged.end());
     }
     m_slots.clear();
 }
@@ -92,18 +87,15 @@ void SweepPlanner::merge_rows() {
 int SweepPlanner::fewest_in_row() const {
     std::size_t least = m_slots.size();
     int best = 1;
-    std::size_t listed[2][kPack] = {};  // [old or new][lane]
+    std::size_t listed[kPack] = {};
     std::size_t rows = m_slots.size();
     for (int fewest = 2; fewest <= kPack + 1; ++fewest) {
         for (const Slot& slot : m_slots) {
             if (std::popcount(slot.lanes) != fewest - 1) continue;
             --rows;
-            for (int lane = 0; lane < kPack; ++lane)
-                listed[slot.sees_new][lane] += slot.lanes >> lane & 1;
+            for (int lane = 0; lane < kPack; ++lane) listed[lane] += slot.lanes >> lane & 1;
         }
-        std::size_t cost = rows;
-        for (const auto& lanes : listed)
-            cost += kListCost * *std::max_element(lanes, lanes + kPack);
+        const std::size_t cost = rows + kListCost * *std::max_element(listed, listed + kPack);
         if (cost < least) {
             least = cost;
             best = fewest;
@@ -147,11 +139,9 @@ std::uint32_t SweepPlanner::block_of(const SpringNetwork& network,
     return m_last_block[place] = entry->second;
 }
 
-void SweepPlanner::add_rows(bool sees_new, const SpringNetwork& network, double time_step,
-                            SweepPlan& plan) {
+void SweepPlanner::add_rows(const SpringNetwork& network, double time_step, SweepPlan& plan) {
     std::int32_t links[kPack];
     for (const Slot& slot : m_slots) {
-        if (slot.sees_new != sees_new) continue;
         for (int lane = 0; lane < kPack; ++lane)
             links[lane] = slot.lanes >> lane & 1 ? slot.link[lane] : -1;
         const std::uint32_t block = block_of(network, links, time_step, plan);
@@ -160,18 +150,17 @@ void SweepPlanner::add_rows(bool sees_new, const SpringNetwork& network, double 
     }
 }
 
-void SweepPlanner::add_lists(bool sees_new, std::int32_t pack, const SpringNetwork& network,
-                             double time_step, SweepPlan& plan) {
-    const auto& lanes = m_left[sees_new];
+void SweepPlanner::add_lists(std::int32_t pack, const SpringNetwork& network, double time_step,
+                             SweepPlan& plan) {
     std::size_t longest = 0;
-    for (const auto& left : lanes) longest = std::max(longest, left.size());
+    for (const auto& left : m_left) longest = std::max(longest, left.size());
     std::int32_t links[kPack];
     for (std::size_t n = 0; n < longest; ++n) {
         const auto first = std::int32_t(plan.others.size());
         for (int lane = 0; lane < kPack; ++lane) {
-            const bool has = n < lanes[lane].size();
-            links[lane] = has ? lanes[lane][n].link : -1;
-            plan.others.push_back(has ? lanes[lane][n].local : (pack + 1) * kPack + lane);
+            const bool has = n < m_left[lane].size();
+            links[lane] = has ? m_left[lane][n].link : -1;
+            plan.others.push_back(has ? m_left[lane][n].local : (pack + 1) * kPack + lane);
         }
         const std::uint32_t block = block_of(network, links, time_step, plan);
         plan.slots.push_back({first, block});
@@ -183,19 +172,15 @@ void SweepPlanner::make_slots(const SpringNetwork& network, double time_step, Sw
     m_block_of.clear();
     m_last_block.clear();
     const auto here = [&] { return std::uint32_t(plan.slots.size()); };
-    for (const SweepGroup& group : plan.groups)
-        for (std::int32_t pack = group.begin_pack; pack < group.end_pack; ++pack) {
-            sort_links(network, plan, pack, (group.begin_pack + 1) * kPack);
-            plan.packs.push_back({here(), 0, 0, 0, 0});
-            add_rows(false, network, time_step, plan);
-            plan.packs.back().new_rows = here();
-            add_rows(true, network, time_step, plan);
-            plan.packs.back().rows_end = here();
-            add_lists(false, pack, network, time_step, plan);
-            plan.packs.back().new_lists = here();
-            add_lists(true, pack, network, time_step, plan);
-            plan.packs.back().end = here();
-        }
+    const std::int32_t packs = plan.active_end / kPack - 1;
+    for (std::int32_t pack = 0; pack < packs; ++pack) {
+        sort_links(network, plan, pack);
+        plan.packs.push_back({here(), 0, 0});
+        add_rows(network, time_step, plan);
+        plan.packs.back().rows_end = here();
+        add_lists(pack, network, time_step, plan);
+        plan.packs.back().end = here();
+    }
 }
 
 }  // namespace pliant

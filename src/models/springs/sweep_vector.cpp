@@ -9,8 +9,7 @@
 
 #include "springs/sweep.h"
 
-// Vectors of a size known only at run time can't be stored in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "base/vector_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "springs/sweep_vector.cpp"
 #include <hwy/foreach_target.h>
@@ -66,7 +65,7 @@ struct Lanes {
     V sum_x, sum_y, sum_z;
 };
 
-/// Source of the other ends' positions: old or new.
+/// Positions of the other ends.
 struct Seen {
     const double *x, *y, *z;
     const double *before_x, *before_y, *before_z;
@@ -195,8 +194,7 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
     const D d;
     const double *const xs = a.x[0], *const ys = a.x[1], *const zs = a.x[2];
     const double *const bx = a.before[0], *const by = a.before[1], *const bz = a.before[2];
-    const Seen old_places{xs, ys, zs, bx, by, bz};
-    const Seen new_places{a.next[0], a.next[1], a.next[2], xs, ys, zs};
+    const Seen seen{xs, ys, zs, bx, by, bz};
     const V farthest = hn::Set(d, farthest2), zero = hn::Zero(d);
     auto far_lanes = hn::Lt(zero, zero);
     for (std::int64_t pack = begin; pack < end; ++pack) {
@@ -216,10 +214,8 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
             const Slots<Terms> slots{plan.slots.data(), plan.blocks.data() + part * kLanes,
                                      plan.others.data() + part * kLanes, i,
                                      branches_at<Terms>(a, part * kLanes)};
-            add_rows(own, old_places, slots, of.begin, of.new_rows);
-            add_rows(own, new_places, slots, of.new_rows, of.rows_end);
-            add_lists(own, old_places, slots, of.rows_end, of.new_lists);
-            add_lists(own, new_places, slots, of.new_lists, of.end);
+            add_rows(own, seen, slots, of.begin, of.rows_end);
+            add_lists(own, seen, slots, of.rows_end, of.end);
             const V keep = hn::Load(d, a.keep + i), push = hn::Load(d, a.push + i);
             const V mx = hn::MulAdd(push, own.sum_x, hn::Mul(keep, own.from_x));
             const V my = hn::MulAdd(push, own.sum_y, hn::Mul(keep, own.from_y));

@@ -20,31 +20,16 @@ namespace {
 
 Status check_settings(const SpringNetwork& network, const SpringSettings& s) {
     if (Status status = check(s, spring_solver_rows()); !status.ok()) return status;
-    if (network.has_branches()) {
-        const bool transmits = s.solver == SpringSolver::ForceTransmittal;
-        if (!transmits && s.solver != SpringSolver::Explicit)
-            return invalid("solver: expected ForceTransmittal or Explicit for Maxwell branches");
-        // Both ends of a link must see the same stretch.
-        if (transmits && s.seen != SeenPositions::Old)
-            return invalid("seen: expected old positions for Maxwell branches, found new ones");
-    }
-    if (s.solver != SpringSolver::LocalGlobal) return Ok{};
-    if (network.has_volume_energy())
-        return invalid("solver: LocalGlobal expects a network without volume energy");
-    for (const SpringLink& link : network.links())
-        if (link.damping > 0) return invalid("solver: LocalGlobal expects links without damping");
+    if (network.has_branches() && s.solver == SpringSolver::ImplicitEuler)
+        return invalid("solver: expected ForceTransmittal or Explicit for Maxwell branches");
     return Ok{};
 }
 
 /// Returns the time step to use, or an error about the requested one.
 Result<double> choose_time_step(const SpringNetwork& network, const SpringSettings& s) {
-    const bool transmits = s.solver == SpringSolver::ForceTransmittal;
-    const double longest = stable_time_step(network, transmits ? s.seen : SeenPositions::Old);
-    const bool any = !transmits && s.solver != SpringSolver::Explicit;
+    const double longest = network.stable_time_step();
+    const bool any = s.solver == SpringSolver::ImplicitEuler;
     if (s.time_step == 0) {
-        if (!(longest > 0))
-            return invalid(
-                "seen: new positions expect damped nodes; without, no time step is stable");
         if (!std::isfinite(longest))
             return invalid(
                 "time_step: expected one, since the network has no stiffness to tell it by");
@@ -78,11 +63,8 @@ SettingRows<SpringSettings> spring_solver_rows() noexcept {
     using S = SpringSettings;
     static constexpr Setting<S> kRows[] = {
         setting<&S::solver>({.name = "solver",
-                             .choices = "force_transmittal|explicit|implicit_euler|local_global",
+                             .choices = "force_transmittal|explicit|implicit_euler",
                              .text = "method of a step"}),
-        setting<&S::seen>({.name = "seen",
-                           .choices = "old|new_layers|new_nodes",
-                           .text = "positions of the neighbours in a node's update"}),
         setting<&S::depth>({.name = "depth",
                             .unit = "layers",
                             .low = 0,
@@ -103,8 +85,6 @@ SettingRows<SpringSettings> spring_solver_rows() noexcept {
         setting<&S::assembled>(
             {.name = "assembled",
              .text = "implicit Euler with an assembled matrix and a coarse space"}),
-        setting<&S::local_global_iterations>(
-            {.name = "local_global_iterations", .low = 1, .text = "of a local/global step"}),
     };
     return kRows;
 }

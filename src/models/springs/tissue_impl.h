@@ -8,7 +8,6 @@
 #include <algorithm>
 
 #include "springs/assembled_euler.h"
-#include "springs/local_global.h"
 #include "springs/state.h"
 #include "springs/tangent.h"
 #include "springs/transmittal.h"
@@ -26,10 +25,7 @@ struct SpringTissue::Impl {
             farthest = std::max(farthest, link.rest_length);
     }
 
-    bool is_explicit() const {
-        return settings.solver == SpringSolver::ForceTransmittal ||
-               settings.solver == SpringSolver::Explicit;
-    }
+    bool is_explicit() const { return settings.solver != SpringSolver::ImplicitEuler; }
     /// The state, brought up to date.
     SpringState& current() noexcept {
         if (state_is_behind) transmittal.give_back(state);
@@ -50,7 +46,6 @@ struct SpringTissue::Impl {
     Error unstable();
     Result<SpringStep> step_explicit(std::int32_t count, const TaskArena& arena);
     Result<SpringStep> step_implicit(std::int32_t count);
-    Result<SpringStep> step_local_global(std::int32_t count);
     void step_once_implicit(SpringStep& report);
     bool find_relaxed_stiffness(std::span<const std::int32_t> nodes, TangentKind kind,
                                 Mat3d& stiffness);
@@ -67,11 +62,9 @@ struct SpringTissue::Impl {
     Transmittal transmittal;
     Tangent tangent;
     AssembledEuler assembled;
-    LocalGlobal local_global;
     std::vector<std::uint8_t> movable;
     std::vector<std::uint8_t> marks;     ///< [node]; all 0 between calls
     std::vector<Vec3d> right, velocity;  ///< of the implicit solver
-    std::vector<double> saved[6];        ///< LocalGlobal: the state before a call
 };
 
 }  // namespace pliant

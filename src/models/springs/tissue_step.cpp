@@ -18,7 +18,6 @@ void SpringTissue::Impl::forget_network() noexcept {
     transmittal.forget(state);
     state_is_behind = false;
     assembled.forget();
-    local_global.forget();
 }
 
 Result<SpringStep> SpringTissue::Impl::step_explicit(std::int32_t count, const TaskArena& arena) {
@@ -108,40 +107,13 @@ Result<SpringStep> SpringTissue::Impl::step_implicit(std::int32_t count) {
     return report;
 }
 
-Result<SpringStep> SpringTissue::Impl::step_local_global(std::int32_t count) {
-    if (const Status status = local_global.prepare(network, state, time_step); !status.ok())
-        return status.error();
-    find_movable();
-    SpringStep report{.active_nodes = std::int32_t(std::count(movable.begin(), movable.end(), 1))};
-    // Eigen allocates in each step.
-    for (int c = 0; c < 3; ++c) {
-        saved[c] = state.x[c];
-        saved[c + 3] = state.before[c];
-    }
-    try {
-        for (; report.steps < count; ++report.steps) {
-            local_global.step(network, state, time_step, settings.local_global_iterations);
-            report.iterations += settings.local_global_iterations;
-        }
-    } catch (...) {
-        for (int c = 0; c < 3; ++c) {
-            state.x[c].swap(saved[c]);
-            state.before[c].swap(saved[c + 3]);
-        }
-        throw;
-    }
-    return report;
-}
-
 Result<SpringStep> SpringTissue::step(std::int32_t count, const TaskArena& arena) noexcept {
     return attempt([&]() -> Result<SpringStep> {
         if (count < 0)
             return Error{ErrorCode::InvalidArgument,
                          "step: expected 0 steps or more, found " + std::to_string(count)};
-        if (m_impl->is_explicit()) return m_impl->step_explicit(count, arena);
-        return m_impl->settings.solver == SpringSolver::ImplicitEuler
-                   ? m_impl->step_implicit(count)
-                   : m_impl->step_local_global(count);
+        return m_impl->is_explicit() ? m_impl->step_explicit(count, arena)
+                                     : m_impl->step_implicit(count);
     });
 }
 

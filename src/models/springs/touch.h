@@ -24,13 +24,6 @@
 
 namespace pliant {
 
-struct TouchTool {
-    Vec3d position{0, 0, 0};
-    double radius = 0;
-    /// In contact, ascending. Contact doesn't allocate if there is room for all triangles.
-    std::vector<std::int32_t> triangles{};
-};
-
 /// Passage of a point through a triangle from its outer to its inner side.
 struct Crossing {
     double time;                    ///< 0…1

@@ -15,8 +15,7 @@ constexpr std::int32_t kPacksPerTask = 64;
 }  // namespace
 
 Transmittal::Transmittal(const SpringSettings& settings, double time_step)
-    : m_settings(settings),
-      m_time_step(time_step),
+    : m_time_step(time_step),
       m_kernel(settings.vectors ? vector_sweep() : plain_sweep()),
       m_volume_kernel(settings.vectors ? vector_volume_sweep() : plain_volume_sweep()) {}
 
@@ -34,12 +33,10 @@ Transmittal::Kept& Transmittal::find_plan(const SpringNetwork& network, std::int
         m_order.nodes.clear();
         for (std::int32_t n = 0; n < network.node_count(); ++n)
             if (!network.nodes()[std::size_t(n)].fixed) m_order.nodes.push_back(n);
-        m_order.layers = {0, std::int32_t(m_order.nodes.size())};
     } else {
         m_search.run(network, m_sources, depth, m_order);
     }
-    m_planner.plan(network, m_order, everything ? SeenPositions::Old : m_settings.seen, m_time_step,
-                   kept.plan);
+    m_planner.plan(network, m_order.nodes, m_time_step, kept.plan);
     if (m_kept.size() < kKeptPlans) {
         m_kept.push_back(std::move(m_spare));
         return kept;
@@ -206,43 +203,31 @@ SweepArrays Transmittal::arrays() {
     return arrays;
 }
 
-bool Transmittal::sweep_packs(std::int32_t begin_pack, std::int32_t end_pack,
-                              const TaskArena& arena, double farthest) {
+bool Transmittal::sweep_packs(const TaskArena& arena, double farthest) {
+    const SweepPlan& plan = m_plan->plan;
     const SweepArrays a = arrays();
+    const auto packs = std::int64_t(plan.packs.size());
     std::atomic<bool> all_near{true};
     const struct {
-        const Transmittal& own;
+        const SweepPlan& plan;
+        SweepKernel kernel;
         const SweepArrays& a;
-        std::int64_t first;
         double farthest2;
         std::atomic<bool>& all_near;
-    } job{*this, a, begin_pack, farthest * farthest, all_near};
-    arena.for_each(end_pack - begin_pack, kPacksPerTask,
-                   [&job](std::int64_t begin, std::int64_t end) {
-                       if (!job.own.m_kernel(job.own.m_plan->plan, job.a, job.first + begin,
-                                             job.first + end, job.farthest2))
-                           job.all_near.store(false, std::memory_order_relaxed);
-                   });
+    } job{plan, m_kernel, a, farthest * farthest, all_near};
+    if (packs <= kPacksPerTask && plan.cell_packs.empty())
+        return m_kernel(plan, a, 0, packs, job.farthest2);
+    arena.for_each(packs, kPacksPerTask, [&job](std::int64_t begin, std::int64_t end) {
+        if (!job.kernel(job.plan, job.a, begin, end, job.farthest2))
+            job.all_near.store(false, std::memory_order_relaxed);
+    });
     return all_near.load();
 }
 
 bool Transmittal::step(const TaskArena& arena, double farthest) {
     if (!m_plan) return true;
-    const SweepPlan& plan = m_plan->plan;
-    const SweepArrays a = arrays();
-    bool all_near = true;
-    std::int32_t swept = 0;
-    for (std::size_t g = 0; g < plan.groups.size(); ++g) {
-        const SweepGroup& group = plan.groups[g];
-        if (!plan.cell_packs.empty()) add_volume_forces(g, arena);
-        if (!plan.cell_packs.empty() || group.end_pack - group.begin_pack > kPacksPerTask) {
-            all_near &= m_kernel(plan, a, swept, group.begin_pack, farthest * farthest);
-            all_near &= sweep_packs(group.begin_pack, group.end_pack, arena, farthest);
-            swept = group.end_pack;
-        }
-    }
-    // Small groups in sequence, like packs.
-    all_near &= m_kernel(plan, a, swept, std::int32_t(plan.packs.size()), farthest * farthest);
+    if (!m_plan->plan.cell_packs.empty()) add_volume_forces(arena);
+    const bool all_near = sweep_packs(arena, farthest);
     m_before.swap(m_two_before);
     m_x.swap(m_before);
     m_branch.swap(m_other_branch);

@@ -48,14 +48,10 @@ class Transmittal {
     void renew_contact(const SpringNetwork& network, const SpringState& state);
     void set_node(const SpringNetwork& network, const SpringState& state, std::size_t local);
     Kept& find_plan(const SpringNetwork& network, std::int32_t depth, bool everything);
-    bool sweep_packs(std::int32_t begin_pack, std::int32_t end_pack, const TaskArena& arena,
-                     double farthest);
-    void add_volume_forces(std::size_t group, const TaskArena& arena);
-    void see_positions(std::int64_t first, std::int64_t last, const Three& positions,
-                       const TaskArena& arena);
+    bool sweep_packs(const TaskArena& arena, double farthest);
+    void add_volume_forces(const TaskArena& arena);
     SweepArrays arrays();
 
-    SpringSettings m_settings;
     double m_time_step;
     SweepKernel m_kernel;
     VolumeKernel m_volume_kernel;

@@ -10,8 +10,7 @@
 #include "springs/cell_volume.h"
 #include "springs/volume_sweep.h"
 
-// Vectors of a size known only at run time can't be stored in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "base/vector_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "springs/volume_vector.cpp"
 #include <hwy/foreach_target.h>

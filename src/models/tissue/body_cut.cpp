@@ -291,12 +291,6 @@ TouchedSolids touched_solids(const TetMesh& whole, std::span<const std::int32_t>
     return touched;
 }
 
-void BodyShape::set_mesh(const TetMesh& at_rest) {
-    rest = at_rest.nodes_mm;
-    cells = at_rest.cells;
-    for (const Cell& cell : cells) rest_volumes.push_back(volume_of_cell(cell, rest));
-}
-
 void BodyShape::set_touched(std::vector<Cell> tetrahedra, std::span<const std::int32_t> solids) {
     touched = std::move(tetrahedra);
     has_pieces = std::any_of(solids.begin(), solids.end(),

@@ -17,6 +17,7 @@
 
 #include <pliant/body_contact.h>
 #include <pliant/cut_mesh.h>
+#include <pliant/mesh_tissue.h>
 #include <pliant/pbd.h>
 
 #include <array>
@@ -62,8 +63,6 @@ TouchedSolids touched_solids(const TetMesh& whole, std::span<const std::int32_t>
 
 /// A body with some cuts: everything that depends on them.
 struct BodyShape {
-    /// @param rest  with copies
-    void set_mesh(const TetMesh& rest);
     /// @param solids  [tetrahedron]
     void set_touched(std::vector<std::array<std::int32_t, 4>> tetrahedra,
                      std::span<const std::int32_t> solids);
@@ -73,10 +72,8 @@ struct BodyShape {
     PbdBody body;
     BodyContact contact;
     bool has_pieces = false;                              ///< two or more are in contact
-    std::vector<std::array<std::int32_t, 4>> cells{};     ///< tetrahedra
+    RestMesh rest{};                                      ///< with copies, in the body's precision
     std::vector<std::array<std::int32_t, 4>> touched{};   ///< those of TouchedSolids
-    std::vector<Vec3d> rest{};                            ///< [node], in the body's precision
-    std::vector<double> rest_volumes{};                   ///< [tetrahedron] [mm³]
     std::vector<std::uint8_t> is_real{};                  ///< [node], with cuts
     std::shared_ptr<const EmbeddedScan::Cuts> carried{};  ///< null: the whole body
 };

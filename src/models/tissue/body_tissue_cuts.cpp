@@ -1,28 +1,33 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cuts of a body, and the exchange of its shapes.
+// Cuts of a body, the exchange of its shapes, and states with cuts.
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/hash.h"
 #include "pbd/rollback.h"
 #include "tissue/body_tissue.h"
 
 namespace pliant {
 namespace {
 
+constexpr double kFarthestNode_mm = 500;
+
 /// Whether a cut has changed a mesh, if only by a crossing of an edge that later cuts complete.
-bool has_changed(const CutMesh& now, std::size_t nodes, std::size_t cells, const CutMesh* before) {
+bool has_changed(const CutMesh& now, const RestMesh& rest, const CutMesh* before) {
     const auto crossings = [](const CutMesh& mesh) {
         std::size_t sum = mesh.parts.size();
         for (const CutPart& part : mesh.parts) sum += part.begun.size();
         return sum;
     };
-    return now.mesh.nodes_mm.size() != nodes || now.mesh.cells.size() != cells ||
+    return now.mesh.nodes_mm.size() != rest.nodes_mm.size() ||
+           now.mesh.cells.size() != rest.cells.size() ||
            crossings(now) != (before ? crossings(*before) : 0);
 }
 
@@ -37,7 +42,7 @@ Result<CutMesh> BodyTissue::cut_further(const BodyShape& shape, const BodyCut& c
 Result<BodyTissue::ShapePointer> BodyTissue::make_shape(CutMesh mesh,
                                                         std::vector<double> cuts) const {
     auto body =
-        PbdBody::create(cut_parts(m_whole->body.parts(), m_whole->cells, m_plan.pieces, mesh),
+        PbdBody::create(cut_parts(m_whole->body.parts(), m_whole->rest.cells, m_plan.pieces, mesh),
                         m_whole->body.settings());
     if (!body.ok()) return body.error();
     TouchedSolids touched = touched_solids(whole_mesh(), m_plan.pieces, mesh);
@@ -46,10 +51,11 @@ Result<BodyTissue::ShapePointer> BodyTissue::make_shape(CutMesh mesh,
     auto shape = std::make_shared<BodyShape>(BodyShape{
         .cuts = std::move(cuts), .body = std::move(*body), .contact = std::move(*contact)});
     PbdRollback::reserve(shape->body);
-    shape->set_mesh(mesh.mesh);
+    shape->rest = rest_mesh(mesh.mesh);
+    shape->rest.edge_mm = m_whole->rest.edge_mm;  // strides are those of the whole body
     shape->set_touched(std::move(touched.mesh.cells), touched.solids);
     shape->is_real = real_nodes(mesh);
-    shape->carried = m_carried->find_cuts(mesh);
+    shape->carried = carried().find_cuts(mesh);
     shape->mesh = std::move(mesh);
     return shape;
 }
@@ -78,13 +84,12 @@ Result<BodyTissue::ShapePointer> BodyTissue::shape_with(std::span<const double> 
 Status BodyTissue::take_shape(const ShapePointer& shape, std::span<const Vec3d> positions,
                               std::span<const Vec3d> velocities, Tools& tools, Spheres& spheres) {
     if (shape != m_shape) {
-        std::vector<Vec3d> memory[4];
-        for (auto& vectors : memory) vectors.resize(shape->rest.size());
-        if (const Status s = m_carried->place(shape->carried, positions); !s.ok()) return s;
-        m_positions.swap(memory[0]);
-        m_velocities.swap(memory[1]);
-        m_shown.swap(memory[2]);
-        m_stepped.swap(memory[3]);
+        Memory memory(shape->rest.nodes_mm.size());
+        std::vector<Vec3d> calm;
+        calm.reserve(shape->rest.nodes_mm.size());
+        if (const Status s = carried().place(shape->carried, positions); !s.ok()) return s;
+        std::swap(m_memory, memory);
+        m_calm.swap(calm);
         m_shape = shape;
         if (shape != m_whole) {
             std::erase(m_shapes, shape);
@@ -94,7 +99,7 @@ Status BodyTissue::take_shape(const ShapePointer& shape, std::span<const Vec3d> 
     }
     m_tools.swap(tools);
     m_spheres.swap(spheres);
-    set_masses();
+    hold_nodes();
     put(positions, velocities);
     return Ok{};
 }
@@ -115,12 +120,11 @@ Result<CutReport> BodyTissue::cut(const CutSurface& surface) noexcept {
 }
 
 Result<CutReport> BodyTissue::cut_along(const CutSurface& surface) {
-    BodyCut cut{surface, std::vector<Vec3d>(m_positions.size())};
+    BodyCut cut{surface, std::vector<Vec3d>(std::size_t(node_count()))};
     body().get_positions(cut.positions_mm);
     auto mesh = cut_further(*m_shape, cut);
     if (!mesh.ok()) return mesh.error();
-    if (!has_changed(*mesh, m_shape->rest.size(), m_shape->cells.size(), cut_mesh()))
-        return CutReport{};
+    if (!has_changed(*mesh, m_shape->rest, cut_mesh())) return CutReport{};
     std::vector<double> cuts = m_shape->cuts;
     add_numbers(cut, cuts);
     const std::vector<std::int32_t> node_of = mesh->node_of;
@@ -135,14 +139,85 @@ Result<CutReport> BodyTissue::cut_along(const CutSurface& surface) {
     Tools tools = m_tools;
     Spheres spheres = m_spheres;
     for (auto& [tool, nodes] : tools)
-        for (std::size_t n = m_shape->rest.size(); n < node_of.size(); ++n)
+        for (std::size_t n = m_shape->rest.nodes_mm.size(); n < node_of.size(); ++n)
             if (std::binary_search(m_tools.at(tool).begin(), m_tools.at(tool).end(), node_of[n]))
                 nodes.push_back(std::int32_t(n));
-    const std::int64_t links = m_carried->cut_links();
+    const std::int64_t links = carried().cut_links();
     if (const Status s = take_shape(*shape, positions, velocities, tools, spheres); !s.ok())
         return s.error();
     wake();
-    return CutReport{.cut_links = m_carried->cut_links() - links};
+    return CutReport{.cut_links = carried().cut_links() - links};
+}
+
+// States: those of the nodes, and the cuts that determine which these are.
+
+/// The first six numbers are those of node 0.
+void BodyTissue::state(std::vector<double>& numbers) const {
+    const std::vector<double>& cuts = m_shape->cuts;
+    const std::size_t whole = m_whole->rest.nodes_mm.size();
+    const std::size_t beside = cuts.empty() ? 0 : 1 + cuts.size();
+    const auto nodes = std::size_t(node_count());
+    numbers.resize(6 * nodes + beside);
+    for (std::size_t n = 0; n < nodes; ++n) {
+        const Vec3d x = body().position(std::int32_t(n)), v = body().velocity(std::int32_t(n));
+        const std::size_t at = 6 * n + (n < whole ? 0 : beside);
+        for (int a = 0; a < 3; ++a) {
+            numbers[at + std::size_t(a)] = x[a];
+            numbers[at + 3 + std::size_t(a)] = v[a];
+        }
+    }
+    if (cuts.empty()) return;
+    numbers[6 * whole] = double(cuts.size());
+    std::copy(cuts.begin(), cuts.end(), numbers.begin() + std::ptrdiff_t(6 * whole + 1));
+}
+
+Status BodyTissue::set_state(std::span<const double> numbers) noexcept {
+    return attempt([&]() -> Status {
+        const std::size_t whole = 6 * m_whole->rest.nodes_mm.size();
+        std::span<const double> cuts;
+        std::size_t beside = 0;
+        if (numbers.size() > whole) {
+            const double count = numbers[whole];
+            if (!(count >= 1 && count <= double(numbers.size() - whole - 1)) ||
+                count != std::floor(count))
+                return invalid("expected position and velocity of as many particles");
+            cuts = numbers.subspan(whole + 1, std::size_t(count));
+            beside = 1 + cuts.size();
+        }
+        const auto shape = shape_with(cuts);
+        if (!shape.ok()) return shape.error();
+        const std::vector<Vec3d>& rest = (*shape)->rest.nodes_mm;
+        if (numbers.size() != 6 * rest.size() + beside)
+            return invalid("expected position and velocity of as many particles");
+        std::vector<Vec3d> positions, velocities;
+        bool is_home = true;
+        for (std::size_t n = 0; n < rest.size(); ++n) {
+            const double* at = numbers.data() + 6 * n + (6 * n < whole ? 0 : beside);
+            positions.push_back({at[0], at[1], at[2]});
+            velocities.push_back({at[3], at[4], at[5]});
+            if (!(norm(positions.back() - rest[n]) <= kFarthestNode_mm) ||
+                !(norm(velocities.back()) <= 1e9))
+                return invalid("expected particles within 500 mm of their rest positions");
+            is_home &= positions.back() == rest[n] && velocities.back() == Vec3d{0, 0, 0};
+        }
+        Tools tools;
+        Spheres spheres;
+        if (const Status s = take_shape(*shape, positions, velocities, tools, spheres); !s.ok())
+            return s;
+        wake();
+        m_settled = is_home && is_weightless();
+        return Ok{};
+    });
+}
+
+std::uint64_t BodyTissue::hash() const {
+    Hash64 hash;
+    for (std::int32_t n = 0; n < body().particle_count(); ++n) {
+        const Vec3d numbers[2] = {body().position(n), body().velocity(n)};
+        hash.add(std::span<const Vec3d>(numbers));
+    }
+    if (!m_shape->cuts.empty()) hash.add(std::span<const double>(m_shape->cuts));
+    return hash.value();
 }
 
 }  // namespace pliant

@@ -11,7 +11,7 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
-#include "tissue/spring_deformation_impl.h"
+#include "tissue/spring_tissue.h"
 
 namespace pliant {
 namespace {
@@ -53,30 +53,31 @@ std::vector<Vec3d> refined(std::span<const Vec3d> line, double step) {
 }  // namespace
 
 /// Position at rest of a point of the deformed scan. @param shift  used where there is no tissue
-Vec3d SpringDeformation::Impl::rest_of(Vec3d point_mm, Vec3d& shift) const {
-    if (const auto place = control->find(point_mm)) shift = rest_of(*place) - point_mm;
+Vec3d SpringScanTissue::rest_of(Vec3d point_mm, Vec3d& shift) const {
+    if (const auto place = control().find(point_mm)) shift = rest_of(*place) - point_mm;
     return point_mm + shift;
 }
 
-Vec3d SpringDeformation::Impl::rest_of(const ControlPlace& place) const {
-    const ControlGrid& grid = control->grid();
+Vec3d SpringScanTissue::rest_of(const ControlPlace& place) const {
+    const ControlGrid& grid = control().grid();
     const std::int32_t node = place.nodes[0];
     const Vec3i n{node % grid.size.x, node / grid.size.x % grid.size.y,
                   node / (grid.size.x * grid.size.y)};
     Vec3d voxel;
     for (int a = 0; a < 3; ++a)
         voxel[a] = grid.first[a] + grid.cell[a] * (double(n[a]) + place.at[a]);
-    return world_from_voxel(control->volume().grid, voxel);
+    return world_from_voxel(control().volume().grid, voxel);
 }
 
 /// The ribbon at rest.
-Result<std::vector<CutTriangle>> SpringDeformation::Impl::at_rest(const CutSurface& surface) const {
-    const bool is_moved = std::any_of(displacements.begin(), displacements.end(), [](Vec3d u) {
+Result<std::vector<CutTriangle>> SpringScanTissue::ribbon_at_rest(const CutSurface& surface) const {
+    const bool is_moved = std::any_of(m_displacements.begin(), m_displacements.end(), [](Vec3d u) {
         return u != Vec3d{0, 0, 0};
     });
     double cell_mm = kFarthest_mm;
     for (int a = 0; a < 3; ++a)
-        cell_mm = std::min(cell_mm, control->grid().cell[a] * control->volume().grid.spacing_mm[a]);
+        cell_mm =
+            std::min(cell_mm, control().grid().cell[a] * control().volume().grid.spacing_mm[a]);
     const double step = is_moved ? kPieceShare * cell_mm : 10 * kFarthest_mm;
     const std::array<Vec3d, 2> depth{Vec3d{0, 0, 0}, surface.depth_mm};
     const std::vector<Vec3d> along = refined(surface.line_mm, step), down = refined(depth, step);
@@ -100,88 +101,78 @@ Result<std::vector<CutTriangle>> SpringDeformation::Impl::at_rest(const CutSurfa
 }
 
 /// Links that the control lattice's cuts cross.
-std::vector<std::int32_t> SpringDeformation::Impl::crossed_links() const {
+std::vector<std::int32_t> SpringScanTissue::crossed_links() const {
     std::vector<std::int32_t> crossed;
-    const SpringNetwork& network = tissue.network();
+    const SpringNetwork& network = m_tissue.network();
     for (std::size_t l = 0; l < network.links().size(); ++l) {
         const SpringLink& link = network.links()[l];
-        if (control->is_cut(network.nodes()[std::size_t(link.a)].rest,
-                            network.nodes()[std::size_t(link.b)].rest))
+        if (control().is_cut(network.nodes()[std::size_t(link.a)].rest,
+                             network.nodes()[std::size_t(link.b)].rest))
             crossed.push_back(std::int32_t(l));
     }
     return crossed;
 }
 
-Result<CutReport> SpringDeformation::cut(const CutSurface& surface) noexcept {
-    return attempt([&] { return m_impl->cut(surface); });
+Result<CutReport> SpringScanTissue::cut(const CutSurface& surface) noexcept {
+    return attempt([&] { return cut_along(surface); });
 }
 
-Result<CutReport> SpringDeformation::Impl::cut(const CutSurface& surface) {
+Result<CutReport> SpringScanTissue::cut_along(const CutSurface& surface) {
     const auto start = std::chrono::steady_clock::now();
     if (const Status s = check(surface); !s.ok()) return s.error();
-    if (const Status s = show(); !s.ok()) return s.error();
-    auto ribbon = at_rest(surface);
+    if (const Status s = update_deformation(); !s.ok()) return s.error();
+    auto ribbon = ribbon_at_rest(surface);
     if (!ribbon.ok()) return ribbon.error();
-    const std::vector<CutTriangle> before(control->cuts_mm().begin(), control->cuts_mm().end());
+    const std::vector<CutTriangle> before(control().cuts_mm().begin(), control().cuts_mm().end());
     ribbon->insert(ribbon->begin(), before.begin(), before.end());
-    if (const Status s = control->set_cuts(*ribbon); !s.ok()) return s.error();
-    const auto made = attempt([&] { return tissue.cut_links(crossed_links()); });
+    if (const Status s = control().set_cuts(*ribbon); !s.ok()) return s.error();
+    const auto made = attempt([&] { return m_tissue.cut_links(crossed_links()); });
     if (!made.ok() || made->cut_links == 0) {
-        (void)control->set_cuts(before);
+        (void)control().set_cuts(before);
         if (!made.ok()) return made.error();
     } else {
         // All moved tissue may have lost its hold; at rest nothing pulls.
-        for (std::int32_t n = 0; n < control->node_count(); ++n)
-            if (tissue.displacement(n) != Vec3d{0, 0, 0} && !is_fixed(n)) former.push_back(n);
+        for (std::int32_t n = 0; n < control().node_count(); ++n)
+            if (m_tissue.displacement(n) != Vec3d{0, 0, 0} && !is_fixed(n)) m_former.push_back(n);
         renew_sources();
-        settled = false;
+        wake();
     }
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
     return CutReport{made->cut_links, elapsed.count(), 0};
 }
 
-std::span<const CutTriangle> SpringDeformation::cuts_mm() const {
-    return m_impl->control->cuts_mm();
-}
-
-Status SpringDeformation::set_shape(std::span<const Vec3d> positions_mm,
-                                    std::span<const CutTriangle> cuts_mm) noexcept {
-    return attempt([&] { return m_impl->set_shape(positions_mm, cuts_mm); });
-}
-
-Status SpringDeformation::Impl::set_shape(std::span<const Vec3d> positions_mm,
-                                          std::span<const CutTriangle> cuts_mm) {
-    const std::vector<CutTriangle> before(control->cuts_mm().begin(), control->cuts_mm().end());
+Status SpringScanTissue::set_shape(std::span<const Vec3d> positions_mm,
+                                   std::span<const CutTriangle> cuts_mm) {
+    const std::vector<CutTriangle> before(control().cuts_mm().begin(), control().cuts_mm().end());
     if (std::equal(before.begin(), before.end(), cuts_mm.begin(), cuts_mm.end()))
         return set_positions(positions_mm);
-    const SpringNetwork& now = tissue.network();
+    const SpringNetwork& now = m_tissue.network();
     auto whole = SpringNetwork::create({{now.nodes().begin(), now.nodes().end()},
                                         {now.links().begin(), now.links().end()},
                                         {now.cells().begin(), now.cells().end()}});
     if (!whole.ok()) return whole.error();
-    auto other = SpringTissue::create(std::move(*whole),
-                                      {.depth = settings.depth, .time_step = tissue.time_step()});
+    auto other = SpringTissue::create(
+        std::move(*whole), {.depth = m_settings.depth, .time_step = m_tissue.time_step()});
     if (!other.ok()) return other.error();
-    if (const Status s = control->set_cuts(cuts_mm); !s.ok()) return s;
+    if (const Status s = control().set_cuts(cuts_mm); !s.ok()) return s;
     const Status placed = attempt([&]() -> Status {
         const auto made = other->cut_links(crossed_links());
         if (!made.ok()) return made.error();
-        std::swap(tissue, *other);
+        std::swap(m_tissue, *other);
         const Status set = set_positions(positions_mm);
-        if (!set.ok()) std::swap(tissue, *other);
+        if (!set.ok()) std::swap(m_tissue, *other);
         return set;
     });
-    if (!placed.ok()) (void)control->set_cuts(before);
+    if (!placed.ok()) (void)control().set_cuts(before);
     return placed;
 }
 
-/// Hash of the cuts; 0 without.
-std::uint64_t SpringDeformation::Impl::hash_of_cuts() const {
-    if (control->cuts_mm().empty()) return 0;
-    Hash64 hash;
-    hash.add(control->cuts_mm());
-    return hash.value();
+std::uint64_t SpringScanTissue::hash() const {
+    if (control().cuts_mm().empty()) return SpringNodes::hash();
+    Hash64 of_cuts;
+    of_cuts.add(control().cuts_mm());
+    return SpringNodes::hash() ^ of_cuts.value();
 }
 
 }  // namespace pliant

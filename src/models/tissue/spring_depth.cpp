@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "base/errors.h"
-#include "tissue/spring_deformation_impl.h"
+#include "tissue/spring_tissue.h"
 
 namespace pliant {
 namespace {
@@ -17,22 +17,16 @@ constexpr double kTolerance = 1e-4;
 
 }  // namespace
 
-Result<DepthFound> SpringDeformation::find_depth(double threshold_mm,
-                                                 std::int32_t max_depth) const noexcept {
-    return attempt([&] { return m_impl->find_depth(threshold_mm, max_depth); });
-}
-
-Result<DepthFound> SpringDeformation::Impl::find_depth(double threshold_mm,
-                                                       std::int32_t max_depth) const {
+Result<DepthFound> SpringScanTissue::find_depth(double threshold_mm, std::int32_t max_depth) const {
     if (!(threshold_mm > 0))
         return about("depth", ErrorCode::InvalidArgument, "expected a threshold above 0 mm");
-    if (held.empty())
+    if (m_held.empty())
         return about("depth", ErrorCode::NotFound, "expected a tool that holds tissue, found none");
-    auto trial = SpringTissue::create(tissue.network(), {.time_step = tissue.time_step()});
+    auto trial = SpringTissue::create(m_tissue.network(), {.time_step = m_tissue.time_step()});
     if (!trial.ok()) return trial.error();
-    if (const Status s = trial->hold(held); !s.ok()) return s.error();
+    if (const Status s = trial->hold(m_held); !s.ok()) return s.error();
     std::vector<Vec3d> places;
-    for (const std::int32_t n : held) places.push_back(tissue.position(n));
+    for (const std::int32_t n : m_held) places.push_back(m_tissue.position(n));
     if (const Status s = trial->move_held(places); !s.ok()) return s.error();
     DepthFound found;
     std::vector<Vec3d> last;

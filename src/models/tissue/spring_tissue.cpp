@@ -9,10 +9,16 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "springs/cell_volume.h"
 
 namespace pliant {
 namespace {
 
+/// Fraction of a cell's edge by which a push advances at a time, with two steps each.
+constexpr double kStrideShare = 0.05;
+constexpr int kStepsPerStride = 2;
+/// A cell is folded if one of its corners has less than this fraction of its volume left.
+constexpr double kFoldShare = 0.15;
 /// Node updates of advance() between two tests whether the tissue rests.
 constexpr int kStepsAtATime = 20;
 
@@ -35,30 +41,126 @@ TissueTraits SpringScanTissue::traits() const noexcept {
             .update_hz = kRate_hz};
 }
 
-Result<PushReport> SpringScanTissue::push(std::uint32_t tool, const Push& push) noexcept {
-    return attempt([&] { return m_model->push(tool, push); });
+// Tools.
+
+MeshTissue::Rules SpringScanTissue::rules(const Push&) const {
+    return {.longest_mm = kStrideShare * norm(control().node_mm(0) - control().node_mm(1)),
+            .gathers = false,
+            .folds = "a control cell would fold; larger cells go farther"};
 }
 
-std::optional<Vec3d> SpringScanTissue::force_n(std::uint32_t tool) noexcept {
-    return m_model->force_n(tool);
+Status SpringScanTissue::check_push(const Push& push) {
+    if (const Status s = update_deformation(); !s.ok()) return s.error();
+    m_place = control().find(push.point_mm);
+    if (m_place) return Ok{};
+    return about("push", ErrorCode::InvalidArgument,
+                 "expected a point inside of the control lattice, found " + text_of(push.point_mm));
 }
+
+std::vector<std::int32_t> SpringScanTissue::nodes_around(const Push& push) const {
+    std::vector<std::int32_t> nodes(m_place->nodes.begin(), m_place->nodes.end());
+    if (push.sphere_radius_mm > 0 || control().cuts_mm().empty()) return nodes;
+    const Vec3d point = rest_of(*m_place);
+    const auto is_hidden = [&](std::int32_t n) {
+        return control().is_cut(point, m_rest.nodes_mm[std::size_t(n)]);
+    };
+    if (!std::all_of(nodes.begin(), nodes.end(), is_hidden)) std::erase_if(nodes, is_hidden);
+    return nodes;
+}
+
+/// Nodes that tools held before can still move.
+void SpringScanTissue::hold_nodes() noexcept {
+    m_former.insert(m_former.end(), m_held.begin(), m_held.end());
+    renew_sources();
+}
+
+/// Updates the tissue's sources of motion: held nodes, and released ones that can still move.
+void SpringScanTissue::renew_sources() noexcept {
+    m_held.clear();
+    for (const auto& [tool, nodes] : m_tools)
+        m_held.insert(m_held.end(), nodes.begin(), nodes.end());
+    std::sort(m_held.begin(), m_held.end());
+    std::sort(m_former.begin(), m_former.end());
+    m_former.erase(std::unique(m_former.begin(), m_former.end()), m_former.end());
+    m_loose.clear();
+    std::set_difference(m_former.begin(), m_former.end(), m_held.begin(), m_held.end(),
+                        std::back_inserter(m_loose));
+    (void)m_tissue.load(m_loose, std::span(m_no_forces).first(m_loose.size()));
+    (void)m_tissue.hold(m_held);
+}
+
+void SpringScanTissue::keep() {
+    m_former_kept = m_former;
+    SpringNodes::keep();
+}
+
+void SpringScanTissue::take_back() noexcept {
+    m_former.assign(m_former_kept.begin(), m_former_kept.end());
+    renew_sources();
+    SpringNodes::take_back();
+}
+
+Status SpringScanTissue::step() {
+    const auto stepped = m_tissue.step(kStepsPerStride, arena());
+    return stepped.ok() ? Status(Ok{}) : Status(stepped.error());
+}
+
+/// Whether a cell is folded, as ControlLattice::folds. Cells with a strongly changed edge alone are
+/// examined: if all edges changed by less than a fifth, a corner keeps at least (1 − √3/5)³ = 0.28
+/// of its volume. Further folds of a tissue that is folded are tolerated.
+double SpringScanTissue::folded_cells(std::span<const Vec3d> positions_mm) {
+    constexpr double kMuch = 0.2;
+    static_assert(kFoldShare < 0.28);
+    const Vec3i size = control().grid().size;
+    const std::int32_t steps[3] = {1, size.x, size.x * size.y};
+    const auto at = [&](std::int32_t n) { return positions_mm[std::size_t(n)]; };
+    const auto rest = [&](std::int32_t n) { return m_rest.nodes_mm[std::size_t(n)]; };
+    double shortest = norm(rest(steps[0]) - rest(0));
+    for (const std::int32_t step : steps) shortest = std::min(shortest, norm(rest(step) - rest(0)));
+    const double much2 = (kMuch * shortest) * (kMuch * shortest);
+    std::fill(m_stretched.begin(), m_stretched.end(), std::uint8_t(0));
+    for (std::int32_t n = 0; n < node_count(); ++n) m_moves[std::size_t(n)] = at(n) - rest(n);
+    for (int a = 0; a < 3; ++a)
+        for (std::int32_t n = 0; n < node_count(); ++n) {
+            const std::int32_t other = n + steps[a];
+            if (n / steps[a] % size[a] + 1 == size[a]) continue;
+            const Vec3d change = m_moves[std::size_t(other)] - m_moves[std::size_t(n)];
+            if (dot(change, change) <= much2) continue;
+            m_stretched[std::size_t(n)] = m_stretched[std::size_t(other)] = 1;
+        }
+    for (std::size_t c = 0; c < m_tissue.network().cells().size(); ++c) {
+        // The parts of a cut cell follow the nodes on their side.
+        if (m_tissue.network().is_cell_cut(c)) continue;
+        const SpringCell& cell = m_tissue.network().cells()[c];
+        if (std::none_of(cell.nodes.begin(), cell.nodes.end(),
+                         [&](std::int32_t n) { return m_stretched[std::size_t(n)] != 0; }))
+            continue;
+        for (int corner = 0; corner < cell.node_count; ++corner)
+            if (corner_volume(cell, corner, at) / corner_volume(cell, corner, rest) <= kFoldShare)
+                return 1;
+    }
+    return 0;
+}
+
+// Time.
 
 Result<Sweep> SpringScanTissue::sweep() noexcept {
-    Result<SpringMotion> motion = m_model->step(kStepsPerSweep);
-    if (!motion.ok()) return motion.error();
-    if (motion->active_nodes > 0) m_active_nodes = motion->active_nodes;
-    return Sweep{motion->settled, motion->solve_ms, std::move(motion->message)};
+    return attempt([&]() -> Result<Sweep> {
+        Result<SpringMotion> motion = step_nodes(kStepsPerSweep);
+        if (!motion.ok()) return motion.error();
+        if (motion->active_nodes > 0) m_active_nodes = motion->active_nodes;
+        return Sweep{motion->settled, motion->solve_ms, std::move(motion->message)};
+    });
 }
 
 Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {
     return attempt([&]() -> Result<AdvanceReport> {
         AdvanceReport report;
         std::int32_t active_nodes = 0;
-        while (report.steps < budget.max_steps && report.ms < budget.max_ms &&
-               !m_model->is_settled()) {
+        while (report.steps < budget.max_steps && report.ms < budget.max_ms && !m_settled) {
             const int count =
                 int(std::min<std::int64_t>(kStepsAtATime, budget.max_steps - report.steps));
-            Result<SpringMotion> motion = m_model->step(count);
+            Result<SpringMotion> motion = step_nodes(count);
             if (!motion) return motion.error();
             report.steps += motion->steps;
             report.ms += motion->solve_ms;
@@ -66,67 +168,67 @@ Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {
             if (!motion->message.empty()) report.message = std::move(motion->message);
         }
         if (active_nodes > 0) m_active_nodes = active_nodes;
-        report.settled = m_model->is_settled();
+        report.settled = m_settled;
         return report;
     });
 }
 
+/// Returns to rest, and keeps cuts.
 Status SpringScanTissue::reset() noexcept {
-    m_model->reset();
+    m_tools.clear();
+    m_former.clear();
+    renew_sources();
+    m_tissue.reset();
+    wake();
+    m_settled = true;
     return Ok{};
 }
 
 Record SpringScanTissue::settings() const {
-    return record_of(m_model->settings(), live_rows());
+    return record_of(m_settings, live_rows());
 }
 
 Status SpringScanTissue::configure(const Record& changes) noexcept {
     return attempt([&]() -> Status {
-        SpringDeformationSettings changed = m_model->settings();
+        SpringDeformationSettings changed = m_settings;
         if (Status s = apply(changes, live_rows(), changed); !s) return s;
-        return m_model->set_depth(changed.depth);
+        return set_depth(changed.depth);
     });
 }
 
 Record SpringScanTissue::figures() const {
-    return {{"nodes", numbers_of(m_model->control().grid().size)},
-            {"active_nodes", int(m_active_nodes)}};
+    return {{"nodes", numbers_of(control().grid().size)}, {"active_nodes", int(m_active_nodes)}};
 }
 
 Record SpringScanTissue::report() const {
-    const ControlGrid& grid = m_model->control().grid();
-    const SpringDeformationSettings& settings = m_model->settings();
+    const ControlGrid& grid = control().grid();
     const Vec3i n = grid.size;
     return {
         {"summary", std::to_string(n.x) + " x " + std::to_string(n.y) + " x " +
                         std::to_string(n.z) + " control nodes, " + std::to_string(m_active_nodes) +
-                        " moved to depth " + std::to_string(settings.depth)},
+                        " moved to depth " + std::to_string(m_settings.depth)},
         {"solver", "force-transmittal"},
         {"springs.cell_voxels", numbers_of(grid.cell)},
         {"springs.nodes", numbers_of(grid.size)},
-        {"springs.fixed_nodes", int(m_model->fixed_nodes())},
+        {"springs.fixed_nodes", int(fixed_nodes())},
         {"springs.active_nodes", int(m_active_nodes)},
-        {"springs.depth", int(settings.depth)},
-        {"springs.young_modulus_pa", settings.young_modulus_pa},
-        {"springs.poisson_ratio", settings.poisson_ratio},
-        {"springs.time_step_ms", 1000 * m_model->time_step_s()}};
-}
-
-Result<CutReport> SpringScanTissue::cut(const CutSurface& surface) noexcept {
-    return m_model->cut(surface);
+        {"springs.depth", int(m_settings.depth)},
+        {"springs.young_modulus_pa", m_settings.young_modulus_pa},
+        {"springs.poisson_ratio", m_settings.poisson_ratio},
+        {"springs.time_step_ms", 1000 * m_tissue.time_step()}};
 }
 
 Result<std::int32_t> SpringScanTissue::take_depth(double threshold_mm,
                                                   std::int32_t max_depth) noexcept {
     return attempt([&]() -> Result<std::int32_t> {
-        const auto found = m_model->find_depth(threshold_mm, max_depth);
+        const auto found = find_depth(threshold_mm, max_depth);
         if (!found.ok()) return found.error();
         if (found->depth == 0)
             return about("depth", ErrorCode::NotFound,
                          "expected changes below " + short_text(threshold_mm) + " mm within " +
                              std::to_string(max_depth) + " layers, found " +
                              short_text(found->changes.back()) + " mm");
-        if (const Status s = m_model->set_depth(found->depth); !s.ok()) return s.error();
+        if (const Status s = set_depth(found->depth); !s.ok()) return s.error();
         return found->depth;
     });
 }
@@ -134,21 +236,15 @@ Result<std::int32_t> SpringScanTissue::take_depth(double threshold_mm,
 // The state: the positions of all nodes, and the corners of all cuts.
 
 void SpringScanTissue::state(std::vector<double>& numbers) const {
-    const std::span<const CutTriangle> cuts = m_model->cuts_mm();
-    numbers.resize(3 * m_positions.size() + 9 * cuts.size());
-    m_model->positions_mm(m_positions);
-    double* to = numbers.data();
-    const auto add = [&](Vec3d v) {
-        for (int a = 0; a < 3; ++a) *to++ = v[a];
-    };
-    for (const Vec3d& position : m_positions) add(position);
-    for (const CutTriangle& triangle : cuts)
-        for (const Vec3d& corner : triangle) add(corner);
+    SpringNodes::state(numbers);
+    for (const CutTriangle& triangle : control().cuts_mm())
+        for (const Vec3d& corner : triangle)
+            numbers.insert(numbers.end(), {corner.x, corner.y, corner.z});
 }
 
 Status SpringScanTissue::set_state(std::span<const double> numbers) noexcept {
     return attempt([&]() -> Status {
-        const std::size_t count = 3 * m_positions.size();
+        const std::size_t count = 3 * std::size_t(node_count());
         if (numbers.size() < count || (numbers.size() - count) % 9 != 0)
             return invalid("expected the positions of as many control nodes");
         const auto at = [&](std::size_t n) {
@@ -159,7 +255,7 @@ Status SpringScanTissue::set_state(std::span<const double> numbers) noexcept {
         std::vector<CutTriangle> cuts;
         for (std::size_t n = count; n < numbers.size(); n += 9)
             cuts.push_back({at(n), at(n + 3), at(n + 6)});
-        return m_model->set_shape(positions, cuts);
+        return set_shape(positions, cuts);
     });
 }
 

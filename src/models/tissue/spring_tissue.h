@@ -1,32 +1,30 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Springs as a tissue. A sweep is ten node updates, ten milliseconds at 1 kHz.
+// Springs as a tissue: the control nodes of a scan. A sweep is ten node updates, ten milliseconds
+// at 1 kHz. Tools hold the nodes of control cells. Forces start at held nodes, and at released ones
+// until they are at rest.
 
 #pragma once
 
-#include <pliant/tissues.h>
-
 #include <memory>
+#include <optional>
 #include <vector>
+
+#include "tissue/spring_nodes.h"
 
 namespace pliant {
 
-class SpringScanTissue final : public NodeTissue {
+class SpringScanTissue final : public SpringNodes {
   public:
     static constexpr int kStepsPerSweep = 10;
     static constexpr double kRate_hz = 1000;  ///< node updates per second
 
-    explicit SpringScanTissue(std::unique_ptr<SpringDeformation> model)
-        : m_model(std::move(model)), m_positions(m_model->positions_mm()) {}
+    static Result<std::unique_ptr<SpringScanTissue>> create(
+        const Volume& volume, const SpringDeformationSettings& settings, const TaskArena& arena);
 
     TissueTraits traits() const noexcept override;
-    Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept override;
-    void release(std::uint32_t tool) noexcept override { m_model->let_go(tool); }
-    bool is_touched_by(std::uint32_t tool) const noexcept override { return m_model->holds(tool); }
-    bool is_touched() const noexcept override { return m_model->is_held(); }
     Result<CutReport> cut(const CutSurface& surface) noexcept override;
-    std::optional<Vec3d> force_n(std::uint32_t tool) noexcept override;
     Result<Sweep> sweep() noexcept override;
     /// Its steps are node updates.
     Result<AdvanceReport> advance(const Budget& budget) noexcept override;
@@ -40,19 +38,55 @@ class SpringScanTissue final : public NodeTissue {
     Record figures() const override;
     Record report() const override;
 
+    /// Positions of all nodes, and the corners of all cuts.
     void state(std::vector<double>& numbers) const override;
     Status set_state(std::span<const double> numbers) noexcept override;
     std::uint64_t file_kind() const noexcept override { return 0x31'70'73'6c'70'00'00'0a; }
-    std::uint64_t hash() const override { return m_model->hash(); }
+    std::uint64_t hash() const override;
 
-    const Volume& volume() const override { return m_model->volume(); }
-    const Deformation& deformation() const override { return m_model->deformation(); }
-    const TaskArena& arena() const override { return m_model->arena(); }
-    Status update_deformation() const override { return m_model->update_deformation(); }
+    // As in SpringDeformation.
+
+    Result<SpringMotion> step_nodes(int count);
+    double time_step_s() const { return m_tissue.time_step(); }
+    bool is_settled() const { return m_settled; }
+    Result<DepthFound> find_depth(double threshold_mm, std::int32_t max_depth) const;
+    const SpringDeformationSettings& scan_settings() const { return m_settings; }
+    Status set_depth(std::int32_t depth) noexcept;
+    /// As shown last, like control().
+    const std::vector<Vec3d>& displacements_mm() const { return m_displacements; }
+    Status set_positions(std::span<const Vec3d> positions_mm);
+    Status set_shape(std::span<const Vec3d> positions_mm, std::span<const CutTriangle> cuts_mm);
+    ControlLattice& control() const { return static_cast<ControlLattice&>(*m_carried); }
+    using SpringNodes::fixed_nodes;
 
   private:
-    std::unique_ptr<SpringDeformation> m_model;
-    mutable std::vector<Vec3d> m_positions;  ///< memory for state()
+    SpringScanTissue(const SpringDeformationSettings& settings, SpringTissue tissue,
+                     std::unique_ptr<ControlLattice> control);
+    Rules rules(const Push& push) const override;
+    Status check_push(const Push& push) override;
+    std::vector<std::int32_t> nodes_around(const Push& push) const override;
+    double folded_cells(std::span<const Vec3d> positions_mm) override;
+    void hold_nodes() noexcept override;
+    void keep() override;
+    void take_back() noexcept override;
+    Status step() override;
+    Status place_scan(std::span<const Vec3d> positions_mm) const override;
+    void renew_sources() noexcept;
+    void settle() noexcept;
+    Result<CutReport> cut_along(const CutSurface& surface);
+    Result<std::vector<CutTriangle>> ribbon_at_rest(const CutSurface& surface) const;
+    Vec3d rest_of(const ControlPlace& place) const;
+    Vec3d rest_of(Vec3d point_mm, Vec3d& shift) const;
+    std::vector<std::int32_t> crossed_links() const;
+
+    SpringDeformationSettings m_settings;
+    mutable std::vector<Vec3d> m_displacements;  ///< as shown by the elements
+    std::vector<std::int32_t> m_former;          ///< released, and possibly not at rest yet: sorted
+    std::vector<std::int32_t> m_former_kept;     ///< for take_back()
+    std::vector<std::int32_t> m_loose;           ///< scratch
+    std::vector<Vec3d> m_no_forces, m_moves;     ///< of all nodes; m_moves: as of folded_cells()
+    std::vector<std::uint8_t> m_stretched;
+    std::optional<ControlPlace> m_place;  ///< of the present push
     std::int32_t m_active_nodes = 0;
 };
 

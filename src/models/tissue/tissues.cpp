@@ -24,6 +24,7 @@ constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},
     {.model = "springs", .cuts = true, .moves_by_itself = true},
     {.model = "body", .slides = true, .cuts = true, .moves_by_itself = true},
+    {.model = "vessel", .takes_pushes = false, .moves_by_itself = true},
     {.model = "rigid"},
 };
 
@@ -169,9 +170,9 @@ Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
                                              const SpringDeformationSettings& settings,
                                              const TaskArena& arena) noexcept {
     return attempt([&]() -> Result<std::unique_ptr<Tissue>> {
-        auto model = SpringDeformation::create(scan, settings, arena);
-        if (!model) return model.error();
-        return std::unique_ptr<Tissue>(new SpringScanTissue(std::move(*model)));
+        auto made = SpringScanTissue::create(scan, settings, arena);
+        if (!made) return made.error();
+        return std::unique_ptr<Tissue>(std::move(*made));
     });
 }
 

@@ -22,17 +22,14 @@ bool CameraFeed::take(Client& client, const Message& message) {
 void CameraFeed::set_leader(Client& client, std::uint32_t id, std::uint32_t leader) {
     const std::uint32_t own = client.info.number;
     if (leader != 0 && (leader == own || !connected(m_host, leader)))
-        return m_host.say(client,
-                          outcome_text(id, "follow", 0,
-                                       {.error_code = "out_of_range",
-                                        .message = "follow: client: expected another one that is "
-                                                   "connected, found " +
-                                                   std::to_string(leader)}));
+        return m_host.refuse(
+            client, id, "follow", "out_of_range",
+            "client: expected another one that is connected, found " + std::to_string(leader));
     if (leader == 0)
         m_followers.erase(own);
     else
         m_followers[own] = {leader, false};
-    m_host.say(client, outcome_text(id, "follow", m_host.step(), {}));
+    m_host.accept(client, id, "follow");
 }
 
 void CameraFeed::refresh() {
@@ -41,7 +38,7 @@ void CameraFeed::refresh() {
         if (camera == m_cameras.end() || (follower.is_told && !camera->second.is_new)) continue;
         Client* const client = connected(m_host, number);
         if (!client || client->texts.size() >= kMaxWaitingCameras) continue;  // the next one does
-        m_host.say(*client, camera_text(follower.leader, camera->second.newest));
+        m_host.send(*client, camera_text(follower.leader, camera->second.newest));
         follower.is_told = true;
     }
     for (auto& [number, camera] : m_cameras) camera.is_new = false;
@@ -54,7 +51,7 @@ void CameraFeed::leave(Client& client) {
     std::erase_if(m_followers, [&](const auto& entry) {
         if (entry.second.leader != gone) return false;
         if (Client* const follower = connected(m_host, entry.first))
-            m_host.say(*follower, camera_text(gone, {}));
+            m_host.send(*follower, camera_text(gone, {}));
         return true;
     });
 }

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "protocol/limits.h"
-#include "session/vessel_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -26,15 +25,11 @@ bool differs(double a, double b, double same) {
 
 }  // namespace
 
-Vec3d forward_of(const VesselTissue& vessel) {
-    return normalized(vessel.made().settings.entry.direction);
-}
-
-Result<CatheterGrip> CatheterGrip::create(const VesselTissue& vessel, std::uint32_t tool,
+Result<CatheterGrip> CatheterGrip::create(const Drivable& catheter, std::uint32_t tool,
                                           double scale) {
-    auto feel = CatheterFeel::create({.forward = forward_of(vessel),
+    auto feel = CatheterFeel::create({.forward = normalized(catheter.entry().direction),
                                       .coupling_n_m = kCoupling_n_m / scale,
-                                      .length_mm = vessel.made().settings.catheter.length_mm,
+                                      .length_mm = catheter.length_mm(),
                                       .max_mm_s = kMaxInsert_mm_s,
                                       .max_deg_s = kMaxRotate_deg_s});
     if (!feel.ok()) return feel.error();
@@ -43,38 +38,38 @@ Result<CatheterGrip> CatheterGrip::create(const VesselTissue& vessel, std::uint3
 
 std::optional<Action> CatheterGrip::next(const HapticRecord& now, bool lets_go,
                                          const Scene& scene) {
-    const VesselTissue& vessel = *scene.catheter();
-    if (lets_go || (now.buttons & 1) || !vessel.failure().empty()) {
+    const Drivable& catheter = *scene.tissue().drivable();
+    if (lets_go || (now.buttons & 1) || !catheter.failure().empty()) {
         m_feel.let_go();
         if (scene.has_contact(m_tool)) return ReleaseCommand{};
         return {};
     }
-    const CatheterMeasures measures = vessel.measures();
+    const CatheterMeasures measures = catheter.measures();
     // After a reset the wire's position has changed, so the hand takes a new hold.
     if (!m_feel.holds() || measures.time_s < m_time_s)
         m_feel.take_hold(now.position_mm, now.roll_rad, measures);
     m_time_s = measures.time_s;
     m_turns = m_turns || now.roll_rad != 0;
+    const CatheterCommand hand = catheter.hand();
     const CatheterFeel::Motion motion = m_feel.follow(now.position_mm, now.roll_rad, measures);
     const double insert = in_hundredths(motion.insert_mm_s);
     const double rotate = in_hundredths(motion.rotate_deg_s);
     DriveCommand drive;
-    if (differs(insert, vessel.hand().insert_mm_s, kSame_mm_s)) drive.insert_mm_s = insert;
+    if (differs(insert, hand.insert_mm_s, kSame_mm_s)) drive.insert_mm_s = insert;
     // Without a device that measures rotation, the keys rotate the wire.
-    if (m_turns && differs(rotate, vessel.hand().rotate_deg_s, kSame_deg_s))
-        drive.rotate_deg_s = rotate;
+    if (m_turns && differs(rotate, hand.rotate_deg_s, kSame_deg_s)) drive.rotate_deg_s = rotate;
     if (!drive.insert_mm_s && !drive.rotate_deg_s) return {};
     return drive;
 }
 
 std::optional<HapticModel> CatheterGrip::model(const HapticRecord& now,
-                                               const VesselTissue& vessel) const {
-    if (!vessel.failure().empty()) return {};
-    return m_feel.model(now.position_mm, vessel.measures());
+                                               const Drivable& catheter) const {
+    if (!catheter.failure().empty()) return {};
+    return m_feel.model(now.position_mm, catheter.measures());
 }
 
-double CatheterGrip::ahead_mm(const HapticRecord& now, const VesselTissue& vessel) const {
-    return m_feel.holds() ? m_feel.ahead_mm(now.position_mm, vessel.measures()) : 0;
+double CatheterGrip::ahead_mm(const HapticRecord& now, const Drivable& catheter) const {
+    return m_feel.holds() ? m_feel.ahead_mm(now.position_mm, catheter.measures()) : 0;
 }
 
 }  // namespace pliant::serve

@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hub/traffic.h"
@@ -25,6 +26,10 @@ namespace pliant::serve {
 
 using Clock = std::chrono::steady_clock;
 using ConnectionId = std::uint64_t;
+
+inline double ms_between(Clock::time_point from, Clock::time_point to) {
+    return std::chrono::duration<double, std::milli>(to - from).count();
+}
 
 /// One WebSocket message. Shared, because several clients often receive the same one.
 struct Outgoing {
@@ -54,6 +59,7 @@ class Delivery {
     void mark(const Box3i& box) { (m_is_part ? m_next : m_due).mark(box); }
     void mark(const DirtyBlocks& blocks) { (m_is_part ? m_next : m_due).mark(blocks); }
     void mark_all() { m_due.mark_all(); }
+    Vec3i size() const { return m_size; }
     bool is_due() const { return !m_due.empty() || !m_next.empty(); }
     bool may_send() const { return m_unseen.size() < kMaxUnseenSteps; }
     /// Takes the boxes to send now. Ends the step if nothing is left.
@@ -91,8 +97,23 @@ struct Waiting {
     std::vector<std::uint32_t> merged;
 };
 
+/// The outcome of a command, which is answered at the end of the step.
+struct Answer {
+    std::vector<std::uint32_t> ids;
+    std::string_view name;
+    Outcome outcome;
+};
+
 struct Client {
     explicit Client(Vec3i volume_size) : delivery(volume_size) {}
+
+    /// Memory ran out for this client: its connection will be closed. If it comes back, it gets
+    /// everything anew.
+    void lose() {
+        is_lost = true;
+        commands.clear();
+        delivery.come_back({});
+    }
 
     ClientInfo info;
     EyeCommand eye;  ///< last eye sent to the scene
@@ -103,6 +124,7 @@ struct Client {
     ConnectionId connection = 0;  ///< 0: away
     Clock::time_point since{};    ///< start of the absence, or of writing the batch
     bool writing = false;
+    bool is_lost = false;  ///< see lose()
     Delivery delivery;
     Line line;        ///< of its voxels
     Traffic traffic;  ///< depth of forces that the line takes
@@ -111,6 +133,7 @@ struct Client {
     std::uint32_t scene_step = 0;
     std::deque<Outgoing> texts;  ///< waiting answers
     std::deque<Waiting> commands;
+    std::vector<Answer> answers;
     double spent_ms = 0;                                 ///< recent time spent on its commands
     std::vector<std::uint32_t> checksums;                ///< ids of pending requests
     std::uint64_t state_version = 0, tools_version = 0;  ///< versions last sent

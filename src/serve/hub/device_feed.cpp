@@ -16,6 +16,19 @@ constexpr const char* kOtherTissue = "the tissue is another one now: start the d
 
 }  // namespace
 
+DeviceOpening::DeviceOpening(const DeviceQuestion& asked, std::unique_ptr<HapticSession> before,
+                             const HapticDevices* devices)
+    : question(asked),
+      work([before = std::move(before), devices, device = asked.wish.device](
+               const std::stop_token& stop) mutable -> Result<OpenedDevice> {
+          const Error cancelled{ErrorCode::NotFound, "cancelled"};
+          before.reset();
+          if (!devices || stop.stop_requested()) return cancelled;
+          auto opened = devices->open(device);
+          if (stop.stop_requested()) return cancelled;
+          return opened;
+      }) {}
+
 std::optional<ToolPose> DeviceFeed::tool() const {
     if (!m_session || m_session->pose_of_tool().kind == ToolKind::None) return {};
     return m_session->pose_of_tool();
@@ -32,41 +45,35 @@ bool DeviceFeed::take(Client& client, const Message& message) {
 }
 
 void DeviceFeed::take_wish(Client& client, std::uint32_t id, const HapticsMessage& haptics) {
-    const auto answer = [&](const Outcome& outcome) {
-        m_host.say(client, outcome_text(id, "haptics", m_host.step(), outcome));
+    const auto refuse = [&](const char* code, const std::string& why) {
+        m_host.refuse(client, id, "haptics", code, why);
     };
-    if (client.info.view)
-        return answer({.error_code = "view_only",
-                       .message = "haptics: expected the role control, found view"});
+    if (client.info.view) return refuse("view_only", "expected the role control, found view");
     if (client.scene_step)
-        return answer({.error_code = "other_scan",
-                       .message = "haptics: another scan was opened; expected to see it first"});
+        return refuse("other_scan", "another scan was opened; expected to see it first");
     if (haptics.wish == HapticWish::Start) return start(client, id, haptics);
     if (!m_session || m_session->is_ending())
-        return answer(
-            {.error_code = "nothing", .message = "haptics: expected a device in use, found none"});
+        return refuse("nothing", "expected a device in use, found none");
     // Every client with control may stop it; only its owner may resume the force.
     if (haptics.wish == HapticWish::Go && m_session->client() != client.info.number)
-        return answer({.error_code = "held_by_other",
-                       .message = "haptics: expected the client that started it, found client " +
-                                  std::to_string(client.info.number)});
+        return refuse("held_by_other", "expected the client that started it, found client " +
+                                           std::to_string(client.info.number));
     if (haptics.wish == HapticWish::End)
         end("");
     else
         m_session->set_stop(haptics.wish == HapticWish::Stop);
-    answer({});
+    m_host.accept(client, id, "haptics");
 }
 
 void DeviceFeed::start(Client& client, std::uint32_t id, const HapticsMessage& haptics) {
     const auto refuse = [&](const char* code, const std::string& why) {
-        m_host.say(client, outcome_text(id, "haptics", 0, {.error_code = code, .message = why}));
+        m_host.refuse(client, id, "haptics", code, why);
     };
     if (m_session && m_session->client() != client.info.number && !m_session->is_ending())
-        return refuse("held_by_other",
-                      "haptics: expected a free device, found one held by client " +
-                          std::to_string(m_session->client()));
-    if (m_wish || (m_opening && m_opening->question().client))
-        return refuse("busy", "haptics: expected one device at a time, found one that is opened");
+        return refuse("held_by_other", "expected a free device, found one held by client " +
+                                           std::to_string(m_session->client()));
+    if (m_wish || (m_opening && m_opening->question.client))
+        return refuse("busy", "expected one device at a time, found one that is opened");
     // The device may be the same one, so it is closed before it is opened again.
     end("");
     m_wish = {client.info.number, id, haptics};
@@ -82,27 +89,25 @@ void DeviceFeed::open_device() {
 
 /// Starts a session on the opened device, if the client is still connected.
 void DeviceFeed::take_device() {
-    if (!m_opening || !m_opening->is_done()) return;
+    if (!m_opening || !m_opening->work.is_done()) return;
     const auto opening = std::move(m_opening);
-    const DeviceQuestion& asked = opening->question();
+    const DeviceQuestion& asked = opening->question;
     for (Client& client : m_host.clients()) {
         if (asked.client == 0 || client.info.number != asked.client) continue;
         auto session = attempt([&]() -> Result<std::unique_ptr<HapticSession>> {
-            auto opened = opening->take();
+            auto opened = std::move(opening->work.result());
             if (!opened.ok()) return opened.error();
             return HapticSession::start(asked.wish, std::move(*opened), m_host.scene(),
                                         asked.client, m_host.last_client() + 1);
         });
         if (!session.ok()) {
-            m_host.say(client, outcome_text(asked.id, "haptics", 0,
-                                            {.error_code = "out_of_range",
-                                             .message = "haptics: " + session.error().message}));
+            m_host.refuse(client, asked.id, "haptics", "out_of_range", session.error().message);
             break;
         }
         m_session = std::move(*session);
         ++m_host.last_client();
         m_why.clear();
-        m_host.say(client, outcome_text(asked.id, "haptics", m_host.step(), {}));
+        m_host.accept(client, asked.id, "haptics");
     }
     open_device();
 }
@@ -114,20 +119,25 @@ void DeviceFeed::give_up_device(std::uint32_t client, const Outcome& why) {
     };
     const auto answer = [&](const DeviceQuestion& asked) {
         if (Client* waiting = connected(m_host, asked.client))
-            m_host.say(*waiting, outcome_text(asked.id, "haptics", 0, why));
+            m_host.send(*waiting, outcome_text(asked.id, "haptics", 0, why));
     };
     if (m_wish && is_meant(*m_wish)) answer(*std::exchange(m_wish, {}));
-    if (!m_opening || !is_meant(m_opening->question())) return;
-    answer(m_opening->question());
-    m_opening->give_up();
+    if (!m_opening || !is_meant(m_opening->question)) return;
+    answer(m_opening->question);
+    m_opening->cancel();
 }
 
 void DeviceFeed::end(const std::string& why) {
     if (!m_session || m_session->is_ending()) return;
-    if (m_host.scene().has_contact(m_session->tool()))
-        m_host.act(m_session->tool(), ReleaseCommand{});
     m_session->end(m_host.now());
     m_why = why;
+    release();
+}
+
+/// A tool whose session ends holds no tissue.
+void DeviceFeed::release() {
+    if (m_host.scene().has_contact(m_session->tool()))
+        m_host.act(m_session->tool(), ReleaseCommand{});
 }
 
 void DeviceFeed::act() {
@@ -138,7 +148,7 @@ void DeviceFeed::act() {
             std::make_unique<DeviceOpening>(DeviceQuestion{}, std::move(m_session), nullptr);
         return;
     }
-    if (m_session->is_ending()) return;
+    if (m_session->is_ending()) return release();  // memory may have been lacking before
     if (!m_session->suits(m_host.scene())) return end(kOtherTissue);
     if (const auto push = m_session->next_push(m_host.scene()))
         m_session->pushed(m_host.act(m_session->tool(), *push));

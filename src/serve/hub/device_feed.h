@@ -13,11 +13,35 @@
 #include <string>
 #include <vector>
 
-#include "hub/device_opening.h"
+#include "hub/background.h"
 #include "hub/feed.h"
 #include "hub/haptic_session.h"
 
 namespace pliant::serve {
+
+/// Client that asked for a device, and its request.
+struct DeviceQuestion {
+    std::uint32_t client = 0, id = 0;  ///< 0: cancelled
+    HapticsMessage wish{};
+};
+
+/// Opens and closes devices on a separate thread. A vendor's driver may take seconds; the scene
+/// goes on meanwhile.
+struct DeviceOpening {
+    /// @param before   session whose device is closed first, because it may be the same device; may
+    ///                 be null
+    /// @param devices  null: opens none. Must outlive this object
+    DeviceOpening(const DeviceQuestion& question, std::unique_ptr<HapticSession> before,
+                  const HapticDevices* devices);
+    /// Cancels the request: the device is closed if it was opened.
+    void cancel() {
+        question.client = 0;
+        work.cancel();
+    }
+
+    DeviceQuestion question;
+    Background<OpenedDevice> work;
+};
 
 class DeviceFeed final : public Feed {
   public:
@@ -45,6 +69,7 @@ class DeviceFeed final : public Feed {
     void take_wish(Client& client, std::uint32_t id, const HapticsMessage& haptics);
     void start(Client& client, std::uint32_t id, const HapticsMessage& haptics);
     void end(const std::string& why);
+    void release();
     void open_device();
     void take_device();
     void give_up_device(std::uint32_t client, const Outcome& why);

@@ -9,10 +9,10 @@
 //   act       a feed's own commands to the scene
 //   follow    the voxels that have changed
 //   refresh   everything else, while the volume is up to date
-//   add       messages that are due, per client; then sent or lost
+//   add       messages that are due, per client; then sent
 //
-// A feed may throw std::bad_alloc. The hub then refuses the message, or repeats the call in the
-// next step.
+// A feed may throw std::bad_alloc. In take() and add() the hub then drops the client; the other
+// calls are repeated in the next step.
 
 #pragma once
 
@@ -43,14 +43,23 @@ class FeedHost {
     virtual bool is_behind() const = 0;
     /// Voxels that were ever deformed.
     virtual const DirtyBlocks& deformed() const = 0;
-    /// Keeps the sources of deformed voxels for a while. @returns false for lack of memory
+    /// Keeps the sources of deformed voxels for a while. It may write the volume anew, so call it
+    /// in refresh() only. @returns false for lack of memory
     virtual bool keep_sources() = 0;
     /// Sends a text to a client, if it is connected.
-    virtual void say(Client& client, std::string text) = 0;
-    /// Refuses a message in the next step, for lack of memory.
-    virtual void tell_later(ConnectionId connection, std::uint32_t id,
-                            std::string_view name) noexcept = 0;
-    /// Carries out and records a command.
+    virtual void send(Client& client, std::string text) = 0;
+    /// Answers a message that was carried out.
+    void accept(Client& client, std::uint32_t id, std::string_view name) {
+        send(client, outcome_text(id, name, step(), {}));
+    }
+    /// Answers a message that wasn't.
+    void refuse(Client& client, std::uint32_t id, std::string_view name, const char* code,
+                const std::string& why) {
+        send(client, outcome_text(id, name, 0,
+                                  {.error_code = code, .message = std::string(name) + ": " + why}));
+    }
+    /// Carries out and records a command. Throws std::bad_alloc if memory runs out; then the scene
+    /// is unchanged, except that its open step has ended.
     virtual Outcome act(std::uint32_t client, const Action& action) = 0;
     /// Carries out a command, sweeps or the loading of a state of a session that is watched.
     virtual Outcome play(std::uint32_t client, const Action& action) = 0;
@@ -85,8 +94,6 @@ class Feed {
     virtual void add(Client& /*client*/, std::vector<Outgoing>& /*batch*/) {}
     /// The batch was passed to the network.
     virtual void sent(Client& /*client*/) noexcept {}
-    /// The batch may not have been sent.
-    virtual void lost(Client& /*client*/) {}
     /// Whether more is due than was added.
     virtual bool is_due(const Client& /*client*/) const { return false; }
     /// Time since which an acknowledgement is outstanding.
@@ -97,7 +104,7 @@ class Feed {
     /// The client's connection has ended.
     virtual void leave(Client& /*client*/) {}
     /// Another tissue of the same scan is at rest now.
-    virtual void change_tissue() {}
+    virtual void change_tissue() noexcept {}
     /// The scene is about to be replaced.
     virtual void leave_scene() {}
     /// The scene is another one. No client is subscribed.
@@ -117,7 +124,20 @@ inline Client* connected(FeedHost& host, std::uint32_t number) {
 /// Encoded boxes of one step: several clients often receive the same one.
 class SharedFrames {
   public:
-    /// @param make  encodes the box: std::string()
+    /// Adds the frames of boxes to a batch.
+    /// @param ends  whether nothing more is due
+    /// @param make  encodes a box: std::string(const Box3i& box, std::uint8_t flags)
+    template <class Make>
+    void add(std::span<const Box3i> boxes, bool ends, bool packed, std::uint16_t format,
+             std::vector<Outgoing>& batch, const Make& make) {
+        for (const Box3i& box : boxes) {
+            const std::uint8_t flags = ends && &box == &boxes.back() ? kFrameLastOfStep : 0;
+            batch.push_back({false, get(box, flags, packed, format, make)});
+        }
+    }
+    void clear() { m_frames.clear(); }
+
+  private:
     template <class Make>
     std::shared_ptr<const std::string> get(const Box3i& box, std::uint8_t flags, bool packed,
                                            std::uint16_t format, const Make& make) {
@@ -126,12 +146,9 @@ class SharedFrames {
                 frame.format == format)
                 return frame.bytes;
         m_frames.push_back(
-            {box, flags, packed, format, std::make_shared<const std::string>(make())});
+            {box, flags, packed, format, std::make_shared<const std::string>(make(box, flags))});
         return m_frames.back().bytes;
     }
-    void clear() { m_frames.clear(); }
-
-  private:
     struct Frame {
         Box3i box;
         std::uint8_t flags;

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "haptics/pace.h"
-#include "session/vessel_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -102,13 +101,13 @@ Result<std::unique_ptr<HapticSession>> HapticSession::start(const HapticsMessage
     HapticWorkspace workspace{.rotation = frame_of(wish.look, wish.up),
                               .scale = wish.scale,
                               .origin_mm = wish.position_mm};
-    if (const VesselTissue* const vessel = scene.catheter()) {
-        auto grip = CatheterGrip::create(*vessel, tool, wish.scale);
+    if (const Drivable* const catheter = scene.tissue().drivable()) {
+        auto grip = CatheterGrip::create(*catheter, tool, wish.scale);
         if (!grip.ok()) return grip.error();
         session->m_grip.emplace(std::move(*grip));
         // Forward is into the vessel, for every viewing direction.
-        workspace.rotation = frame_of(forward_of(*vessel), wish.up);
-        workspace.origin_mm = vessel->made().settings.entry.position_mm;
+        workspace.rotation = frame_of(catheter->entry().direction, wish.up);
+        workspace.origin_mm = catheter->entry().position_mm;
     } else {
         auto feel = session->make_feel(scene);
         if (!feel.ok()) return feel.error();
@@ -226,7 +225,7 @@ void HapticSession::feel(Scene& scene) {
 }
 
 std::optional<HapticModel> HapticSession::model_of(Scene& scene) {
-    if (m_grip) return m_grip->model(m_now, *scene.catheter());
+    if (m_grip) return m_grip->model(m_now, *scene.tissue().drivable());
     SharedState state;
     scene.describe(state);
     m_feel->set_wall(state.iso_hu, state.polarity);
@@ -295,7 +294,7 @@ HapticState HapticSession::state(const Scene& scene) {
                       .note = m_servo->note()};
     state.holds_catheter = m_grip.has_value();
     if (m_grip && !is_ending() && suits(scene))
-        state.depth_mm = m_grip->ahead_mm(m_now, *scene.catheter());
+        state.depth_mm = m_grip->ahead_mm(m_now, *scene.tissue().drivable());
     if (m_feel && m_feel->touches()) state.depth_mm = m_feel->contact().depth_mm;
     return state;
 }

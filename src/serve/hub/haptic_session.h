@@ -68,9 +68,9 @@ class HapticSession {
     /// Posts the local model of the present tissue to the servo.
     void feel(Scene& scene);
     void pose(const HapticPoseMessage& pose);
-    /// Whether the session suits the present tissue: vessels need a catheter grip, scans don't.
+    /// Whether the session suits the present tissue: a catheter needs a grip, other tissue none.
     bool suits(const Scene& scene) const {
-        return (scene.catheter() != nullptr) == m_grip.has_value();
+        return (scene.tissue().drivable() != nullptr) == m_grip.has_value();
     }
 
     void set_stop(bool stop);

@@ -1,168 +1,113 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Events from clients: connections, messages, and timeouts.
+// Events of other threads: connections, messages, files. Of files, the owner only copies the
+// changed state, or swaps a pointer; other threads read and write.
 
-#include <algorithm>
-#include <random>
+#include <new>
 #include <utility>
 
+#include "base/errors.h"
 #include "hub/hub.h"
 #include "protocol/limits.h"
+#include "session/checkpoint.h"
+#include "session/guarded.h"
 
 namespace pliant::serve {
-namespace {
 
-std::string random_text() {
-    std::random_device device;
-    std::string text;
-    for (int n = 0; n < 4; ++n) text += hex_text(device(), 8);
-    return text;
-}
+// An event that throws for lack of memory is processed again in the next step.
 
-/// Truncates a name at a character boundary (UTF-8).
-std::string shortened(std::string name) {
-    constexpr std::size_t kLongest = 80;
-    if (name.size() <= kLongest) return name;
-    std::size_t end = kLongest;
-    while (end > 0 && (std::uint8_t(name[end]) & 0xc0) == 0x80) --end;
-    return name.substr(0, end);
-}
-
-}  // namespace
-
-/// Takes events. Those without memory wait for the next step; messages are refused instead.
 void Hub::take_events() {
-    if (m_taken == m_events.size()) {
-        m_events.clear();
-        m_taken = 0;
-        const std::lock_guard lock(m_mutex);
-        m_events.swap(m_inbox);
-    }
-    for (; m_taken < m_events.size(); ++m_taken) {
-        Event& event = m_events[m_taken];
-        const auto* message = std::get_if<Message>(&event.what);
-        if (!message) {
-            std::visit([&](auto& what) { take(event.connection, what); }, event.what);
-            continue;
-        }
-        const std::uint32_t id = message->id;
-        const std::string_view name = name_of(message->action);
-        if (!guarded("owner", [&] { take(event.connection, std::get<Message>(event.what)); }))
-            tell_later(event.connection, id, name);
+    std::list<Event>& events = m_inbox.take();
+    for (; !events.empty(); events.pop_front()) {
+        const ConnectionId connection = events.front().connection;
+        std::visit([&](auto& body) { take(connection, body); }, events.front().body);
     }
 }
 
-/// Notes that a message was refused for lack of memory.
-void Hub::tell_later(ConnectionId connection, std::uint32_t id, std::string_view name) noexcept {
-    if (m_untold.size() < m_untold.capacity()) m_untold.push_back({connection, id, name});
+void Hub::take(ConnectionId connection, Event::Opened& opened) {
+    m_roster.add_newcomer(connection, opened.may_control, m_now);
 }
 
-Client* Hub::client_of(ConnectionId connection) {
-    for (Client& client : m_clients)
-        if (client.connection == connection) return &client;
-    return nullptr;
+void Hub::take(ConnectionId connection, Event::Written&) {
+    if (Client* client = m_roster.client_of(connection)) client->writing = false;
 }
 
-void Hub::take(ConnectionId connection, Opened& opened) {
-    m_newcomers[connection] = {opened.may_control, m_now};
+void Hub::take(ConnectionId connection, Event::Closed&) {
+    m_roster.remove_newcomer(connection);
+    if (Client* client = m_roster.client_of(connection)) park(*client);
 }
 
 void Hub::take(ConnectionId connection, Message& message) {
-    m_outlet->taken(connection);
-    Client* client = client_of(connection);
-    const auto* hello = std::get_if<HelloMessage>(&message.action);
-    if (client && !hello)
-        answer(*client, std::move(message));
-    else if (client)
-        drop(*client, kCloseProtocol, "hello: sent twice");
-    else if (m_newcomers.contains(connection) && hello)
-        say_hello(connection, *hello);
-    else if (m_newcomers.erase(connection))
-        m_outlet->close(connection, kCloseProtocol, "expected hello first, found something else");
+    process(connection, [&](Client* client) {
+        const auto* hello = std::get_if<HelloMessage>(&message.action);
+        if (client && !hello)
+            handle(*client, message);
+        else if (client)
+            drop(*client, kCloseProtocol, "hello: sent twice");
+        else if (hello)
+            admit(connection, *hello);
+        else
+            turn_away(connection, kCloseProtocol, "expected hello first, found something else");
+    });
 }
 
 void Hub::take(ConnectionId connection, ParseFailure& failure) {
-    m_outlet->taken(connection);
-    Client* client = client_of(connection);
-    if (client) {
-        say(*client, outcome_text(failure.id, failure.name, 0,
-                                  {.error_code = "out_of_range", .message = failure.message}));
-    } else if (m_newcomers.erase(connection)) {
-        m_outlet->close(connection, kCloseProtocol, failure.message);
-    }
-}
-
-void Hub::take(ConnectionId connection, Written&) {
-    if (Client* client = client_of(connection)) client->writing = false;
-}
-
-void Hub::take(ConnectionId connection, Closed&) {
-    m_newcomers.erase(connection);
-    if (Client* client = client_of(connection)) park(*client);
-}
-
-void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
-    const bool may_control = m_newcomers.extract(connection).mapped().may_control;
-    if (hello.protocol != kProtocolVersion)
-        return m_outlet->close(connection, kCloseProtocol,
-                               "hello: protocol: expected " + std::to_string(kProtocolVersion) +
-                                   ", found " + std::to_string(hello.protocol));
-    auto found = std::find_if(m_clients.begin(), m_clients.end(), [&](const Client& client) {
-        return !hello.resume.empty() && client.resume == hello.resume;
+    process(connection, [&](Client* client) {
+        if (client)
+            send(*client, outcome_text(failure.id, failure.name, 0,
+                                       {.error_code = "out_of_range", .message = failure.message}));
+        else
+            turn_away(connection, kCloseProtocol, failure.message);
     });
-    const bool is_new = found == m_clients.end();
-    const auto connected = std::count_if(m_clients.begin(), m_clients.end(),
-                                         [](const Client& c) { return c.connection != 0; });
-    if (connected >= kMaxClients && (is_new || found->connection == 0))
-        return m_outlet->close(connection, kCloseFull, "expected up to 32 clients, found more");
-    if (is_new) {
-        if (m_clients.size() >= kMaxPlaces) {
-            // Absent clients are evicted, those with the longest absence first.
-            const auto away = std::min_element(m_clients.begin(), m_clients.end(),
-                                               [](const Client& a, const Client& b) {
-                                                   return std::pair(a.connection != 0, a.since) <
-                                                          std::pair(b.connection != 0, b.since);
-                                               });
-            m_clients.erase(away);
-        }
-        found = m_clients.emplace(m_clients.end(), m_scene->info().grid.size);
-        found->info.number = ++m_last_client;
-        found->resume = random_text();
-    } else if (found->connection) {
-        drop(*found, kCloseReplaced, "the same client came in on another connection");
-    }
-    Client& client = *found;
-    client.connection = connection;
-    client.writing = false;
-    client.line = {};
-    client.traffic = {};
-    client.info.view = hello.view || !may_control;
-    if (is_new || !hello.name.empty()) client.info.name = shortened(hello.name);
-    client.packs = hello.lz4;
-    client.wants_coarse = hello.coarse;
-    client.state_version = client.tools_version = client.scene_step = 0;
-    const bool resumed = client.delivery.come_back(hello.step);
-    client.coarse_is_due = !resumed;
-    say(client, welcome_text({.client = client.info,
-                              .resume = client.resume,
-                              .resumed = resumed,
-                              .rate_hz = int(std::chrono::seconds(1) / m_period),
-                              .open_bytes = m_open_bytes,
-                              .spring_nodes = m_max_spring_nodes,
-                              .haptic_devices = m_device.devices().names(),
-                              .is_watched = m_playback.is_on()},
-                             m_scene->info(), shared_state()));
 }
 
-void Hub::say(Client& client, std::string text) {
-    if (!client.connection) return;
-    client.texts.push_back({true, std::make_shared<const std::string>(std::move(text))});
-    if (client.texts.size() > kMaxTexts)
-        drop(client, kCloseStalled, "expected a client that reads its answers, found 1000 waiting");
+/// Processes a message of a client, or of a newcomer. If memory runs out, the client is dropped; a
+/// newcomer is turned away because it has waited too long.
+template <class Process>
+void Hub::process(ConnectionId connection, const Process& work) {
+    m_outlet->taken(connection);
+    Client* client = m_roster.client_of(connection);
+    if (client ? client->is_lost : !m_roster.has_newcomer(connection)) return;
+    if (guarded("owner", [&] { work(client); })) return;
+    client = m_roster.client_of(connection);
+    if (client) client->lose();
 }
 
-void Hub::answer(Client& client, Message message) {
+void Hub::turn_away(ConnectionId connection, int code, const std::string& message) {
+    m_outlet->close(connection, code, message);
+    m_roster.remove_newcomer(connection);
+}
+
+void Hub::admit(ConnectionId connection, const HelloMessage& hello) {
+    if (hello.protocol != kProtocolVersion)
+        return turn_away(connection, kCloseProtocol,
+                         "hello: protocol: expected " + std::to_string(kProtocolVersion) +
+                             ", found " + std::to_string(hello.protocol));
+    Client* client = m_roster.returning(hello.resume);
+    if (!m_roster.has_place() && (!client || !client->connection))
+        return turn_away(connection, kCloseFull, "expected up to 32 clients, found more");
+    if (!client)
+        client = &m_roster.add(m_scene->info().grid.size);
+    else if (client->connection)
+        drop(*client, kCloseReplaced, "the same client came in on another connection");
+    m_roster.connect(*client, connection, hello);
+    if (client->delivery.size() != m_scene->info().grid.size)  // it was lost as the scan was opened
+        client->delivery = Delivery(m_scene->info().grid.size);
+    const bool resumed = client->delivery.come_back(hello.step);
+    client->coarse_is_due = !resumed;
+    send(*client, welcome_text({.client = client->info,
+                                .resume = client->resume,
+                                .resumed = resumed,
+                                .rate_hz = int(std::chrono::seconds(1) / m_period),
+                                .open_bytes = m_open_bytes,
+                                .spring_nodes = m_max_spring_nodes,
+                                .haptic_devices = m_feeds.device.devices().names(),
+                                .is_watched = m_feeds.playback.is_on()},
+                               m_scene->info(), shared_state()));
+}
+
+void Hub::handle(Client& client, Message& message) {
     const auto* seen = std::get_if<SeenMessage>(&message.action);
     if (seen && seen->format == kFormatVoxels) {
         client.delivery.seen(seen->step);
@@ -178,36 +123,32 @@ void Hub::answer(Client& client, Message message) {
         pose.radius_mm = tool->pose.radius_mm;
         client.tool = pose;
     } else if (std::holds_alternative<PingMessage>(message.action)) {
-        say(client, pong_text(message.id));
+        send(client, pong_text(message.id));
     } else if (std::holds_alternative<ChecksumMessage>(message.action)) {
         if (client.checksums.size() < kMaxWaiting)
             client.checksums.push_back(message.id);
         else
-            say(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
+            send(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
     } else if (is_command(message.action)) {
-        queue(client, std::move(message));
-    } else if (m_playback.is_on() && std::holds_alternative<HapticsMessage>(message.action)) {
-        say(client, outcome_text(message.id, "haptics", 0,
-                                 {.error_code = "watched",
-                                  .message = "haptics: expected a live scene, found a session "
-                                             "that is watched"}));
+        queue(client, message);
+    } else if (m_feeds.playback.is_on() && std::holds_alternative<HapticsMessage>(message.action)) {
+        refuse(client, message.id, "haptics", "watched",
+               "expected a live scene, found a session that is watched");
     } else {
         for (Feed* feed : m_feeds)
             if (feed->take(client, message)) return;
     }
 }
 
-void Hub::queue(Client& client, Message message) {
-    const std::string name(name_of(message.action));
-    const auto refuse = [&](const char* code, const std::string& why) {
-        say(client, outcome_text(message.id, name, 0, {.error_code = code, .message = why}));
+void Hub::queue(Client& client, Message& message) {
+    const auto refuse = [&](const char* code, const char* why) {
+        this->refuse(client, message.id, name_of(message.action), code, why);
     };
-    if (m_playback.is_on())
-        return refuse("watched", name + ": expected a live scene, found a session that is watched");
-    if (client.info.view)
-        return refuse("view_only", name + ": expected the role control, found view");
+    if (m_feeds.playback.is_on())
+        return refuse("watched", "expected a live scene, found a session that is watched");
+    if (client.info.view) return refuse("view_only", "expected the role control, found view");
     if (client.scene_step)
-        return refuse("other_scan", name + ": another scan was opened; expected to see it first");
+        return refuse("other_scan", "another scan was opened; expected to see it first");
     if (auto* iso = std::get_if<IsoCommand>(&message.action)) {
         if (m_now - client.iso_at > std::chrono::seconds(1)) ++client.iso_stroke;
         client.iso_at = m_now;
@@ -224,8 +165,106 @@ void Hub::queue(Client& client, Message message) {
         }
     }
     if (client.commands.size() >= kMaxWaiting)
-        return refuse("busy", name + ": expected up to 64 commands that wait, found more");
+        return refuse("busy", "expected up to 64 commands that wait, found more");
     client.commands.push_back({std::move(message), {}});
+}
+
+// Files.
+
+/// Another scan may have been opened while the map was read.
+void Hub::take(ConnectionId, Event::Labelling& labelling) {
+    const bool fits = !labelling.map || labelling.map->grid == m_scene->info().grid;
+    if (fits) m_feeds.labels.show(labelling.map);
+    m_worked = true;
+    labelling.done(fits);
+}
+
+void Hub::take(ConnectionId, Event::Saving& saving) {
+    saving.ready(attempt([&]() -> Result<FileWriter> {
+        if (saving.kind == SaveKind::State) return save_state_later(*m_scene);
+        if (saving.kind != SaveKind::Session) return save_later(saving.kind, *m_scene);
+        auto part = m_recorder.part();
+        if (!part.ok()) return part.error();
+        return save_session_later(std::move(*part), *m_scene);
+    }));
+}
+
+/// Begins once memory is available and all earlier commands are recorded.
+void Hub::take(ConnectionId, Event::Restoring& restoring) {
+    if (!m_recorder.has_room()) throw std::bad_alloc();
+    const Status loaded = m_scene->load_state(restoring.file);
+    if (loaded.ok()) {
+        const std::uint64_t checksum = checksum_of(restoring.file).value_or(0);
+        m_recorder.note(SessionState{std::move(restoring.recorded), checksum});
+        change_tissue();
+        note_lost_steps();
+        m_moved = true;
+    }
+    m_worked = true;
+    restoring.done(loaded);
+}
+
+/// Begins once memory is available and all earlier commands are recorded.
+void Hub::take(ConnectionId, Event::Opening& opening) {
+    if (!m_recorder.has_room()) throw std::bad_alloc();
+    DirtyBlocks deformed(opening.scene.scene->info().grid.size);
+    opening.scene.scene->set_volume_id(m_scene->info().id + 1);
+    for (Feed* feed : m_feeds) feed->leave_scene();
+    std::swap(m_scene, opening.scene.scene);
+    {
+        const std::lock_guard lock(m_grid_mutex);
+        m_grid = m_scene->info().grid;
+    }
+    m_deformed = std::move(deformed);
+    m_changes.forget();
+    m_recorder.note(SessionOpen{std::move(opening.scene.recorded)});
+    ++m_step;
+    m_timing = {};
+    m_pace.forget();
+    m_recorder.forget_work();
+    m_publisher.enter_scene();
+    m_worked = true;
+    for (Feed* feed : m_feeds) feed->enter_scene();
+    for (Client& client : clients())
+        if (!guarded("owner", [&] { begin_anew(client); })) client.lose();
+    m_is_behind = !guarded("owner", [&] {
+        const auto update = m_scene->update();
+        if (!update) throw std::bad_alloc();
+        for (const Box3i& box : update->boxes) m_deformed.mark(box);
+    });
+    guarded("owner", [&] { opening.done(std::move(opening.scene.scene)); });
+}
+
+/// Resets a client's state for a new scan.
+void Hub::begin_anew(Client& client) {
+    client.delivery = Delivery(m_scene->info().grid.size);
+    client.line = {};
+    client.traffic = {};
+    client.delivery.mark_all();
+    client.coarse_is_due = true;
+    client.tool = {};
+    client.eye = {};
+    client.tools_version = 0;
+    if (!client.connection) return;
+    send(client, volume_text(m_scene->info()));
+    for (const Waiting& waiting : std::exchange(client.commands, {})) {
+        const auto refuse = [&](std::uint32_t id) {
+            this->refuse(client, id, name_of(waiting.message.action), "other_scan",
+                         "another scan was opened meanwhile");
+        };
+        for (const std::uint32_t id : waiting.merged) refuse(id);
+        refuse(waiting.message.id);
+    }
+    client.scene_step = m_step;
+}
+
+// Clients.
+
+void Hub::send(Client& client, std::string text) {
+    if (!client.connection) return;
+    client.texts.push_back({true, std::make_shared<const std::string>(std::move(text))});
+    if (client.texts.size() > kMaxTexts)
+        drop(client, kCloseStalled, "expected a client that reads its answers, found 1000 waiting");
 }
 
 void Hub::drop(Client& client, int code, const std::string& message) {
@@ -240,27 +279,25 @@ void Hub::park(Client& client) {
     client.since = m_now;
     client.texts.clear();
     client.commands.clear();
+    client.answers.clear();
     client.checksums.clear();
     client.tool = {};
-    for (Feed* feed : m_feeds) feed->leave(client);
+    for (Feed* feed : m_feeds) guarded("owner", [&] { feed->leave(client); });
     release(client);
 }
 
 /// An absent client holds no tissue.
 void Hub::release(Client& client) {
-    if (m_playback.is_on()) return;
+    if (m_feeds.playback.is_on()) return;
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
     if (m_scene->has_eye(client.info.number)) act(client.info.number, EyeCommand{});
     client.eye = {};
 }
 
-void Hub::drop_who_is_late() {
-    std::erase_if(m_newcomers, [&](const auto& newcomer) {
-        if (m_now - newcomer.second.since < kHelloTime) return false;
-        m_outlet->close(newcomer.first, kCloseProtocol, "expected hello within 5 s, found none");
-        return true;
-    });
-    for (Client& client : m_clients) {
+void Hub::drop_late_clients() {
+    while (const auto late = m_roster.late_newcomer(m_now))
+        turn_away(*late, kCloseProtocol, "expected hello within 5 s, found none");
+    for (Client& client : clients()) {
         if (!client.connection) {
             release(client);  // memory may have been lacking before
             continue;
@@ -268,14 +305,14 @@ void Hub::drop_who_is_late() {
         auto unseen = client.delivery.unseen_since();
         for (const Feed* feed : m_feeds)
             if (!unseen) unseen = feed->unseen_since(client);
-        if (client.writing && m_now - client.since > kStallTime)
+        if (client.is_lost)
+            drop(client, kCloseStalled, "out of memory");
+        else if (client.writing && m_now - client.since > kStallTime)
             drop(client, kCloseStalled, "expected a client that reads, found none for 15 s");
         else if (unseen && m_now - *unseen > kStallTime)
             drop(client, kCloseStalled, "expected seen within 15 s, found none");
     }
-    m_clients.remove_if([&](const Client& client) {
-        return !client.connection && m_now - client.since > kAwayTime;
-    });
+    m_roster.remove_absent(m_now);
 }
 
 }  // namespace pliant::serve

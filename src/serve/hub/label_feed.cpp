@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "protocol/half.h"
-#include "protocol/limits.h"
+#include "volume/boxes.h"
 
 namespace pliant::serve {
 
@@ -19,67 +19,41 @@ void LabelFeed::show(std::shared_ptr<const LabelMap> map) {
     }
     m_map = map ? std::move(map) : bodies;
     for (Client& client : m_host.clients())
-        if (m_clients.contains(client.info.number)) tell(client);
+        if (m_subscriptions.contains(client.info.number)) send_list(client);
 }
 
 /// Lists the labels; all their voxels follow.
-void LabelFeed::tell(Client& client) {
+void LabelFeed::send_list(Client& client) {
     std::string text = m_map ? labels_text(m_host.scene().info().id, m_map->name, m_map->labels)
                              : labels_text(m_host.scene().info().id, "", {});
-    Delivery delivery(m_host.scene().info().grid.size);
-    if (m_map) delivery.mark_all();
-    m_clients.insert_or_assign(client.info.number, std::move(delivery));
-    m_host.say(client, std::move(text));
+    Subscription subscription{kFormatLabels, Delivery(m_host.scene().info().grid.size)};
+    if (m_map) subscription.delivery.mark_all();
+    m_subscriptions.insert_or_assign(client.info.number, std::move(subscription));
+    m_host.send(client, std::move(text));
 }
 
 bool LabelFeed::take(Client& client, const Message& message) {
     if (const auto* wish = std::get_if<LabelsMessage>(&message.action)) {
-        m_host.say(client, outcome_text(message.id, "labels", m_host.step(), {}));
+        m_host.accept(client, message.id, "labels");
         if (wish->on)
-            tell(client);
+            send_list(client);
         else
-            m_clients.erase(client.info.number);
+            m_subscriptions.erase(client.info.number);
         return true;
     }
-    const auto* seen = std::get_if<SeenMessage>(&message.action);
-    const auto found = m_clients.find(client.info.number);
-    if (!seen || seen->format != kFormatLabels || found == m_clients.end()) return false;
-    found->second.seen(seen->step);
-    return true;
+    return take_seen(client, message);
 }
 
 bool LabelFeed::follow(std::span<const Box3i> boxes) {
-    if (!m_map) return true;
-    for (auto& [number, delivery] : m_clients)
-        for (const Box3i& box : boxes) delivery.mark(box);
+    if (m_map) mark(boxes);
     return true;
 }
 
 void LabelFeed::refresh() {
-    m_frames.clear();
-    m_left = kMaxLabelVoxels;
-    if (!m_map || m_clients.empty()) return;
+    BoxFeed::refresh();
+    if (!m_map || m_subscriptions.empty()) return;
     // Without memory for sources, labels wait; undeformed ones need none.
     m_has_sources = m_host.keep_sources();
-}
-
-void LabelFeed::add(Client& client, std::vector<Outgoing>& batch) {
-    const auto found = m_clients.find(client.info.number);
-    if (!m_map || found == m_clients.end()) return;
-    Delivery& delivery = found->second;
-    // Voxels have priority.
-    if (client.delivery.is_due() || !delivery.is_due() || !delivery.may_send() || m_left <= 0)
-        return;
-    if (!m_has_sources || m_host.is_behind()) return;
-    const auto boxes = delivery.take(m_left, m_host.step(), m_host.now());
-    const bool ends = !delivery.is_due();
-    for (std::size_t n = 0; n < boxes.size(); ++n) {
-        const std::uint8_t flags = ends && n + 1 == boxes.size() ? kFrameLastOfStep : 0;
-        batch.push_back({false, m_frames.get(boxes[n], flags, client.packs, kFormatLabels, [&] {
-                             return encode(boxes[n], flags, client.packs);
-                         })});
-    }
-    m_host.worked();
 }
 
 /// Number of the label that is shown at a voxel; negative in every other cube of a body at rest.
@@ -112,45 +86,16 @@ int LabelFeed::striped(std::uint16_t number, Vec3d rest_mm) const {
     return (cubes & 1) != 0 ? -int(number) : int(number);
 }
 
-std::string LabelFeed::encode(const Box3i& box, std::uint8_t flags, bool pack) {
-    const Vec3i n = box.end - box.begin;
-    const std::size_t count = std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z);
-    m_left -= std::int64_t(count);
+std::vector<std::uint16_t> LabelFeed::halves_of(const Box3i& box, std::uint16_t) {
     std::vector<std::uint16_t> halves;
-    halves.reserve(count);
-    for (int k = box.begin.z; k < box.end.z; ++k)
-        for (int j = box.begin.y; j < box.end.y; ++j)
-            for (int i = box.begin.x; i < box.end.x; ++i)
-                halves.push_back(half_from_float(float(number_at({i, j, k}))));
-    const FrameHeader header{.flags = flags,
-                             .count = kFormatLabels,
-                             .step = m_host.step(),
-                             .volume = m_host.scene().info().id};
-    return box_frame(halves, box, header, pack);
-}
-
-void LabelFeed::lost(Client& client) {
-    const auto found = m_clients.find(client.info.number);
-    if (found != m_clients.end()) found->second.come_back({});
-}
-
-bool LabelFeed::is_due(const Client& client) const {
-    const auto found = m_clients.find(client.info.number);
-    return m_map && m_has_sources && found != m_clients.end() && found->second.is_due();
-}
-
-std::optional<Clock::time_point> LabelFeed::unseen_since(const Client& client) const {
-    const auto found = m_clients.find(client.info.number);
-    if (found == m_clients.end()) return {};
-    return found->second.unseen_since();
-}
-
-void LabelFeed::leave(Client& client) {
-    m_clients.erase(client.info.number);
+    halves.reserve(std::size_t(box_count(box)));
+    for_each_in(box,
+                [&](Vec3i voxel) { halves.push_back(half_from_float(float(number_at(voxel)))); });
+    return halves;
 }
 
 void LabelFeed::enter_scene() noexcept {
-    m_clients.clear();
+    BoxFeed::enter_scene();
     m_map = m_host.scene().loaded()->bodies;
 }
 

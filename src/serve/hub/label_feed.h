@@ -2,24 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Labels of the deformed scan for clients that request them: the label of the tissue that is shown
-// at a voxel. They are sent like overlays: after the voxels, within a budget per step. A client
-// starts without any label, so it receives the whole map first.
+// at a voxel. A client starts without any label, so it receives the whole map first.
 
 #pragma once
 
-#include <map>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "hub/feed.h"
-#include "hub/label_map.h"
+#include "hub/box_feed.h"
+#include "protocol/limits.h"
+#include "session/label_map.h"
 
 namespace pliant::serve {
 
-class LabelFeed final : public Feed {
+class LabelFeed final : public BoxFeed {
   public:
-    using Feed::Feed;
+    explicit LabelFeed(FeedHost& host) : BoxFeed(host, kMaxLabelVoxels) {}
 
     /// Shows another map to all clients; null: the bodies of the scene, if there are several.
     /// @pre on the scene's grid
@@ -28,23 +27,16 @@ class LabelFeed final : public Feed {
     bool take(Client& client, const Message& message) override;
     bool follow(std::span<const Box3i> boxes) override;
     void refresh() override;
-    void add(Client& client, std::vector<Outgoing>& batch) override;
-    void lost(Client& client) override;
-    bool is_due(const Client& client) const override;
-    std::optional<Clock::time_point> unseen_since(const Client& client) const override;
-    void leave(Client& client) override;
     void enter_scene() noexcept override;
 
   private:
-    void tell(Client& client);
-    std::string encode(const Box3i& box, std::uint8_t flags, bool pack);
+    void send_list(Client& client);
+    bool is_ready() const override { return m_map && m_has_sources && !m_host.is_behind(); }
+    std::vector<std::uint16_t> halves_of(const Box3i& box, std::uint16_t format) override;
     int number_at(Vec3i voxel) const;
     int striped(std::uint16_t number, Vec3d rest_mm) const;
 
-    std::shared_ptr<const LabelMap> m_map;        ///< null: none
-    std::map<std::uint32_t, Delivery> m_clients;  ///< by number
-    SharedFrames m_frames;
-    std::int64_t m_left = 0;  ///< budget of voxels in this step
+    std::shared_ptr<const LabelMap> m_map;  ///< null: none
     bool m_has_sources = false;
 };
 

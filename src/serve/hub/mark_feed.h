@@ -18,7 +18,7 @@ class MarkFeed final : public Feed {
     using Feed::Feed;
 
     bool take(Client& client, const Message& message) override;
-    void leave(Client& client) override;
+    void leave(Client& client) override { m_clients.erase(client.info.number); }
     void enter_scene() noexcept override;
 
   private:

@@ -19,10 +19,6 @@ constexpr double kToolTime_ms = 1000;     ///< a tool is shown so long after its
 constexpr std::size_t kRewindPiece = 16;  ///< records between two looks for a stop
 constexpr auto kNewsPause = std::chrono::milliseconds(250);  ///< while it plays
 
-double ms_between(Clock::time_point from, Clock::time_point to) {
-    return std::chrono::duration<double, std::milli>(to - from).count();
-}
-
 Vec3f in_floats(Vec3d v) {
     return {float(v.x), float(v.y), float(v.z)};
 }
@@ -58,17 +54,12 @@ std::size_t PlaybackFeed::records_until(double at_ms) const {
 bool PlaybackFeed::take(Client& client, const Message& message) {
     const auto* wish = std::get_if<ReplayMessage>(&message.action);
     if (!wish) return false;
-    const auto answer = [&](const Outcome& outcome) {
-        m_host.say(client, outcome_text(message.id, "replay", m_host.step(), outcome));
+    const auto refuse = [&](const char* code, const char* why) {
+        m_host.refuse(client, message.id, "replay", code, why);
+        return true;
     };
-    if (!is_on())
-        return answer({.error_code = "nothing",
-                       .message = "replay: expected a session that is watched, found a live one"}),
-               true;
-    if (client.info.view)
-        return answer({.error_code = "view_only",
-                       .message = "replay: expected the role control, found view"}),
-               true;
+    if (!is_on()) return refuse("nothing", "expected a session that is watched, found a live one");
+    if (client.info.view) return refuse("view_only", "expected the role control, found view");
     if (wish->speed) m_speed = *wish->speed;
     if (wish->at_ms) jump(std::min(*wish->at_ms, m_times.back()));
     if (wish->is_playing) {
@@ -76,7 +67,8 @@ bool PlaybackFeed::take(Client& client, const Message& message) {
         m_is_playing = *wish->is_playing && m_failure.empty();
     }
     refresh();  // tells the client that the scene is not that of the time yet
-    return answer({}), true;
+    m_host.accept(client, message.id, "replay");
+    return true;
 }
 
 void PlaybackFeed::jump(double at_ms) {
@@ -111,13 +103,14 @@ void PlaybackFeed::act() {
 void PlaybackFeed::play_one(const SessionRecord& record) {
     const auto* command = std::get_if<SessionCommand>(&record);
     if (command) {
-        const Outcome outcome = m_host.play(command->client, command->action);
-        if (outcome.ran_out) return fail("out of memory");
-        if (outcome.ok() == command->refused)
+        const auto outcome = attempt(
+            [&]() -> Result<Outcome> { return m_host.play(command->client, command->action); });
+        if (!outcome.ok()) return fail(outcome.error().message);
+        if (outcome->ok() == command->refused)
             return fail("record " + std::to_string(m_file.scene_records + m_next) +
                         ": expected a command that is " +
                         (command->refused ? "refused" : "carried out") +
-                        ", found the opposite: " + outcome.message);
+                        ", found the opposite: " + outcome->message);
         return show_tool(*command);
     }
     const auto* sweeps = std::get_if<SessionSweeps>(&record);
@@ -163,30 +156,25 @@ void PlaybackFeed::show_tool(const SessionCommand& command) {
 }
 
 void PlaybackFeed::rewind(std::size_t to) {
-    auto rewinding = std::make_unique<Rewinding>();
-    rewinding->to = to;
-    rewinding->scene.emplace(out_of_memory());  // reserves memory for the thread's answer
-    rewinding->thread = std::jthread([this, r = rewinding.get()](const std::stop_token& stop) {
-        r->scene.emplace(attempt([&]() -> Result<std::unique_ptr<Scene>> {
-            auto scene = open_recorded(m_file.scene, *m_arena);
-            for (std::size_t n = 0; scene.ok() && n < r->to; n += kRewindPiece) {
-                if (stop.stop_requested()) return out_of_memory();
-                const auto piece = records().subspan(n, std::min(kRewindPiece, r->to - n));
-                const Status s =
-                    replay_into(**scene, piece, Compare::Nothing, {}, m_file.scene_records + n);
-                if (!s.ok()) return s.error();
-            }
-            return scene;
-        }));
-        r->is_done.store(true, std::memory_order_release);
-    });
-    m_rewinding = std::move(rewinding);
+    const auto replay = [this, to](const std::stop_token& stop) -> Result<std::unique_ptr<Scene>> {
+        auto scene = open_recorded(m_file.scene, *m_arena);
+        for (std::size_t n = 0; scene.ok() && n < to; n += kRewindPiece) {
+            if (stop.stop_requested()) return out_of_memory();
+            const auto piece = records().subspan(n, std::min(kRewindPiece, to - n));
+            const Status s =
+                replay_into(**scene, piece, Compare::Nothing, {}, m_file.scene_records + n);
+            if (!s.ok()) return s.error();
+        }
+        return scene;
+    };
+    m_rewinding =
+        std::unique_ptr<Rewinding>(new Rewinding{to, Background<std::unique_ptr<Scene>>(replay)});
 }
 
 void PlaybackFeed::finish_rewinding() {
-    if (!m_rewinding || !m_rewinding->is_done.load(std::memory_order_acquire)) return;
+    if (!m_rewinding || !m_rewinding->scene.is_done()) return;
     const auto rewinding = std::move(m_rewinding);
-    Result<std::unique_ptr<Scene>>& scene = *rewinding->scene;
+    Result<std::unique_ptr<Scene>>& scene = rewinding->scene.result();
     if (!scene.ok()) return fail(scene.error().message);
     m_next = rewinding->to;
     m_cleaner = std::jthread([old = m_host.exchange(std::move(*scene))] {});
@@ -218,9 +206,9 @@ void PlaybackFeed::refresh() {
     for (Client& client : m_host.clients()) {
         if (!client.connection) continue;
         const auto [told, is_new] = m_told.try_emplace(client.info.number);
-        if (is_new) m_host.say(client, m_marks);
+        if (is_new) m_host.send(client, m_marks);
         if (told->second == m_news) continue;
-        m_host.say(client, m_news);
+        m_host.send(client, m_news);
         told->second = m_news;
     }
 }

@@ -7,14 +7,13 @@
 
 #pragma once
 
-#include <atomic>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hub/background.h"
 #include "hub/feed.h"
 #include "session/session_log.h"
 #include "session/timeline.h"
@@ -45,9 +44,7 @@ class PlaybackFeed final : public Feed {
     /// A scene that is brought to an earlier time.
     struct Rewinding {
         std::size_t to = 0;  ///< records that are carried out
-        std::optional<Result<std::unique_ptr<Scene>>> scene;
-        std::atomic<bool> is_done = false;
-        std::jthread thread;  // declared last, so that it ends first
+        Background<std::unique_ptr<Scene>> scene;
     };
 
     std::span<const SessionRecord> records() const;

@@ -4,23 +4,14 @@
 #include "hub/rest_feed.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
-
-#include "protocol/limits.h"
-#include "session/guarded.h"
 
 namespace pliant::serve {
 namespace {
 
-/// Splits a box into boxes of at most kMaxRestNodes nodes, in order.
-void add_split(const Box3i& nodes, std::vector<Box3i>& boxes) {
-    if (node_count(nodes) <= kMaxRestNodes) return boxes.push_back(nodes);
-    const Vec3i n = nodes.end - nodes.begin;
-    const int axis = n.z > 1 ? 2 : n.y > 1 ? 1 : 0;
-    Box3i low = nodes, high = nodes;
-    low.end[axis] = high.begin[axis] = nodes.begin[axis] + n[axis] / 2;
-    add_split(low, boxes);
-    add_split(high, boxes);
+std::array<Box3i, 1> all_nodes(const RestField& field) {
+    return {{{{0, 0, 0}, field.counts()}}};
 }
 
 /// Marks the parts of rows that are not at rest.
@@ -39,14 +30,9 @@ void mark_moved(const RestField& field, Delivery& delivery) {
 }  // namespace
 
 bool RestFeed::take(Client& client, const Message& message) {
-    if (const auto* wish = std::get_if<RestMessage>(&message.action)) {
-        m_wishes.push_back({client.info.number, message.id, wish->on});
-        return true;
-    }
-    const auto* seen = std::get_if<SeenMessage>(&message.action);
-    const auto found = m_deliveries.find(client.info.number);
-    if (!seen || found == m_deliveries.end() || seen->format != kFormatRest) return false;
-    found->second.seen(seen->step);
+    const auto* wish = std::get_if<RestMessage>(&message.action);
+    if (!wish) return take_seen(client, message);
+    request(client, message, wish->on ? kFormatRest : 0);
     return true;
 }
 
@@ -69,108 +55,43 @@ bool RestFeed::follow(std::span<const Box3i> boxes) {
     if (m_is_stale) {
         // It belongs to another tissue, or a failed update left it incomplete.
         if (!make()) return false;
-        for (auto& [number, delivery] : m_deliveries) delivery.mark({{0, 0, 0}, m_field->counts()});
+        mark(all_nodes(*m_field));
         return true;
     }
     m_is_stale = true;
     const auto changed = m_field->update(m_host.scene().live(), boxes);
     if (!changed.ok()) return false;
-    for (auto& [number, delivery] : m_deliveries)
-        for (const Box3i& nodes : *changed) delivery.mark(nodes);
+    mark(*changed);
     m_is_stale = false;
     return true;
 }
 
 void RestFeed::refresh() {
-    m_frames.clear();
-    m_left = kMaxRestNodes;
-    if (!m_deliveries.empty()) m_host.keep_sources();
+    if (!m_subscriptions.empty()) m_host.keep_sources();
     const bool has_sources = m_host.scene().live().keeps_sources();
     if (!has_sources) m_field.reset();
-    if (!m_deliveries.empty() && !m_field && has_sources && !m_host.is_behind() && make())
-        for (auto& [number, delivery] : m_deliveries) delivery.mark({{0, 0, 0}, m_field->counts()});
-    for (; !m_wishes.empty(); m_wishes.erase(m_wishes.begin())) {
-        const Wish wish = m_wishes.front();
-        Client* client = connected(m_host, wish.client);
-        if (client && !guarded("owner", [&] { set(*client, wish); }))
-            m_host.tell_later(client->connection, wish.id, "rest");
-    }
+    if (!m_subscriptions.empty() && !m_field && has_sources && !m_host.is_behind() && make())
+        mark(all_nodes(*m_field));
+    BoxFeed::refresh();
 }
 
-void RestFeed::set(Client& client, const Wish& wish) {
-    if (wish.on && (m_host.is_behind() || !m_host.keep_sources() || (!m_field && !make())))
-        return m_host.say(client,
-                          outcome_text(wish.id, "rest", 0,
-                                       {.error_code = "limit",
-                                        .message = "rest: expected memory for 12 bytes per voxel, "
-                                                   "found less"}));
-    std::string text = outcome_text(wish.id, "rest", m_host.step(), {});
-    if (wish.on) {
-        Delivery delivery(m_field->counts());
-        mark_moved(*m_field, delivery);
-        m_deliveries.insert_or_assign(client.info.number, std::move(delivery));
-    } else {
-        m_deliveries.erase(client.info.number);
-    }
-    m_host.say(client, std::move(text));
+std::optional<Delivery> RestFeed::start_delivery() {
+    if (m_host.is_behind() || !m_host.keep_sources() || (!m_field && !make())) return {};
+    Delivery delivery(m_field->counts());
+    mark_moved(*m_field, delivery);
+    return delivery;
 }
 
-void RestFeed::add(Client& client, std::vector<Outgoing>& batch) {
-    const auto found = m_deliveries.find(client.info.number);
-    if (found == m_deliveries.end() || !m_field) return;
-    Delivery& delivery = found->second;
-    // Voxels have priority.
-    if (client.delivery.is_due() || !delivery.is_due() || !delivery.may_send() || m_left <= 0)
-        return;
-    std::vector<Box3i> boxes;
-    for (const Box3i& nodes : delivery.take(m_left, m_host.step(), m_host.now()))
-        add_split(nodes, boxes);
-    const bool ends = !delivery.is_due();
-    for (std::size_t n = 0; n < boxes.size(); ++n) {
-        const std::uint8_t flags = ends && n + 1 == boxes.size() ? kFrameLastOfStep : 0;
-        batch.push_back({false, m_frames.get(boxes[n], flags, client.packs, kFormatRest, [&] {
-                             return encode(boxes[n], flags, client.packs);
-                         })});
-    }
-    m_host.worked();
-}
-
-std::string RestFeed::encode(const Box3i& nodes, std::uint8_t flags, bool pack) {
-    m_left -= node_count(nodes);
+std::vector<std::uint16_t> RestFeed::halves_of(const Box3i& nodes, std::uint16_t) {
     std::vector<std::uint16_t> halves(4 * std::size_t(node_count(nodes)));
     m_field->copy(nodes, halves);
-    const FrameHeader header{.flags = flags,
-                             .count = kFormatRest,
-                             .step = m_host.step(),
-                             .volume = m_host.scene().info().id};
-    return box_frame(halves, nodes, header, pack);
-}
-
-void RestFeed::lost(Client& client) {
-    const auto found = m_deliveries.find(client.info.number);
-    if (found != m_deliveries.end()) found->second.come_back({});
-}
-
-bool RestFeed::is_due(const Client& client) const {
-    const auto found = m_deliveries.find(client.info.number);
-    return found != m_deliveries.end() && found->second.is_due();
-}
-
-std::optional<Clock::time_point> RestFeed::unseen_since(const Client& client) const {
-    const auto found = m_deliveries.find(client.info.number);
-    if (found == m_deliveries.end()) return {};
-    return found->second.unseen_since();
-}
-
-void RestFeed::leave(Client& client) {
-    m_deliveries.erase(client.info.number);
+    return halves;
 }
 
 void RestFeed::enter_scene() noexcept {
     m_field.reset();
     m_is_stale = false;
-    m_wishes.clear();
-    m_deliveries.clear();
+    BoxFeed::enter_scene();
 }
 
 }  // namespace pliant::serve

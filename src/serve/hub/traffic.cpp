@@ -7,8 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "hub/depth_for_time.h"
-
 namespace pliant::serve {
 namespace {
 

@@ -8,12 +8,11 @@ namespace pliant::serve {
 bool VesselFeed::take(Client& client, const Message& message) {
     const auto* wish = std::get_if<VesselMessage>(&message.action);
     if (!wish) return false;
-    std::string text = outcome_text(message.id, "vessel", m_host.step(), {});
     if (wish->on)
         m_sent[client.info.number] = {};
     else
         m_sent.erase(client.info.number);
-    m_host.say(client, std::move(text));
+    m_host.accept(client, message.id, "vessel");
     return true;
 }
 
@@ -23,24 +22,31 @@ bool VesselFeed::follow(std::span<const Box3i>) {
 }
 
 void VesselFeed::refresh() {
-    const VesselTissue* vessel = m_host.scene().catheter();
-    if (vessel && (m_has_moved || m_frames.version() == 0)) m_frames.update(*vessel);
+    const Scene& scene = m_host.scene();
+    const Drivable* const catheter = scene.tissue().drivable();
+    if (catheter && scene.choice().model != m_model) {  // perhaps with another wall
+        m_model = scene.choice().model;
+        for (auto& [client, sent] : m_sent) sent = {};
+        m_frames = {};
+    }
+    if (catheter && (m_has_moved || m_frames.version() == 0)) m_frames.update(*catheter);
     m_has_moved = false;
 }
 
 void VesselFeed::add(Client& client, std::vector<Outgoing>& batch) {
     const auto found = m_sent.find(client.info.number);
-    if (found == m_sent.end() || !m_host.scene().catheter()) return;
+    const Drivable* const catheter = m_host.scene().tissue().drivable();
+    if (found == m_sent.end() || !catheter) return;
     const std::uint32_t volume = m_host.scene().info().id;
     const Sent& sent = found->second;
-    if (!sent.surface) batch.push_back({false, m_frames.surface(m_host.step(), volume)});
+    if (!sent.surface) batch.push_back({false, m_frames.surface(*catheter, m_host.step(), volume)});
     if (sent.version == m_frames.version()) return;
     batch.push_back({false, m_frames.since(sent.version, m_host.step(), volume)});
 }
 
 void VesselFeed::sent(Client& client) noexcept {
     const auto found = m_sent.find(client.info.number);
-    if (found != m_sent.end() && m_host.scene().catheter())
+    if (found != m_sent.end() && m_host.scene().tissue().drivable())
         found->second = {true, m_frames.version()};
 }
 
@@ -51,6 +57,7 @@ void VesselFeed::leave(Client& client) {
 void VesselFeed::enter_scene() noexcept {
     m_sent.clear();
     m_frames = {};
+    m_model.clear();
 }
 
 }  // namespace pliant::serve

@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The vessel and its catheter for clients that request them. Like tools, only the newest state is
-// sent. Its numbers are part of the state message.
+// A catheter and the wall around it for clients that request them. Like tools, only the newest
+// state is sent. Its numbers are part of the state message.
 
 #pragma once
 
 #include <map>
+#include <string>
 #include <vector>
 
 #include "hub/feed.h"
@@ -32,6 +33,7 @@ class VesselFeed final : public Feed {
         std::uint64_t version = 0;
     };
     std::map<std::uint32_t, Sent> m_sent;  ///< by client
+    std::string m_model;                   ///< model of the frames' tissue
     VesselFrames m_frames;
     bool m_has_moved = false;
 };

@@ -3,6 +3,7 @@
 
 #include "hub/vessel_frames.h"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 
@@ -31,10 +32,10 @@ void put_raw_place(std::string& bytes, Vec3d p) {
 
 }  // namespace
 
-void VesselFrames::update(const VesselTissue& vessel) {
-    const VesselView& view = vessel.view();
-    m_vessel = &vessel.made();
-    m_nodes.resize(view.moved_mm.size());
+void VesselFrames::update(const Drivable& catheter) {
+    const CatheterView& view = catheter.view();
+    m_radius_mm = catheter.radius_mm();
+    m_nodes.resize(std::min(view.moved_mm.size(), catheter.wall().nodes_mm.size()));
     const std::uint64_t next = m_version + 1;
     bool changed = m_version == 0 || view.catheter_mm != m_catheter_mm;
     for (std::size_t n = 0; n < m_nodes.size(); ++n) {
@@ -49,14 +50,15 @@ void VesselFrames::update(const VesselTissue& vessel) {
     m_version = next;
 }
 
-std::shared_ptr<const std::string> VesselFrames::surface(std::uint32_t step, std::uint32_t volume) {
+std::shared_ptr<const std::string> VesselFrames::surface(const Drivable& catheter,
+                                                         std::uint32_t step, std::uint32_t volume) {
     if (m_surface) return m_surface;
-    const TriangleMesh& ghost = m_vessel->wall.ghost;
+    const TriangleMesh& wall = catheter.wall();
     std::string frame(kFrameHeaderBytes, '\0');
-    put_raw(frame, std::uint32_t(ghost.nodes_mm.size()));
-    put_raw(frame, std::uint32_t(ghost.cells.size()));
-    for (const Vec3d p : ghost.nodes_mm) put_raw_place(frame, p);
-    for (const auto& cell : ghost.cells)
+    put_raw(frame, std::uint32_t(wall.nodes_mm.size()));
+    put_raw(frame, std::uint32_t(wall.cells.size()));
+    for (const Vec3d p : wall.nodes_mm) put_raw_place(frame, p);
+    for (const auto& cell : wall.cells)
         for (const std::int32_t n : cell) put_raw(frame, std::uint32_t(n));
     put_frame_header(frame,
                      {.type = FrameType::Surface, .count = 0, .step = step, .volume = volume});
@@ -78,7 +80,7 @@ std::shared_ptr<const std::string> VesselFrames::since(std::uint64_t version, st
             runs.push_back({std::uint32_t(n), 1});
     }
     std::string frame(kFrameHeaderBytes, '\0');
-    put_raw(frame, float(m_vessel->settings.catheter.radius_mm));
+    put_raw(frame, float(m_radius_mm));
     put_raw(frame, std::uint32_t(m_catheter_mm.size()));
     put_raw(frame, std::uint32_t(runs.size()));
     for (const Vec3d p : m_catheter_mm) put_raw_place(frame, p);

@@ -96,7 +96,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         m_socket.async_accept(request, [self = shared_from_this()](error_code error) {
             if (error) return self->finish();
             self->m_open = true;
-            self->m_network.hub.opened(self->m_id, self->m_may_control);
+            self->m_network.hub.post({self->m_id, Event::Opened{self->m_may_control}});
             self->read();
         });
     }
@@ -138,7 +138,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         m_again.cancel();
         error_code ignored;
         beast::get_lowest_layer(m_socket).socket().close(ignored);
-        if (m_open) m_network.hub.closed(m_id);
+        if (m_open) m_network.hub.post({m_id, Event::Closed{}});
         m_network.forget(m_id);
     }
 
@@ -154,24 +154,24 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
                 // During the closing handshake, the end of reading is expected.
                 if (!self->m_closing) self->finish();
             } else if (!self->m_closing) {
-                self->hear_or_wait();
+                self->handle_or_wait();
             }
         });
     }
 
     /// Handles a message, or leaves it in the buffer for a while if memory is lacking.
-    void hear_or_wait() {
+    void handle_or_wait() {
         try {
-            hear();
+            handle_message();
         } catch (const std::bad_alloc&) {
             m_again.expires_after(std::chrono::milliseconds(50));
             m_again.async_wait([self = shared_from_this()](error_code error) {
-                if (!error && !self->m_closing) self->hear_or_wait();
+                if (!error && !self->m_closing) self->handle_or_wait();
             });
         }
     }
 
-    void hear() {
+    void handle_message() {
         const auto data = m_buffer.cdata();
         const std::string_view text(static_cast<const char*>(data.data()), data.size());
         if (!m_socket.got_text())
@@ -181,11 +181,11 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
                          "expected up to 240 messages and 1 MiB per second, found more");
         auto parsed = parse_message(text);
         if (auto* message = std::get_if<Message>(&parsed)) {
-            m_network.hub.received(m_id, std::move(*message));
+            m_network.hub.post({m_id, std::move(*message)});
         } else {
             auto& failure = *std::get_if<ParseFailure>(&parsed);
             if (failure.rubbish) return close(kCloseProtocol, failure.message);
-            m_network.hub.refused(m_id, std::move(failure));
+            m_network.hub.post({m_id, std::move(failure)});
         }
         ++m_untaken;
         m_buffer.consume(m_buffer.size());
@@ -195,8 +195,8 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     void write() {
         if (m_writing || m_finished) return;
         if (m_queue.empty()) {
-            if (m_closing) return say_goodbye();
-            if (std::exchange(m_is_batch, false)) m_network.hub.written(m_id);
+            if (m_closing) return close_socket();
+            if (std::exchange(m_is_batch, false)) m_network.hub.post({m_id, Event::Written{}});
             return;
         }
         m_writing = true;
@@ -210,7 +210,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
                              });
     }
 
-    void say_goodbye() {
+    void close_socket() {
         const websocket::close_reason reason(websocket::close_code(m_reason.first),
                                              m_reason.second);
         m_writing = true;
@@ -246,7 +246,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         m_stream.expires_after(kHttpTime);
         http::async_read_header(m_stream, m_buffer, *m_parser,
                                 [self = shared_from_this()](error_code error, std::size_t) {
-                                    if (error) return self->hear_no_request(error);
+                                    if (error) return self->refuse_malformed(error);
                                     self->answer(self->m_parser->get());
                                 });
     }
@@ -259,7 +259,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   private:
     /// Answers a malformed request; a closed connection gets no answer.
-    void hear_no_request(error_code error) {
+    void refuse_malformed(error_code error) {
         static const auto* const of_http = &make_error_code(http::error::bad_method).category();
         if (error.category() != *of_http || error == http::error::end_of_stream ||
             error == http::error::partial_message)

@@ -322,7 +322,7 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
     impl->hub->bound_springs(settings.max_spring_nodes);
     impl->hub->want_updates(settings.network_hz);
-    impl->hub->show_labels(std::move(labels), [](bool) {});
+    impl->hub->post({0, serve::Event::Labelling{std::move(labels), [](bool) {}}});
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     const bool is_watched = opened->watched.has_value();
     if (is_watched) impl->hub->watch(std::move(*opened->watched), arena);

@@ -134,12 +134,13 @@ bool Transfer::is_too_slow() const {
 void Transfer::save(SaveKind kind) {
     if (m_desk.saving) return answer(503, "save: expected one at a time, found another");
     m_desk.saving = shared_from_this();
-    m_desk.hub.save(kind, [weak = weak_from_this(), context = &m_desk.context,
-                           kind](Result<FileWriter> writer) {
+    auto ready = [weak = weak_from_this(), context = &m_desk.context,
+                  kind](Result<FileWriter> writer) {
         asio::post(*context, [weak, kind, writer = std::move(writer)]() mutable {
             if (const auto self = weak.lock()) self->make_file(kind, std::move(writer));
         });
-    });
+    };
+    m_desk.hub.post({0, Event::Saving{kind, std::move(ready)}});
 }
 
 void Transfer::make_file(SaveKind kind, Result<FileWriter> writer) {

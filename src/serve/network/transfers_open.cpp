@@ -164,12 +164,12 @@ void Transfer::read_labels() {
         [this](Labels labels) {
             if (!labels.ok()) return refuse(labels.error());
             m_desk.drop_upload();
-            m_desk.hub.show_labels(std::move(*labels),
-                                   [weak = weak_from_this(), context = &m_desk.context](bool fits) {
-                                       asio::post(*context, [weak, fits] {
-                                           if (const auto self = weak.lock()) self->finish(fits);
-                                       });
-                                   });
+            auto done = [weak = weak_from_this(), context = &m_desk.context](bool fits) {
+                asio::post(*context, [weak, fits] {
+                    if (const auto self = weak.lock()) self->finish(fits);
+                });
+            };
+            m_desk.hub.post({0, Event::Labelling{std::move(*labels), std::move(done)}});
         });
 }
 
@@ -177,14 +177,13 @@ void Transfer::load_state() {
     on_disk([upload = m_desk.upload] { return keep_state(*upload); },
             [this](const Result<UploadedState>& kept) {
                 if (!kept.ok()) return refuse(kept.error());
-                m_desk.hub.load_state(kept->file, kept->recorded,
-                                      [weak = weak_from_this(), context = &m_desk.context,
-                                       file = kept->file](const Status& loaded) {
-                                          asio::post(*context, [weak, file, loaded] {
-                                              if (const auto self = weak.lock())
-                                                  self->state_is_loaded(file, loaded);
-                                          });
-                                      });
+                auto done = [weak = weak_from_this(), context = &m_desk.context,
+                             file = kept->file](const Status& loaded) {
+                    asio::post(*context, [weak, file, loaded] {
+                        if (const auto self = weak.lock()) self->state_is_loaded(file, loaded);
+                    });
+                };
+                m_desk.hub.post({0, Event::Restoring{kept->file, kept->recorded, std::move(done)}});
             });
 }
 
@@ -227,15 +226,15 @@ void Transfer::hand_over(Result<Opened> opened) {
     }
     // The scan stays open; its files are removed unless they are kept.
     m_desk.drop_upload();
-    m_desk.hub.open(
-        std::move(std::get<NewScene>(*opened)), [weak = weak_from_this(), context = &m_desk.context,
-                                                 disk = &m_desk.disk](std::unique_ptr<Scene> old) {
-            asio::post(*disk,
-                       [gone = std::shared_ptr<Scene>(std::move(old))]() mutable { gone.reset(); });
-            asio::post(*context, [weak] {
-                if (const auto self = weak.lock()) self->finish(true);
-            });
+    auto done = [weak = weak_from_this(), context = &m_desk.context,
+                 disk = &m_desk.disk](std::unique_ptr<Scene> old) {
+        asio::post(*disk,
+                   [gone = std::shared_ptr<Scene>(std::move(old))]() mutable { gone.reset(); });
+        asio::post(*context, [weak] {
+            if (const auto self = weak.lock()) self->finish(true);
         });
+    };
+    m_desk.hub.post({0, Event::Opening{std::move(std::get<NewScene>(*opened)), std::move(done)}});
 }
 
 /// Keeps the files until the client has chosen. @param choices  JSON

@@ -259,8 +259,8 @@ Action read_iso(Fields& f) {
 Action read_tissue(Fields& f) {
     TissueCommand tissue;
     TissueChoice& choice = tissue.choice;
-    choice.model = TissueModel(f.choice("model", {"chainmail", "springs", "vessel", "own"}));
-    if (choice.model != TissueModel::Springs) {
+    choice.model = f.text("model", 40, {});
+    if (!choice.is_springs()) {
         f.allow({"centre", kExplicit});
         f.allow(tissue_rows());
         f.allow(spring_rows());
@@ -485,8 +485,8 @@ void write(Json& o, const IsoCommand& c) {
     if (c.stroke) o["stroke"] = c.stroke;
 }
 void write(Json& o, const TissueCommand& c) {
-    o["model"] = name_of(c.choice.model);
-    if (c.choice.model != TissueModel::Springs) return;
+    o["model"] = c.choice.model;
+    if (!c.choice.is_springs()) return;
     if (c.is_centred) o["centre"] = json_of(c.choice.centre_mm);
     put(o, c.choice, tissue_rows());
     put_springs(o, c.choice);

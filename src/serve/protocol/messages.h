@@ -48,11 +48,10 @@ struct ClientInfo {
     bool view = false;
 };
 
-/// State of a catheter in its vessel.
+/// State of a catheter that is driven in the tissue.
 struct VesselState {
     CatheterCommand hand{};
-    CatheterMeasures measures{};  ///< quick_measures(), and inverted tetrahedra
-    double wall_moved_mm = 0;     ///< largest displacement of a wall node
+    CatheterMeasures measures{};  ///< including those of CatheterView
     double radius_mm = 0, length_mm = 0;
     std::string failure{};  ///< reason why it has stopped until a reset; empty: none
 };
@@ -60,9 +59,7 @@ struct VesselState {
 /// Shared state except voxels.
 struct SharedState {
     TissueChoice tissue{};
-    bool has_vessel = false;  ///< whether the scene has a vessel, so that it can be chosen as
-                              ///< tissue
-    bool has_own = false;     ///< likewise a tissue of the scene's own, such as organs
+    std::vector<std::string> own_models{};  ///< that only this scene has: "vessel", "own"
     TissueTraits traits{};
     std::optional<VesselState> vessel{};
     double pace = 0;        ///< simulated time per real time at the last motion; 0: unknown
@@ -97,8 +94,6 @@ struct Outcome {
     double solve_ms = 0;
     std::optional<Vec3d> force_n{};  ///< on the tool
     std::optional<Vec3d> end_mm{};   ///< of a slide: final centre of the sphere, outside of tissue
-    bool ran_out = false;            ///< refused for lack of memory, or by a bug
-    bool ended_step = false;         ///< and its only effect was Scene::interrupt()
 
     bool ok() const { return error_code.empty(); }
 };

@@ -112,7 +112,7 @@ Json json_of(const VesselState& v, double pace) {
             {"torque_n_mm", rounded(m.torque_n_mm, 1e5)},
             {"contact_n", rounded(m.contact_n, 1e5)},
             {"depth_mm", rounded(m.depth_mm, 1e4)},
-            {"wall_moved_mm", rounded(v.wall_moved_mm, 1e4)},
+            {"wall_moved_mm", rounded(m.wall_moved_mm, 1e4)},
             {"time_s", rounded(m.time_s, 1e3)},
             {"pace", rounded(pace, 1e3)},
             {"sub_steps", m.sub_steps},
@@ -142,13 +142,12 @@ Json json_of(const SharedState& s) {
                    {"moved_elements", s.moved_elements}}}};
     put(json["materials"], s.materials, chainmail_material_rows());
     const TissueChoice& t = s.tissue;
-    Json& tissue = json["tissue"] = {{"model", name_of(t.model)}};
+    Json& tissue = json["tissue"] = {{"model", t.model}};
     tissue["takes"] = json_of(s.traits);
-    if (s.has_vessel) tissue["has_vessel"] = true;
-    if (s.has_own) tissue["has_own"] = true;
+    for (const std::string& model : s.own_models) tissue["has_" + model] = true;
     if (!s.trouble.empty()) tissue["trouble"] = s.trouble;
     if (s.vessel) json["vessel"] = json_of(*s.vessel, s.pace);
-    if (t.model == TissueModel::Springs) {
+    if (t.is_springs()) {
         put(tissue, t.springs, spring_rows());
         tissue["depth_by_time"] = t.depth_by_time;
         if (s.line_mb_s > 0) tissue["line_mb_s"] = s.line_mb_s;

@@ -17,14 +17,13 @@
 
 namespace pliant::serve {
 
-enum class TissueModel { ChainMail, Springs, Vessel, Own };
-
 /// Settings of springs that follow the scan's values and materials unless they are given.
 inline constexpr std::array<std::string_view, 4> kFollowing = {"young_modulus_pa", "poisson_ratio",
                                                                "air_threshold_hu", "fixed_hu"};
 
 struct TissueChoice {
-    TissueModel model = TissueModel::ChainMail;
+    /// As in tissue_models(); "own" is the scene's own tissue, whatever its model.
+    std::string model = "chainmail";
     // Springs: number of nodes of the control lattice along each axis,
     // limited by the size of the scan.
     Vec3d centre_mm{0, 0, 0};
@@ -33,6 +32,7 @@ struct TissueChoice {
     SpringDeformationSettings springs{};
     std::vector<std::string> given{};  ///< names of kFollowing, in its order
 
+    bool is_springs() const { return model == "springs"; }
     friend bool operator==(const TissueChoice&, const TissueChoice&) = default;
 };
 
@@ -40,11 +40,6 @@ struct TissueChoice {
 inline bool follows_scan(const TissueChoice& choice, std::string_view name) {
     return std::find(kFollowing.begin(), kFollowing.end(), name) != kFollowing.end() &&
            std::find(choice.given.begin(), choice.given.end(), name) == choice.given.end();
-}
-
-constexpr const char* name_of(TissueModel model) {
-    constexpr const char* kNames[] = {"chainmail", "springs", "vessel", "own"};
-    return kNames[int(model)];
 }
 
 }  // namespace pliant::serve

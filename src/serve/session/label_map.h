@@ -7,9 +7,13 @@
 #pragma once
 
 #include <pliant/organs.h>
+#include <pliant/result.h>
+#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,6 +32,18 @@ struct LabelMap {
     /// 0: there are no bodies.
     double stripe_mm = 0;
 };
+
+/// Reads a label map. One on another grid than the scan's is sampled at the nearest voxel, so that
+/// the labels of a crop fit the whole scan. Colours are those of 3D Slicer's segments in a NRRD
+/// file, names those of find_label_names (organs/label_names.h).
+/// @param names  table of names; empty: none
+/// @param give_up  polled while the file is read; may be empty
+/// @returns an error for values that aren't whole numbers, more than kMaxLabels labels, and maps
+///          without a label inside of the scan
+Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::path& file,
+                                                       const Grid& scan, const TaskArena& arena,
+                                                       const std::function<bool()>& give_up = {},
+                                                       const std::filesystem::path& names = {});
 
 /// Finds the number of voxels and the centre of each label.
 void count_labels(LabelMap& map);

@@ -7,6 +7,7 @@
 
 #include <pliant/chainmail.h>
 
+#include <new>
 #include <string>
 #include <utility>
 
@@ -15,12 +16,14 @@
 
 namespace pliant::serve {
 
-/// Outcome of a failed command.
+/// Outcome of a failed command. Throws std::bad_alloc for lack of memory: that isn't the command's
+/// outcome, which a replay must find again.
 inline Outcome refused(const Error& error) {
+    if (is_out_of_memory(error)) throw std::bad_alloc();
     const char* code = error.code == ErrorCode::LimitExceeded ? "limit"
                        : error.code == ErrorCode::NotFound    ? "nothing"
                                                               : "out_of_range";
-    return {.error_code = code, .message = error.message, .ran_out = is_out_of_memory(error)};
+    return {.error_code = code, .message = error.message};
 }
 
 /// Doesn't allocate.
@@ -38,7 +41,7 @@ inline Outcome outcome_of(PushReport&& report) {
 inline Outcome not_with(const TissueChoice& choice, const char* what, const char* expected) {
     return {.error_code = "other_tissue",
             .message = std::string(what) + ": expected the tissue " + expected + ", found " +
-                       name_of(choice.model)};
+                       choice.model};
 }
 
 }  // namespace pliant::serve

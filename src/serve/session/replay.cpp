@@ -33,8 +33,8 @@ Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::
         if (!memo.ok()) return memo.error();
         SceneMemo expected = point.memo;
         // Older files don't record the vessel; the tissue's hash proves it.
-        if (expected.tissue == TissueChoice{} && memo->tissue.model == TissueModel::Vessel)
-            expected.tissue.model = TissueModel::Vessel;
+        if (expected.tissue == TissueChoice{} && memo->tissue.model == "vessel")
+            expected.tissue.model = "vessel";
         if (*memo == expected) return compare_with(scene, point.mark, compare, number);
     }
     return Error{ErrorCode::Unreadable, "record " + std::to_string(number) +
@@ -58,14 +58,16 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare
     for (std::size_t n = 0; n < records.size(); ++n) {
         if (progress) progress(double(n) / double(records.size()));
         if (const auto* command = std::get_if<SessionCommand>(&records[n])) {
-            const Outcome outcome = scene.carry_out(command->client, command->action);
-            if (outcome.ran_out) return out_of_memory();
-            if (outcome.ok() == command->refused)
+            const auto outcome = attempt([&]() -> Result<Outcome> {
+                return scene.carry_out(command->client, command->action);
+            });
+            if (!outcome.ok()) return outcome.error();
+            if (outcome->ok() == command->refused)
                 return Error{ErrorCode::Unreadable,
                              "record " + std::to_string(before + n + 1) +
                                  ": expected a command that is " +
                                  (command->refused ? "refused" : "carried out") +
-                                 ", found the opposite: " + outcome.message};
+                                 ", found the opposite: " + outcome->message};
         } else if (const auto* sweeps = std::get_if<SessionSweeps>(&records[n])) {
             for (int k = 0; k < sweeps->count; ++k)
                 if (const auto swept = scene.sweep(); !swept.ok()) return swept.error();

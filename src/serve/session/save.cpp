@@ -127,7 +127,7 @@ FileWriter save_session_later(SessionPart part, const Scene& scene) {
     auto volume = std::make_shared<const Volume>(scene.deformed());
     // ChainMail's hash can be computed later from the elements; other models have few nodes.
     std::optional<std::uint64_t> nodes;
-    if (scene.choice().model != TissueModel::ChainMail) nodes = scene.tissue().hash();
+    if (scene.choice().model != "chainmail") nodes = scene.tissue().hash();
     return [part = std::move(part), volume, nodes,
             taken = take(scene)](const std::filesystem::path& path) {
         const std::uint64_t tissue = nodes ? *nodes : hash_state(*taken->field);

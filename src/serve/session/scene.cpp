@@ -3,17 +3,17 @@
 
 #include "session/scene.h"
 
+#include <pliant/drivable.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>
-#include <exception>
 #include <new>
 #include <utility>
 
 #include "base/errors.h"
+#include "protocol/limits.h"
 #include "session/guarded.h"
 #include "session/outcomes.h"
-#include "session/vessel_tissue.h"
 #include "volume/boxes.h"
 
 namespace pliant::serve {
@@ -34,34 +34,8 @@ Box3i region_of(const TissueChoice& choice, const Grid& grid) {
     return region;
 }
 
-}  // namespace
-
-Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
-                                             const TaskArena& arena) {
-    if (choice.model == TissueModel::Vessel) {
-        if (!loaded.vessel)
-            return Error{ErrorCode::InvalidArgument,
-                         "tissue: model: expected chainmail or springs in a scene without a "
-                         "vessel, found vessel"};
-        auto model = VesselTissue::create(*loaded.vessel, loaded.volume, arena);
-        if (!model.ok()) return model.error();
-        VesselTissue* const vessel = model->get();
-        return MadeTissue{std::move(*model), vessel};
-    }
-    if (choice.model == TissueModel::Own) {
-        if (!loaded.own_tissue)
-            return Error{ErrorCode::InvalidArgument,
-                         "tissue: model: expected chainmail or springs in a server without a "
-                         "tissue of its own, found own"};
-        auto model = (*loaded.own_tissue)(loaded.volume, arena);
-        if (!model.ok()) return model.error();
-        return MadeTissue{std::move(*model)};
-    }
-    if (choice.model == TissueModel::ChainMail) {
-        auto model = make_chainmail(loaded.volume, loaded.settings, arena);
-        if (!model.ok()) return model.error();
-        return MadeTissue{std::move(*model)};
-    }
+Result<std::unique_ptr<Tissue>> make_springs_of(const TissueChoice& choice,
+                                                const LoadedScan& loaded, const TaskArena& arena) {
     SpringDeformationSettings settings;
     settings.fixed_hu = loaded.info.values.bone_threshold;
     settings.air_threshold_hu = loaded.info.values.air_threshold;
@@ -69,10 +43,29 @@ Result<Scene::MadeTissue> Scene::make_tissue(const TissueChoice& choice, const L
     for (const Setting<SpringDeformationSettings>& row : spring_rows())
         if (!follows_scan(choice, row.name)) row.set(settings, value_of(choice.springs, row));
     settings.region = region_of(choice, loaded.volume.grid);
-    auto model = make_springs(loaded.volume, settings, arena);
-    if (!model.ok()) return model.error();
-    return MadeTissue{std::move(*model)};
+    return make_springs(loaded.volume, settings, arena);
 }
+
+Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
+                                            const TaskArena& arena) {
+    if (choice.model == "chainmail") return make_chainmail(loaded.volume, loaded.settings, arena);
+    if (choice.is_springs()) return make_springs_of(choice, loaded, arena);
+    const auto own = loaded.own_tissues.find(choice.model);
+    if (own == loaded.own_tissues.end()) {
+        std::string expected = "chainmail, springs";
+        for (const auto& [model, make] : loaded.own_tissues) expected += ", " + model;
+        return expected_error("tissue: model", expected, choice.model);
+    }
+    auto made = own->second(loaded.volume, arena);
+    const Drivable* const driven = made.ok() ? (*made)->drivable() : nullptr;
+    if (!driven || driven->wall().nodes_mm.size() <= kMaxSurfaceNodes) return made;
+    return Error{ErrorCode::LimitExceeded,
+                 loaded.info.name + ": expected a vessel whose inner surface has up to " +
+                     std::to_string(kMaxSurfaceNodes) + " nodes, found " +
+                     std::to_string(driven->wall().nodes_mm.size())};
+}
+
+}  // namespace
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
                                            const TaskArena& loading,
@@ -87,51 +80,33 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made at their final address.
     auto place = std::make_shared<LoadedScan>(std::move(*loaded));
-    const TissueChoice choice{.model = place->vessel       ? TissueModel::Vessel
-                                       : place->own_tissue ? TissueModel::Own
-                                                           : TissueModel::ChainMail};
+    TissueChoice choice;
+    if (!place->own_tissues.empty()) choice.model = place->own_tissues.rbegin()->first;
     auto tissue = make_tissue(choice, *place, arena);
     if (!tissue.ok()) return tissue.error();
     std::unique_ptr<Scene> scene(new Scene(std::move(place), choice, std::move(*tissue)));
-    auto live = LiveDeformation::create(scene->m_shown);
+    auto live = LiveDeformation::create(*scene->m_tissue);
     if (!live.ok()) return live.error();
     scene->m_live.emplace(std::move(*live));
     return scene;
 }
 
-Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, MadeTissue tissue)
+Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+             std::unique_ptr<Tissue> tissue)
     : m_loaded(std::move(loaded)),
       m_tissue(std::move(tissue)),
       m_choice(choice),
-      m_shown(m_tissue),
       m_iso_hu(m_loaded->iso_hu),
       m_polarity(m_loaded->polarity),
       m_relaxing(this->tissue().traits().moves_by_itself) {}
 
-Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
-    const std::int64_t changes = m_changes;
-    const std::uint32_t last_client = m_last_client;
-    const bool settled = m_settled;
+Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
     m_last_client = std::max(m_last_client, client);
     Outcome outcome;
-    try {
-        outcome = std::visit([&](const auto& command) { return act(client, command); }, action);
-    } catch (const std::bad_alloc&) {
-        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
-    } catch (const std::length_error&) {  // thrown by a container beyond its size limit
-        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
-    } catch (const std::exception& error) {
-        print_fault("owner", error.what());
-        outcome = {.error_code = "fault", .message = {}, .ran_out = true};
-    }
-    if (!outcome.ran_out) return outcome;
-    // The tissue is unchanged. Steps may have ended, or begun without content.
-    m_settled = settled;
-    m_last_client = last_client;
-    if (m_changes == changes) return outcome;
-    interrupt(client);
-    outcome.ended_step = true;
-    return outcome;
+    const auto work = [&](const auto& command) { outcome = act(client, command); };
+    if (guarded("owner", [&] { std::visit(work, action); })) return outcome;
+    interrupt(client);  // the tissue is unchanged, but a step may have begun or ended
+    throw std::bad_alloc();
 }
 
 void Scene::interrupt(std::uint32_t client) noexcept {
@@ -148,12 +123,12 @@ Status Scene::choose(const TissueChoice& choice, const std::filesystem::path& st
     auto made = make_tissue(choice, *m_loaded, tissue().arena());
     if (!made.ok()) return made.error();
     if (!state.empty())
-        if (const Status s = made->made->load_state(state); !s.ok()) return s;
+        if (const Status s = (*made)->load_state(state); !s.ok()) return s;
     TissueChoice kept = choice;
     // Nothing fails from here on.
     end_step();
     // The old steps don't apply to the new tissue.
-    m_live->start_over();
+    m_live->start_over(**made);
     m_tissue = std::move(*made);
     m_choice = std::move(kept);
     m_done.clear();
@@ -169,7 +144,7 @@ Status Scene::choose(const TissueChoice& choice, const std::filesystem::path& st
 Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
     TissueChoice choice = command.choice;
     const Grid& grid = m_loaded->volume.grid;
-    if (choice.model == TissueModel::Springs && !command.is_centred) {
+    if (choice.is_springs() && !command.is_centred) {
         const Vec3i last = grid.size - Vec3i{1, 1, 1};
         choice.centre_mm = world_from_voxel(grid, {0.5 * last.x, 0.5 * last.y, 0.5 * last.z});
     }
@@ -192,16 +167,17 @@ void Scene::describe(SharedState& state) const {
         (void)apply(tissue().settings(), chainmail_material_rows(), state.materials);
     state.figures = tissue().figures();
     state.trouble = m_trouble;
-    if (const VesselTissue* v = catheter())
-        state.vessel = VesselState{.hand = v->hand(),
-                                   .measures = v->measures(),
-                                   .wall_moved_mm = v->view().wall_moved_mm,
-                                   .radius_mm = v->made().settings.catheter.radius_mm,
-                                   .length_mm = v->made().settings.catheter.length_mm,
-                                   .failure = v->failure()};
-    if (state.vessel) state.vessel->measures.inverted = catheter()->view().inverted;
-    state.has_vessel = m_loaded->vessel != nullptr;
-    state.has_own = m_loaded->own_tissue != nullptr;
+    if (const Drivable* driven = tissue().drivable()) {
+        state.vessel = VesselState{.hand = driven->hand(),
+                                   .measures = driven->measures(),
+                                   .radius_mm = driven->radius_mm(),
+                                   .length_mm = driven->length_mm(),
+                                   .failure = driven->failure()};
+        const CatheterView& view = driven->view();
+        state.vessel->measures.wall_moved_mm = view.wall_moved_mm;
+        state.vessel->measures.inverted = view.inverted;
+    }
+    for (const auto& [model, make] : m_loaded->own_tissues) state.own_models.push_back(model);
     state.traits = tissue().traits();
     state.relaxing = m_relaxing;
     state.settled = !wants_sweep();

@@ -33,8 +33,6 @@
 
 namespace pliant::serve {
 
-class VesselTissue;
-
 class Scene {
   public:
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena) {
@@ -50,9 +48,8 @@ class Scene {
 
     /// @param client  sender of the command; strokes, grabs and tools belong to clients
     /// @pre is_command(action)
-    /// @returns an outcome with ran_out if memory runs out; then the only effect may be that the
-    ///          open step has ended
-    Outcome carry_out(std::uint32_t client, const Action& action) noexcept;
+    /// Throws std::bad_alloc if memory runs out; then the only effect is that of interrupt().
+    Outcome carry_out(std::uint32_t client, const Action& action);
     /// Ends the open step and releases held tissue.
     /// @param client  whose command ran out of memory
     void interrupt(std::uint32_t client) noexcept;
@@ -106,10 +103,8 @@ class Scene {
     /// Keeps sources for overlays; see LiveDeformation.
     bool keep_sources(bool keep) { return m_live->keep_sources(keep); }
     const LiveDeformation& live() const { return *m_live; }
-    const Tissue& tissue() const { return *m_tissue.made; }
-    Tissue& tissue() { return *m_tissue.made; }
-    /// The vessel and its catheter; null for other tissues.
-    const VesselTissue* catheter() const { return m_tissue.vessel; }
+    const Tissue& tissue() const { return *m_tissue; }
+    Tissue& tissue() { return *m_tissue; }
     const TissueChoice& choice() const { return m_choice; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
@@ -120,20 +115,6 @@ class Scene {
     void describe(SharedState& state) const;
 
   private:
-    /// A tissue, with its concrete type if that is a vessel.
-    struct MadeTissue {
-        std::unique_ptr<Tissue> made;
-        VesselTissue* vessel = nullptr;  ///< the same object, or null
-    };
-    /// The scan, moved by the present tissue.
-    struct Shown : MovingScan {
-        explicit Shown(const MadeTissue& t) : tissue(t) {}
-        const Volume& volume() const override { return tissue.made->volume(); }
-        const Deformation& deformation() const override { return tissue.made->deformation(); }
-        const TaskArena& arena() const override { return tissue.made->arena(); }
-        Status update_deformation() const override { return tissue.made->update_deformation(); }
-        const MadeTissue& tissue;
-    };
     enum class StepKind { Tissue, Iso };
     struct Step {
         StepKind kind = StepKind::Tissue;
@@ -151,10 +132,8 @@ class Scene {
         int undo_steps_before = 0;
     };
 
-    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice, MadeTissue tissue);
-
-    static Result<MadeTissue> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
-                                          const TaskArena& arena);
+    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+          std::unique_ptr<Tissue> tissue);
 
     static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
                                                const TaskArena& loading,
@@ -207,9 +186,8 @@ class Scene {
     void tissue_changed();
 
     std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
-    MadeTissue m_tissue;
+    std::unique_ptr<Tissue> m_tissue;
     TissueChoice m_choice;
-    Shown m_shown;
     std::optional<LiveDeformation> m_live;  ///< set after construction
     double m_iso_hu;
     Polarity m_polarity;
@@ -221,7 +199,6 @@ class Scene {
     std::optional<OpenStep> m_open;
     std::list<Step> m_done, m_undone;  ///< the next one is last
     std::list<Step> m_spare;           ///< preallocated, for the open step
-    std::int64_t m_changes = 0;        ///< of all steps, including the open one
     bool m_lost = false;
     std::int64_t m_steps = 0;  ///< made so far
     int m_unreachable = 0;     ///< oldest steps of the lattice that forget_steps has dropped

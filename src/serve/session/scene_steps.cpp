@@ -22,7 +22,6 @@ void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint3
     OpenStep open{name, client, stroke, tissue().undo_steps()};
     tissue().begin_group(name);
     m_open = std::move(open);
-    ++m_changes;
 }
 
 /// Reserves the memory for the next step of the tissue.
@@ -32,7 +31,6 @@ void Scene::reserve_step() {
 
 void Scene::end_step() noexcept {
     if (!m_open) return;
-    ++m_changes;
     tissue().let_go();
     m_holder = 0;
     OpenStep open = std::move(*m_open);
@@ -55,7 +53,6 @@ void Scene::end_step() noexcept {
 
 /// Moves the single step of a list to the undo list.
 void Scene::keep(std::list<Step>& step) noexcept {
-    ++m_changes;
     m_undone.clear();
     step.front().number = ++m_steps;
     m_done.splice(m_done.end(), step);
@@ -129,7 +126,6 @@ Outcome Scene::act(std::uint32_t, const UndoCommand&) {
     else if (const Status s = tissue().undo(); !s.ok())
         return refused(s.error());
     m_undone.splice(m_undone.end(), m_done, std::prev(m_done.end()));
-    ++m_changes;
     // Relaxation would discard the steps that can be redone.
     m_settled = true;
     tissue_changed();
@@ -145,7 +141,6 @@ Outcome Scene::act(std::uint32_t, const RedoCommand&) {
     else if (const Status s = tissue().redo(); !s.ok())
         return refused(s.error());
     m_done.splice(m_done.end(), m_undone, std::prev(m_undone.end()));
-    ++m_changes;
     m_settled = true;
     tissue_changed();
     return {.message = m_done.back().name};

@@ -4,6 +4,7 @@
 // Commands to the tissue.
 
 #include <pliant/chainmail.h>
+#include <pliant/drivable.h>
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +14,6 @@
 #include "protocol/wire_rows.h"
 #include "session/outcomes.h"
 #include "session/scene.h"
-#include "session/vessel_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -40,14 +40,19 @@ Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
 }
 
 Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
-    if (!m_tissue.vessel) return not_with(m_choice, "catheter", "vessel");
-    VesselTissue& vessel = *m_tissue.vessel;
+    Drivable* const catheter = tissue().drivable();
+    if (!catheter) return not_with(m_choice, "catheter", "vessel");
+    CatheterCommand hand = catheter->hand();
+    hand.insert_mm_s = command.insert_mm_s.value_or(hand.insert_mm_s);
+    hand.rotate_deg_s = command.rotate_deg_s.value_or(hand.rotate_deg_s);
+    hand.bend_first_deg = command.bend_first_deg.value_or(hand.bend_first_deg);
+    hand.bend_second_deg = command.bend_second_deg.value_or(hand.bend_second_deg);
     // A step of undo lasts from the start of a motion, or from rest, to the next start.
     const bool moves =
         command.insert_mm_s.value_or(0) != 0 || command.rotate_deg_s.value_or(0) != 0;
-    if (!vessel.is_touched() && (moves || m_settled)) end_step();
+    if (!tissue().is_touched() && (moves || m_settled)) end_step();
     begin_step("catheter", client, kDrives);
-    if (const Status s = vessel.drive(client, command); !s.ok()) return refused(s.error());
+    if (const Status s = catheter->drive(client, hand); !s.ok()) return refused(s.error());
     m_settled = false;
     return {};
 }
@@ -86,7 +91,6 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
         auto report = tissue().push(client, command.push);
         outcome = report.ok() ? outcome_of(std::move(*report)) : refused(report.error());
     }
-    if (outcome.ran_out) return outcome;
     tissue_changed();
     m_settled = false;
     if (outcome.ok())
@@ -158,7 +162,6 @@ Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
     if (!tissue().traits().carves) return not_with(m_choice, "carve", "chainmail");
     begin_step("carve", client, command.stroke);
     const auto report = tissue().carve(command.tool);
-    if (!report.ok() && is_out_of_memory(report.error())) return refused(report.error());
     tissue_changed();
     m_settled = false;
     if (command.stroke == 0) end_step();

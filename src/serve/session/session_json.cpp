@@ -48,20 +48,17 @@ int whole_at(const Json& object, const char* key, int missing) {
 /// Reads the tissue; ChainMail has no key.
 std::optional<TissueChoice> tissue_of(const Json& json) {
     TissueChoice choice;
-    const auto vessel = json.find("vessel"), springs = json.find("springs");
-    if (vessel != json.end()) {
-        if (*vessel != true || springs != json.end()) return {};
-        choice.model = TissueModel::Vessel;
-        return choice;
-    }
-    if (const auto own = json.find("own"); own != json.end()) {
+    const auto springs = json.find("springs");
+    for (const char* model : {"vessel", "own"}) {
+        const auto own = json.find(model);
+        if (own == json.end()) continue;
         if (*own != true || springs != json.end()) return {};
-        choice.model = TissueModel::Own;
+        choice.model = model;
         return choice;
     }
     if (springs == json.end()) return choice;
     if (!springs->is_object()) return {};
-    choice.model = TissueModel::Springs;
+    choice.model = "springs";
     for (const auto& [key, axis] : {std::pair("x", 0), {"y", 1}, {"z", 2}}) {
         const auto value = springs->find(key);
         if (value == springs->end() || !value->is_number()) return {};
@@ -219,9 +216,10 @@ std::string text_of(const SessionRecord& record) {
                      {"last_client", point->memo.last_client},
                      {"steps", point->memo.steps}};
         const TissueChoice& tissue = point->memo.tissue;
-        if (tissue.model == TissueModel::Springs) json["springs"] = json_of(tissue);
-        if (tissue.model == TissueModel::Vessel) json["vessel"] = true;
-        if (tissue.model == TissueModel::Own) json["own"] = true;
+        if (tissue.is_springs())
+            json["springs"] = json_of(tissue);
+        else if (tissue.model != TissueChoice{}.model)
+            json[tissue.model] = true;
         return json.dump();
     }
     if (const auto* forget = std::get_if<SessionForget>(&record))
@@ -297,8 +295,7 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
         return bad_session(failure->message);
     auto& action = std::get_if<Message>(&message)->action;
     if (auto* tissue = std::get_if<TissueCommand>(&action))
-        if (tissue->choice.model == TissueModel::Springs)
-            set_given_of_session(json, tissue->choice);
+        if (tissue->choice.is_springs()) set_given_of_session(json, tissue->choice);
     if (!is_command(action)) return bad_session("do: expected a command, found " + name);
     const int client = whole_at(json, "client", 0);
     if (client < 0) return bad_session("client: expected 0 or more");

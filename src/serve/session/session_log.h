@@ -68,8 +68,7 @@ struct SessionCheckpoint {
 struct SessionForget {
     std::int64_t steps = 0;  ///< steps of undo made so far
 };
-/// A command ran out of memory, and its only effect was to end the open step. A command without any
-/// effect isn't recorded.
+/// A command ran out of memory; its only effect was Scene::interrupt().
 struct SessionBreak {
     std::uint32_t client = 0;
 };

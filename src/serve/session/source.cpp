@@ -72,11 +72,6 @@ Result<LoadedScan> load_vessel(const SceneSource& source, const TaskArena& arena
     if (!file.ok()) return file.error();
     auto made = make_vessel(*file, arena);
     if (!made.ok()) return made.error();
-    if (made->wall.ghost.nodes_mm.size() > kMaxSurfaceNodes)
-        return Error{ErrorCode::LimitExceeded,
-                     source.file + ": expected a vessel whose inner surface has up to " +
-                         std::to_string(kMaxSurfaceNodes) + " nodes, found " +
-                         std::to_string(made->wall.ghost.nodes_mm.size())};
     LoadedScan loaded;
     if (made->scan) {
         loaded.volume = *std::exchange(made->scan, {});
@@ -91,6 +86,10 @@ Result<LoadedScan> load_vessel(const SceneSource& source, const TaskArena& arena
     loaded.info.start = beside_guide(made->settings.entry, made->wall);
     loaded.info.name = std::filesystem::path(source.file).stem().string();
     loaded.vessel = std::make_shared<const MadeVessel>(std::move(*made));
+    loaded.own_tissues["vessel"] = [vessel = loaded.vessel](const Volume& scan,
+                                                            const TaskArena& own) {
+        return make_vessel(scan, vessel->wall, vessel->settings, own);
+    };
     return loaded;
 }
 
@@ -126,8 +125,6 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
             hash.add_word(std::bit_cast<std::uint64_t>(share));
     }
     for (int a = 0; a < 3; ++a) add_changed(3 + std::uint64_t(a), w.gravity_mm_s2[a], 0);
-    add_changed(6, double(s.box_index), double(BoxIndex::Linear));
-    add_changed(7, double(s.boxes_near), double(BoxWaker::Catheter));
     add_changed(8, double(w.iterations), 1);
     add_changed(9, double(w.alternates), 0);
     if (w.model == WallModel::Rigid) hash.add_word(11);
@@ -218,13 +215,13 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     loaded.info.starts_outside = true;
     loaded.info.name = std::filesystem::path(source.file).filename().string();
     loaded.bodies = map_bodies(*made, loaded.volume);
-    loaded.own_tissue = std::make_shared<const MakeTissue>(
-        [organs = std::make_shared<const MadeOrgans>(std::move(*made))](
-            const Volume& scan, const TaskArena& own) -> Result<std::unique_ptr<Tissue>> {
-            auto tissue = make_tissue(*organs, scan, own);
-            if (!tissue.ok()) return tissue.error();
-            return std::unique_ptr<Tissue>(std::move(*tissue));
-        });
+    loaded.own_tissues["own"] = [organs = std::make_shared<const MadeOrgans>(std::move(*made))](
+                                    const Volume& scan,
+                                    const TaskArena& own) -> Result<std::unique_ptr<Tissue>> {
+        auto tissue = make_tissue(*organs, scan, own);
+        if (!tissue.ok()) return tissue.error();
+        return std::unique_ptr<Tissue>(std::move(*tissue));
+    };
     return loaded;
 }
 
@@ -290,11 +287,11 @@ Status load_network(const SceneSource& source, LoadedScan& loaded) {
     auto network = read_network(source.network);
     if (!network.ok()) return about("network", network.error().code, network.error().message);
     loaded.hash = hash_of(network->parts, loaded.hash);
-    loaded.own_tissue = std::make_shared<const MakeTissue>(
+    loaded.own_tissues["own"] =
         [parts = std::make_shared<const SpringParts>(std::move(network->parts))](
             const Volume& volume, const TaskArena& arena) {
             return make_network(volume, *parts, {}, arena);
-        });
+        };
     return Ok{};
 }
 
@@ -358,7 +355,7 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
     if (const Status status = load_materials(source, loaded); !status.ok()) return status.error();
     if (const Status status = load_network(source, loaded); !status.ok()) return status.error();
     loaded.settings.history_max_steps = kHistorySteps;
-    if (source.own_tissue) loaded.own_tissue = source.own_tissue;
+    if (source.own_tissue) loaded.own_tissues["own"] = *source.own_tissue;
     return loaded;
 }
 

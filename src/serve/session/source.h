@@ -16,6 +16,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,7 +60,8 @@ struct LoadedScan {
     /// hash_volume, combined with the hashes of the vessel or organ and of materials from files
     std::uint64_t hash = 0;
     std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
-    std::shared_ptr<const MakeTissue> own_tissue{};
+    /// Tissues that only this scene has: "vessel", or "own". The last one is the initial one.
+    std::map<std::string, MakeTissue> own_tissues{};
     std::shared_ptr<const LabelMap> bodies{};  ///< at rest; null unless there are several
 };
 

@@ -7,8 +7,7 @@
 #include <cmath>
 #include <limits>
 
-// Vectors of a size unknown at compile time can't be stored in structs.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "base/vector_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/beam.cpp"  // this file, compiled again for each target
 #include <hwy/foreach_target.h>

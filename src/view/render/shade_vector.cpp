@@ -14,8 +14,7 @@
 #include "render/noise_tile.h"
 #include "render/shade.h"
 
-// Vectors of a size unknown at compile time can't be stored in structs.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "base/vector_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/shade_vector.cpp"  // this file, compiled again for each target
 #include <hwy/foreach_target.h>

@@ -4,6 +4,7 @@
 // Panel of the catheter: drive and forces. Shown only if the scene has a vessel.
 
 import type { VesselState } from '../net/protocol.ts';
+import { offersVessel } from '../state/state.ts';
 import { kMaxBend, kMaxInsert } from '../tools/catheter_hand.ts';
 import { button, checkbox, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
@@ -71,8 +72,8 @@ export function vesselPanel(parts: Parts): HTMLElement {
     session.store.watch(
         ({ shared }) => [shared],
         (shared) => {
-            element.hidden = !shared?.tissue?.has_vessel;
-            const there = shared?.tissue?.model === 'vessel';
+            element.hidden = !offersVessel(shared);
+            const there = shared?.vessel !== undefined;
             list.hidden = ride.hidden = driving.hidden = !there;
             back.hidden = there;
             show(shared?.vessel);

@@ -4,7 +4,7 @@
 // Toolbar: files, tools, undo and redo, layout, help.
 
 import { kWatched } from '../state/company.ts';
-import { kTools, kViewing, suits, type ToolName } from '../state/state.ts';
+import { kTools, kViewing, offersVessel, suits, type ToolName } from '../state/state.ts';
 import { type Actions, kUnsuited } from '../tools/actions.ts';
 import { type Files, kSaved, type SavedName } from '../tools/files.ts';
 import type { Session } from '../tools/session.ts';
@@ -89,7 +89,7 @@ export function toolbar(
         ({ tool, link, shared, replay }) => [tool, link, shared, replay.isOn],
         (tool, link, shared, isWatched) => {
             for (const b of tools) {
-                b.hidden = b.dataset.tool === 'catheter' && !shared?.tissue?.has_vessel;
+                b.hidden = b.dataset.tool === 'catheter' && !offersVessel(shared);
                 b.setAttribute('aria-pressed', String(b.dataset.tool === tool.name));
                 const name = b.dataset.tool as ToolName;
                 const may = link.role !== 'view' || kViewing.includes(name);

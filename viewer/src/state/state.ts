@@ -396,5 +396,9 @@ export function tipIsInScan({ scan: { volume }, view: { camera } }: State): bool
     return ijk.every((x, a) => x >= -0.5 && x <= volume.size[a]! - 0.5);
 }
 
-/// Tests whether the tissue in use is a vessel with its catheter, and not only the scan's voxels.
-export const hasVessel = (state: State): boolean => state.shared?.tissue?.model === 'vessel';
+/// Tests whether the tissue in use has a catheter, and not only the scan's voxels.
+export const hasVessel = (state: State): boolean => state.shared?.vessel !== undefined;
+
+/// Tests whether the scene has a catheter, perhaps of a tissue that isn't in use.
+export const offersVessel = (shared: State['shared']): boolean =>
+    shared?.vessel !== undefined || shared?.tissue?.has_vessel === true;

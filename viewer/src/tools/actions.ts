@@ -19,6 +19,7 @@ import {
     kProjections,
     kViews,
     kWalls,
+    offersVessel,
     pushOrSlide,
     type SectionName,
     type State,
@@ -310,7 +311,7 @@ export class Actions {
         if (replay.isOn && !kViewing.includes(name)) this.session.warn(kWatched);
         else if (link.role === 'view' && !kViewing.includes(name))
             this.session.warn('this link is for viewing: it changes no tissue');
-        else if (name === 'catheter' && !shared?.tissue?.has_vessel)
+        else if (name === 'catheter' && !offersVessel(shared))
             this.session.warn('this scan has no catheter');
         else if (!suits(this.state, name)) this.session.warn(kUnsuited);
         else this.set({ tool: { name } });

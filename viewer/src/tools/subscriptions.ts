@@ -7,6 +7,7 @@
 import type { BoxFrame, OverlayKind } from '../net/protocol.ts';
 import { type SurfaceFrame, Vessel, type VesselFrame } from '../net/vessel.ts';
 import { kKinds } from '../state/overlay_kinds.ts';
+import { offersVessel } from '../state/state.ts';
 import { kOutsideField } from '../views/orbit.ts';
 import { OverlayField } from '../views/overlay_field.ts';
 import { RestField } from '../views/rest_field.ts';
@@ -22,7 +23,10 @@ export class Subscriptions {
     constructor(private readonly scene: Scene) {
         scene.store.listen((state, before) => {
             if (state.overlay !== before.overlay) this.askOverlay();
-            const { look, marks, tool } = state;
+            const { look, marks, tool, link, shared } = state;
+            // A catheter of another tissue or scan, later than the welcome.
+            const isNew = offersVessel(shared) && !offersVessel(before.shared);
+            if (isNew && link === before.link) this.askVessel();
             if (look !== before.look || marks !== before.marks || tool !== before.tool)
                 this.askRest();
         });
@@ -37,7 +41,7 @@ export class Subscriptions {
     /// Subscribes to the vessel, if there is one. The subscription ends with the connection.
     askVessel(): void {
         const { link, shared } = this.scene.store.state;
-        if (link.features.includes('vessel') && shared?.tissue?.has_vessel)
+        if (link.features.includes('vessel') && offersVessel(shared))
             void this.scene.connection.ask({ do: 'vessel', on: true });
     }
 
