@@ -7,7 +7,7 @@
 
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <cstdlib>

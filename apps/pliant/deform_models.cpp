@@ -5,9 +5,9 @@
 
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
-#include <pliant/network_file.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/scene_files.h>
 #include <pliant/scan_files.h>
-#include <pliant/scene_files.h>
 
 #include <algorithm>
 #include <cmath>

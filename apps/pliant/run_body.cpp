@@ -5,7 +5,7 @@
 // deformed like every other tissue; the moved meshes are an output of their own.
 
 #include <pliant/mesh_files.h>
-#include <pliant/organs.h>
+#include <pliant/models/organs.h>
 
 #include <memory>
 #include <utility>

@@ -10,7 +10,7 @@
 #include "suggest_push.h"
 #include "value_range.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/chainmail.h>
-#include <pliant/png.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/scan_files.h>
+#include <pliant/view/png.h>
 
 #include <array>
 #include <charconv>

@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <pliant/data/truth.h>
 #include <pliant/scan_files.h>
-#include <pliant/truth.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

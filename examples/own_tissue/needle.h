@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/drivable.h>
+#include <pliant/models/drivable.h>
 #include <pliant/own_tissue.h>
 
 #include <algorithm>

@@ -16,9 +16,9 @@
 
 #pragma once
 
-#include <pliant/moving_scan.h>
+#include <pliant/core/moving_scan.h>
+#include <pliant/core/tasks.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

@@ -19,10 +19,10 @@
 
 #pragma once
 
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
 
 #include <array>
 #include <compare>

@@ -18,9 +18,9 @@
 
 #pragma once
 
+#include <pliant/core/vec.h>
 #include <pliant/mesh.h>
 #include <pliant/result.h>
-#include <pliant/vec.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -15,8 +15,8 @@
 
 #pragma once
 
-#include <pliant/moving_scan.h>
-#include <pliant/record.h>
+#include <pliant/core/moving_scan.h>
+#include <pliant/core/record.h>
 #include <pliant/result.h>
 #include <pliant/tool.h>
 

@@ -18,18 +18,18 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
+#include <pliant/core/record.h>
 #include <pliant/deformation.h>
-#include <pliant/material.h>
 #include <pliant/mesh.h>
-#include <pliant/mesh_tissue.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/material.h>
+#include <pliant/models/mesh_tissue.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/springs.h>
 #include <pliant/own_tissue.h>
-#include <pliant/pbd.h>
-#include <pliant/record.h>
 #include <pliant/resample.h>
 #include <pliant/result.h>
-#include <pliant/springs.h>
 #include <pliant/tissue.h>
 #include <pliant/tool.h>
 

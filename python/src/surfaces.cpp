@@ -5,7 +5,7 @@
 
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
-#include <pliant/surface_view.h>
+#include <pliant/view/surface_view.h>
 
 #include "numbers.h"
 #include "pictures.h"

@@ -5,8 +5,8 @@
 
 #include "volumes.h"
 
+#include <pliant/data/scan_values.h>
 #include <pliant/scan_files.h>
-#include <pliant/scan_values.h>
 
 #include <algorithm>
 #include <array>

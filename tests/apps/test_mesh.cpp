@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh_files.h>
+#include <pliant/models/vessel.h>
 #include <pliant/scan_files.h>
-#include <pliant/vessel.h>
 
 #include "support/json.h"
 #include "support/program_in_folder.h"

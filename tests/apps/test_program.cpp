@@ -8,7 +8,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 #include <pliant/resample.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>

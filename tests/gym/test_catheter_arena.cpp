@@ -6,8 +6,8 @@
 // Covers: gym/device_shadow.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/gym.h>
-#include <pliant/scene_files.h>
+#include <pliant/data/gym.h>
+#include <pliant/models/scene_files.h>
 
 #include <algorithm>
 #include <atomic>

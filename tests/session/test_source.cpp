@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>

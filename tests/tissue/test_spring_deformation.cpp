@@ -6,7 +6,7 @@
 // Covers: tissue/spring_nodes.cpp, tissue/spring_rows.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 #include <pliant/check_tissue.h>
-#include <pliant/drivable.h>
 #include <pliant/mesh.h>
+#include <pliant/models/drivable.h>
 #include <pliant/resample.h>
 #include <pliant/tissues.h>
 

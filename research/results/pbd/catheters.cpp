@@ -3,7 +3,7 @@
 
 // A catheter that deforms a vessel: before and after, whole and local, rod and tetrahedra.
 
-#include <pliant/scene_files.h>
+#include <pliant/models/scene_files.h>
 
 #include "catheters.h"
 

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include <memory>
 #include <string>

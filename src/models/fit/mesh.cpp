@@ -3,7 +3,7 @@
 
 // A problem on an organ's mesh: its network, groups and references.
 
-#include <pliant/fit_mesh.h>
+#include <pliant/models/fit_mesh.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // Local models of tissues with forces.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include "base/units.h"
 

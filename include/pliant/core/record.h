@@ -20,8 +20,8 @@
 
 #pragma once
 
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/vec.h>
 
 #include <concepts>
 #include <cstdint>

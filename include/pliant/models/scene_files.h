@@ -17,12 +17,12 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
-#include <pliant/network_file.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/vessel.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
-#include <pliant/vessel.h>
 #include <pliant/volume.h>
 
 #include <cstddef>

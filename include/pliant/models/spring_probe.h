@@ -21,7 +21,7 @@
 
 #pragma once
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A picture in memory: returned by <pliant/render.h>, written by <pliant/png.h>.
+// A picture in memory: returned by <pliant/render.h>, written by <pliant/view/png.h>.
 
 #pragma once
 

@@ -18,13 +18,13 @@
 
 #pragma once
 
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
-#include <pliant/record.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/vessel.h>
 #include <pliant/resample.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vessel.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

@@ -16,9 +16,9 @@
 
 #pragma once
 
-#include <pliant/fit.h>
 #include <pliant/mesh.h>
-#include <pliant/network_file.h>
+#include <pliant/models/fit.h>
+#include <pliant/models/network_file.h>
 
 #include <cstdint>
 #include <string>

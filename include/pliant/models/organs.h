@@ -15,11 +15,11 @@
 
 #pragma once
 
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
 #include <pliant/mesh.h>
-#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/scan_files.h>
-#include <pliant/tasks.h>
 #include <pliant/tissues.h>
 #include <pliant/volume.h>
 

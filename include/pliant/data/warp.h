@@ -21,9 +21,9 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
 #include <pliant/deformation.h>
 #include <pliant/resample.h>
-#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

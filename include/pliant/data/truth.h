@@ -27,11 +27,11 @@
 
 #pragma once
 
-#include <pliant/material.h>
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
+#include <pliant/models/material.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
 #include <pliant/volume.h>
 
 #include <array>

@@ -19,13 +19,13 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/vec.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/springs.h>
 #include <pliant/render.h>
 #include <pliant/result.h>
-#include <pliant/springs.h>
-#include <pliant/vec.h>
 
 #include <cstdint>
 #include <filesystem>

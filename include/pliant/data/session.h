@@ -6,10 +6,10 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
+#include <pliant/data/scan_values.h>
 #include <pliant/own_tissue.h>
 #include <pliant/result.h>
-#include <pliant/scan_values.h>
-#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

@@ -5,8 +5,8 @@
 
 #pragma once
 
-#include <pliant/image.h>
 #include <pliant/result.h>
+#include <pliant/view/image.h>
 
 #include <filesystem>
 

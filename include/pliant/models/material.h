@@ -13,10 +13,10 @@
 
 #pragma once
 
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/vec.h>
+#include <pliant/data/scan_values.h>
 #include <pliant/result.h>
-#include <pliant/scan_values.h>
-#include <pliant/vec.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

@@ -39,12 +39,12 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/catheter.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <array>

@@ -22,8 +22,8 @@
 
 #pragma once
 
-#include <pliant/record.h>
-#include <pliant/vec.h>
+#include <pliant/core/record.h>
+#include <pliant/core/vec.h>
 
 #include <cstdint>
 #include <limits>

@@ -22,8 +22,8 @@
 
 #pragma once
 
+#include <pliant/core/record.h>
 #include <pliant/mesh.h>
-#include <pliant/record.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

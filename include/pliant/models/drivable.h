@@ -11,10 +11,10 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
+#include <pliant/core/vec.h>
 #include <pliant/mesh.h>
+#include <pliant/models/catheter.h>
 #include <pliant/result.h>
-#include <pliant/vec.h>
 
 #include <cstdint>
 #include <string>

@@ -16,11 +16,11 @@
 
 #pragma once
 
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
 #include <pliant/mesh.h>
-#include <pliant/ranks.h>
-#include <pliant/record.h>
+#include <pliant/models/ranks.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
 
 #include <array>
 #include <cstdint>

@@ -16,11 +16,11 @@
 
 #pragma once
 
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
 #include <pliant/mesh.h>
-#include <pliant/record.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
 
 #include <array>
 #include <cstdint>

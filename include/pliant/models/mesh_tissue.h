@@ -25,10 +25,10 @@
 
 #pragma once
 
-#include <pliant/cut_mesh.h>
 #include <pliant/mesh.h>
+#include <pliant/models/cut_mesh.h>
+#include <pliant/models/spring_probe.h>
 #include <pliant/own_tissue.h>
-#include <pliant/spring_probe.h>
 #include <pliant/tissue.h>
 #include <pliant/tool.h>
 

@@ -24,10 +24,10 @@
 
 #pragma once
 
+#include <pliant/core/vec.h>
 #include <pliant/mesh.h>
 #include <pliant/result.h>
 #include <pliant/tool.h>
-#include <pliant/vec.h>
 
 #include <array>
 #include <cstdint>

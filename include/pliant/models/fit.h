@@ -18,9 +18,9 @@
 
 #pragma once
 
-#include <pliant/fem.h>
-#include <pliant/record.h>
-#include <pliant/springs.h>
+#include <pliant/core/record.h>
+#include <pliant/models/fem.h>
+#include <pliant/models/springs.h>
 
 #include <array>
 #include <cstdint>
