@@ -5,7 +5,7 @@
 // or only the boxes near the catheter. A step is that of pliant vessel: five sub-steps of wall,
 // contact and wire.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include <cmath>
 #include <cstdlib>

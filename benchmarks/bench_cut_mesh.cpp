@@ -5,7 +5,7 @@
 // of a stroke, a twentieth of the way. One item is a tetrahedron of the block.
 
 #include <benchmark/benchmark.h>
-#include <pliant/cut_mesh.h>
+#include <pliant/models/cut_mesh.h>
 
 namespace pliant::bench {
 namespace {

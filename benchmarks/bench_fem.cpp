@@ -8,7 +8,7 @@
 // same run. The multigrid cycle is part of the time but not of the floor: it multiplies with the
 // matrix four more times.
 
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <algorithm>
 #include <cstdlib>

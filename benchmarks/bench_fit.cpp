@@ -6,7 +6,7 @@
 // three loads; linear motion (a factor and a substitution for each load) against the equilibrium by
 // Newton's method and conjugate gradients.
 
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 #include <cstdlib>
 #include <utility>

@@ -6,7 +6,7 @@
 // tool slides on the liver, a slide, a time step and the scan. Reference: the time step alone, of
 // the same tissue while it moves by itself.
 
-#include <pliant/organs.h>
+#include <pliant/models/organs.h>
 #include <pliant/resample.h>
 
 #include <chrono>

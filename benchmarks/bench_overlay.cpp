@@ -8,6 +8,7 @@
 
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 
 #include <cstdlib>
 

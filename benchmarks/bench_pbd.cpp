@@ -6,7 +6,7 @@
 // of 1e-9. One item is a projection, including prediction and velocities. The reference is the
 // naive loop: structures of floats, constraints in the mesh's order, one after the other.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 #include <pliant/research/rod.h>
 
 #include <cmath>

@@ -9,10 +9,10 @@
 // Contact of five solids on each other, into which a sphere is pushed; the reference is the body's
 // step without contact.
 
-#include <pliant/body_contact.h>
-#include <pliant/pbd.h>
+#include <pliant/models/body_contact.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/vessel.h>
 #include <pliant/research/rod.h>
-#include <pliant/vessel.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 // tetrahedra, for two vessels as large as those of [Teschner2003].
 
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <cmath>
 #include <vector>

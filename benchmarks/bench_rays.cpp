@@ -14,6 +14,7 @@
 
 #include <benchmark/benchmark.h>
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cmath>

@@ -6,7 +6,8 @@
 // are separate, as in the table. The liver is read from $PLIANT_SHARED_DATA or ../shared/data.
 
 #include <pliant/mesh.h>
-#include <pliant/springs.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <cstdlib>

@@ -7,7 +7,7 @@
 #pragma once
 
 #include <benchmark/benchmark.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <cstdint>
 #include <vector>

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <cmath>
 #include <utility>

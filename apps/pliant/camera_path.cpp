@@ -3,7 +3,7 @@
 
 #include "camera_path.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <algorithm>
 #include <cmath>

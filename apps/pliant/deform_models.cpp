@@ -4,7 +4,10 @@
 #include "deform_models.h"
 
 #include <pliant/mesh.h>
-#include <pliant/network_file.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/scene_files.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/scan_values.h>
+#include <pliant/data/scan_values.h>
 #include <pliant/tissues.h>
 
 #include <filesystem>

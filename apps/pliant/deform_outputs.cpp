@@ -3,8 +3,9 @@
 
 #include "deform_outputs.h"
 
-#include <pliant/files.h>
-#include <pliant/png.h>
+#include <pliant/core/files.h>
+#include <pliant/scan_files.h>
+#include <pliant/view/png.h>
 
 #include <fstream>
 

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/resample.h>
 
 #include <filesystem>

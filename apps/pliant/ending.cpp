@@ -3,7 +3,7 @@
 
 #include "ending.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <unistd.h>
 
 #include <array>

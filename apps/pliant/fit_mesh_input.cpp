@@ -3,7 +3,9 @@
 
 #include "fit_mesh_input.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/fit_mesh.h>
+#include <pliant/models/fit_mesh.h>
 
 #include <string>
 #include <vector>

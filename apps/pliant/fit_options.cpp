@@ -3,7 +3,7 @@
 
 #include "fit_options.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <CLI/CLI.hpp>
 #include <sstream>

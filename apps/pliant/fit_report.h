@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

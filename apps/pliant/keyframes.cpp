@@ -3,7 +3,7 @@
 
 #include "keyframes.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <algorithm>
 #include <cmath>

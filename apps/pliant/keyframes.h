@@ -6,8 +6,8 @@
 
 #pragma once
 
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/vec.h>
 
 #include <string>
 #include <vector>

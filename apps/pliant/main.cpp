@@ -3,8 +3,8 @@
 
 // The command line.
 
-#include <pliant/files.h>
-#include <pliant/version.h>
+#include <pliant/core/files.h>
+#include <pliant/core/version.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>

@@ -3,7 +3,7 @@
 
 #include "movie.h"
 
-#include <pliant/png.h>
+#include <pliant/view/png.h>
 
 #include <fcntl.h>
 #include <spawn.h>

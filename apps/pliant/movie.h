@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/render.h>
 
 #include <sys/types.h>

@@ -9,10 +9,11 @@
 
 #pragma once
 
-#include <pliant/material.h>
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/vec.h>
+#include <pliant/models/material.h>
+#include <pliant/scan_files.h>
 #include <pliant/tool.h>
-#include <pliant/vec.h>
 #include <pliant/volume.h>
 
 #include <optional>

@@ -3,6 +3,7 @@
 
 #include "output_names.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cctype>
@@ -43,6 +44,10 @@ std::vector<std::string> scan_endings() {
 
 Status check_volume_name(const std::string& option, const std::string& name) {
     return check_name(option, name, scan_endings());
+}
+
+Status check_picture_name(const std::string& option, const std::string& name) {
+    return check_name(option, name, {".png"});
 }
 
 Status stage_names(std::span<const OutputName> outputs, const std::string& input,

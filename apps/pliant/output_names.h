@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <filesystem>
 #include <span>
@@ -26,6 +26,8 @@ std::vector<std::string> scan_endings();
 
 /// @returns InvalidArgument unless the name of a scan ends in one of them
 Status check_volume_name(const std::string& option, const std::string& name);
+/// @returns InvalidArgument unless the name of a picture ends in .png
+Status check_picture_name(const std::string& option, const std::string& name);
 
 /// @param input  the command's input file, which no output may replace
 /// @returns InvalidArgument for another extension, or a file that is named twice

@@ -3,7 +3,7 @@
 
 #include "picture.h"
 
-#include <pliant/surface_view.h>
+#include <pliant/view/surface_view.h>
 
 #include <algorithm>
 

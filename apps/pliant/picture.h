@@ -5,9 +5,9 @@
 
 #pragma once
 
+#include <pliant/data/scan_values.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
-#include <pliant/scan_values.h>
 
 #include <optional>
 

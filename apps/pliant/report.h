@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include <pliant/scan_values.h>
+#include <pliant/data/scan_values.h>
 
 #include "options.h"
 

@@ -4,7 +4,8 @@
 // Organs without a window: meshes, scenes of organs, or the labelled organs of a scan. They are
 // deformed like every other tissue; the moved meshes are an output of their own.
 
-#include <pliant/organs.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/organs.h>
 
 #include <memory>
 #include <utility>

@@ -3,7 +3,8 @@
 
 // A scan in another format.
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cstdio>

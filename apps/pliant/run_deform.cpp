@@ -5,6 +5,7 @@
 // together at the end.
 
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/tissue.h>
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 
 // Identification of spring lattices: table and report.
 
-#include <pliant/files.h>
-#include <pliant/fit.h>
+#include <pliant/core/files.h>
+#include <pliant/models/fit.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,10 @@
 
 // Identification of a network on an organ's mesh: table, report, network file, VTU.
 
-#include <pliant/files.h>
-#include <pliant/fit_mesh.h>
+#include <pliant/core/files.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/fit_mesh.h>
+#include <pliant/models/scene_files.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,10 +6,10 @@
 // parallel to measure the jitter of the machine alone.
 
 #include <pliant/chainmail.h>
-#include <pliant/files.h>
-#include <pliant/haptics.h>
+#include <pliant/core/files.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
+#include <pliant/view/haptics.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

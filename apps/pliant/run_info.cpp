@@ -10,7 +10,8 @@
 #include "suggest_push.h"
 #include "value_range.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <nlohmann/json.hpp>

@@ -4,10 +4,12 @@
 // A vessel's wall from a scan, a surface or a centreline; an organ's solid from a surface or
 // labels; reports on meshes.
 
-#include <pliant/files.h>
-#include <pliant/organs.h>
+#include <pliant/core/files.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/vessel.h>
 #include <pliant/render.h>
-#include <pliant/vessel.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

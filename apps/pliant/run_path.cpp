@@ -4,6 +4,7 @@
 // The path through a lumen, as a curve for 3D Slicer, `pliant render --path` and the page.
 
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <array>

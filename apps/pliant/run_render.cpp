@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/chainmail.h>
-#include <pliant/png.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
+#include <pliant/view/png.h>
 
 #include <array>
 #include <charconv>
@@ -19,6 +20,7 @@
 #include "look.h"
 #include "movie.h"
 #include "options.h"
+#include "output_names.h"
 #include "progress.h"
 #include "scan_defaults.h"
 
@@ -272,6 +274,9 @@ Status draw_movie(const RenderOptions& o, Views v, const std::vector<Keyframe>& 
 
 int run_render(const RenderOptions& options) {
     if (const std::string wrong = check(options); !wrong.empty()) return bad_input(wrong);
+    if (!options.out.empty())
+        if (const Status s = check_picture_name("--out", options.out); !s)
+            return bad_input(s.error().message);
     std::optional<ProgressBar> bar(std::in_place, "render");
     const auto fail = [&](const Error& error) {
         bar.reset();

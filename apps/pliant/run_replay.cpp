@@ -3,10 +3,11 @@
 
 // pliant replay: replays a recorded session; a different result is an error.
 
-#include <pliant/files.h>
-#include <pliant/png.h>
+#include <pliant/core/files.h>
+#include <pliant/data/session.h>
 #include <pliant/resample.h>
-#include <pliant/session.h>
+#include <pliant/scan_files.h>
+#include <pliant/view/png.h>
 
 #include <cinttypes>
 #include <cstdio>

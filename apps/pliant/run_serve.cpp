@@ -4,7 +4,7 @@
 // pliant serve: runs the server until Ctrl+C.
 
 #include <fcntl.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/serve.h>
 #include <poll.h>
 #include <signal.h>

@@ -4,9 +4,10 @@
 // Makes cases of registration truth. Each case appears with its index, as a whole: a run that is
 // interrupted leaves a data set with the cases before.
 
-#include <pliant/files.h>
-#include <pliant/truth.h>
-#include <pliant/version.h>
+#include <pliant/core/files.h>
+#include <pliant/core/version.h>
+#include <pliant/data/truth.h>
+#include <pliant/scan_files.h>
 
 #include <chrono>
 #include <cstdio>

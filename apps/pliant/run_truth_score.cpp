@@ -3,8 +3,9 @@
 
 // Scores registrations of a data set of `pliant truth make`.
 
-#include <pliant/files.h>
-#include <pliant/truth.h>
+#include <pliant/core/files.h>
+#include <pliant/data/truth.h>
+#include <pliant/scan_files.h>
 
 #include <array>
 #include <cstdio>

@@ -3,7 +3,9 @@
 
 // Simulation of a catheter in a vessel from a scene file: motion of the hand, outputs.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <chrono>

@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <pliant/data/scan_values.h>
 #include <pliant/render.h>
-#include <pliant/scan_values.h>
 
 #include <optional>
 #include <string>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/record.h>
+#include <pliant/core/record.h>
 
 #include <string>
 #include <string_view>

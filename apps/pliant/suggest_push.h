@@ -5,9 +5,9 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
+#include <pliant/data/scan_values.h>
 #include <pliant/render.h>
-#include <pliant/scan_values.h>
-#include <pliant/tasks.h>
 
 #include <optional>
 

@@ -3,8 +3,9 @@
 
 #include "truth_files.h"
 
-#include <pliant/files.h>
-#include <pliant/version.h>
+#include <pliant/core/files.h>
+#include <pliant/core/version.h>
+#include <pliant/scan_files.h>
 
 #include <array>
 #include <cctype>

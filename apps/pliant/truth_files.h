@@ -5,7 +5,8 @@
 
 #pragma once
 
-#include <pliant/truth.h>
+#include <pliant/data/truth.h>
+#include <pliant/scan_files.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

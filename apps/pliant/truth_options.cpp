@@ -3,7 +3,7 @@
 
 // Options of `pliant truth`.
 
-#include <pliant/truth.h>
+#include <pliant/data/truth.h>
 
 #include "commands.h"
 #include "common_options.h"

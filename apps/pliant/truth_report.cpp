@@ -3,7 +3,7 @@
 
 #include "truth_report.h"
 
-#include <pliant/version.h>
+#include <pliant/core/version.h>
 
 #include <algorithm>
 #include <array>

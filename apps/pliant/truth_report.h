@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/truth.h>
+#include <pliant/data/truth.h>
 
 #include <string>
 #include <utility>

@@ -3,10 +3,11 @@
 
 #include "vessel_outputs.h"
 
-#include <pliant/catheter.h>
-#include <pliant/files.h>
-#include <pliant/png.h>
-#include <pliant/surface_view.h>
+#include <pliant/core/files.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/catheter.h>
+#include <pliant/view/png.h>
+#include <pliant/view/surface_view.h>
 
 #include <algorithm>
 #include <charconv>

@@ -6,9 +6,10 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/catheter.h>
 
 #include <filesystem>
 #include <fstream>

@@ -6,6 +6,7 @@
 //   consumer FOLDER            writes airway.nrrd and pushed.nrrd there
 //   consumer FOLDER --check    and exits with 1 if the second is not what it must be
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cstddef>

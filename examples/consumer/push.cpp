@@ -7,6 +7,7 @@
 
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 
 #include <cstdio>
 

@@ -5,7 +5,7 @@
  * maker's kit has to be called, a comment says so. README.md says how it is built and used.
  */
 #include <math.h>
-#include <pliant/haptics_device.h>
+#include <pliant/view/haptics_device.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -8,6 +8,7 @@
 //   own_tissue --check    pushes, resamples, renders, feels, saves and takes back, and exits with 1
 //                         where something is not as it must be
 
+#include <pliant/check_tissue.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/serve.h>
@@ -85,6 +86,12 @@ int check(const pliant::TaskArena& arena) {
     if (tissue.hash() != deformed) return fail("expected a loaded state to give the same bits");
     for (auto sweep = tissue.sweep(); sweep && !sweep->settled;) sweep = tissue.sweep();
     if (tissue.hash() != at_rest) return fail("expected released jelly to come to rest");
+
+    // All rules of tissues.
+    const auto kept =
+        pliant::check_tissue(example::Jelly::create, phantom->volume,
+                             {.point_mm = carina.push_point_mm, .push_mm = 4.0 * ahead});
+    if (!kept) return fail(kept.error().message);
     return 0;
 }
 

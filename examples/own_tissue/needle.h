@@ -6,8 +6,8 @@
 
 #pragma once
 
-#include <pliant/drivable.h>
-#include <pliant/tissue.h>
+#include <pliant/models/drivable.h>
+#include <pliant/own_tissue.h>
 
 #include <algorithm>
 #include <array>

@@ -25,12 +25,12 @@
 
 #pragma once
 
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
 #include <pliant/deformation.h>
-#include <pliant/material.h>
-#include <pliant/record.h>
-#include <pliant/relax.h>
+#include <pliant/models/material.h>
+#include <pliant/models/relax.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
 #include <pliant/tool.h>
 #include <pliant/volume.h>
 

@@ -16,8 +16,9 @@
 
 #pragma once
 
+#include <pliant/core/moving_scan.h>
+#include <pliant/core/tasks.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <cstdint>
@@ -114,20 +115,6 @@ struct DeformationState {
     std::int64_t folded_cells = 0;  ///< whole cells with a corner at which space is inverted
     std::int64_t cut_links = 0;
     std::int64_t carved_elements = 0;
-};
-
-/// A scan that a tissue deforms: the interface of resampling to a tissue.
-///
-/// A tissue of your own has a Deformation, writes to it when it moves, and returns it.
-/// Thread safety: one thread.
-class MovingScan {
-  public:
-    virtual ~MovingScan() = default;
-    virtual const Volume& volume() const = 0;  ///< at rest
-    virtual const Deformation& deformation() const = 0;
-    virtual const TaskArena& arena() const = 0;
-    /// Writes the tissue's present state to the deformation, if that doesn't happen immediately.
-    virtual Status update_deformation() const { return Ok{}; }
 };
 
 /// @returns LimitExceeded if memory runs out

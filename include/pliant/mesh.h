@@ -15,20 +15,18 @@
 // @code
 //   const HexMesh block = hex_mesh({.size = {10, 10, 10}, .spacing_mm = {1, 1, 1}});
 //   if (const Status s = check_mesh(block); !s.ok()) std::puts(s.error().message.c_str());
-//   write_vtu("block.vtu", block, {{{"displacement_mm", displacements}}});
 // @endcode
 
 #pragma once
 
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
 
 #include <array>
 #include <compare>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -129,31 +127,6 @@ Status check_mesh(const HexMesh& mesh);
 Status check_mesh(const TetMesh& mesh);
 Status check_mesh(const TriangleMesh& mesh);
 
-/// Named vectors or numbers at the nodes or in the cells of a file.
-struct VtuVectors {
-    std::string name;
-    std::span<const Vec3d> values;
-};
-struct VtuNumbers {
-    std::string name;
-    std::span<const double> values;
-};
-struct VtuFields {
-    std::vector<VtuVectors> node_vectors{};
-    std::vector<VtuNumbers> cell_numbers{};
-};
-
-/// Writes VTK's XML file of an unstructured grid, for ParaView and 3D Slicer: 64-bit floats,
-/// appended in base64. Atomic.
-/// @returns InvalidArgument for a field of the wrong length or a cell with an unknown node,
-///          Unwritable
-Status write_vtu(const std::filesystem::path& path, const HexMesh& mesh,
-                 const VtuFields& fields = {});
-Status write_vtu(const std::filesystem::path& path, const TetMesh& mesh,
-                 const VtuFields& fields = {});
-Status write_vtu(const std::filesystem::path& path, const TriangleMesh& mesh,
-                 const VtuFields& fields = {});
-
 // Signed distance to a triangle surface: exact, by a bounding volume hierarchy. The sign comes from
 // the pseudonormal at the nearest point [Baerentzen2005]. The pseudonormal of a triangle is its
 // normal, that of an edge the mean of its two triangles', that of a node the mean weighted by the
@@ -218,21 +191,7 @@ class SurfaceDistance {
     std::unique_ptr<Impl> m_impl;
 };
 
-// Reading and writing of meshes.
-//
-//   read: VTP and VTU (text, base64, appended, zlib), legacy VTK, Gmsh's MSH 2.2, 4.0 and 4.1,
-//         STL, OBJ, PLY; detected by the content
-//   written: VTP, VTU, STL, OBJ, PLY, and PVD for series in time; chosen by the extension
-//
-// World coordinates are LPS and written as such (SPACE=LPS, as 3D Slicer does). A file that
-// declares RAS is converted. All counts of a file are checked before memory is allocated.
-//
-// @code
-//   const auto surface = read_surface("aorta.vtp");
-//   if (!surface) std::puts(surface.error().message.c_str());
-// @endcode
-
-/// Contents of a file, as far as Pliant uses them. Polygons are split into fans of triangles.
+/// Contents of a mesh's file (mesh_files.h), as far as Pliant uses them. Polygons are split into fans of triangles.
 struct MeshData {
     std::vector<Vec3d> nodes_mm;
     std::vector<std::array<std::int32_t, 4>> tetrahedra;
@@ -264,39 +223,8 @@ struct MeshData {
 /// distant node would cause lattices of millions of cells.
 inline constexpr double kMaxNodeDistanceMm = 1e4;
 
-/// @returns NotFound, Unreadable, Unsupported, or LimitExceeded for a node beyond
-///          kMaxNodeDistanceMm, with one line that names the file
-Result<MeshData> read_mesh(const std::filesystem::path& path);
-/// Reads the triangles, or the boundary of the tetrahedra if there are no triangles. Nodes in equal
-/// positions are merged (STL has no others). @returns also Unsupported if there are neither
-Result<TriangleMesh> read_surface(const std::filesystem::path& path);
-/// Reads the tetrahedra with their nodes. @returns also Unsupported if there are none
-Result<TetMesh> read_tetrahedra(const std::filesystem::path& path);
-
 /// Merges nodes in equal positions and drops collapsed triangles.
 TriangleMesh joined(const TriangleMesh& surface);
-
-/// Vectors and numbers at the nodes, for formats with fields (VTP).
-struct SurfaceFields {
-    std::vector<VtuVectors> node_vectors{};
-    std::vector<VtuNumbers> node_numbers{};
-};
-/// Writes .vtp, .vtu, .stl, .obj or .ply. Atomic.
-/// @returns InvalidArgument for another extension or a field of the wrong length, Unwritable
-Status write_surface(const std::filesystem::path& path, const TriangleMesh& surface,
-                     const SurfaceFields& fields = {});
-
-/// Curves with numbers at their nodes, as VTP: centrelines.
-Status write_lines(const std::filesystem::path& path, std::span<const Vec3d> nodes_mm,
-                   std::span<const std::vector<std::int32_t>> lines,
-                   const SurfaceFields& fields = {});
-
-/// File of one time step in a series for ParaView.
-struct SeriesFile {
-    double time_s;
-    std::string file;  ///< relative to the folder of the .pvd file
-};
-Status write_pvd(const std::filesystem::path& path, std::span<const SeriesFile> files);
 
 // Self-collision of a deforming mesh: finds nodes inside of tetrahedra that don't contain them,
 // where bodies or parts of one interpenetrate. Uses spatial hashing of a grid [Teschner2003].

@@ -1,21 +1,26 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// All public headers except the C interface <pliant/haptics_device.h>. Those of pliant::research,
+// All public headers except the C interface <pliant/view/haptics_device.h>. Those of pliant::research,
 // <pliant/research/…>, are beside them, and may change with any version.
 //
-//   a scan            volume.h, mesh.h; cut_mesh.h: cuts through tetrahedra
+// Beside this one stand the headers that most programs and a tissue of your own need:
+//
+//   a scan            volume.h, mesh.h; scan_files.h, mesh_files.h: their files
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
-//   a tissue          tissue.h: the interface; chainmail.h, springs.h, spring_probe.h, pbd.h,
-//                     body_contact.h, vessel.h, catheter.h, drivable.h, organs.h
-//   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
-//                     (fem.h) or measurements; network_file.h: their file
-//   a view            render.h; image.h, png.h: its pictures
-//   a hand            haptics.h
-//   learning          gym.h
-//   a scene           session.h, serve.h
-//   a data set        truth.h: pairs of scans for registration
+//   a tissue          tissue.h: the interface; tissues.h: the library's; chainmail.h; own_tissue.h:
+//                     bases of your own, check_tissue.h: its test
+//   a view            render.h
+//   a scene           serve.h
+//   an error          result.h
+//
+// Shelves have the others:
+//
+//   core/     vectors, threads, settings as data, outputs that appear at once
+//   models/   materials, springs, bodies, vessels, organs, finite elements, identification
+//   view/     pictures, surfaces, force feedback
+//   data/     kinds of scans, sessions, environments for learning, truth for registrations
 //
 // Each class names its thread safety:
 //
@@ -28,43 +33,50 @@
 
 #pragma once
 
-#include <pliant/body_contact.h>
-#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
-#include <pliant/cut_mesh.h>
+#include <pliant/check_tissue.h>
+#include <pliant/core/files.h>
+#include <pliant/core/moving_scan.h>
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
+#include <pliant/core/version.h>
+#include <pliant/data/gym.h>
+#include <pliant/data/scan_values.h>
+#include <pliant/data/session.h>
+#include <pliant/data/truth.h>
+#include <pliant/data/warp.h>
 #include <pliant/deformation.h>
-#include <pliant/drivable.h>
-#include <pliant/fem.h>
-#include <pliant/files.h>
-#include <pliant/fit.h>
-#include <pliant/fit_mesh.h>
-#include <pliant/gym.h>
-#include <pliant/haptics.h>
-#include <pliant/image.h>
-#include <pliant/material.h>
 #include <pliant/mesh.h>
-#include <pliant/network_file.h>
-#include <pliant/organs.h>
-#include <pliant/pbd.h>
-#include <pliant/png.h>
-#include <pliant/record.h>
-#include <pliant/relax.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/body_contact.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/cut_mesh.h>
+#include <pliant/models/drivable.h>
+#include <pliant/models/eye_deformation.h>
+#include <pliant/models/fem.h>
+#include <pliant/models/fit.h>
+#include <pliant/models/fit_mesh.h>
+#include <pliant/models/material.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/relax.h>
+#include <pliant/models/scene_files.h>
+#include <pliant/models/spring_probe.h>
+#include <pliant/models/springs.h>
+#include <pliant/models/vessel.h>
+#include <pliant/own_tissue.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/result.h>
-#include <pliant/scan_values.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
-#include <pliant/spring_probe.h>
-#include <pliant/springs.h>
-#include <pliant/surface_view.h>
-#include <pliant/tasks.h>
 #include <pliant/tissue.h>
 #include <pliant/tissues.h>
 #include <pliant/tool.h>
-#include <pliant/truth.h>
-#include <pliant/vec.h>
-#include <pliant/version.h>
-#include <pliant/vessel.h>
+#include <pliant/view/haptics.h>
+#include <pliant/view/image.h>
+#include <pliant/view/png.h>
+#include <pliant/view/surface_view.h>
 #include <pliant/volume.h>
-#include <pliant/warp.h>

@@ -5,9 +5,9 @@
 
 #pragma once
 
-#include <pliant/image.h>
+#include <pliant/core/tasks.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
+#include <pliant/view/image.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

@@ -8,6 +8,8 @@
 
 #pragma once
 
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -94,6 +96,27 @@ struct Ok {};
 
 /// Success, or an Error.
 using Status = Result<Ok>;
+
+/// Error of an operation that ran out of memory and was rolled back. Doesn't allocate.
+inline Error out_of_memory() noexcept {
+    return {ErrorCode::LimitExceeded, "out of memory"};  // fits the small-string buffer
+}
+
+/// Runs work, which returns a Result, and converts exceptions for lack of memory to its error. A
+/// function that is noexcept, such as those of a tissue of your own, begins with it. Rollback is the
+/// responsibility of work.
+template <class Work>
+auto attempt(Work&& work) noexcept -> decltype(work()) {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return out_of_memory();
+    } catch (const std::length_error&) {  // thrown by a container beyond its size limit
+        return out_of_memory();
+    } catch (const std::runtime_error&) {  // thrown by oneTBB if a thread can't be started
+        return out_of_memory();
+    }
+}
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -14,10 +14,10 @@
 
 #pragma once
 
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/own_tissue.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/tissue.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

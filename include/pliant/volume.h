@@ -8,10 +8,10 @@
 
 #pragma once
 
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -331,51 +331,6 @@ struct ReadNotes {
     double level = 0;            ///< its Window Center
 };
 
-struct ReadOptions {
-    /// DICOM series to read, "none" for a series without an UID; empty: the only readable one.
-    std::string series_uid{};
-    bool may_map = true;  ///< false: the file may change while the volume lives
-    Progress progress{};  ///< called while voxels are read; may be empty
-    /// Polled between pieces of a file, a few milliseconds each; true cancels the reading with
-    /// LimitExceeded. May be empty.
-    std::function<bool()> give_up{};
-    /// Image of a 4-D file to read, from 0; empty: the file must be 3-D, or hold one image.
-    std::optional<std::int64_t> frame{};
-    /// Resample (trilinear) to a regular grid if axes aren't perpendicular, or DICOM slices are
-    /// tilted, shifted, missing or not equally spaced. A note describes it. False: refused.
-    bool straighten = false;
-};
-
-/// Reads NRRD, MetaImage, NIfTI, VTI, VTK structured points, a multi-frame DICOM file, or a folder
-/// of DICOM slices (sorted by position along their normal). Folders in it are searched if it has no
-/// slices of its own. Compressed DICOM pixels are decoded by the program pliant-decode-pixels,
-/// which is searched beside the running program and in Pliant's installation. Voxels stored in a
-/// file in their memory layout (raw, 16-bit integers or floats, not scaled) are mapped instead of
-/// read. Such a file must not be truncated while the volume lives, nor written to in place
-/// (VoxelMemory::mapped). Replacing it is safe.
-/// @param[out] notes  format, stored type and remarks; may be null
-/// @returns NotFound, Unreadable or Unsupported with one line that names the file
-Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},
-                           ReadNotes* notes = nullptr);
-
-enum class Encoding { Gzip, Raw };
-
-/// Name endings that write_volume accepts: ".nrrd", ".nhdr", ".nii", …
-std::span<const std::string_view> volume_endings() noexcept;
-
-/// Writes a volume in the format of its name's ending. Voxels keep their type and values.
-///
-///   .nrrd, .nhdr      LPS, with the volume's key/value pairs; .nhdr has its data beside it
-///   .mha, .mhd        likewise, without keys that MetaImage can't express
-///   .nii, .nii.gz     NIfTI-1, RAS; positions are rounded to 32-bit floats
-///   .vti              write_vti
-///
-/// @param encoding  of NRRD and MetaImage
-/// @returns Unwritable, also for another name; Unsupported if the format
-///          can't hold the volume
-Status write_volume(const std::filesystem::path& path, const Volume& volume,
-                    Encoding encoding = Encoding::Gzip);
-
 /// Whether a vector field maps the rest shape to the deformed one, or back.
 enum class FieldKind {
     Modeling,    ///< forward displacement at rest voxel centres
@@ -392,22 +347,9 @@ struct VectorField {
 /// Checks the grid as check_volume, and the number of vectors.
 Status check_field(const VectorField& field, const std::string& name = "field");
 
-/// Writes a NRRD vector image (float32, `kinds: vector domain domain domain`) with the key
-/// `displacement field type`, which 3D Slicer opens as a transform. A name that ends in .nii or
-/// .nii.gz: NIfTI with the intent of vectors, whose components are LPS as in ITK's and ANTs' files.
-Status write_vector_field(const std::filesystem::path& path, const VectorField& field,
-                          Encoding encoding = Encoding::Gzip);
-
 /// Fills slice k of a field, i fastest. Called once for each slice, in order.
 /// @param[out] vectors_mm  grid.size.x · grid.size.y vectors [mm, LPS], zero before
 using FieldSlices = std::function<void(int k, std::span<Vec3f> vectors_mm)>;
-
-/// Writes a field that is generated slice by slice, and never in memory as a whole.
-Status write_vector_field(const std::filesystem::path& path, const Grid& grid, FieldKind kind,
-                          const FieldSlices& fill_slice, Encoding encoding = Encoding::Gzip);
-/// Reads NRRD, MetaImage, or NIfTI with a fifth axis of three: vectors in LPS, or displacements
-/// (intent 1006) in RAS, as ITK takes them. A file that doesn't tell its kind is Resampling.
-Result<VectorField> read_vector_field(const std::filesystem::path& path);
 
 // Test scans from analytic shapes, in Hounsfield units, identical on every machine.
 
@@ -442,15 +384,6 @@ std::span<const std::string_view> phantom_names();
 /// @returns InvalidArgument with the valid names, or the field that is out of range
 Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& arena,
                              const Progress& progress = {});
-
-// Volumes for ParaView: VTK's XML image file. 3D Slicer doesn't support it; it opens NRRD.
-
-/// Writes the voxels unchanged (int16 or float32), raw, appended to the header. The grid's
-/// direction becomes VTK's Direction, which VTK reads since version 9. Atomic.
-/// @param name  of the values, without XML metacharacters
-/// @returns InvalidArgument for such a name or a volume that check_volume refuses, Unwritable
-Status write_vti(const std::filesystem::path& path, const Volume& volume,
-                 const std::string& name = "hu");
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -19,10 +19,10 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
-#include <pliant/record.h>
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
 
 #include <array>
 #include <atomic>

@@ -5,7 +5,7 @@
 // motions are Python's (pliant/augment).
 
 #include <pliant/chainmail.h>
-#include <pliant/warp.h>
+#include <pliant/data/warp.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // Catheters for training, many in one vessel.
 
-#include <pliant/gym.h>
+#include <pliant/data/gym.h>
 
 #include <algorithm>
 

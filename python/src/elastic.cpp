@@ -3,7 +3,7 @@
 
 // Linear finite elements.
 
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include "keywords.h"
 #include "numbers.h"

@@ -4,6 +4,7 @@
 // Displacement fields.
 
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 
 #include "volumes.h"
 

@@ -3,8 +3,8 @@
 
 // Spring networks that move as a reference does: boxes, meshes, measurements.
 
-#include <pliant/fit.h>
-#include <pliant/fit_mesh.h>
+#include <pliant/models/fit.h>
+#include <pliant/models/fit_mesh.h>
 
 #include <cmath>
 

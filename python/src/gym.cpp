@@ -3,7 +3,7 @@
 
 // Endoscopes for training, many in one scan, and paths in lumina.
 
-#include <pliant/gym.h>
+#include <pliant/data/gym.h>
 
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>

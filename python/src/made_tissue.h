@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/own_tissue.h>
 #include <pliant/tissue.h>
 
 #include "volumes.h"

@@ -4,6 +4,7 @@
 // Tetrahedra.
 
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include "numbers.h"
 

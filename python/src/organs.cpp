@@ -3,8 +3,8 @@
 
 // Organs of scene files, meshes and label maps; positions of tissues that are meshes.
 
-#include <pliant/cut_mesh.h>
-#include <pliant/organs.h>
+#include <pliant/models/cut_mesh.h>
+#include <pliant/models/organs.h>
 
 #include "keywords.h"
 #include "made_tissue.h"

@@ -12,9 +12,7 @@
 #include <utility>
 
 namespace pliant::python {
-namespace {
 
-/// Error of a method that raised, with its text. @pre the interpreter's lock is held
 Error error_of(const char* method, nb::python_error& raised) {
     const nb::object kind = nb::module_::import_("pliant._error").attr("Error");
     std::string text = shown(nb::borrow(raised.value()));
@@ -22,9 +20,11 @@ Error error_of(const char* method, nb::python_error& raised) {
     return {ErrorCode::InvalidArgument, std::string(method) + ": " + text, method};
 }
 
-class OwnTissue final : public NodeTissue {
+namespace {
+
+class PythonTissue final : public NodeTissue {
   public:
-    OwnTissue(nb::handle self, const Volume& scan, const TaskArena& arena, Deformation rest)
+    PythonTissue(nb::handle self, const Volume& scan, const TaskArena& arena, Deformation rest)
         : m_self(self), m_scan(scan), m_arena(arena), m_deformation(std::move(rest)) {
         m_model = text_of("model", shown(self.type().attr("__name__")));
         m_traits = {.model = m_model,
@@ -113,7 +113,7 @@ class OwnTissue final : public NodeTissue {
         const auto found = found_state();
         return found.ok() ? NodeTissue::redo() : found.error();
     }
-    Status save_state(const std::filesystem::path& path) const noexcept override {
+    Status save_state(const std::string& path) const noexcept override {
         const auto found = found_state();
         return found.ok() ? NodeTissue::save_state(path) : found.error();
     }
@@ -179,7 +179,7 @@ class OwnTissue final : public NodeTissue {
 
 std::unique_ptr<Tissue> make_own_tissue(nb::handle self, const Volume& scan,
                                         const TaskArena& arena) {
-    return std::make_unique<OwnTissue>(self, scan, arena, take(Deformation::create(scan.grid)));
+    return std::make_unique<PythonTissue>(self, scan, arena, take(Deformation::create(scan.grid)));
 }
 
 void displace_own(Tissue& tissue, Vec3d first, const nb::object& displacements_mm) {
@@ -190,7 +190,7 @@ void displace_own(Tissue& tissue, Vec3d first, const nb::object& displacements_m
             raise_value("first", "three whole numbers up to 1000000", nb::cast(first));
         begin[a] = int(first[a]);
     }
-    auto* const own = dynamic_cast<OwnTissue*>(&tissue);
+    auto* const own = dynamic_cast<PythonTissue*>(&tissue);
     if (!own) raise({ErrorCode::Unsupported, "displace: expected a tissue of a class of your own"});
     const nb::object array =
         nb::module_::import_("numpy").attr("ascontiguousarray")(displacements_mm, "float64");

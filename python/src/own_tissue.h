@@ -3,11 +3,14 @@
 
 #pragma once
 
-#include <pliant/tissue.h>
+#include <pliant/own_tissue.h>
 
 #include "arrays.h"
 
 namespace pliant::python {
+
+/// Error of a method that raised, with its text. @pre the interpreter's lock is held
+Error error_of(const char* method, nb::python_error& raised);
 
 /// A tissue whose methods are those of an object of Python. Object, scan and arena must outlive it.
 std::unique_ptr<Tissue> make_own_tissue(nb::handle self, const Volume& scan,

@@ -3,10 +3,10 @@
 
 // Pictures of scans and of tissues. A picture is an array (height, width, 3) of uint8.
 
-#include <pliant/png.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
-#include <pliant/surface_view.h>
+#include <pliant/view/png.h>
+#include <pliant/view/surface_view.h>
 
 #include <limits>
 

@@ -3,14 +3,13 @@
 
 // Settings by keyword: the rows of the library's tables are the names, ranges and texts.
 
-#include <pliant/catheter.h>
-#include <pliant/fem.h>
-#include <pliant/fit.h>
-#include <pliant/material.h>
-#include <pliant/organs.h>
-#include <pliant/tissue.h>
+#include <pliant/data/truth.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/fem.h>
+#include <pliant/models/fit.h>
+#include <pliant/models/material.h>
+#include <pliant/models/organs.h>
 #include <pliant/tissues.h>
-#include <pliant/truth.h>
 
 #include "arrays.h"
 #include "keywords.h"

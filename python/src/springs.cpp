@@ -8,8 +8,9 @@
 #include "numbers.h"
 #include "struct_class.h"
 
-#include <pliant/network_file.h>
-#include <pliant/springs.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/scene_files.h>
+#include <pliant/models/springs.h>
 #include <pliant/tissues.h>
 
 namespace pliant::python {

@@ -12,8 +12,8 @@
 
 #pragma once
 
-#include <pliant/fem.h>
-#include <pliant/fit.h>
+#include <pliant/models/fem.h>
+#include <pliant/models/fit.h>
 #include <pliant/render.h>
 
 #include <array>

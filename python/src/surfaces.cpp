@@ -4,7 +4,8 @@
 // Triangles and hexahedra; pictures of surfaces.
 
 #include <pliant/mesh.h>
-#include <pliant/surface_view.h>
+#include <pliant/mesh_files.h>
+#include <pliant/view/surface_view.h>
 
 #include "numbers.h"
 #include "pictures.h"

@@ -4,6 +4,7 @@
 // Tissues: the interface of tissue.h, with the scan, the threads and the deformed scan that belong
 // to it.
 
+#include <pliant/check_tissue.h>
 #include <pliant/mesh.h>
 #include <pliant/resample.h>
 #include <pliant/tissue.h>
@@ -377,6 +378,30 @@ void bind_results(nb::class_<PyTissue>& c) {
         });
 }
 
+/// Makes tissues by a function of Python. Each keeps its object.
+MakeAnother made_by(const nb::callable& make) {
+    return [&make]() -> Result<std::shared_ptr<Tissue>> {
+        const nb::gil_scoped_acquire lock;
+        try {
+            auto object = std::make_unique<nb::object>(make());
+            Tissue* const tissue = find_tissue(*object);
+            if (!tissue)
+                return Error{ErrorCode::InvalidArgument,
+                             "make: expected a Tissue, found " + shown(object->type()), "make",
+                             "a Tissue", shown(object->type())};
+            const auto let_go = [kept = object.get()](Tissue*) {
+                const nb::gil_scoped_acquire locked;
+                delete kept;
+            };
+            std::shared_ptr<Tissue> shared(tissue, let_go);
+            (void)object.release();
+            return shared;
+        } catch (nb::python_error& raised) {
+            return error_of("make", raised);
+        }
+    };
+}
+
 }  // namespace
 
 nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make, MakerCall maker) {
@@ -403,6 +428,27 @@ void bind_tissues(nb::module_& m) {
     bind_results(c);
     const Keywords chainmail = keywords_of(chainmail_rows()), springs = keywords_of(spring_rows()),
                    body = keywords_of(body_rows());
+    m.def(
+        "check_tissue",
+        [](const nb::callable& make, Vec3d point_mm, Vec3d push_mm, double radius) {
+            const Push push{.point_mm = point_mm, .push_mm = push_mm, .sphere_radius_mm = radius};
+            const Arena arena(1);
+            take(arena.run([&] { return check_tissue(made_by(make), push); }));
+        },
+        nb::arg("make"), nb::arg("point_mm"), nb::arg("push_mm"), nb::arg("sphere_radius_mm") = 0.0,
+        nb::sig("def check_tissue(make: collections.abc.Callable[[], Tissue], "
+                "point_mm: collections.abc.Sequence[float], "
+                "push_mm: collections.abc.Sequence[float], sphere_radius_mm: float = 0.0) -> None"),
+        "Checks that a tissue of one's own keeps the rules of all tissues: it pushes, moves, "
+        "undoes "
+        "and saves it, and compares.\n\n"
+        "Args:\n"
+        "    make: Makes one more tissue of the same kind, at rest.\n"
+        "    point_mm: Contact point of a push that moves the tissue [mm, LPS].\n"
+        "    push_mm: Motion [mm, LPS].\n"
+        "    sphere_radius_mm: As of push().\n\n"
+        "Raises:\n"
+        "    Error: The first broken rule: its name in `field`, the expected and the found.");
     m.def(
         "make_chainmail",
         [](const nb::object& scan, int threads, const nb::kwargs& settings) {

@@ -3,7 +3,7 @@
 
 // Registration truth: cases and scores.
 
-#include <pliant/truth.h>
+#include <pliant/data/truth.h>
 
 #include <cmath>
 #include <limits>

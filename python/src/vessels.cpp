@@ -3,8 +3,10 @@
 
 // Vessels: walls, and catheters that are fed into them.
 
-#include <pliant/catheter.h>
-#include <pliant/vessel.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
+#include <pliant/models/vessel.h>
 
 #include "keywords.h"
 #include "made_tissue.h"

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include "arrays.h"
 

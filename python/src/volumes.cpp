@@ -5,7 +5,8 @@
 
 #include "volumes.h"
 
-#include <pliant/scan_values.h>
+#include <pliant/data/scan_values.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <array>

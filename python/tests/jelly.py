@@ -33,6 +33,8 @@ class Jelly(pliant.Tissue):
         tool: int = 1,
     ) -> pliant.PushReport:
         goes_on = tool == self.tool
+        if sphere_radius_mm < 0 or not numpy.isfinite([*point_mm, *push_mm, sphere_radius_mm]).all():
+            raise pliant.Error("expected finite numbers, and a radius of 0 or more")
         self.move(
             self.centre if goes_on else numpy.array(point_mm),
             numpy.array(push_mm) + (self.shift if goes_on else 0),
@@ -61,8 +63,8 @@ class Jelly(pliant.Tissue):
         return [*self.centre, *self.shift]
 
     def set_state(self, numbers: Any) -> None:
-        if len(numbers) != 6:
-            raise pliant.Error(f"expected six numbers, found {len(numbers)}")
+        if len(numbers) != 6 or not numpy.isfinite(numbers).all():
+            raise pliant.Error(f"expected six finite numbers, found {numbers}")
         self.tool = 0
         self.move(numbers[:3], numbers[3:])
 

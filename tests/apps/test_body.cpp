@@ -5,8 +5,10 @@
 // Covers: pliant/run_body.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -4,8 +4,11 @@
 // `pliant fit --mesh`: tissues, measurements and curves from files; its network, used by `deform`.
 // Covers: pliant/run_fit*.cpp.
 
-#include <pliant/fit_mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/fit_mesh.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/scene_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

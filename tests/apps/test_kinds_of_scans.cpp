@@ -5,6 +5,7 @@
 // Covers: volume/scan_values.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -5,7 +5,9 @@
 // Covers: pliant/run_mesh.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/vessel.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/vessel.h>
+#include <pliant/scan_files.h>
 
 #include "support/json.h"
 #include "support/program_in_folder.h"

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 #include <sys/stat.h>
 
@@ -134,6 +136,14 @@ TEST_F(OutputsTest, AScanOfOneSliceIsDeformedAndStaysOne) {
     EXPECT_EQ(info["bounds_mm"]["ras"],
               (std::vector<std::vector<double>>{{-19, -19, 7}, {20, 10, 7}}));
     EXPECT_EQ(run("render flat.nii.gz --view axial --out v.png"), 0) << said();
+    // A picture is PNG, and its name says so.
+    for (const std::string name : {"v.jpg", "v", "png"}) {
+        EXPECT_EQ(run("render flat.nii.gz --view axial --out " + name), 2);
+        EXPECT_EQ(said(),
+                  "pliant: --out: expected a name that ends in .png, found " + name + "\n");
+        EXPECT_FALSE(std::filesystem::exists(m_folder / name));
+    }
+    EXPECT_EQ(run("render flat.nii.gz --view axial --out W.PNG"), 0) << said();
 }
 
 TEST_F(OutputsTest, FramesAndStraightenedScansAreRead) {

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

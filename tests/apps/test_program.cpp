@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/pbd.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

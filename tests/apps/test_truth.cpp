@@ -5,6 +5,7 @@
 // Covers: pliant/run_truth*.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <fstream>

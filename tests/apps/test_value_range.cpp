@@ -5,6 +5,7 @@
 // Covers: pliant/value_range.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 #include <sys/wait.h>
 

@@ -5,8 +5,9 @@
 // Covers: pliant/run_vessel.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/catheter.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 

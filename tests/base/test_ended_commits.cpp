@@ -6,7 +6,7 @@
 // Covers: base/journal_text.cpp, base/staging_*.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>

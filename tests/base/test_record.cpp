@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gtest/gtest.h>
-#include <pliant/record.h>
+#include <pliant/core/record.h>
 
 #include <cmath>
 #include <random>

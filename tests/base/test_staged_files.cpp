@@ -5,7 +5,7 @@
 
 #include "support/temporary_folder.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

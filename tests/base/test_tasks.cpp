@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <gtest/gtest.h>
 #include <sched.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <gtest/gtest.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <sys/stat.h>
 
 #include "support/temporary_folder.h"

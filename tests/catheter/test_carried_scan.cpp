@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/catheter.h>
-#include <pliant/pbd.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/pbd.h>
 
 #include <gtest/gtest.h>
 

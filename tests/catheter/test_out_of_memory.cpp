@@ -5,7 +5,8 @@
 // scene is as before to the bit, and goes on as its twin does that nothing happened to.
 // Covers: catheter/scene.cpp, catheter/vessel_file.cpp, catheter/vessel_scan.cpp.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
 
 #include <gtest/gtest.h>
 

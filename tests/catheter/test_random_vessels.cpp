@@ -7,7 +7,7 @@
 // Covers: catheter/near_wall.cpp, catheter/wall_contact.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,8 @@
 // Covers: catheter/reach.cpp, catheter/settings_rows.cpp, scene_files/vessel_phantom.cpp,
 // catheter/vessel_script.cpp, catheter/way_pilot.cpp.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
 
 #include <gtest/gtest.h>
 

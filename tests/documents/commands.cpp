@@ -4,6 +4,7 @@
 #include "documents/commands.h"
 
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 #include <png.h>
 

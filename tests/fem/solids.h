@@ -6,7 +6,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 // Covers: fit/dissected_cholesky.cpp, fit/linear_network.cpp, fit/motion.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 #include <array>
 #include <cmath>

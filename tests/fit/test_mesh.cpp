@@ -7,8 +7,8 @@
 // Covers: fit/creep.cpp, fit/elastic_tetrahedra.cpp, fit/intervals.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/fit_mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/models/fit_mesh.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <array>

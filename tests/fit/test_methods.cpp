@@ -7,7 +7,7 @@
 // fit/search.cpp, fit/settings_rows.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 #include <array>
 #include <cmath>

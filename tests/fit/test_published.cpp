@@ -6,7 +6,7 @@
 // Covers: fit/box.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 #include <array>
 #include <stdexcept>

@@ -5,6 +5,7 @@
 // Covers: formats/data_stream.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include "support/scan_files.h"

@@ -8,6 +8,7 @@
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <gtest/gtest.h>

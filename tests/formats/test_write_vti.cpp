@@ -4,6 +4,7 @@
 // Covers: writers/write_vti.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cstring>

@@ -5,6 +5,7 @@
 // has nodes for all cells, and round-trips through a file.
 
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include "fuzz/fuzz.h"
 #include "meshes/file_numbers.h"

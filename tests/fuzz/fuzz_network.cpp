@@ -4,7 +4,8 @@
 // A file of an identified network: refused in one line, or a network that is equal after it is
 // written and read again, and that a scan can be moved with.
 
-#include <pliant/network_file.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/scene_files.h>
 #include <pliant/tissues.h>
 
 #include "fuzz/fuzz.h"

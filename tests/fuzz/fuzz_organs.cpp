@@ -4,7 +4,7 @@
 // A scene of organs: refused in one line, or with bodies, and numbers within their bounds. The
 // files that it names are not read.
 
-#include <pliant/organs.h>
+#include <pliant/models/organs.h>
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
 
 // Positions of a haptic device, recorded, to be played back as a device.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include "fuzz/fuzz.h"
 

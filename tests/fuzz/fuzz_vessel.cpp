@@ -3,7 +3,7 @@
 
 // Scene files of `pliant vessel`.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include "fuzz/fuzz.h"
 

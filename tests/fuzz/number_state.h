@@ -9,7 +9,7 @@
 #include <fstream>
 #include <iterator>
 
-#include <pliant/tissue.h>
+#include <pliant/own_tissue.h>
 #include "base/hash.h"
 #include "fuzz/fuzz.h"
 

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include "fuzz/fuzz.h"

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <pliant/gym.h>
+#include <pliant/data/gym.h>
 
 #include <cmath>
 #include <vector>

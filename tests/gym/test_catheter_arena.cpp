@@ -6,7 +6,8 @@
 // Covers: gym/device_shadow.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/gym.h>
+#include <pliant/data/gym.h>
+#include <pliant/models/scene_files.h>
 
 #include <algorithm>
 #include <atomic>

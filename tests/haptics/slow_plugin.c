@@ -3,7 +3,7 @@
  *
  * A device that is opened as soon as the file exists that it is given, for tests of what goes on
  * meanwhile. */
-#include <pliant/haptics_device.h>
+#include <pliant/view/haptics_device.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>

@@ -5,7 +5,7 @@
 // the simulated wire in a bend.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <cmath>

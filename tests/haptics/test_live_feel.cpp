@@ -8,8 +8,9 @@
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 #include <pliant/mesh.h>
-#include <pliant/organs.h>
-#include <pliant/pbd.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/pbd.h>
 #include <pliant/tissues.h>
 #include <pliant/volume.h>
 

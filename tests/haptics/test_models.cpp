@@ -7,9 +7,9 @@
 // haptics/walls.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics.h>
-#include <pliant/pbd.h>
-#include <pliant/springs.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/springs.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 // Covers: haptics/devices.cpp, haptics/plugin_device.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <atomic>
 #include <cmath>

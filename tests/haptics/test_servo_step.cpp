@@ -5,7 +5,7 @@
 // formula, limits and safe stop period by period.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <cmath>
 #include <cstring>

@@ -6,7 +6,7 @@
 // Covers: haptics/virtual_device.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <cmath>
 #include <numbers>

@@ -3,7 +3,7 @@
  *
  * A plug-in of a version that isn't there yet.
  */
-#include <pliant/haptics_device.h>
+#include <pliant/view/haptics_device.h>
 
 const struct pliant_haptic_device* pliant_haptic_device_v1(void) {
     static struct pliant_haptic_device plugin;

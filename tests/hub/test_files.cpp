@@ -8,9 +8,10 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
+#include <pliant/data/session.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 #include <pliant/volume.h>
 #include <sys/file.h>
 #include <sys/socket.h>

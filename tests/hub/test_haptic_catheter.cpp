@@ -6,8 +6,8 @@
 // Covers: hub/catheter_grip.cpp, hub/haptic_session.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/session.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 
 #include <algorithm>
 #include <cmath>

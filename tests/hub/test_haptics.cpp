@@ -6,10 +6,11 @@
 // Covers: hub/device_*.cpp, hub/haptic_session.cpp, protocol/haptics_json.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/session.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 #include <pliant/volume.h>
 
 #include <chrono>

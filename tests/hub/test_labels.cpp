@@ -5,6 +5,8 @@
 // source of each voxel, by the resampler's one-shot form in a twin scene.
 // Covers: hub/label_*.cpp, session/label_map.cpp, session/label_map_file.cpp.
 
+#include <pliant/scan_files.h>
+
 #include <cmath>
 
 #include "hub/twin_scene.h"

@@ -6,11 +6,13 @@
 // Covers: organs/organ_scan.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/session.h>
 #include <pliant/mesh.h>
-#include <pliant/network_file.h>
-#include <pliant/organs.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/scene_files.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 
 #include <algorithm>
 #include <chrono>

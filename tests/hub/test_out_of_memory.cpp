@@ -7,7 +7,7 @@
 // Covers: hub/hub.cpp, hub/device_feed.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/session.h>
+#include <pliant/data/session.h>
 
 #include <condition_variable>
 #include <cstring>

@@ -5,8 +5,8 @@
 // Covers: hub/hub.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/session.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 
 #include <functional>
 

@@ -6,8 +6,9 @@
 // Covers: hub/hub_events.cpp, session/session_log.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/session.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 #include <pliant/volume.h>
 #include <sys/resource.h>
 

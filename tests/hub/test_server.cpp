@@ -5,8 +5,9 @@
 // Covers: network/server.cpp, hub/camera_feed.cpp, hub/hub_*.cpp, hub/roster.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/session.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 #include <pliant/volume.h>
 
 #include <thread>

@@ -6,8 +6,9 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
+#include <pliant/data/session.h>
+#include <pliant/scan_files.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 #include <pliant/volume.h>
 
 #include "hub/files_test.h"

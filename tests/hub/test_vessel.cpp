@@ -6,10 +6,11 @@
 // Covers: hub/vessel_*.cpp, tissue/vessel_tissue.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/drivable.h>
+#include <pliant/data/session.h>
+#include <pliant/models/drivable.h>
+#include <pliant/models/scene_files.h>
 #include <pliant/resample.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // Covers: mesh/cut_part.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/cut_mesh.h>
+#include <pliant/models/cut_mesh.h>
 
 #include <algorithm>
 #include <cmath>

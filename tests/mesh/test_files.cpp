@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 #include <zlib.h>
 
 #include <cstring>

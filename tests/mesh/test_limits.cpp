@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 #include <zlib.h>
 
 #include <string>

@@ -5,6 +5,7 @@
 // a way through them.
 
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include <cmath>
 #include <numbers>

@@ -6,11 +6,13 @@
 // Covers: organs/*.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/mesh.h>
-#include <pliant/organs.h>
-#include <pliant/pbd.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/pbd.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

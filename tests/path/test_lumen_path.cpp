@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 
 #include <filesystem>
 #include <fstream>

@@ -4,7 +4,7 @@
 // Whole bodies: the order of projection, the same bits for all, memory, and bad input.
 // Covers: pbd/packer.cpp, pbd/plan.cpp, pbd/check_parts.cpp.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <gtest/gtest.h>
 

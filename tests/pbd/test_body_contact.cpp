@@ -6,7 +6,7 @@
 // Covers: pbd/body_surface.cpp, pbd/ghost_surface.cpp, pbd/piece_contact.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/body_contact.h>
+#include <pliant/models/body_contact.h>
 
 #include <algorithm>
 #include <cmath>

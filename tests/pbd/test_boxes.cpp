@@ -5,7 +5,7 @@
 // Covers: pbd/builders.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <cstdio>

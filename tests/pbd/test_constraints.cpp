@@ -5,7 +5,7 @@
 // of a projection, and degenerate input.
 // Covers: pbd/project_*.cpp, pbd/rest.cpp, pbd/solver.cpp.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <gtest/gtest.h>
 

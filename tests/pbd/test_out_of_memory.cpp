@@ -6,8 +6,8 @@
 // Covers: pbd/body.cpp, pbd/settings_rows.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/pbd.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/pbd.h>
 
 #include <memory>
 #include <vector>

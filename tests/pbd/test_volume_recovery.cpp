@@ -5,8 +5,8 @@
 // remaining error with and without recovery.
 // Covers: pbd/solver.cpp.
 
-#include <pliant/pbd.h>
-#include <pliant/vessel.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/vessel.h>
 
 #include <gtest/gtest.h>
 

@@ -3,19 +3,19 @@
 
 #include "protocol/settings_files.h"
 
-#include <pliant/body_contact.h>
-#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
-#include <pliant/fem.h>
-#include <pliant/fit.h>
-#include <pliant/haptics.h>
+#include <pliant/data/truth.h>
 #include <pliant/mesh.h>
-#include <pliant/organs.h>
-#include <pliant/pbd.h>
+#include <pliant/models/body_contact.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/fem.h>
+#include <pliant/models/fit.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/vessel.h>
 #include <pliant/serve.h>
 #include <pliant/tissues.h>
-#include <pliant/truth.h>
-#include <pliant/vessel.h>
+#include <pliant/view/haptics.h>
 #include <pliant/volume.h>
 
 #include <cmath>

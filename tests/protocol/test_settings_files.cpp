@@ -6,7 +6,7 @@
 // Covers: protocol/record_json.cpp, protocol/wire_rows.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/version.h>
+#include <pliant/core/version.h>
 
 #include <cstdlib>
 #include <filesystem>

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <algorithm>
 #include <array>

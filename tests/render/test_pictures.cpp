@@ -5,8 +5,8 @@
 // render/section.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/png.h>
 #include <pliant/render.h>
+#include <pliant/view/png.h>
 #include <png.h>
 #include <unistd.h>
 

@@ -4,7 +4,7 @@
 // Pictures of surfaces from outside, and outlines of tools.
 
 #include <gtest/gtest.h>
-#include <pliant/surface_view.h>
+#include <pliant/view/surface_view.h>
 
 #include <cmath>
 #include <limits>

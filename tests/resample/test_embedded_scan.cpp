@@ -5,7 +5,7 @@
 // Covers: resample/embedded_cuts.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 #include <pliant/resample.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 // Covers: resample/material_points.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/warp.h>
+#include <pliant/data/warp.h>
 
 #include <cstdio>
 #include <optional>

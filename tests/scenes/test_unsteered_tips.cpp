@@ -7,7 +7,8 @@
 // Covers: catheter/scene.cpp, scene_files/vessel_scene.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
 
 #include <algorithm>
 #include <atomic>

@@ -6,8 +6,8 @@
 // Covers: field/tool.cpp, protocol/messages_json.cpp, session/replay.cpp, session/save.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/session.h>
 #include <pliant/serve.h>
-#include <pliant/session.h>
 
 #include <algorithm>
 #include <string_view>

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
-#include <pliant/springs.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/springs.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

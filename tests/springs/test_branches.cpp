@@ -4,7 +4,7 @@
 // Maxwell and Kelvin links [Choi2004, 2.2, Fig. 1] against closed forms.
 // Covers: springs/state.cpp.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <gtest/gtest.h>
 

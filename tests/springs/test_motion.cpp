@@ -5,7 +5,7 @@
 // formulas, and against closed forms.
 // Covers: springs/tissue*.cpp, springs/transmittal*.cpp.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <gtest/gtest.h>
 

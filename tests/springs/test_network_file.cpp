@@ -5,7 +5,8 @@
 // Covers: scene_files/network_json.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/network_file.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/scene_files.h>
 
 #include <array>
 #include <fstream>

@@ -3,7 +3,7 @@
 
 // Covers: springs/builders_*.cpp, springs/network*.cpp, springs/stability.cpp.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <gtest/gtest.h>
 

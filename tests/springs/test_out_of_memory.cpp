@@ -5,7 +5,7 @@
 // Covers: springs/find_depth.cpp, springs/network*.cpp, springs/tissue.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <array>
 #include <string>

@@ -5,7 +5,7 @@
 // Covers: springs/touch.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/spring_probe.h>
+#include <pliant/models/spring_probe.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // The three solvers beside each other.
 // Covers: springs/sweep_*.cpp, springs/volume_*.cpp.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <gtest/gtest.h>
 

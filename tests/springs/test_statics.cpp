@@ -4,7 +4,7 @@
 // Equilibria against a sparse factorisation that is put together here, and against elasticity.
 // Covers: springs/coarse_space.cpp, springs/tangent.cpp, springs/tissue_statics.cpp.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
 #include <pliant/mesh.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 #include <utility>

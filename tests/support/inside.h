@@ -7,7 +7,7 @@
 #pragma once
 
 #include <pliant/mesh.h>
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 #include <algorithm>
 #include <cmath>

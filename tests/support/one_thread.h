@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 namespace pliant::test {
 

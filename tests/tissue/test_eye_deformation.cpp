@@ -4,7 +4,7 @@
 // One call per frame of an endoscopy: the eye is never in tissue, and the boxes hold all changes.
 
 #include <gtest/gtest.h>
-#include <pliant/tissue.h>
+#include <pliant/models/eye_deformation.h>
 
 #include <cmath>
 #include <limits>

@@ -5,8 +5,8 @@
 // Covers: tissue/mesh_strides.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/mesh_tissue.h>
-#include <pliant/pbd.h>
+#include <pliant/models/mesh_tissue.h>
+#include <pliant/models/pbd.h>
 #include <pliant/resample.h>
 
 #include <algorithm>

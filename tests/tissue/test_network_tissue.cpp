@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 #include <pliant/resample.h>
 #include <pliant/tissues.h>
 

@@ -5,7 +5,6 @@
 // Covers: tissue/spring_cut.cpp, tissue/spring_depth.cpp, tissue/scan_network.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/tissue.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

@@ -6,8 +6,8 @@
 // Covers: tissue/spring_nodes.cpp, tissue/spring_rows.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/springs.h>
-#include <pliant/tissue.h>
+#include <pliant/models/springs.h>
+#include <pliant/tissues.h>
 
 #include <algorithm>
 #include <cmath>

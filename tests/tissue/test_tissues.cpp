@@ -6,8 +6,9 @@
 // Covers: tissue/*tissue.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/drivable.h>
+#include <pliant/check_tissue.h>
 #include <pliant/mesh.h>
+#include <pliant/models/drivable.h>
 #include <pliant/resample.h>
 #include <pliant/tissues.h>
 
@@ -509,6 +510,43 @@ TEST(TissueModels, AreThoseThatTheFunctionsMake) {
         EXPECT_EQ(listed.has_energy, made.has_energy);
         EXPECT_EQ(listed.moves_by_itself, made.moves_by_itself);
     }
+}
+
+/// The library's models, by name.
+std::vector<std::pair<std::string, MakeTissue>> all_models() {
+    const auto network = [](const Volume& scan, const TaskArena& arena) {
+        const TetMesh mesh = box();
+        SpringParts parts =
+            springs_of_tetrahedra(mesh.nodes_mm, mesh.cells,
+                                  {.stiffness = 4000, .density = 1e-3, .bulk = 8000})
+                .value();
+        for (SpringNode& node : parts.nodes) {
+            node.fixed = node.rest.z < 7;
+            node.damping = 20 * node.mass;
+        }
+        return make_network(scan, std::move(parts), {.reach_mm = 4}, arena);
+    };
+    return {
+        {"chainmail", [](const Volume& s, const TaskArena& a) { return make_chainmail(s, {}, a); }},
+        {"springs",
+         [](const Volume& s, const TaskArena& a) { return make_springs(s, {.cell_mm = 4}, a); }},
+        {"body", [](const Volume& s,
+                    const TaskArena& a) { return make_body(s, box(), {.reach_mm = 4}, a); }},
+        {"network", network},
+        {"rigid", [](const Volume& s, const TaskArena& a) { return make_rigid(s, a); }}};
+}
+
+TEST(TissueModels, KeepTheRulesOfAllTissues) {
+    const Volume scan = scan_with_bone();
+    Push point = kPush;
+    point.sphere_radius_mm = 0;
+    point.point_mm.z = 17;
+    for (const auto& [name, make] : all_models())
+        for (const Push& push : {kPush, point}) {
+            const Status kept = check_tissue(make, scan, push);
+            EXPECT_TRUE(kept.ok())
+                << name << ", radius " << push.sphere_radius_mm << ": " << kept.error().message;
+        }
 }
 
 }  // namespace

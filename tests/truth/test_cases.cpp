@@ -5,8 +5,8 @@
 // Covers: truth/*.cpp.
 
 #include <gtest/gtest.h>
+#include <pliant/data/truth.h>
 #include <pliant/resample.h>
-#include <pliant/truth.h>
 
 #include <random>
 

@@ -5,7 +5,7 @@
 // Covers: truth/maker.cpp, truth/score.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/truth.h>
+#include <pliant/data/truth.h>
 
 #include <random>
 

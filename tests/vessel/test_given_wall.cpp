@@ -4,8 +4,8 @@
 // Walls of given tetrahedra: the walls that the other functions make, without their knowledge.
 
 #include <gtest/gtest.h>
-#include <pliant/pbd.h>
-#include <pliant/vessel.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/vessel.h>
 
 #include <algorithm>
 #include <cmath>

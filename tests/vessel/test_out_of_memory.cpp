@@ -4,7 +4,7 @@
 // Lumens and walls while memory is short: an error for each allocation that fails.
 // Covers: vessel/region.cpp, vessel/surface.cpp.
 
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 #include <gtest/gtest.h>
 

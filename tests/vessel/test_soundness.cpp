@@ -7,7 +7,8 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
-#include <pliant/vessel.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/vessel.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,9 @@
 // vessel/sweep.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/vessel.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/vessel.h>
+#include <pliant/scan_files.h>
 
 #include <array>
 #include <cmath>

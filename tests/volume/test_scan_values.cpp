@@ -4,7 +4,8 @@
 // The kind that is inferred from a scan's values, and the defaults that follow.
 
 #include <gtest/gtest.h>
-#include <pliant/scan_values.h>
+#include <pliant/data/scan_values.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 // Covers: warp/*.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/warp.h>
+#include <pliant/data/warp.h>
 
 #include <array>
 #include <cmath>

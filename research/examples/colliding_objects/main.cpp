@@ -7,8 +7,8 @@
 //   colliding_objects PICTURE.png            writes the picture
 //   colliding_objects PICTURE.png --check    and exits with 1 if something passes through something
 
-#include <pliant/png.h>
 #include <pliant/render.h>
+#include <pliant/view/png.h>
 
 #include <cstdio>
 #include <string>

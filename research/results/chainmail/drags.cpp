@@ -5,6 +5,7 @@
 
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 // scans of the drag; parts are gibson, cubes, passages, timings and drags, by default all. Pictures
 // and counts are reproducible; times are not.
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <algorithm>
 #include <cstdio>

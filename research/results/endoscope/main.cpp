@@ -5,6 +5,7 @@
 // style Real with published figures of endoscopic pictures.
 
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <array>
 #include <utility>

@@ -4,7 +4,7 @@
 // Writes the page of force feedback: results_haptics FOLDER. All of it is in simulated time and
 // reproducible.
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <cstdio>
 

@@ -3,9 +3,9 @@
 
 #include "tissues.h"
 
-#include <pliant/haptics.h>
-#include <pliant/pbd.h>
-#include <pliant/springs.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/springs.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <array>

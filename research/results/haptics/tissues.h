@@ -5,8 +5,8 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
-#include <pliant/haptics.h>
+#include <pliant/models/catheter.h>
+#include <pliant/view/haptics.h>
 
 #include <memory>
 #include <string>

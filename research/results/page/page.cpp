@@ -3,7 +3,7 @@
 
 #include "page.h"
 
-#include <pliant/png.h>
+#include <pliant/view/png.h>
 
 #include <algorithm>
 #include <charconv>

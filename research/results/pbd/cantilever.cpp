@@ -3,7 +3,7 @@
 
 #include "cantilever.h"
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <cmath>
 

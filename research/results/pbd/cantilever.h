@@ -5,8 +5,8 @@
 
 #pragma once
 
-#include <pliant/fem.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/fem.h>
 
 namespace pliant::results {
 

@@ -3,6 +3,8 @@
 
 // A catheter that deforms a vessel: before and after, whole and local, rod and tetrahedra.
 
+#include <pliant/models/scene_files.h>
+
 #include "catheters.h"
 
 #include <algorithm>

@@ -5,7 +5,8 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
 
 #include <span>
 #include <vector>

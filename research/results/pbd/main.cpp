@@ -9,7 +9,7 @@
 // catheters, models, volumes, pressure, push, vessels, cases and cantilever, by default all.
 // Pictures and errors are reproducible; ratios of times are not.
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <algorithm>
 #include <cstdio>

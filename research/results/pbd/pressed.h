@@ -6,8 +6,8 @@
 
 #pragma once
 
-#include <pliant/pbd.h>
-#include <pliant/vessel.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/vessel.h>
 
 #include <vector>
 

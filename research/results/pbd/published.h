@@ -6,8 +6,8 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
 
 #include <cstdint>
 #include <random>

@@ -4,7 +4,7 @@
 // Case 10: the test beam of SOFA's BeamAdapter, with an independent implementation of its elements
 // and time integration.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 #include <pliant/research/rod.h>
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 // Cases 1, 2 and 13, through the public interface: a constraint's force over its multiplier is its
 // gradient; a step of a free body has no momentum; a rigidly rotated body has no forces.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <cmath>

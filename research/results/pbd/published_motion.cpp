@@ -3,7 +3,7 @@
 
 // Cases 3, 4 and 12: the spring and the chain of [Macklin2016], and a block that falls.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // Cases 6 to 9: the elastica, joints, an arc, and the twist at which a ring leaves its plane
 // [Michell1889].
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 #include <pliant/research/rod.h>
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 // [Teschner2003] against the test of every node with every tetrahedron.
 
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <cstdint>

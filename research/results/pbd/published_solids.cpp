@@ -3,7 +3,7 @@
 
 // Cases 5 and 11: a cantilever under its weight, and a tube under pressure [Lame1852].
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <cmath>
 #include <numbers>

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // Vessels under pressure and under a push, drawn as sections through their tetrahedra.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <array>

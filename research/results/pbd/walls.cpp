@@ -3,7 +3,8 @@
 
 // The scene files of real vessels, run as by `pliant vessel`.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
 
 #include <algorithm>
 #include <cmath>

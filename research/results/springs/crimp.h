@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <cstddef>
 #include <utility>

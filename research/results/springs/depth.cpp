@@ -4,7 +4,7 @@
 // [Choi2004, 4.1.1]: profiles for depths of penetration, and the optimum depth for three
 // stiffnesses, at the equilibrium and after a given time.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 // [Choi2004, 4.3]: the elastin cube; results and costs of the methods; Table 2 in all
 // interpretations of its load.
 
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 #include <algorithm>
 #include <array>

@@ -9,7 +9,7 @@
 // depth, orders, responses, scan, touched, identification, fibres and timings, by default all.
 // Pictures and errors are reproducible; times are not.
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -3,7 +3,7 @@
 
 #include "organ_surface.h"
 
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 #include <algorithm>
 #include <array>

@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
 #include <pliant/mesh.h>
-#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <cstddef>

@@ -4,7 +4,7 @@
 // [Choi2004, 4.1.2 and 4.1.3]: a bar of springs under a constant, a periodic and a growing force; a
 // block with one stiff axis.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <array>

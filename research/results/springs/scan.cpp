@@ -3,7 +3,8 @@
 
 // Figure 13: scans deformed by a control lattice of springs.
 
-#include <pliant/tissue.h>
+#include <pliant/scan_files.h>
+#include <pliant/tissues.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 // Pentium III and a naive port on this machine. A turn runs all three programs, so that noise of
 // the machine affects them alike.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include "figures.h"
 #include "naive_springs.h"

@@ -3,7 +3,7 @@
 
 // [Choi2004, 2.1 and 2.2]: the models of Figure 1 under a constant strain; a bar of crimped fibres.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <array>

@@ -3,6 +3,7 @@
 
 #include "bodies.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

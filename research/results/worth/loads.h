@@ -7,7 +7,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <cstdint>
 #include <functional>

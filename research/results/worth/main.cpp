@@ -9,7 +9,7 @@
 // are reproducible; times are not. One thread. It fails if elastic tissue
 // isn't nearer than the best limit, or not faster than elements.
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <cmath>
 #include <cstdio>

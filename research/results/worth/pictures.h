@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include "page.h"
 #include "study.h"

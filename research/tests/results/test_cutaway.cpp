@@ -7,7 +7,7 @@
 #include "cutaway.h"
 
 #include <gtest/gtest.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <cmath>
 

@@ -5,7 +5,7 @@
 // benchmark block of position-based programs.
 // Covers: pbd/builders.cpp, results_pbd/*.cpp.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <gtest/gtest.h>
 

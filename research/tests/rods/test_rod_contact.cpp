@@ -4,8 +4,8 @@
 // Contact of a rod with a vessel: momentum, Coulomb's law, and that nothing gets through.
 
 #include <gtest/gtest.h>
+#include <pliant/models/vessel.h>
 #include <pliant/research/rod.h>
-#include <pliant/vessel.h>
 
 #include <algorithm>
 #include <cmath>

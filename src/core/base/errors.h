@@ -5,12 +5,10 @@
 
 #pragma once
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/result.h>
 
 #include <filesystem>
-#include <new>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -42,29 +40,9 @@ inline Error unsupported(const std::filesystem::path& path, const std::string& m
     return {ErrorCode::Unsupported, path.string() + ": " + message};
 }
 
-/// Error of an operation that ran out of memory and was rolled back. Doesn't allocate.
-inline Error out_of_memory() noexcept {
-    return {ErrorCode::LimitExceeded, "out of memory"};  // fits the small-string buffer
-}
-
 /// Whether an error reports lack of memory and no other cause.
 inline bool is_out_of_memory(const Error& error) noexcept {
     return error.code == ErrorCode::LimitExceeded && error.message.ends_with("out of memory");
-}
-
-/// Runs work, which returns a Result, for a public entry point, and converts exceptions for lack of
-/// memory to its error. Rollback is the responsibility of work.
-template <class Work>
-auto attempt(Work&& work) noexcept -> decltype(work()) {
-    try {
-        return work();
-    } catch (const std::bad_alloc&) {
-        return out_of_memory();
-    } catch (const std::length_error&) {  // thrown by a container beyond its size limit
-        return out_of_memory();
-    } catch (const std::runtime_error&) {  // thrown by oneTBB if a thread can't be started
-        return out_of_memory();
-    }
 }
 
 /// The error's text without line ends and other control characters, which quoted text may contain.

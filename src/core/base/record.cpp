@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/files.h>
-#include <pliant/record.h>
+#include <pliant/core/files.h>
+#include <pliant/core/record.h>
 
 #include <algorithm>
 #include <charconv>

@@ -5,7 +5,7 @@
 
 #include "base/record_toml.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <toml++/toml.h>
 
 #include <charconv>

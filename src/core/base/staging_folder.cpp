@@ -5,7 +5,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>

@@ -4,7 +4,7 @@
 #include "base/staging_journal.h"
 
 #include <dirent.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

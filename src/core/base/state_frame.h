@@ -12,8 +12,8 @@
 
 #pragma once
 
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/vec.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 // The only user of oneTBB.
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/global_control.h>

@@ -5,8 +5,8 @@
 
 #pragma once
 
-#include <pliant/files.h>  // shown()
-#include <pliant/vec.h>
+#include <pliant/core/files.h>  // shown()
+#include <pliant/core/vec.h>
 
 #include <cstdint>
 #include <optional>

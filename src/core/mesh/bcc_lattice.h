@@ -8,7 +8,7 @@
 
 #pragma once
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <cstdint>
 

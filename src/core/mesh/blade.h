@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <array>
 #include <cmath>

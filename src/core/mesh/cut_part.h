@@ -18,7 +18,7 @@
 
 #pragma once
 
-#include <pliant/cut_mesh.h>
+#include <pliant/models/cut_mesh.h>
 
 #include <array>
 #include <cstdint>

@@ -8,7 +8,7 @@
 // are taken in the order of the uncut nodes' numbers, and the weights of other nodes are exactly 0.
 // So neighbours find the same crossings, and divide their common face alike.
 
-#include <pliant/cut_mesh.h>
+#include <pliant/models/cut_mesh.h>
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,7 @@
 
 #include "mesh/stuffing_stencils.h"
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <utility>
 

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <cmath>
 #include <cstdint>

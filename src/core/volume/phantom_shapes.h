@@ -11,7 +11,7 @@
 
 #pragma once
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <algorithm>
 #include <cmath>

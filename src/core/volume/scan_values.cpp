@@ -5,7 +5,7 @@
 // evenly over the scan; lowest and highest values from all. Classes of values are separated by
 // Otsu's threshold, the one of the largest variance between its two sides.
 
-#include <pliant/scan_values.h>
+#include <pliant/data/scan_values.h>
 
 #include <algorithm>
 #include <cmath>

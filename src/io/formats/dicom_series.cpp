@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/scan_files.h>
+
 #include "formats/dicom_series.h"
 
 #include "base/errors.h"

@@ -8,8 +8,8 @@
 
 #include "formats/dicom_walk.h"
 
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/vec.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -13,6 +13,7 @@
 #include "formats/straighten.h"
 #include "formats/voxel_builder.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

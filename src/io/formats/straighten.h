@@ -17,6 +17,7 @@
 #pragma once
 
 #include <pliant/result.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <filesystem>

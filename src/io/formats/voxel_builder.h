@@ -9,6 +9,7 @@
 
 #include "formats/image_header.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <cstddef>

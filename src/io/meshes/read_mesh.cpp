@@ -3,8 +3,9 @@
 
 // Choice of the reader, and checks common to all.
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include <algorithm>
 #include <cmath>

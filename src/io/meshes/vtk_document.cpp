@@ -3,7 +3,7 @@
 
 #include "meshes/vtk_document.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <algorithm>
 #include <bit>

@@ -8,8 +8,8 @@
 
 #pragma once
 
+#include <pliant/core/vec.h>
 #include <pliant/result.h>
-#include <pliant/vec.h>
 
 #include <cstddef>
 #include <filesystem>

@@ -5,6 +5,7 @@
 // looks for SPACE=LPS.
 
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include <bit>
 #include <charconv>

@@ -4,6 +4,7 @@
 // VTK's XML format for unstructured grids.
 
 #include <pliant/mesh.h>
+#include <pliant/mesh_files.h>
 
 #include "meshes/vtk_document.h"
 

@@ -4,8 +4,8 @@
 // PNG files; the only user of libpng. Its simplified interface handles the long jumps internally
 // and returns errors as text.
 
-#include <pliant/files.h>
-#include <pliant/png.h>
+#include <pliant/core/files.h>
+#include <pliant/view/png.h>
 #include <png.h>
 
 #include <cerrno>

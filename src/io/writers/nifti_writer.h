@@ -7,6 +7,8 @@
 
 #pragma once
 
+#include <pliant/scan_files.h>
+
 #include "formats/image_header.h"
 #include "writers/image_sink.h"
 #include "writers/nrrd_writer.h"

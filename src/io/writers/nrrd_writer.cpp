@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/scan_files.h>
+
 #include "writers/nrrd_writer.h"
 
 #include "base/text.h"

@@ -9,6 +9,7 @@
 #include "formats/data_stream.h"
 #include "formats/image_file.h"
 
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

@@ -8,7 +8,8 @@
 #include "writers/nifti_writer.h"
 #include "writers/nrrd_writer.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <algorithm>

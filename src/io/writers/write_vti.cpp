@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
+#include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <bit>

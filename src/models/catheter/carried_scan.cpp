@@ -7,7 +7,7 @@
 //
 // The weights are computed once; an update only evaluates the sums.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 #include <cmath>

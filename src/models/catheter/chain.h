@@ -14,7 +14,7 @@
 
 #pragma once
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <cstddef>
 #include <vector>

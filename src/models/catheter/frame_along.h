@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <cmath>
 #include <numbers>

@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 #include <cstdint>
 #include <span>

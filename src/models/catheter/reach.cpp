@@ -9,7 +9,7 @@
 // for a wall of modulus E, thickness t and mean radius R, and a foundation with pressure k per
 // displacement [Hetenyi1946]. Most of a local push has shorter waves, so one l is enough.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 #include <cmath>

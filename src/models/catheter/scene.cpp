@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include "base/units.h"
 #include "catheter/scene_impl.h"
 
 #include <cmath>
@@ -12,8 +13,6 @@
 
 namespace pliant {
 namespace {
-
-using catheter::kMicronewtons;
 
 constexpr double kNanojoules = 1e6;  ///< nJ per mJ
 
@@ -179,9 +178,9 @@ CatheterMeasures CatheterScene::quick_measures() const noexcept {
     m.inserted_mm = i.now.inserted;
     m.rotated_deg = i.now.rotated;
     const Vec3d axis = normalized(i.settings.entry.direction);
-    m.force_n = -dot(i.wire.base_force(), axis) / kMicronewtons;
-    m.torque_n_mm = -dot(i.wire.base_moment(), axis) / kMicronewtons;
-    m.contact_n = i.now.contact / kMicronewtons;
+    m.force_n = -dot(i.wire.base_force(), axis) / kMicronewtonsPerNewton;
+    m.torque_n_mm = -dot(i.wire.base_moment(), axis) / kMicronewtonsPerNewton;
+    m.contact_n = i.now.contact / kMicronewtonsPerNewton;
     m.depth_mm = i.now.depth;
     m.left_end = i.now.left_end;
     m.wire_energy_mj = i.wire.elastic_energy() / kNanojoules;

@@ -10,8 +10,8 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
-#include <pliant/pbd.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <array>

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "base/units.h"
 #include "catheter/frame_along.h"
 #include "catheter/rod_wire.h"
 #include "catheter/tet_segment.h"
@@ -45,13 +46,14 @@ WireSettings wire_settings(const CatheterSettings& s) {
     w.frame = frame_along(s.entry.direction);
     w.radius_mm = c.radius_mm;
     const auto count = std::size_t(w.segments), tip = std::size_t(w.tip_segments);
-    w.bend.assign(count, c.bend_n_mm2 * kMicronewtons);
-    w.twist.assign(count, c.twist_n_mm2 * kMicronewtons);
+    w.bend.assign(count, c.bend_n_mm2 * kMicronewtonsPerNewton);
+    w.twist.assign(count, c.twist_n_mm2 * kMicronewtonsPerNewton);
     // The transition from stiff to soft is as long as the tip.
     for (std::size_t n = 0; n < std::min(count, 2 * tip); ++n) {
         const double share = n < tip ? 0 : double(n - tip + 1) / double(tip + 1);
         w.bend[count - 1 - n] =
-            kMicronewtons * (c.tip_bend_n_mm2 * std::pow(c.bend_n_mm2 / c.tip_bend_n_mm2, share));
+            kMicronewtonsPerNewton *
+            (c.tip_bend_n_mm2 * std::pow(c.bend_n_mm2 / c.tip_bend_n_mm2, share));
     }
     if (c.model == CatheterModel::Tetrahedra)
         for (std::size_t n = 0; n < count; ++n)
@@ -138,7 +140,7 @@ int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
     constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
     const CatheterShape& c = s.catheter;
     const double l = c.length_mm / segments_of(c);
-    const double tip = s.time_step_s * std::sqrt(c.tip_bend_n_mm2 * kMicronewtons /
+    const double tip = s.time_step_s * std::sqrt(c.tip_bend_n_mm2 * kMicronewtonsPerNewton /
                                                  (kTip * l * l * l * l * c.mass_g_mm));
     const bool has_waves = s.wall.model == WallModel::Solid;
     const double speed = has_waves ? std::sqrt(s.wall.young_modulus_pa / s.wall.density_g_mm3) : 0;

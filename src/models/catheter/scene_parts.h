@@ -5,16 +5,15 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include <memory>
 #include <string>
 
+#include "base/units.h"
 #include "catheter/wire.h"
 
 namespace pliant::catheter {
-
-inline constexpr double kMicronewtons = 1e6;  ///< µN per N
 
 /// @returns InvalidArgument that names the setting
 Status check(const CatheterSettings& settings);

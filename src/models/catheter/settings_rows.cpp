@@ -3,7 +3,7 @@
 
 // Rows of the settings of a catheter in a vessel, and of scene files.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 namespace pliant {
 namespace {

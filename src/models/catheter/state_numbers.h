@@ -5,8 +5,8 @@
 
 #pragma once
 
-#include <pliant/pbd.h>
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
+#include <pliant/models/pbd.h>
 
 #include <cmath>
 #include <span>

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 namespace pliant::catheter {
 namespace {

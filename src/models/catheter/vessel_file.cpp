@@ -3,8 +3,8 @@
 
 // Conversion of TOML to a VesselFile, and the rules between its settings.
 
-#include <pliant/catheter.h>
-#include <pliant/files.h>
+#include <pliant/core/files.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 // The value of a voxel depends on its distance to the wall's boundary, and outside of the wall on
 // its side of the ghost surface, closed with lids.
 
-#include <pliant/catheter.h>
 #include <pliant/mesh.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // The acts of a scene file: commands, and the bounds at which they end.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 namespace pliant {
 

@@ -5,7 +5,7 @@
 // tip's direction and the path ahead. The bends integrate the remaining angle, within bounds
 // (integral control).
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
 
 #include <algorithm>
 #include <cmath>

@@ -14,7 +14,7 @@
 #pragma once
 
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <cstdint>
 #include <memory>

@@ -7,11 +7,11 @@
 // other elements can be dropped, and bounds stay tight. Undo restores it with its flags.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/cut_search.h"
 #include "chainmail/operation.h"
@@ -107,7 +107,7 @@ void put_void_to_rest(Lattice& lattice, int index, const BrickEdits& edits) noex
 }  // namespace
 
 Result<CarveReport> ChainMail::Impl::carve(const CarveTool& tool) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const auto capsule = capsule_of(lattice.grid(), tool);
     if (!capsule.ok()) return capsule.error();
     const BrickSearch search(lattice);
@@ -142,11 +142,9 @@ Result<CarveReport> ChainMail::Impl::carve(const CarveTool& tool) {
     plastic_rest.exchange(lattice, carving.imprints);
     plastic_rest.finish(carving.imprints);
     lattice.drop_still_bricks();
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
     CarveReport report;
     report.carved_elements = carving.element_count;
-    report.carve_ms = elapsed.count();
+    report.carve_ms = watch.ms();
     report.forgotten_steps = step.commit();
     return report;
 }

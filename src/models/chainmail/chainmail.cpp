@@ -4,13 +4,13 @@
 // The public interface of the room: a push from the world's coordinates to the lattice's and back.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <new>
 #include <string>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
@@ -214,7 +214,7 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
                      "expected three numbers and a length up to 500 mm after scaling, "
                      "found a length of " +
                          std::to_string(norm(lattice_mm)) + " mm");
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Operation step(*this, {.step = "push", .ends_drag = true, .has_copies = yields});
     if (!take_hold(elements)) {
         PushReport report;
@@ -230,10 +230,8 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
     drop_unmoved();
     if (report->moved_elements > 0) yield_to_push();
     allowance.shrink(lattice, arena);
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
+    report->solve_ms = watch.ms();
     report->forgotten_steps = step.commit();
-    report->solve_ms = elapsed.count();
     return report;
 }
 

@@ -4,21 +4,16 @@
 // The public interface of dragging: from the tool's offset to steps of the grabbed elements.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/operation.h"
 
 namespace pliant {
 namespace {
-
-double ms_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
-}
 
 Vec3<Fixed> whole_units(Vec3d mm) {
     return {units_from_mm(mm.x), units_from_mm(mm.y), units_from_mm(mm.z)};
@@ -59,7 +54,7 @@ Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double
         return Error{ErrorCode::InvalidArgument,
                      "grab: expected a reach_mm above 0 and up to 500 mm after scaling, found " +
                          std::to_string(reach) + " mm"};
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Operation step(*this, {.step = "drag", .ends_drag = true});
     GrabReport report;
     std::vector<Vec3i> taken;
@@ -81,7 +76,7 @@ Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double
         report.field_bytes = std::int64_t(drag.bytes());
     }
     step.commit_open();
-    report.grab_ms = ms_since(start);
+    report.grab_ms = watch.ms();
     return report;
 }
 
@@ -132,7 +127,7 @@ Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
                      "drag: expected three numbers and a step of up to 500 mm after scaling, found "
                      "a step of " +
                          std::to_string(length) + " mm"};
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Operation frame(*this, {.has_copies = yields});
     Vec3<Fixed> done{0, 0, 0};
     Result<PushReport> report = drag_by(whole_units(to_mm) - drag_offset, done);
@@ -141,7 +136,7 @@ Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
     allowance.shrink(lattice, arena);
     frame.commit();
     drag_offset = drag_offset + done;
-    report->solve_ms = ms_since(start);
+    report->solve_ms = watch.ms();
     return report;
 }
 

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <functional>
 

@@ -4,13 +4,13 @@
 #include "chainmail/cut.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <string>
 #include <tuple>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/cut_search.h"
 #include "chainmail/operation.h"
@@ -210,16 +210,15 @@ Result<std::int64_t> cut_links(Lattice& lattice, std::span<const Triangle> ribbo
 }
 
 Result<CutReport> ChainMail::Impl::cut(const CutSurface& surface) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const auto ribbon = ribbon_of(volume.grid, surface);
     if (!ribbon.ok()) return ribbon.error();
     Operation step(*this, {.step = "cut", .ends_drag = true});
     const auto count = cut_links(lattice, *ribbon, settings.max_elements, arena);
     if (!count.ok()) return count.error();
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
-    const int forgotten = step.commit();
-    return CutReport{*count, elapsed.count(), forgotten};
+    CutReport report{.cut_links = *count, .cut_ms = watch.ms()};
+    report.forgotten_steps = step.commit();
+    return report;
 }
 
 Result<CutReport> ChainMail::cut(const CutSurface& surface) {

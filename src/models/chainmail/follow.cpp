@@ -14,11 +14,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/operation.h"
 #include "volume/boxes.h"
@@ -231,7 +231,7 @@ Status check_following(const Lattice& lattice, const Box3i& box, std::int64_t ma
 
 Result<FollowReport> ChainMail::Impl::follow(const Box3i& elements,
                                              const std::function<Vec3d(Vec3d)>& displacement_mm) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (const Status s = check_following(lattice, elements, settings.max_elements); !s.ok())
         return s.error();
     if (settings.limits == LinkLimits::Rounded)
@@ -252,9 +252,7 @@ Result<FollowReport> ChainMail::Impl::follow(const Box3i& elements,
     if (report.moved_elements > 0) yield_to_push();
     allowance.shrink(lattice, arena);
     report.forgotten_steps = step.commit();
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
-    report.solve_ms = elapsed.count();
+    report.solve_ms = watch.ms();
     return report;
 }
 

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <optional>
 #include <vector>

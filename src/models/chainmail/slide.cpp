@@ -4,7 +4,6 @@
 #include <pliant/chainmail.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "chainmail/grab.h"
 #include "chainmail/operation.h"
 #include "lattice/tool_touch.h"
@@ -216,7 +216,7 @@ struct KeptAllowance {
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
                                  const TissueValues& tissue_values) {
     return attempt([&]() -> Result<SlideReport> {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         Slide slide(tissue, path, tissue_values);
         if (const Status status = slide.check(); !status.ok()) return status.error();
         auto& impl = ChainMailInside::of(tissue);
@@ -233,8 +233,7 @@ Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
             report->forgotten_steps = step.commit();
             kept.is_over = true;
         }
-        const auto elapsed = std::chrono::steady_clock::now() - start;
-        report->slide_ms = std::chrono::duration<double, std::milli>(elapsed).count();
+        report->slide_ms = watch.ms();
         return report;
     });
 }

@@ -4,7 +4,7 @@
 // The public interface of saving and loading. A loaded state is built and checked beside the
 // present one, which is replaced once nothing can fail any more.
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <charconv>
 #include <fstream>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 namespace pliant {
 

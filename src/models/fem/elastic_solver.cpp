@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include "base/units.h"
 #include "fem/block_jacobi.h"
 #include "fem/block_matrix.h"
 #include "fem/check_solid.h"
@@ -25,8 +26,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kNewton = 1e-6;  // N per µN
-constexpr double kJoule = 1e-9;   // J per nJ
+constexpr double kJoule = 1e-9;  // J per nJ
 
 /// Beyond this, the factor takes many minutes and gigabytes (docs/method/fem.md).
 constexpr std::int64_t kMaxCholeskyNodes = 20'000;
@@ -194,7 +194,7 @@ ElasticSolution ElasticSolver::Impl::finish(const NodeVector& force, double forc
             if (here.holds(std::size_t(n), a))
                 reaction.component(a)[n] = inner.component(a)[n] - force.component(a)[n];
     solution.displacement_mm = vectors_of(gathered(displacement), 1);
-    solution.reaction_n = vectors_of(gathered(std::move(reaction)), kNewton);
+    solution.reaction_n = vectors_of(gathered(std::move(reaction)), kNewtonsPerMicronewton);
     return solution;
 }
 
@@ -226,7 +226,7 @@ std::vector<Vec3d> ElasticSolver::forces_n(std::span<const Vec3d> displacement_m
     const NodeVector u = m_impl->local(node_vector(displacement_mm));
     NodeVector inner(u.node_count());
     m_impl->stiffness->multiply(u, inner, *m_impl->arena);
-    return vectors_of(m_impl->gathered(std::move(inner)), kNewton);
+    return vectors_of(m_impl->gathered(std::move(inner)), kNewtonsPerMicronewton);
 }
 
 std::int64_t ElasticSolver::matrix_bytes() const {

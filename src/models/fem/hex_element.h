@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <array>
 

@@ -20,7 +20,7 @@
 
 #pragma once
 
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <vector>
 

@@ -7,11 +7,11 @@
 #include <string>
 
 #include "base/errors.h"
+#include "base/units.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kMicronewton = 1e6;  // µN per N
 constexpr double kPerCubicMm = 1e-3;  // N/m³ · mm³ = 1e-9 N = 1e-3 µN
 
 void add(NodeVector& forces, std::int32_t node, Vec3d force) {
@@ -86,7 +86,7 @@ Result<NodeVector> nodal_forces(const SolidShape& shape, std::span<const Elastic
         const std::string name = "forces[" + std::to_string(n) + "]";
         if (const Status s = check_force(load, name, shape.node_count(), held); !s)
             return s.error();
-        add(forces, load.node, kMicronewton * load.force_n);
+        add(forces, load.node, kMicronewtonsPerNewton * load.force_n);
     }
     for (std::size_t n = 0; n < loads.surfaces.size(); ++n) {
         const std::string name = "surfaces[" + std::to_string(n) + "]";

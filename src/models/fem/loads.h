@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <span>
 

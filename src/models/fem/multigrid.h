@@ -23,7 +23,7 @@
 
 #pragma once
 
-#include <pliant/fem.h>
+#include <pliant/models/fem.h>
 
 #include <memory>
 #include <optional>

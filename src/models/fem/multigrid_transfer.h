@@ -6,8 +6,8 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
 #include <pliant/mesh.h>
-#include <pliant/tasks.h>
 
 #include "fem/held_nodes.h"
 #include "fem/node_vector.h"

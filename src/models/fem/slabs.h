@@ -14,8 +14,8 @@
 
 #pragma once
 
-#include <pliant/ranks.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/ranks.h>
 
 #include <memory>
 #include <vector>

@@ -5,8 +5,8 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
 #include <pliant/deformation.h>
-#include <pliant/tasks.h>
 
 #include <cstdint>
 #include <functional>

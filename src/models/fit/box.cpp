@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 // small. D = damping · M. A scan over the bounds finds the basin of the least squares, a golden
 // section the minimum.
 
-#include <pliant/fit_mesh.h>
+#include <pliant/models/fit_mesh.h>
 
 #include <algorithm>
 #include <cmath>

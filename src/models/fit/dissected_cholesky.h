@@ -21,7 +21,7 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <memory>
 #include <span>

@@ -11,7 +11,7 @@
 
 #pragma once
 
-#include <pliant/fit_mesh.h>
+#include <pliant/models/fit_mesh.h>
 
 #include <memory>
 #include <span>

@@ -13,7 +13,7 @@
 
 #pragma once
 
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 namespace pliant {
 

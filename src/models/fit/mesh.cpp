@@ -3,7 +3,7 @@
 
 // A problem on an organ's mesh: its network, groups and references.
 
-#include <pliant/fit_mesh.h>
+#include <pliant/models/fit_mesh.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,13 +11,13 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "base/units.h"
 #include "fit/elastic_tetrahedra.h"
 #include "mesh/mean_edge.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kMicronewtons = 1e6;  ///< µN per N
 constexpr double kGramsPerMm3 = 1e-6;  ///< of 1 kg/m³
 constexpr double kModulusShare = 0.4;  ///< µ/E of links alone, whose Poisson's ratio is 1/4
 constexpr double kMinVolumePoisson = 0.25;
@@ -160,7 +160,7 @@ Result<std::vector<FitCase>> cases_of(const FitMesh& f, std::span<const std::int
                   .nodes = load.nodes,
                   .weight = load.weight,
                   .held_out = load.held_out};
-        const Vec3d force = (kMicronewtons / double(load.nodes.size())) * load.force_n;
+        const Vec3d force = (kMicronewtonsPerNewton / double(load.nodes.size())) * load.force_n;
         c.forces.assign(load.nodes.size(), force);
         if (!load.measured.empty()) {
             auto points = points_of(load, f.mesh, reach_mm, arena);

@@ -3,7 +3,7 @@
 
 // The tables of settings of a fit and its methods.
 
-#include <pliant/fit.h>
+#include <pliant/models/fit.h>
 
 namespace pliant {
 namespace {

@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <cstdint>
 #include <vector>

@@ -18,7 +18,7 @@
 
 #pragma once
 
-#include <pliant/material.h>
+#include <pliant/models/material.h>
 
 #include <array>
 

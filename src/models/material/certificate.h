@@ -17,7 +17,7 @@
 
 #pragma once
 
-#include <pliant/material.h>
+#include <pliant/models/material.h>
 
 #include "material/material.h"
 

@@ -8,7 +8,7 @@
 
 #pragma once
 
-#include <pliant/material.h>
+#include <pliant/models/material.h>
 
 #include <cstdint>
 #include <memory>

@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include <pliant/material.h>
+#include <pliant/models/material.h>
 
 #include <array>
 #include <cstdint>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/material.h>
+#include <pliant/models/material.h>
 
 namespace pliant {
 

@@ -3,7 +3,7 @@
 
 // The tables of ChainMail's settings. The order is that of a settings file.
 
-#include <pliant/material.h>
+#include <pliant/models/material.h>
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 // tools last, until no depth is left or the iterations are used up. A node's velocity changes as if
 // it had moved by contact during the sub-step.
 
-#include <pliant/body_contact.h>
+#include <pliant/models/body_contact.h>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 // A tetrahedron belongs to a box if its bounding box intersects the expanded box. A particle is
 // movable while all of its tetrahedra are active, so held particles surround the active part.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // State of boxes as numbers: the number of active boxes, the boxes, then pairs of a particle in
 // transition from held to movable and its age.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <algorithm>
 #include <utility>

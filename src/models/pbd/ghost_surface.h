@@ -8,7 +8,7 @@
 #pragma once
 
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <array>
 #include <cstdint>

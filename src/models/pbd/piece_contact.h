@@ -23,7 +23,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <array>
 #include <cmath>

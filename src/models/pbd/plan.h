@@ -21,7 +21,7 @@
 
 #pragma once
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <cstdint>
 #include <vector>

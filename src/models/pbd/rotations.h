@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
 
 // The tables of settings of bodies and boxes. Units are any consistent set.
 
-#include <pliant/pbd.h>
+#include <pliant/models/pbd.h>
 
 namespace pliant {
 namespace {

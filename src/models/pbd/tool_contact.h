@@ -14,7 +14,7 @@
 
 #pragma once
 
-#include <pliant/body_contact.h>
+#include <pliant/models/body_contact.h>
 
 #include <cstdint>
 #include <span>

@@ -21,7 +21,7 @@
 
 #pragma once
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <algorithm>
 #include <array>

@@ -11,8 +11,8 @@
 
 #pragma once
 
-#include <pliant/material.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/material.h>
 #include <pliant/tool.h>
 
 #include <cstdint>

@@ -7,7 +7,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <algorithm>
 #include <functional>

@@ -25,7 +25,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <array>
 #include <span>

@@ -22,7 +22,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <array>
 #include <cstdint>

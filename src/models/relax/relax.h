@@ -18,8 +18,8 @@
 
 #pragma once
 
-#include <pliant/relax.h>
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/relax.h>
 
 #include <chrono>
 #include <memory>

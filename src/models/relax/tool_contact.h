@@ -10,7 +10,7 @@
 
 #pragma once
 
-#include <pliant/relax.h>
+#include <pliant/models/relax.h>
 
 #include <span>
 #include <vector>

@@ -15,8 +15,8 @@
 
 #pragma once
 
-#include <pliant/cut_mesh.h>
 #include <pliant/mesh.h>
+#include <pliant/models/cut_mesh.h>
 #include <pliant/resample.h>
 
 #include <cstdint>

@@ -24,7 +24,7 @@
 
 #pragma once
 
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
 
 #include <algorithm>
 #include <array>

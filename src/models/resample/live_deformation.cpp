@@ -4,7 +4,6 @@
 #include <pliant/resample.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -13,6 +12,7 @@
 #include <variant>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "resample/scatter.h"
 #include "resample/source_jacobian.h"
 
@@ -102,14 +102,13 @@ LiveDeformation::LiveDeformation(LiveDeformation&&) noexcept = default;
 LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = default;
 
 Result<LiveUpdate> LiveDeformation::update() noexcept {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Result<LiveUpdate> update = attempt([&]() -> Result<LiveUpdate> {
         if (const Status s = m_impl->tissue->update_deformation(); !s.ok()) return s.error();
         return m_impl->write();
     });
     if (!update) return update;
-    update->resample_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    update->resample_ms = watch.ms();
     return update;
 }
 

@@ -4,10 +4,11 @@
 #include "resample/scatter.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <tuple>
+
+#include "base/stopwatch.h"
 
 namespace pliant {
 namespace {
@@ -300,7 +301,7 @@ Deformed deform_by_field(const Volume& original, const Field& field, Mapping map
                          bool with_inverse, const TaskArena& arena) {
     Deformed deformed;
     deformed.volume = original;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Scatter scatter(original, arena);
     const OpenVoxels open = scatter.look(field, mapping, deformed.volume);
     deformed.dirty_box = open.box;
@@ -310,8 +311,7 @@ Deformed deform_by_field(const Volume& original, const Field& field, Mapping map
     deformed.gap_voxels =
         scatter.write(field, mapping, deformed.volume,
                       with_inverse ? deformed.inverse_mm.data() : nullptr, open.box);
-    deformed.resample_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    deformed.resample_ms = watch.ms();
     return deformed;
 }
 

@@ -3,7 +3,7 @@
 
 // Networks of lattices and of the sheet with six neighbours.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // Networks from meshes, given as plain arrays of nodes and cells.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // The control lattice over a scan: built along the grid's axes, then transformed to the world.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,7 @@
 
 #pragma once
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include "springs/aligned_array.h"
 #include "springs/block_product.h"

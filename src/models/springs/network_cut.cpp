@@ -3,7 +3,7 @@
 
 // Cuts. Links keep their numbers: a node's list of neighbours only shrinks.
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <algorithm>
 #include <string>

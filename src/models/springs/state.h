@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <cmath>
 

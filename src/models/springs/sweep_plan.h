@@ -17,7 +17,7 @@
 
 #pragma once
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 
 #include <unordered_map>
 

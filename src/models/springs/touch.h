@@ -14,7 +14,7 @@
 
 #pragma once
 
-#include <pliant/spring_probe.h>
+#include <pliant/models/spring_probe.h>
 
 #include <optional>
 #include <span>

@@ -15,10 +15,10 @@
 
 #pragma once
 
-#include <pliant/body_contact.h>
-#include <pliant/cut_mesh.h>
-#include <pliant/mesh_tissue.h>
-#include <pliant/pbd.h>
+#include <pliant/models/body_contact.h>
+#include <pliant/models/cut_mesh.h>
+#include <pliant/models/mesh_tissue.h>
+#include <pliant/models/pbd.h>
 
 #include <array>
 #include <cstdint>

@@ -16,8 +16,8 @@
 
 #pragma once
 
-#include <pliant/body_contact.h>
 #include <pliant/mesh.h>
+#include <pliant/models/body_contact.h>
 #include <pliant/resample.h>
 #include <pliant/tissues.h>
 

@@ -174,11 +174,11 @@ Status ChainMailTissue::rest() noexcept {
     return Ok{};
 }
 
-Status ChainMailTissue::save_state(const std::filesystem::path& path) const noexcept {
+Status ChainMailTissue::save_state(const std::string& path) const noexcept {
     return attempt([&] { return m_model.save_state(path); });
 }
 
-Status ChainMailTissue::load_state(const std::filesystem::path& path) noexcept {
+Status ChainMailTissue::load_state(const std::string& path) noexcept {
     return attempt([&] { return m_model.load_state(path); });
 }
 

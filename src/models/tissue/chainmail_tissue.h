@@ -51,8 +51,8 @@ class ChainMailTissue final : public Tissue {
     Status undo() noexcept override;
     Status redo() noexcept override;
     Status rest() noexcept override;
-    Status save_state(const std::filesystem::path& path) const noexcept override;
-    Status load_state(const std::filesystem::path& path) noexcept override;
+    Status save_state(const std::string& path) const noexcept override;
+    Status load_state(const std::string& path) noexcept override;
     std::uint64_t hash() const override { return m_model.hash(); }
 
     const Volume& volume() const override { return m_model.volume(); }

@@ -3,7 +3,7 @@
 
 // Pushes and slides in strides.
 
-#include <pliant/mesh_tissue.h>
+#include <pliant/models/mesh_tissue.h>
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/mesh_tissue.h>
+#include <pliant/models/mesh_tissue.h>
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/tissue.h>
+#include <pliant/own_tissue.h>
 
 #include <iterator>
 
@@ -77,7 +77,7 @@ Status NodeTissue::rest() noexcept {
     });
 }
 
-Status NodeTissue::save_state(const std::filesystem::path& path) const noexcept {
+Status NodeTissue::save_state(const std::string& path) const noexcept {
     return attempt([&]() -> Status {
         State now;
         state(now);
@@ -85,13 +85,14 @@ Status NodeTissue::save_state(const std::filesystem::path& path) const noexcept 
     });
 }
 
-Status NodeTissue::load_state(const std::filesystem::path& path) noexcept {
+Status NodeTissue::load_state(const std::string& path) noexcept {
     return attempt([&]() -> Status {
         const auto numbers = load_numbers(path, file_kind());
         if (!numbers.ok()) return numbers.error();
         if (const Status s = set_state(*numbers); !s.ok())
-            return is_out_of_memory(s.error()) ? s.error()
-                                               : unreadable(path.filename(), s.error().message);
+            return is_out_of_memory(s.error())
+                       ? s.error()
+                       : unreadable(std::filesystem::path(path).filename(), s.error().message);
         m_done.clear();
         m_undone.clear();
         return Ok{};

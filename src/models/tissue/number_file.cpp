@@ -3,7 +3,7 @@
 
 #include "tissue/number_file.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <fstream>
 #include <iterator>

@@ -3,7 +3,7 @@
 
 #include "tissue/scan_network.h"
 
-#include <pliant/springs.h>
+#include <pliant/models/springs.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

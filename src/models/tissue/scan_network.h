@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/tissue.h>
+#include <pliant/tissues.h>
 
 #include <string>
 

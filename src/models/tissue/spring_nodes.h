@@ -6,8 +6,8 @@
 
 #pragma once
 
-#include <pliant/mesh_tissue.h>
-#include <pliant/springs.h>
+#include <pliant/models/mesh_tissue.h>
+#include <pliant/models/springs.h>
 
 #include "springs/rollback.h"
 

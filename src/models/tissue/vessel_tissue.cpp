@@ -5,7 +5,7 @@
 // sweep is two steps of the simulation. Simulated time stops once the motion has settled, until the
 // next command.
 
-#include <pliant/drivable.h>
+#include <pliant/models/drivable.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

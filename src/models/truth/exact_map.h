@@ -19,9 +19,9 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
+#include <pliant/data/truth.h>
 #include <pliant/deformation.h>
-#include <pliant/tasks.h>
-#include <pliant/truth.h>
 #include <pliant/volume.h>
 
 #include <array>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/chainmail.h>
+#include <pliant/data/truth.h>
 #include <pliant/resample.h>
-#include <pliant/truth.h>
 
 #include <algorithm>
 #include <atomic>

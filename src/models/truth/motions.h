@@ -6,7 +6,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/truth.h>
+#include <pliant/data/truth.h>
 
 #include <cstdint>
 #include <vector>

@@ -5,9 +5,9 @@
 
 #pragma once
 
-#include <pliant/material.h>
-#include <pliant/tasks.h>
-#include <pliant/truth.h>
+#include <pliant/core/tasks.h>
+#include <pliant/data/truth.h>
+#include <pliant/models/material.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

@@ -3,8 +3,8 @@
 
 // Scores of registrations, from exact pairs of points alone.
 
+#include <pliant/data/truth.h>
 #include <pliant/resample.h>
-#include <pliant/truth.h>
 
 #include <algorithm>
 #include <cmath>

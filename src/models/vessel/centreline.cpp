@@ -6,7 +6,7 @@
 // at x − y·tan α, where a perpendicular meets the envelope cone, with sin α = (difference of the
 // radii) / length.
 
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 #include <algorithm>
 #include <cmath>

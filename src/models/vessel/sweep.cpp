@@ -4,7 +4,7 @@
 // A tube swept along a branch: rings at even steps, with rotation-minimising frames by the double
 // reflection of [Wang2008], accurate to fourth order.
 
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 #include <algorithm>
 #include <cmath>

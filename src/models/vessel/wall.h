@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/vessel.h>
+#include <pliant/models/vessel.h>
 
 namespace pliant::vessel {
 

@@ -5,7 +5,7 @@
 // cell's three edges there. So the eight determinants at an element have its forward or backward
 // differences along each axis.
 
-#include <pliant/warp.h>
+#include <pliant/data/warp.h>
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/warp.h>
+#include <pliant/data/warp.h>
 
 #include <array>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "organs/label_names.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
 
 #include <algorithm>
 #include <array>

@@ -4,9 +4,11 @@
 // Meshes from files and labels. Meshes that are made have cells of one size, so that organs share
 // the number of tetrahedra by their volumes.
 
-#include <pliant/files.h>
-#include <pliant/organs.h>
-#include <pliant/vessel.h>
+#include <pliant/core/files.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/vessel.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <bit>

@@ -3,8 +3,9 @@
 
 // Scene files of organs, and the scenes that follow from a mesh or from labels alone.
 
-#include <pliant/files.h>
-#include <pliant/organs.h>
+#include <pliant/core/files.h>
+#include <pliant/models/organs.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,8 @@
 
 #include "organs/organ_scan.h"
 
-#include <pliant/files.h>
+#include <pliant/core/files.h>
+#include <pliant/mesh_files.h>
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/organs.h>
+#include <pliant/models/organs.h>
 
 #include <span>
 

@@ -4,7 +4,7 @@
 // The organs of a scene as one position-based body, of which each organ is a piece, or a single
 // organ as a mass-spring network.
 
-#include <pliant/organs.h>
+#include <pliant/models/organs.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,8 @@
 // The file of an identified network. Its numbers are columns: one array per property, in the order
 // of the nodes, links or cells, since objects per link would be ten times as long.
 
-#include <pliant/network_file.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/scene_files.h>
 
 #include <array>
 #include <cmath>

@@ -12,7 +12,8 @@
 //
 // The sizes are typical for an adult; not those of a patient.
 
-#include <pliant/catheter.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
 
 #include <algorithm>
 #include <cmath>

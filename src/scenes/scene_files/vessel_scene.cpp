@@ -3,8 +3,11 @@
 
 // Construction of the wall, the path through its lumen, and the guide's end from a scene file.
 
-#include <pliant/catheter.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
 #include <pliant/render.h>
+#include <pliant/scan_files.h>
 
 #include <algorithm>
 #include <cmath>

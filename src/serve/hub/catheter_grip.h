@@ -7,8 +7,8 @@
 
 #pragma once
 
-#include <pliant/drivable.h>
-#include <pliant/haptics.h>
+#include <pliant/models/drivable.h>
+#include <pliant/view/haptics.h>
 
 #include <cstdint>
 #include <optional>

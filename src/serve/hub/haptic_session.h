@@ -12,7 +12,7 @@
 
 #pragma once
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <cstdint>
 #include <memory>

@@ -7,7 +7,7 @@
 
 #pragma once
 
-#include <pliant/drivable.h>
+#include <pliant/models/drivable.h>
 
 #include <cstdint>
 #include <memory>

@@ -9,8 +9,8 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
 
 #include <memory>
 #include <string>

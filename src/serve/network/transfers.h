@@ -13,7 +13,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include "network/hidden_boost.h"
 

@@ -7,7 +7,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/record.h>
+#include <pliant/core/record.h>
 #include <pliant/render.h>
 
 #include <cstdint>

@@ -5,10 +5,10 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
+#include <pliant/data/scan_values.h>
+#include <pliant/models/catheter.h>
 #include <pliant/render.h>
-#include <pliant/scan_values.h>
 #include <pliant/volume.h>
 
 #include <array>

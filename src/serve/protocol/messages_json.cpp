@@ -3,7 +3,7 @@
 
 // The server's text messages as JSON.
 
-#include <pliant/version.h>
+#include <pliant/core/version.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>

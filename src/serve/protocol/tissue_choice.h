@@ -6,8 +6,8 @@
 #pragma once
 
 #include <pliant/chainmail.h>
-#include <pliant/tissue.h>
-#include <pliant/vec.h>
+#include <pliant/core/vec.h>
+#include <pliant/tissues.h>
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/record.h>
+#include <pliant/core/record.h>
 #include <pliant/tissue.h>
 
 #include "protocol/commands.h"

@@ -6,9 +6,9 @@
 
 #pragma once
 
-#include <pliant/organs.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/organs.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
 #include <pliant/volume.h>
 
 #include <cstdint>

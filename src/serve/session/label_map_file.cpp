@@ -3,6 +3,8 @@
 
 // Label maps from files.
 
+#include <pliant/scan_files.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>

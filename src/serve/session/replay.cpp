@@ -3,7 +3,7 @@
 
 #include "session/replay.h"
 
-#include <pliant/session.h>
+#include <pliant/data/session.h>
 
 #include "base/errors.h"
 #include "protocol/messages.h"

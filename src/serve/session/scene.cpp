@@ -3,7 +3,7 @@
 
 #include "session/scene.h"
 
-#include <pliant/drivable.h>
+#include <pliant/models/drivable.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

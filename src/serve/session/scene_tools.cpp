@@ -4,7 +4,7 @@
 // Commands to the tissue.
 
 #include <pliant/chainmail.h>
-#include <pliant/drivable.h>
+#include <pliant/models/drivable.h>
 
 #include <algorithm>
 #include <utility>

@@ -3,7 +3,7 @@
 
 // The lines of a session's file as JSON.
 
-#include <pliant/version.h>
+#include <pliant/core/version.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -3,10 +3,12 @@
 
 #include "session/source.h"
 
-#include <pliant/files.h>
-#include <pliant/network_file.h>
-#include <pliant/organs.h>
+#include <pliant/core/files.h>
+#include <pliant/models/network_file.h>
+#include <pliant/models/organs.h>
+#include <pliant/models/scene_files.h>
 #include <pliant/resample.h>
+#include <pliant/scan_files.h>
 #include <pliant/tissues.h>
 
 #include <algorithm>

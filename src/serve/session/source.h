@@ -7,10 +7,11 @@
 
 #pragma once
 
-#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
-#include <pliant/tasks.h>
-#include <pliant/tissue.h>
+#include <pliant/core/tasks.h>
+#include <pliant/models/catheter.h>
+#include <pliant/models/scene_files.h>
+#include <pliant/own_tissue.h>
 #include <pliant/volume.h>
 
 #include <filesystem>

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/gym.h>
+#include <pliant/data/gym.h>
 
 #include <memory>
 #include <optional>

@@ -3,8 +3,8 @@
 
 // Built-in devices, and the syntax of device names. Plug-ins are in plugin_device.cpp.
 
-#include <pliant/files.h>
-#include <pliant/haptics.h>
+#include <pliant/core/files.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <cmath>

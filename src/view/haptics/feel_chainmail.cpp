@@ -5,7 +5,7 @@
 // the fraction at which links or movement limits are exhausted. That fraction is L. The grey values
 // determine the stiffness below L.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <cmath>

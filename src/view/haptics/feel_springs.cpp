@@ -3,12 +3,13 @@
 
 // Local models of tissues with forces.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
+
+#include "base/units.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kNewton = 1e-6;          ///< N per µN (g·mm/s²)
 constexpr double kNewtonPerMetre = 1e-3;  ///< N/m per µN/mm
 
 }  // namespace
@@ -21,7 +22,7 @@ Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::
     Mat3d change{};
     for (int c = 0; c < 3; ++c)
         change.columns[c] = kNewtonPerMetre * reaction->stiffness.columns[c];
-    const Vec3d force_n = kNewton * reaction->force;
+    const Vec3d force_n = kNewtonsPerMicronewton * reaction->force;
     if (last) {
         last->begin_with(change);
         last->add(position_mm, force_n);

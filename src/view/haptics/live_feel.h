@@ -16,7 +16,7 @@
 
 #pragma once
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <memory>
 #include <span>

@@ -3,7 +3,7 @@
 
 // Local models: built and checked on the tissue's thread, before the servo receives them.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <cmath>

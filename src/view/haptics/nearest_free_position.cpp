@@ -5,7 +5,7 @@
 // and x is then x + Σ λ n with λ ≥ 0. Eight planes have 92 sets of up to three, so all are tried,
 // small ones first. There is no iteration, so the time is bounded.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <cmath>
 

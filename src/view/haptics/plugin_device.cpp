@@ -4,7 +4,7 @@
 #include "haptics/plugin_device.h"
 
 #include <dlfcn.h>
-#include <pliant/haptics_device.h>
+#include <pliant/view/haptics_device.h>
 
 #include <cmath>
 #include <numbers>
@@ -82,7 +82,7 @@ Result<const pliant_haptic_device*> plugin_of(void* library, const std::string& 
         return wrong("expected version " + std::to_string(PLIANT_HAPTIC_DEVICE_VERSION) + " with " +
                      std::to_string(sizeof(pliant_haptic_device)) + " bytes, found version " +
                      std::to_string(plugin->version) + " with " + std::to_string(plugin->size) +
-                     "; build it anew with this pliant/haptics_device.h");
+                     "; build it anew with this pliant/view/haptics_device.h");
     if (!plugin->open || !plugin->get_limits || !plugin->read || !plugin->write || !plugin->close)
         return wrong("expected the functions open, get_limits, read, write and close");
     return plugin;

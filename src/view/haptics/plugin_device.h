@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Device plug-ins, loaded at run time (pliant/haptics_device.h).
+// Device plug-ins, loaded at run time (pliant/view/haptics_device.h).
 
 #pragma once
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 namespace pliant {
 

@@ -7,7 +7,7 @@
 
 #pragma once
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <memory>
 

@@ -3,7 +3,7 @@
 
 // One period, in this order: proxy, law, blending, safe stop, energy, limits.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <cmath>

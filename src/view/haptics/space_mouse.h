@@ -9,7 +9,7 @@
 
 #pragma once
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 namespace pliant {
 

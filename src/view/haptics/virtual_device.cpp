@@ -5,7 +5,7 @@
 // of the integrator; friction is exact. The work of each force is computed from its change of
 // speed, so the sum of all work is the kinetic energy.
 
-#include <pliant/haptics.h>
+#include <pliant/view/haptics.h>
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 
 #pragma once
 
-#include <pliant/haptics.h>
 #include <pliant/render.h>
+#include <pliant/view/haptics.h>
 
 #include <span>
 #include <vector>

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <pliant/scan_values.h>
+#include <pliant/data/scan_values.h>
 
 #include "render/camera.h"
 #include "render/lumen.h"

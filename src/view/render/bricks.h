@@ -11,7 +11,7 @@
 
 #pragma once
 
-#include <pliant/tasks.h>
+#include <pliant/core/tasks.h>
 
 #include <cstddef>
 #include <span>

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <pliant/scan_values.h>
+#include <pliant/data/scan_values.h>
 
 #include "render/camera.h"
 #include "render/lumen.h"

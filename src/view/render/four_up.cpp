@@ -7,8 +7,8 @@
 //   ──────────┼─────────
 //   coronal   │ sagittal
 
-#include <pliant/scan_values.h>
-#include <pliant/surface_view.h>
+#include <pliant/data/scan_values.h>
+#include <pliant/view/surface_view.h>
 
 #include <array>
 #include <charconv>

@@ -4,7 +4,7 @@
 // Triangles in parallel projection. Opaque parts go through a depth buffer. Translucent triangles
 // in front of them are then blended from the farthest to the nearest. Each pixel has nine samples.
 
-#include <pliant/surface_view.h>
+#include <pliant/view/surface_view.h>
 
 #include <algorithm>
 #include <array>

@@ -19,12 +19,12 @@
 
 #pragma once
 
+#include <pliant/core/record.h>
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
 #include <pliant/mesh.h>
-#include <pliant/pbd.h>
-#include <pliant/record.h>
+#include <pliant/models/pbd.h>
 #include <pliant/result.h>
-#include <pliant/tasks.h>
-#include <pliant/vec.h>
 
 #include <cstdint>
 #include <memory>

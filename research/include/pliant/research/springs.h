@@ -6,9 +6,9 @@
 
 #pragma once
 
+#include <pliant/core/vec.h>
+#include <pliant/models/springs.h>
 #include <pliant/result.h>
-#include <pliant/springs.h>
-#include <pliant/vec.h>
 
 #include <cstdint>
 #include <memory>

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A scan that a tissue deforms: what resampling, rendering and haptics need of a tissue. It is
+// defined apart from the volume and the deformation that it names, so that an interface made from
+// it stays quick to compile.
+
+#pragma once
+
+#include <pliant/result.h>
+
+#pragma GCC visibility push(default)
+namespace pliant {
+
+class Deformation;
+class TaskArena;
+struct Volume;
+
+/// A tissue of your own has a Deformation, writes to it when it moves, and returns it.
+/// Thread safety: one thread.
+class MovingScan {
+  public:
+    virtual ~MovingScan() = default;
+    virtual const Volume& volume() const = 0;  ///< at rest
+    virtual const Deformation& deformation() const = 0;
+    virtual const TaskArena& arena() const = 0;
+    /// Writes the tissue's present state to the deformation. Everything that reads the deformation
+    /// (resampling, hashes, the server) calls it before. So a tissue that moves in many small steps
+    /// writes once for each picture instead of once for each step.
+    /// @returns Ok by default, for a tissue that writes whenever it moves
+    virtual Status update_deformation() const { return Ok{}; }
+};
+
+}  // namespace pliant
+#pragma GCC visibility pop
