@@ -9,7 +9,7 @@
 //       return make_chainmail(scan, {}, arena);
 //   };
 //   Status kept = check_tissue(make, volume, {.point_mm = point, .push_mm = {0, 3, 0}});
-//   if (!kept) show(kept.error());  // undo: expected the hash before the push after undo(), found …
+//   if (!kept) show(kept.error());  // undo: expected the hash before the push, found …
 // @endcode
 
 #pragma once

@@ -191,7 +191,8 @@ class SurfaceDistance {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// Contents of a mesh's file (mesh_files.h), as far as Pliant uses them. Polygons are split into fans of triangles.
+/// Contents of a mesh's file (mesh_files.h), as far as Pliant uses them. Polygons are split into
+/// fans of triangles.
 struct MeshData {
     std::vector<Vec3d> nodes_mm;
     std::vector<std::array<std::int32_t, 4>> tetrahedra;

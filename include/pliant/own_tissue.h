@@ -4,8 +4,8 @@
 // Bases of a tissue of your own (docs/howto/own_tissue.md is a walk through examples/own_tissue):
 //
 //   OwnTissue     its functions may throw, and an error restores the state
-//   NodeTissue    its functions are noexcept, and restore the state themselves; attempt() (result.h)
-//                 catches in them. The library's models derive from it
+//   NodeTissue    its functions are noexcept, and restore the state themselves, where attempt()
+//                 (result.h) catches in them. The library's models derive from it
 //
 // Both have undo, redo, files and checkpoints from state() and set_state(). A minimal tissue has
 //
@@ -58,8 +58,8 @@ class NodeTissue : public Tissue {
     Status rest() noexcept override;
     Status save_state(const std::string& path) const noexcept override;
     Status load_state(const std::string& path) noexcept override;
-    /// Hash of the deformation, after update_deformation(). It leaves out what the elements' positions
-    /// don't show, such as velocities: states of equal hash may differ in the future.
+    /// Hash of the deformation, after update_deformation(). It leaves out what the elements'
+    /// positions don't show, such as velocities: states of equal hash may differ in the future.
     std::uint64_t hash() const override;
 
   private:
@@ -72,9 +72,9 @@ class NodeTissue : public Tissue {
 };
 
 /// A tissue whose functions may throw. The functions of Tissue call those named do_…; an exception
-/// becomes an Error: LimitExceeded for std::bad_alloc, else InvalidArgument with its text. After any
-/// error that left another state, the state before the call is restored by do_set_state(), which
-/// also releases the tools. For this the state is copied before each call that may change it.
+/// becomes an Error: LimitExceeded for std::bad_alloc, else InvalidArgument with its text. After
+/// any error that left another state, the state before the call is restored by do_set_state(),
+/// which also releases the tools. For this the state is copied before each call that may change it.
 /// Thread safety: one thread.
 class OwnTissue : public NodeTissue {
   public:

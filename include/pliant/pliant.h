@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// All public headers except the C interface <pliant/view/haptics_device.h>. Those of pliant::research,
-// <pliant/research/…>, are beside them, and may change with any version.
+// All public headers except the C interface <pliant/view/haptics_device.h>. Those of
+// pliant::research, <pliant/research/…>, are beside them, and may change with any version.
 //
 // Beside this one stand the headers that most programs and a tissue of your own need:
 //

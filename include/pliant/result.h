@@ -103,8 +103,8 @@ inline Error out_of_memory() noexcept {
 }
 
 /// Runs work, which returns a Result, and converts exceptions for lack of memory to its error. A
-/// function that is noexcept, such as those of a tissue of your own, begins with it. Rollback is the
-/// responsibility of work.
+/// function that is noexcept, such as those of a tissue of your own, begins with it. Rollback is
+/// the responsibility of work.
 template <class Work>
 auto attempt(Work&& work) noexcept -> decltype(work()) {
     try {

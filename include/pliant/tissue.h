@@ -8,7 +8,8 @@
 //
 // Rules of every tissue:
 //
-//   * It has no clock: its state depends on the calls alone, and has the same bits for any number of
+//   * It has no clock: its state depends on the calls alone, and has the same bits for any number
+// of
 //     threads.
 //   * A call that returns an error has changed nothing.
 //   * Calls come from one thread at a time.

@@ -33,7 +33,8 @@ class Jelly(pliant.Tissue):
         tool: int = 1,
     ) -> pliant.PushReport:
         goes_on = tool == self.tool
-        if sphere_radius_mm < 0 or not numpy.isfinite([*point_mm, *push_mm, sphere_radius_mm]).all():
+        numbers = [*point_mm, *push_mm, sphere_radius_mm]
+        if sphere_radius_mm < 0 or not numpy.isfinite(numbers).all():
             raise pliant.Error("expected finite numbers, and a radius of 0 or more")
         self.move(
             self.centre if goes_on else numpy.array(point_mm),

@@ -3,7 +3,7 @@
 
 // A scene replays to the same state from a recording with any number of threads, and undoes
 // everything.
-// Covers: field/tool.cpp, protocol/messages_json.cpp, session/replay.cpp, session/save.cpp.
+// Covers: base/tool.cpp, protocol/messages_json.cpp, session/replay.cpp, session/save.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/data/session.h>

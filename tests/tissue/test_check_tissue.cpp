@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // check_tissue() finds each broken rule in a tissue that is right without it.
+// Covers: tissue/tissue_rules.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/check_tissue.h>
