@@ -15,8 +15,6 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint32_t kTool = kFirstTool, kOther = kSecondTool;
-
 class SpringMemory : public testing::Test {
   protected:
     SpringMemory() {
@@ -52,17 +50,20 @@ class SpringMemory : public testing::Test {
 };
 
 TEST_F(SpringMemory, APushThatRanOutOfMemoryLeavesNoTrace) {
-    check([&](SpringScanTissue& tissue) { return tissue.push(kTool, m_push); }, "same tool", 5);
-    check([&](SpringScanTissue& tissue) { return tissue.push(kOther, m_push); }, "its nodes", 5);
-    check([&](SpringScanTissue& tissue) { return tissue.push(kOther, m_aside); }, "aside", 5);
-    check([&](SpringScanTissue& tissue) { return tissue.grab(kOther, m_aside, 5); }, "grab", 5);
+    check([&](SpringScanTissue& tissue) { return tissue.push(kFirstTool, m_push); }, "same tool",
+          5);
+    check([&](SpringScanTissue& tissue) { return tissue.push(kSecondTool, m_push); }, "its nodes",
+          5);
+    check([&](SpringScanTissue& tissue) { return tissue.push(kSecondTool, m_aside); }, "aside", 5);
+    check([&](SpringScanTissue& tissue) { return tissue.grab(kSecondTool, m_aside, 5); }, "grab",
+          5);
 }
 
 TEST_F(SpringMemory, ASweepThatRanOutOfMemoryLeavesNoTrace) {
     // Released nodes must be reachable again.
     const auto make = [&] {
         auto tissue = this->make();
-        tissue->release(kTool);
+        tissue->release(kFirstTool);
         return tissue;
     };
     const auto operation = [](SpringScanTissue& tissue) { return tissue.sweep(); };
@@ -111,7 +112,7 @@ TEST_F(SpringMemory, StepsAreTakenBackOrNot) {
     // A group ends without any memory.
     auto tissue = make();
     tissue->begin_group("next");
-    ASSERT_TRUE(tissue->push(kOther, m_aside).ok());
+    ASSERT_TRUE(tissue->push(kSecondTool, m_aside).ok());
     const FailingAllocation failing(0);
     EXPECT_EQ(tissue->end_group(), 0);
     EXPECT_FALSE(failing.has_failed());
@@ -122,7 +123,7 @@ TEST_F(SpringMemory, AStateIsLoadedOrNot) {
     const TemporaryFolder folder;
     const auto file = folder.path() / "state";
     auto other = make();
-    ASSERT_TRUE(other->push(kOther, m_aside).ok());
+    ASSERT_TRUE(other->push(kSecondTool, m_aside).ok());
     ASSERT_TRUE(other->save_state(file).ok());
     fail_each_allocation(
         [&] { return this->make(); },
