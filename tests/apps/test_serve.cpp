@@ -6,6 +6,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <pliant/resample.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 #include <signal.h>

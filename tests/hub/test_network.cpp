@@ -7,6 +7,7 @@
 #include "network/hidden_boost.h"
 
 #include <gtest/gtest.h>
+#include <pliant/resample.h>
 #include <pliant/scan_files.h>
 #include <pliant/serve.h>
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/models/eye_deformation.h>
+#include <pliant/resample.h>
 
 #include <cmath>
 #include <limits>

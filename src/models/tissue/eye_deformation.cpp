@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/models/eye_deformation.h>
+#include <pliant/resample.h>
 
 #include <cmath>
 #include <optional>

@@ -7,6 +7,8 @@
 
 #pragma once
 
+#include <pliant/tissues.h>
+
 #include <memory>
 #include <optional>
 #include <vector>
