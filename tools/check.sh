@@ -72,8 +72,8 @@ lint() {
 }
 
 # Tests that take half of the time and rarely say anything that others don't: random sequences in
-# full, damaged files by the thousand. The short run leaves them out, and lets only every tenth
-# allocation fail (tests/support/each_allocation.h); `./dev test --all` runs them whole afterwards.
+# full, each failing allocation, damaged files by the thousand. The short run leaves them out,
+# `./dev test --all` runs them afterwards.
 long_tests() { # as a filter of GoogleTest's
     sed -n 's/^\([^# ]\+\).*/\1/p' "$root/tests/long_tests.txt" | paste -sd:
 }
@@ -108,14 +108,14 @@ run_ctest() { # PRESET [ctest arguments…]
 }
 
 test_short() {
-    PLIANT_SHORT_TESTS=1 GTEST_FILTER="-$(long_tests)" run_ctest gcc --label-exclude 'long|research'
+    GTEST_FILTER="-$(long_tests)" run_ctest gcc --label-exclude 'long|research'
 }
 
 # What test_short leaves out.
 test_long() {
     export PLIANT_EACH_TEST=1
     run_ctest gcc --label-regex long
-    GTEST_FILTER="$(long_tests):*OutOfMemory*" run_ctest gcc --label-exclude 'long|research'
+    GTEST_FILTER="$(long_tests)" run_ctest gcc --label-exclude 'long|research'
 }
 
 # pliant::research and what papers are compared with.
@@ -133,7 +133,7 @@ compile_and_test() { # PRESET [CMake arguments…]
 
 # The rooms with vector code, as shared libraries.
 compile_and_test_with_clang() {
-    GTEST_FILTER="-$(long_tests)" PLIANT_SHORT_TESTS=1 \
+    GTEST_FILTER="-$(long_tests)" \
         compile_and_test clang -DPLIANT_TEST_ALL=OFF -DBUILD_SHARED_LIBS=ON
 }
 

@@ -104,8 +104,9 @@ struct PlainStepper {
     void step(const TransmittalOrder& order) {
         const std::vector<Vec3d> old = x, old_before = before;
         for (const std::int32_t i : order.nodes) {
-            before[std::size_t(i)] = old[std::size_t(i)];
-            x[std::size_t(i)] = next(i, old, old_before);
+            const Vec3d position = next(i, old, old_before);
+            before[std::size_t(i)] = x[std::size_t(i)];
+            x[std::size_t(i)] = position;
         }
     }
 };

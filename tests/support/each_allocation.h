@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <vector>
 
 #include "support/count_allocations.h"
@@ -37,12 +36,6 @@ inline std::vector<std::int64_t> chosen(std::int64_t count, const EachAllocation
         numbers.push_back(options.all_up_to +
                           std::int64_t(random.real(0, 1) * double(rest)) % rest);
     std::sort(numbers.begin(), numbers.end());
-    if (std::getenv("PLIANT_SHORT_TESTS")) {  // a tenth: `./dev test --all` has the others
-        std::vector<std::int64_t> tenth;
-        for (std::size_t k = options.seed % 10; k < numbers.size(); k += 10)
-            tenth.push_back(numbers[k]);
-        if (!tenth.empty()) numbers = tenth;
-    }
     return numbers;
 }
 
