@@ -139,8 +139,7 @@ TEST_F(OutputsTest, AScanOfOneSliceIsDeformedAndStaysOne) {
     // A picture is PNG, and its name says so.
     for (const std::string name : {"v.jpg", "v", "png"}) {
         EXPECT_EQ(run("render flat.nii.gz --view axial --out " + name), 2);
-        EXPECT_EQ(said(),
-                  "pliant: --out: expected a name that ends in .png, found " + name + "\n");
+        EXPECT_EQ(said(), "pliant: --out: expected a name that ends in .png, found " + name + "\n");
         EXPECT_FALSE(std::filesystem::exists(m_folder / name));
     }
     EXPECT_EQ(run("render flat.nii.gz --view axial --out W.PNG"), 0) << said();
