@@ -86,7 +86,8 @@ TEST(OwnTissue, WithACatheterIsDrivenUndoneRecordedAndReplayed) {
         ASSERT_TRUE(client.state.contains("vessel"));
         EXPECT_EQ(client.state["vessel"]["inserted_mm"], 0);
         EXPECT_EQ(client.state["vessel"]["length_mm"], 40);
-        const Json push = {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 4, 0}}};
+        const Json push = {
+            {"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 4, 0}}, {"radius", 3}};
         EXPECT_EQ(client.command(push)["code"], "other_tissue");
         EXPECT_EQ(client.command({{"do", "vessel"}, {"on", true}})["t"], "done");
         const auto drive = [&](double mm_s, const std::function<bool(const Json&)>& until) {
