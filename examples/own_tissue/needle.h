@@ -34,10 +34,11 @@ class Needle final : public NodeTissue, public Drivable {
         const Vec3d tip = m_view.catheter_mm.back();
         const Vec3d along = std::min(m_inserted_mm, 3.0) * m_entry.direction;
         const Vec3d middle = voxel_from_world(grid, tip);
-        Box3i box;  // 18 mm to each side
+        Box3i box;  // 18 mm to each side, in the scan
         for (int a = 0; a < 3; ++a) {
-            box.begin[a] = int(std::floor(middle[a] - 18 / grid.spacing_mm[a]));
-            box.end[a] = int(std::ceil(middle[a] + 18 / grid.spacing_mm[a]));
+            const double reach = 18 / grid.spacing_mm[a];
+            box.begin[a] = std::max(0, int(std::floor(middle[a] - reach)));
+            box.end[a] = std::min(grid.size[a], int(std::ceil(middle[a] + reach)));
         }
         m_deformation.reset();
         const Status moved = m_deformation.displace(box, [&](Vec3i e) {

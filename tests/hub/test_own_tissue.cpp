@@ -86,15 +86,22 @@ TEST(OwnTissue, WithACatheterIsDrivenUndoneRecordedAndReplayed) {
         ASSERT_TRUE(client.state.contains("vessel"));
         EXPECT_EQ(client.state["vessel"]["inserted_mm"], 0);
         EXPECT_EQ(client.state["vessel"]["length_mm"], 40);
-        const Json push = {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 4, 0}}};
+        const Json push = {
+            {"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 4, 0}}, {"radius", 3}};
         EXPECT_EQ(client.command(push)["code"], "other_tissue");
         EXPECT_EQ(client.command({{"do", "vessel"}, {"on", true}})["t"], "done");
         const auto drive = [&](double mm_s, const std::function<bool(const Json&)>& until) {
             const Json done = client.command({{"do", "catheter"}, {"insert_mm_s", mm_s}});
             EXPECT_EQ(done["t"], "done");
-            const Json state = client.until(
-                [&](const Json& m) { return m["t"] == "state" && until(m["vessel"]); });
-            EXPECT_FALSE(state.is_null()) << client.state.dump();
+            // The state may be here already, and takes its time where others use the machine.
+            bool is_there = until(client.state["vessel"]);
+            for (int n = 0; n < 5 && !is_there; ++n)
+                is_there = !client
+                                .until([&](const Json& m) {
+                                    return m["t"] == "state" && until(m["vessel"]);
+                                })
+                                .is_null();
+            EXPECT_TRUE(is_there) << client.state.dump();
         };
         drive(20, [](const Json& v) { return v["inserted_mm"] > 5 && v["force_n"] > 0.2; });
         drive(0, [](const Json& v) { return v["insert_mm_s"] == 0; });
@@ -111,17 +118,25 @@ TEST(OwnTissue, WithACatheterIsDrivenUndoneRecordedAndReplayed) {
         EXPECT_EQ(client.command({{"do", "redo"}})["t"], "done");
         hash = client.checked_checksum()["tissue"];
         EXPECT_NE(client.voxels, at_rest);
-        // A device with force feedback holds it.
-        const Json start = {{"do", "haptics"},          {"wish", "start"},
-                            {"device", "virtual:free"}, {"position", {0, 0, 0}},
-                            {"look", {0, 1, 0}},        {"up", {0, 0, 1}}};
-        EXPECT_EQ(client.command(start)["t"], "done");
-        EXPECT_FALSE(client.until([](const Json& m) { return m.value("holds", "") == "catheter"; })
-                         .is_null());
     }
     const auto replayed = replay_session(session, arena, {.own_tissue = example::Needle::create});
     ASSERT_TRUE(replayed.ok()) << replayed.error().message;
     EXPECT_EQ(serve::hex_text(replayed->tissue_hash, 16), hash);
+}
+
+TEST(OwnTissue, ItsCatheterIsHeldByADevice) {
+    const TaskArena arena(2);
+    auto server =
+        Server::start({.phantom_size = {32, 32, 32}, .own_tissue = example::Needle::create}, arena);
+    ASSERT_TRUE(server.ok()) << server.error().message;
+    TestClient client(server->port(), server->link());
+    client.enter();
+    const Json start = {{"do", "haptics"},       {"wish", "start"},   {"device", "virtual:free"},
+                        {"position", {0, 0, 0}}, {"look", {0, 1, 0}}, {"up", {0, 0, 1}}};
+    EXPECT_EQ(client.command(start)["t"], "done");
+    const Json held =
+        client.until([](const Json& m) { return m.value("holds", "") == "catheter"; });
+    EXPECT_FALSE(held.is_null());
 }
 
 }  // namespace
