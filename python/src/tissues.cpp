@@ -387,8 +387,8 @@ MakeAnother made_by(const nb::callable& make) {
             Tissue* const tissue = find_tissue(*object);
             if (!tissue)
                 return Error{ErrorCode::InvalidArgument,
-                             "make: expected a Tissue, found " + shown(object->type()), "make",
-                             "a Tissue", shown(object->type())};
+                             "make: expected a Tissue, found " + shown(nb::borrow(object->type())),
+                             "make", "a Tissue", shown(nb::borrow(object->type()))};
             const auto let_go = [kept = object.get()](Tissue*) {
                 const nb::gil_scoped_acquire locked;
                 delete kept;
