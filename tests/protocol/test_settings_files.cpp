@@ -58,7 +58,7 @@ TEST(SettingsFiles, DocumentsHaveTheTablesOfTheRows) {
 TEST(SettingsFiles, TablesAreMadeOfAllRows) {
     const fs::path root = PLIANT_SOURCE_DIR;
     std::vector<fs::path> headers{root / "src/serve/protocol/wire_rows.h"};
-    for (const auto& entry : fs::directory_iterator(root / "include/pliant"))
+    for (const auto& entry : fs::recursive_directory_iterator(root / "include/pliant"))
         if (entry.is_regular_file()) headers.push_back(entry.path());
     const std::string tables = text_in(root / "tests/protocol/settings_files.cpp");
     const std::regex declaration("\nSettingRows<\\w+> (\\w+_rows\\(\\)) noexcept;");
