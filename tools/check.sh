@@ -111,14 +111,14 @@ test_short() {
     GTEST_FILTER="-$(long_tests)" run_ctest gcc --label-exclude 'long|research'
 }
 
-# What test_short leaves out.
+# The tests that test_short leaves out.
 test_long() {
     export PLIANT_EACH_TEST=1
     run_ctest gcc --label-regex long
     GTEST_FILTER="$(long_tests)" run_ctest gcc --label-exclude 'long|research'
 }
 
-# pliant::research and what papers are compared with.
+# pliant::research and the comparisons with papers.
 test_research() {
     configure gcc -DPLIANT_RESEARCH=ON
     compile gcc
@@ -262,7 +262,7 @@ sanitize_threads() {
     compile_and_test tsan
 }
 
-# Each source alone, without what others of its room include before it.
+# Compiles each source alone, without the includes of its room's other sources.
 compile_alone() {
     configure alone
     compile alone
@@ -305,7 +305,7 @@ run_tests() { # [--all] [--sanitize]
     ((${#missed[@]} == 0)) || fail "failed: ${missed[*]}"
 }
 
-# What the short run leaves out. A failure doesn't end it: the end says all that was missed.
+# Steps that the short run leaves out. A failure doesn't end the run; its end names all of them.
 run_the_rest() {
     rest "gcc: long tests" test_long
     rest "research: build, tests" test_research

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Conformance test of a tissue: pushes, moves, undoes, saves and loads it, and compares what the
-// rules of tissue.h and the model's traits promise. The library's own tissues pass it.
+// Conformance test of a tissue: pushes, moves, undoes, saves and loads it, and compares the
+// results with the rules of tissue.h and the model's traits. The library's own tissues pass it.
 //
 // @code
 //   const MakeTissue make = [](const Volume& scan, const TaskArena& arena) {

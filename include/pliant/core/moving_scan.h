@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A scan that a tissue deforms: what resampling, rendering and haptics need of a tissue. It is
-// defined apart from the volume and the deformation that it names, so that an interface made from
-// it stays quick to compile.
+// A scan that a tissue deforms: the part of a tissue that resampling, rendering and haptics need.
+// It is defined apart from the volume and the deformation that it names, so that an interface made
+// from it stays quick to compile.
 
 #pragma once
 

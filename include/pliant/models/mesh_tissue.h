@@ -20,7 +20,7 @@
 //   stride(), step(), is_calm()              the motion of held nodes; time, and its end
 //   hold_nodes(), put()                      changes of the held nodes and of positions
 //
-// and what else it has: velocities, a surface, rules of its own. tests/tissue/test_mesh_tissue.cpp
+// and further state: velocities, a surface, rules of its own. tests/tissue/test_mesh_tissue.cpp
 // has a small one.
 
 #pragma once
@@ -149,7 +149,7 @@ class MeshTissue : public NodeTissue {
     /// Nodes of the cell around a push's point.
     virtual std::vector<std::int32_t> nodes_around(const Push& push) const;
     /// Measure of folds at some positions: volume at rest of tetrahedra with less than a tenth of
-    /// it left [mm³]. A stride must not raise it above what is tolerated.
+    /// it left [mm³]. A stride must not raise it above the tolerated volume.
     virtual double folded_cells(std::span<const Vec3d> positions_mm);
 
     // Its surface, if traits().slides.

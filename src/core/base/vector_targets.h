@@ -4,8 +4,8 @@
 // Instruction sets that kernels are compiled for; comes before Highway's headers. Each one is the
 // whole kernel compiled again, so those that bring nothing are left out: SSSE3 (every processor
 // with it and without SSE4.1 is older than 2008), and the extensions of AVX-512 (AVX3_DL; in newer
-// Highways AVX3_ZEN4 and AVX3_SPR), whose instructions no kernel uses. What is left on x86-64 is
-// the baseline, SSE4, AVX2 and AVX3.
+// Highways AVX3_ZEN4 and AVX3_SPR), whose instructions no kernel uses. On x86-64
+// the baseline, SSE4, AVX2 and AVX3 remain.
 
 #pragma once
 
