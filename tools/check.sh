@@ -88,13 +88,10 @@ unless_passed() { # NAME [INPUT…] -- COMMAND…
 
 # With the Python module: one configuration, one compilation.
 compile_with_gcc() {
-    local python=$root/build/python-build/bin/python module=()
-    if [[ ${PLIANT_PYTHON:-ON} != OFF ]]; then
-        environment build
-        module=(-DPLIANT_BUILD_PYTHON=ON -DPython_EXECUTABLE="$python"
-            -Dnanobind_DIR="$("$python" -m nanobind --cmake_dir)")
-    fi
-    configure gcc -DPLIANT_BUILD_TESTS=ON "${module[@]}"
+    local python=$root/build/python-build/bin/python
+    environment build
+    configure gcc -DPLIANT_BUILD_TESTS=ON -DPLIANT_BUILD_PYTHON=ON -DPython_EXECUTABLE="$python" \
+        -Dnanobind_DIR="$("$python" -m nanobind --cmake_dir)"
     compile gcc
 }
 
@@ -289,7 +286,7 @@ run_tests() { # [--all] [--sanitize]
     fi
     step "gcc: build without warnings" compile_with_gcc
     step "gcc: tests" test_short
-    if [[ ${PLIANT_PYTHON:-ON} != OFF ]]; then step "python: module, types" test_module; fi
+    step "python: module, types" test_module
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer_short "$root/build/gcc/pliant"

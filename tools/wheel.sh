@@ -80,8 +80,8 @@ test_wheel() {
         "$bin/mypy" --strict --cache-dir="$empty/mypy" use_types.py)
 }
 
-# Beside the packages that people use it with, which take gigabytes: PLIANT_LARGE=OFF leaves this
-# out, and PLIANT_CACHE names a folder that keeps them for other checkouts.
+# Beside the packages that people use it with, which take gigabytes: PLIANT_CACHE names a folder
+# that keeps them for other checkouts.
 large_environment() {
     environment large "${PLIANT_CACHE:-$root/build}/python-large"
 }
