@@ -51,7 +51,7 @@ test_module() {
     local inputs=("$module" "$root/python/tests" "$root/python/examples" "$root/docs")
     export PYTHONPATH=$module MYPYPATH=$module PYTHONDONTWRITEBYTECODE=1
     unless_passed python "${inputs[@]}" -- env -C "$root/python/tests" \
-        "$python" -m pytest -q -p no:cacheprovider --ignore=large --durations=8 \
+        "$python" -m pytest -q -p no:cacheprovider --ignore=large --durations=8 -n "$(nproc)" \
         $(long_python_tests | sed "s/^/--ignore=/") .
     unless_passed python-types "${inputs[@]}" -- env -C "$root/python/tests" \
         "$python" -m mypy --strict --cache-dir="$root/build/mypy" -p pliant
@@ -74,7 +74,8 @@ test_wheel() {
         'import pliant; print("empty environment: pliant", pliant.__version__)')
     "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "${wheels[0]}"
     "$bin/pip" list --disable-pip-version-check 2>/dev/null | grep -iE 'pliant|numpy|itk|nibabel'
-    (cd "$root/python/tests" && "$bin/python" -m pytest -q -p no:cacheprovider --ignore=large .)
+    (cd "$root/python/tests" &&
+        "$bin/python" -m pytest -q -p no:cacheprovider --ignore=large -n "$(nproc)" .)
     # pliant's own code, and a user's.
     (cd "$root/python/tests" && "$bin/mypy" --strict --cache-dir="$empty/mypy" -p pliant &&
         "$bin/mypy" --strict --cache-dir="$empty/mypy" use_types.py)
