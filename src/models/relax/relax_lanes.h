@@ -165,6 +165,16 @@ struct Moved {
     Lanes from[3], to[3];
 };
 
+/// What the links of a brick have: limits equal in both directions, and elastic materials.
+struct AnyKind {
+    bool symmetric, elastic;
+};
+/// Known to the compiler. @see AnyKind
+template <bool Symmetric, bool Elastic>
+struct Kind {
+    static constexpr bool symmetric = Symmetric, elastic = Elastic;
+};
+
 /// The step rounded to the nearest unit, plus over-relaxation: see relax_kernel.h. Adding slightly
 /// less than a half, away from zero, and truncating rounds halves towards zero: other fractions are
 /// at least 2⁻²⁰ away from a half, since no sum of weights is above 2¹⁹.
@@ -189,8 +199,8 @@ PLIANT_INLINE Doubles sum_of_component(const Doubles (&weights)[6], const Double
 }
 
 /// @param along  weights of the component along each link, of elastic materials
-template <int Phase, bool Whole, bool Symmetric, bool Elastic>
-PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& links,
+template <int Phase, bool Whole, class Kind>
+PLIANT_INLINE void move_component(Kind kind, const RelaxedBrick& brick, const LinkArrays& links,
                                   const Rows& rows, int a, int n, int x, int count,
                                   const Doubles (&weights)[6], const Doubles (&along)[6],
                                   Doubles weight_sum, Lanes imprint, Doubles force, double beyond,
@@ -204,7 +214,7 @@ PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& l
                      : every_other<Phase, Whole>(rows.neighbour[std::size_t(a)][side] + x, count);
         // Largest distance of this element below and above its neighbour.
         Lanes below, above;
-        if (Symmetric || int(side / 2) != a) {
+        if (kind.symmetric || int(side / 2) != a) {
             below = above =
                 every_other<Phase, Whole>(links.shear[side / 2] + rows.link[side] + x, count);
         } else {
@@ -217,7 +227,7 @@ PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& l
         }
         lowest = larger(lowest, v - below);
         highest = smaller(highest, v + above);
-        const bool is_along = Elastic && int(side / 2) == a;
+        const bool is_along = kind.elastic && int(side / 2) == a;
         force += (is_along ? along[side] : weights[side]) * to_doubles(v - u);
     }
     // Links outside of their limits must not get worse: standing still is always allowed.
@@ -271,9 +281,9 @@ PLIANT_INLINE Lanes too_small(const Moved& moved, Lanes at_rest, Fixed least_sta
 }
 
 /// Moves the elements of one colour among eight. @param n  index of the first of the eight
-template <int Phase, bool Whole, bool Symmetric, bool Elastic>
-PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& links, const Rows& rows,
-                               int n, int x, int count, double beyond) {
+template <int Phase, bool Whole, class Kind>
+PLIANT_INLINE Lanes move_eight(Kind kind, const RelaxedBrick& brick, const LinkArrays& links,
+                               const Rows& rows, int n, int x, int count, double beyond) {
     Moved moved;
     Lanes imprint[3]{};
     for (std::size_t a = 0; a < 3; ++a) {
@@ -285,7 +295,7 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
         (moved.from[0] | moved.from[1] | moved.from[2] | imprint[0] | imprint[1] | imprint[2]) == 0;
     Lanes stays = at_rest;
     const bool any_at_rest = any(at_rest);
-    if (Elastic && any_at_rest) stays &= flags_of<Phase>(brick.links->waits.data() + n, count);
+    if (kind.elastic && any_at_rest) stays &= flags_of<Phase>(brick.links->waits.data() + n, count);
     if (brick.held) stays |= flags_of<Phase>(brick.held + n, count);
     if (!brick.links->fixed.empty()) stays |= flags_of<Phase>(brick.links->fixed.data() + n, count);
     if (!any(~stays)) return Lanes{};
@@ -295,7 +305,7 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
         weights[side] =
             every_other<Phase, Whole>(links.weight[side / 2] + rows.link[side] + x, count);
         sum += weights[side];
-        if (Elastic)
+        if (kind.elastic)
             along[side] =
                 every_other<Phase, Whole>(links.along[side / 2] + rows.link[side] + x, count);
     }
@@ -305,15 +315,14 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
     for (int a = 0; a < 3; ++a) {
         const double* pull = brick.pull[std::size_t(a)];
         const Doubles force = pull ? every_other<Phase>(pull + n, count) : Doubles{};
-        const Doubles weight_sum = Elastic ? sum_of_component(weights, along, a) : sum;
-        move_component<Phase, Whole, Symmetric, Elastic>(brick, links, rows, a, n, x, count,
-                                                         weights, along, weight_sum, imprint[a],
-                                                         force, beyond, moved);
+        const Doubles weight_sum = kind.elastic ? sum_of_component(weights, along, a) : sum;
+        move_component<Phase, Whole>(kind, brick, links, rows, a, n, x, count, weights, along,
+                                     weight_sum, imprint[a], force, beyond, moved);
         moved.to[a] = stays ? moved.from[a] : moved.to[a];
         changed |= moved.to[a] != moved.from[a];
     }
     if (!any(changed)) return Lanes{};
-    if (Elastic && any_at_rest) {
+    if (kind.elastic && any_at_rest) {
         const Lanes small = too_small(moved, at_rest, brick.least_start);
         for (std::size_t a = 0; a < 3; ++a) moved.to[a] = small ? moved.from[a] : moved.to[a];
     }
@@ -339,9 +348,9 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& link
 /// Substitute for rows of missing bricks.
 alignas(64) constexpr Fixed kRowAtRest[64] = {};
 
-template <bool Whole, bool Symmetric, bool Elastic>
-PLIANT_INLINE Lanes move_row(const RelaxedBrick& brick, const LinkArrays& links, int y, int z,
-                             int phase, double beyond) {
+template <bool Whole, class Kind>
+PLIANT_INLINE Lanes move_row(Kind kind, const RelaxedBrick& brick, const LinkArrays& links, int y,
+                             int z, int phase, double beyond) {
     const int size = brick.size, row = size * (y + size * z);
     const int size_of_slice = size * size;
     Rows rows;
@@ -369,41 +378,39 @@ PLIANT_INLINE Lanes move_row(const RelaxedBrick& brick, const LinkArrays& links,
     Lanes largest{};
     for (int x = 0; x < size; x += 8) {
         const int count = std::min(8, size - x);
-        const Lanes moved = phase ? move_eight<1, Whole, Symmetric, Elastic>(
-                                        brick, links, rows, row + x, x, count, beyond)
-                                  : move_eight<0, Whole, Symmetric, Elastic>(
-                                        brick, links, rows, row + x, x, count, beyond);
+        const Lanes moved =
+            phase ? move_eight<1, Whole>(kind, brick, links, rows, row + x, x, count, beyond)
+                  : move_eight<0, Whole>(kind, brick, links, rows, row + x, x, count, beyond);
         largest = larger(largest, moved);
     }
     return largest;
 }
 
-template <bool Whole, bool Symmetric, bool Elastic>
-PLIANT_INLINE Fixed move_rows(const RelaxedBrick& brick, int colour, double beyond) {
+template <bool Whole, class Kind>
+PLIANT_INLINE Fixed move_rows(Kind kind, const RelaxedBrick& brick, int colour, double beyond) {
     const LinkArrays links(*brick.links);
     Lanes largest{};
     for (int z = 0; z < brick.size; ++z)
         for (int y = 0; y < brick.size; ++y) {
             const int phase = (brick.parity + y + z + colour) & 1;
-            largest = larger(
-                largest, move_row<Whole, Symmetric, Elastic>(brick, links, y, z, phase, beyond));
+            largest = larger(largest, move_row<Whole>(kind, brick, links, y, z, phase, beyond));
         }
     return std::max({largest[0], largest[1], largest[2], largest[3]});
 }
 
-template <bool Whole, bool Symmetric>
-PLIANT_INLINE Fixed move_links(const RelaxedBrick& brick, int colour, double beyond) {
-    return brick.links->waits.empty() ? move_rows<Whole, Symmetric, false>(brick, colour, beyond)
-                                      : move_rows<Whole, Symmetric, true>(brick, colour, beyond);
-}
-
+/// Compiled for each kind where it pays: with AVX2, for bricks of the usual sizes.
 Fixed move_brick(const RelaxedBrick& brick, int colour, double beyond) {
-    const bool symmetric = brick.links->stretch[0].empty();
-    if (brick.size % 8 == 0)
-        return symmetric ? move_links<true, true>(brick, colour, beyond)
-                         : move_links<true, false>(brick, colour, beyond);
-    return symmetric ? move_links<false, true>(brick, colour, beyond)
-                     : move_links<false, false>(brick, colour, beyond);
+    const AnyKind kind{brick.links->stretch[0].empty(), !brick.links->waits.empty()};
+    if (brick.size % 8 != 0) return move_rows<false>(kind, brick, colour, beyond);
+#ifdef PLIANT_RELAX_FOR_AVX2
+    if (kind.symmetric)
+        return kind.elastic ? move_rows<true>(Kind<true, true>{}, brick, colour, beyond)
+                            : move_rows<true>(Kind<true, false>{}, brick, colour, beyond);
+    return kind.elastic ? move_rows<true>(Kind<false, true>{}, brick, colour, beyond)
+                        : move_rows<true>(Kind<false, false>{}, brick, colour, beyond);
+#else
+    return move_rows<true>(kind, brick, colour, beyond);
+#endif
 }
 
 }  // namespace
