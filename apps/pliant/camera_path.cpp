@@ -14,7 +14,7 @@
 namespace pliant::app {
 namespace {
 
-using nlohmann::json;
+using PlainJson = nlohmann::json;
 
 constexpr double kFineMm = 0.5;    // between the points of the smoothed path
 constexpr double kSmoothMm = 3.0;  // standard deviation of the smoothing
@@ -26,13 +26,13 @@ Error wrong(const std::string& file, const std::string& what) {
 }
 
 /// Quotes a value; invalid UTF-8 is replaced.
-std::string found(const json& value) {
-    return shown(value.dump(-1, ' ', false, json::error_handler_t::replace));
+std::string found(const PlainJson& value) {
+    return shown(value.dump(-1, ' ', false, PlainJson::error_handler_t::replace));
 }
 
 /// @returns factor of x and y that converts to LPS, 1 or −1; 0: unknown system
-int lps_sign(const json& curve) {
-    const json name = curve.value("coordinateSystem", json("LPS"));
+int lps_sign(const PlainJson& curve) {
+    const PlainJson name = curve.value("coordinateSystem", PlainJson("LPS"));
     if (name == "LPS" || name == "1" || name == 1) return 1;
     if (name == "RAS" || name == "0" || name == 0) return -1;
     return 0;
@@ -92,34 +92,34 @@ Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
     if (!text) return text.error();
     if (const Status s = check_nesting(*text, TextSyntax::Json); !s)
         return wrong(file, s.error().message);
-    const json document = json::parse(*text, nullptr, false);
+    const PlainJson document = PlainJson::parse(*text, nullptr, false);
     if (document.is_discarded())
         return wrong(file, "is no JSON; expected a .mrk.json of 3D Slicer");
     if (!document.is_object() || !document.contains("markups") || !document["markups"].is_array() ||
         document["markups"].empty() || !document["markups"][0].is_object())
         return wrong(file, "markups: expected a list with a curve");
-    const json& curve = document["markups"][0];
+    const PlainJson& curve = document["markups"][0];
     const int sign = lps_sign(curve);
     if (sign == 0)
         return wrong(file, "coordinateSystem: expected LPS or RAS, found " +
                                found(curve["coordinateSystem"]));
-    if (const json units = curve.value("coordinateUnits", json("mm"));
-        units != "mm" && units != json::array({"mm", "UCUM", "millimeter"}))
+    if (const PlainJson units = curve.value("coordinateUnits", PlainJson("mm"));
+        units != "mm" && units != PlainJson::array({"mm", "UCUM", "millimeter"}))
         return wrong(file, "coordinateUnits: expected mm, found " + found(units));
-    const json none = json::array();
-    const json& all = curve.contains("controlPoints") ? curve["controlPoints"] : none;
+    const PlainJson none = PlainJson::array();
+    const PlainJson& all = curve.contains("controlPoints") ? curve["controlPoints"] : none;
     std::vector<Vec3d> points;
     for (std::size_t n = 0; all.is_array() && n < all.size(); ++n) {
-        const json& point = all[n];
+        const PlainJson& point = all[n];
         const std::string name = "controlPoints[" + std::to_string(n) + "].position";
         if (point.is_object() && point.contains("positionStatus") &&
             point["positionStatus"] != "defined")
             continue;
-        const json position =
-            point.is_object() && point.contains("position") ? point["position"] : json();
+        const PlainJson position =
+            point.is_object() && point.contains("position") ? point["position"] : PlainJson();
         if (!position.is_array() || position.size() != 3 ||
             !std::all_of(position.begin(), position.end(),
-                         [](const json& number) { return number.is_number(); }))
+                         [](const PlainJson& number) { return number.is_number(); }))
             return wrong(file, name + ": expected three numbers, found " + found(position));
         const Vec3d p{sign * position[0].get<double>(), sign * position[1].get<double>(),
                       position[2].get<double>()};

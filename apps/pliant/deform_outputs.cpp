@@ -7,25 +7,12 @@
 #include <pliant/scan_files.h>
 #include <pliant/view/png.h>
 
-#include <fstream>
-
 #include "output_names.h"
+#include "output_text.h"
 #include "picture.h"
 
 namespace pliant::app {
-namespace {
-
 namespace fs = std::filesystem;
-
-Status write_text(const fs::path& path, const std::string& text) {
-    std::ofstream stream(path, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (stream) return Ok{};
-    return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
-}
-
-}  // namespace
 
 Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
     const std::vector<std::string> scans = scan_endings();

@@ -13,7 +13,7 @@
 namespace pliant::app {
 namespace {
 
-using nlohmann::json;
+using PlainJson = nlohmann::json;
 
 constexpr const char* kName = "pliant keyframes";
 
@@ -65,19 +65,21 @@ Quaternion slerp(const Quaternion& a, const Quaternion& b, double s) {
 
 /// The fields of one keyframe. Keeps the first mistake.
 struct Fields {
-    const json& object;
+    const PlainJson& object;
     std::string where;
     std::optional<std::string> mistake{};
 
     double number(const char* key, double low, double high) {
-        const json found = object.is_object() && object.contains(key) ? object[key] : json();
+        const PlainJson found =
+            object.is_object() && object.contains(key) ? object[key] : PlainJson();
         const double x = found.is_number() ? found.get<double>() : NAN;
         if (!(x >= low && x <= high))
-            fail(key, "a number " + json(low).dump() + "…" + json(high).dump(), found);
+            fail(key, "a number " + PlainJson(low).dump() + "…" + PlainJson(high).dump(), found);
         return x;
     }
     Vec3d vector(const char* key, bool is_direction) {
-        const json found = object.is_object() && object.contains(key) ? object[key] : json();
+        const PlainJson found =
+            object.is_object() && object.contains(key) ? object[key] : PlainJson();
         Vec3d v{NAN, NAN, NAN};
         if (found.is_array() && found.size() == 3)
             for (std::size_t a = 0; a < 3; ++a)
@@ -91,10 +93,10 @@ struct Fields {
             fail(key, "a direction", found);
         return v;
     }
-    void fail(const std::string& key, const std::string& expected, const json& found) {
+    void fail(const std::string& key, const std::string& expected, const PlainJson& found) {
         if (!mistake)
             mistake = where + "." + key + ": expected " + expected + ", found " +
-                      shown(found.dump(-1, ' ', false, json::error_handler_t::replace));
+                      shown(found.dump(-1, ' ', false, PlainJson::error_handler_t::replace));
     }
 };
 
@@ -109,12 +111,12 @@ Result<std::vector<Keyframe>> read_keyframes(const std::string& file) {
     if (!text) return text.error();
     if (const Status s = check_nesting(*text, TextSyntax::Json); !s)
         return wrong(s.error().message);
-    const json document = json::parse(*text, nullptr, false);
+    const PlainJson document = PlainJson::parse(*text, nullptr, false);
     if (!document.is_object()) return wrong("is no JSON object; expected keyframes of the page");
-    if (document.value("what", json()) != kName)
+    if (document.value("what", PlainJson()) != kName)
         return wrong("what: expected \"" + std::string(kName) + "\"");
-    if (document.value("version", json()) != 1) return wrong("version: expected 1");
-    const json all = document.value("keyframes", json());
+    if (document.value("version", PlainJson()) != 1) return wrong("version: expected 1");
+    const PlainJson all = document.value("keyframes", PlainJson());
     if (!all.is_array() || all.empty()) return wrong("keyframes: expected a list");
     std::vector<Keyframe> frames;
     for (std::size_t n = 0; n < all.size(); ++n) {
@@ -122,7 +124,7 @@ Result<std::vector<Keyframe>> read_keyframes(const std::string& file) {
         Keyframe frame;
         frame.seconds = f.number("seconds", 0, 36000);
         if (n == 0 ? frame.seconds != 0 : !(frame.seconds > frames.back().seconds))
-            f.fail("seconds", n == 0 ? "0" : "more than before", json(frame.seconds));
+            f.fail("seconds", n == 0 ? "0" : "more than before", PlainJson(frame.seconds));
         frame.eye_mm = f.vector("eye_mm", false);
         frame.look = f.vector("look", true);
         frame.up = f.vector("up", true);

@@ -13,6 +13,8 @@
 #include <utility>
 #include <variant>
 
+#include "output_text.h"
+
 namespace pliant::app {
 namespace {
 
@@ -23,12 +25,6 @@ Json json_of(Vec3d v) {
 }
 Json json_of(Vec3i v) {
     return Json::array({v.x, v.y, v.z});
-}
-
-std::string hex(std::uint64_t value) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-    return text;
 }
 
 double peak_memory_mb() {
@@ -245,7 +241,7 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["written_voxels"] = deformed.written_voxels;
     json["gap_voxels"] = deformed.gap_voxels;
     json["peak_memory_mb"] = peak_memory_mb();
-    json["hash"] = hex(result.hash);
+    json["hash"] = hex_of(result.hash);
     json["file"] = options.file;
     json["tool"] = options.sphere_radius_mm > 0 ? "sphere" : "point";
     if (options.sphere_radius_mm > 0) json["sphere_radius_mm"] = options.sphere_radius_mm;

@@ -55,7 +55,7 @@ void give_reserve_back() {
 }
 
 /// Stops the server cleanly; before it runs, ends the program.
-void on_signal(int number) {
+void stop_serving(int number) {
     if (!g_is_serving) return end_process(128 + number);
     const int kept = errno;
     (void)!::write(g_ends[1], "", 1);
@@ -145,7 +145,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
 int run_serve(const ServeOptions& options) {
     if (::pipe2(g_ends, O_CLOEXEC) != 0) return bad_input("serve: expected a pipe, found none");
     struct sigaction action {};
-    action.sa_handler = on_signal;
+    action.sa_handler = stop_serving;
     for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 
     const TaskArena arena(options.threads);

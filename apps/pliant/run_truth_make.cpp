@@ -16,6 +16,7 @@
 #include <string>
 
 #include "options.h"
+#include "output_text.h"
 #include "progress.h"
 #include "scan_defaults.h"
 #include "setting_options.h"

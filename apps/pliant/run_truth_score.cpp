@@ -19,6 +19,7 @@
 
 #include "options.h"
 #include "output_names.h"
+#include "output_text.h"
 #include "progress.h"
 #include "standard_output.h"
 #include "truth_files.h"

@@ -16,6 +16,7 @@
 
 #include "options.h"
 #include "output_names.h"
+#include "output_text.h"
 #include "progress.h"
 #include "standard_output.h"
 #include "vessel_outputs.h"
@@ -50,8 +51,6 @@ struct Extremes {
 
 nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& most,
                                  const CatheterMeasures& end) {
-    char hash[17];
-    std::snprintf(hash, sizeof(hash), "%016llx", static_cast<unsigned long long>(scene.hash()));
     return {{"tetrahedra", scene.wall().mesh.cells.size()},
             {"ghost_triangles", scene.wall().ghost.cells.size()},
             {"steps", end.steps},
@@ -82,7 +81,7 @@ nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& mos
             {"end_inverted", end.inverted},
             {"step_ms", most.step_ms},
             {"pace", most.step_ms > 0 ? 1000 * scene.settings().time_step_s / most.step_ms : 0},
-            {"hash", hash}};
+            {"hash", hex_of(scene.hash())}};
 }
 
 /// Source of commands: the script, or a log.

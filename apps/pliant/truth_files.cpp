@@ -10,11 +10,11 @@
 #include <array>
 #include <cctype>
 #include <charconv>
-#include <cstdio>
-#include <fstream>
 #include <functional>
 #include <sstream>
 #include <utility>
+
+#include "output_text.h"
 
 namespace pliant::app {
 namespace fs = std::filesystem;
@@ -24,12 +24,6 @@ constexpr std::size_t kMaxJsonBytes = std::size_t(256) << 20;
 
 TruthJson json_of(Vec3d v) {
     return {v.x, v.y, v.z};
-}
-
-std::string hex_of(std::uint64_t number) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
-    return text;
 }
 
 /// Shortest text that round-trips.
@@ -77,14 +71,6 @@ std::vector<double> numbers_in(std::string_view line) {
 }
 
 }  // namespace
-
-Status write_text(const fs::path& path, const std::string& text) {
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
-    return Ok{};
-}
 
 TruthJson truth_record(const TruthCase& made, const TruthSettings& settings) {
     TruthJson json = {{"seed", made.seed},

@@ -39,7 +39,4 @@ Result<TruthData> read_truth_data(const std::filesystem::path& folder, const std
 /// with the fixed point first; lines that begin with a letter or '#' are skipped.
 Result<std::vector<Vec3d>> read_points(const std::filesystem::path& path);
 
-/// Writes a text to a file. @returns Unwritable
-Status write_text(const std::filesystem::path& path, const std::string& text);
-
 }  // namespace pliant::app

@@ -16,6 +16,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "output_text.h"
+
 namespace pliant::app {
 namespace {
 
@@ -28,12 +30,6 @@ std::string joined_numbers(std::initializer_list<double> values, char between) {
         line += exact(value);
     }
     return line;
-}
-
-std::string hex(std::uint64_t value) {
-    char text[17];
-    std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(value));
-    return text;
 }
 
 bool parse(const std::string& word, double& out) {
@@ -161,7 +157,7 @@ Status write_log(const std::string& file, const HandLog& log) {
                  joined_numbers({l.command.insert_mm_s, l.command.rotate_deg_s,
                                  l.command.bend_first_deg, l.command.bend_second_deg},
                                 ' '));
-    out.line("end " + std::to_string(log.steps) + ' ' + hex(log.hash));
+    out.line("end " + std::to_string(log.steps) + ' ' + hex_of(log.hash));
     if (const Status s = out.close(); !s) return s;
     return staged.commit();
 }
