@@ -12,6 +12,7 @@
 #include <pliant/mesh.h>
 
 #include "base/errors.h"
+#include "mesh/box_tree.h"
 
 namespace pliant {
 namespace {
@@ -32,17 +33,9 @@ constexpr Setting<FillSettings> kRows[] = {
                                         .text = "approximate number, without cell_mm"}),
 };
 
-struct Bounds {
-    Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-};
-
-Bounds bounds_of(std::span<const Vec3d> nodes) {
-    Bounds b;
-    for (const Vec3d& p : nodes)
-        for (int a = 0; a < 3; ++a) {
-            b.low[a] = std::min(b.low[a], p[a]);
-            b.high[a] = std::max(b.high[a], p[a]);
-        }
+mesh::Bounds bounds_of(std::span<const Vec3d> nodes) {
+    mesh::Bounds b;
+    for (const Vec3d& p : nodes) b.add(p);
     return b;
 }
 
@@ -56,7 +49,7 @@ Result<FilledSurface> fill(TriangleMesh surface, const FillSettings& settings,
         for (auto& t : surface.cells) std::swap(t[1], t[2]);
         filled.surface_mm3 = -filled.surface_mm3;
     }
-    const Bounds bounds = bounds_of(surface.nodes_mm);
+    const mesh::Bounds bounds = bounds_of(surface.nodes_mm);
     const auto distance = SurfaceDistance::create(std::move(surface));
     if (!distance) return distance.error();
     filled.cell_mm =

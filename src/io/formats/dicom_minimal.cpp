@@ -12,8 +12,6 @@ namespace {
 
 using namespace dicom_tags;
 
-constexpr std::uint32_t kItem = 0xfffee000, kSequenceEnd = 0xfffee0dd, kPixelData = 0x7fe00010;
-
 std::string u16(std::uint32_t value) {
     return {char(value & 0xff), char(value >> 8 & 0xff)};
 }

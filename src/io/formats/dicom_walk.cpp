@@ -14,9 +14,9 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
+using namespace dicom_tags;
+
 constexpr std::uint32_t kUndefinedLength = 0xffffffff;
-constexpr std::uint32_t kPixelData = 0x7fe00010, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
-                        kSequenceEnd = 0xfffee0dd;
 /// Value representations at multiples of three characters.
 constexpr std::string_view kValueTypes =
     "AE AS AT CS DA DS DT FD FL IS LO LT OB OD OF OL OV OW PN SH SL SQ SS ST SV TM UC UI UL UN UR "
@@ -24,20 +24,16 @@ constexpr std::string_view kValueTypes =
 constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
 /// Stored elements and their types.
 constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
-    {dicom_tags::kTransferSyntax, "UI"}, {dicom_tags::kSopClass, "UI"},
-    {dicom_tags::kModality, ""},         {dicom_tags::kSeriesDescription, ""},
-    {dicom_tags::kSeriesUid, "UI"},      {dicom_tags::kPosition, "DS"},
-    {dicom_tags::kOrientation, "DS"},    {dicom_tags::kSamples, "US"},
-    {dicom_tags::kPhotometric, "CS"},    {dicom_tags::kPlanar, "US"},
-    {dicom_tags::kFrames, "IS"},         {dicom_tags::kRows, "US"},
-    {dicom_tags::kColumns, "US"},        {dicom_tags::kPixelSpacing, "DS"},
-    {dicom_tags::kBitsAllocated, "US"},  {dicom_tags::kBitsStored, "US"},
-    {dicom_tags::kHighBit, "US"},        {dicom_tags::kPixelRepresentation, "US"},
-    {dicom_tags::kIntercept, "DS"},      {dicom_tags::kSlope, "DS"},
-    {dicom_tags::kWindowCenter, "DS"},   {dicom_tags::kWindowWidth, "DS"},
-    {dicom_tags::kRescaleType, ""},      {dicom_tags::kModalityLut, ""},
-    {dicom_tags::kSliceThickness, "DS"}, {dicom_tags::kSliceSpacing, "DS"},
-    {dicom_tags::kFramePointer, "AT"},   {dicom_tags::kFrameOffsets, "DS"}};
+    {kTransferSyntax, "UI"},  {kSopClass, "UI"},     {kModality, ""},
+    {kSeriesDescription, ""}, {kSeriesUid, "UI"},    {kPosition, "DS"},
+    {kOrientation, "DS"},     {kSamples, "US"},      {kPhotometric, "CS"},
+    {kPlanar, "US"},          {kFrames, "IS"},       {kRows, "US"},
+    {kColumns, "US"},         {kPixelSpacing, "DS"}, {kBitsAllocated, "US"},
+    {kBitsStored, "US"},      {kHighBit, "US"},      {kPixelRepresentation, "US"},
+    {kIntercept, "DS"},       {kSlope, "DS"},        {kWindowCenter, "DS"},
+    {kWindowWidth, "DS"},     {kRescaleType, ""},    {kModalityLut, ""},
+    {kSliceThickness, "DS"},  {kSliceSpacing, "DS"}, {kFramePointer, "AT"},
+    {kFrameOffsets, "DS"}};
 /// Sequences of functional groups: for all frames and for each; and those of their sequences that
 /// are read: Frame Content, Plane Position, Plane Orientation, Pixel Measures, Frame VOI LUT, Pixel
 /// Value Transformation.
@@ -46,11 +42,9 @@ constexpr std::uint32_t kSharedGroups = 0x52009229, kFrameGroups = 0x52009230,
 constexpr std::uint32_t kMacros[] = {0x00209111, 0x00209113, 0x00209116,
                                      0x00289110, 0x00289132, 0x00289145};
 /// Their stored elements, of types DS and UL.
-constexpr std::uint32_t kFrameTags[] = {dicom_tags::kPosition,      dicom_tags::kOrientation,
-                                        dicom_tags::kPixelSpacing,  dicom_tags::kSliceThickness,
-                                        dicom_tags::kIntercept,     dicom_tags::kSlope,
-                                        dicom_tags::kWindowCenter,  dicom_tags::kWindowWidth,
-                                        dicom_tags::kTemporalIndex, dicom_tags::kDimensionIndices};
+constexpr std::uint32_t kFrameTags[] = {
+    kPosition, kOrientation,  kPixelSpacing, kSliceThickness, kIntercept,
+    kSlope,    kWindowCenter, kWindowWidth,  kTemporalIndex,  kDimensionIndices};
 /// Maximum length of a stored value, also of one with a number for each frame, and maximum nesting
 /// of sequences.
 constexpr std::uint32_t kMaxValueBytes = 1024, kMaxFrameOffsetBytes = 1 << 20;
@@ -169,7 +163,7 @@ bool DicomWalk::walk_meta() {
 
 /// Sets the syntax. If it isn't named, the first element shows whether types are explicit.
 void DicomWalk::take_syntax() {
-    m_syntax_uid = text(dicom_tags::kTransferSyntax);
+    m_syntax_uid = text(kTransferSyntax);
     if (m_syntax_uid.empty()) {
         guess_explicit();
         m_syntax_uid = m_explicit ? "1.2.840.10008.1.2.1" : "1.2.840.10008.1.2";
@@ -275,7 +269,7 @@ bool DicomWalk::take_value(const Element& element) {
     if (type == "US" && element.length != 2) return false;
     std::string& value = m_values[element.tag];
     if (element.nests) return skip_nested(element);
-    const bool is_long = element.tag == dicom_tags::kFrameOffsets;
+    const bool is_long = element.tag == kFrameOffsets;
     if (element.length > (is_long ? kMaxFrameOffsetBytes : kMaxValueBytes))
         return skip(element.length);
     value.resize(element.length);

@@ -41,7 +41,8 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080
                                kModalityLut = 0x00283000, kSliceThickness = 0x00180050,
                                kSliceSpacing = 0x00180088, kFramePointer = 0x00280009,
                                kFrameOffsets = 0x3004000c, kTemporalIndex = 0x00209128,
-                               kDimensionIndices = 0x00209157;
+                               kDimensionIndices = 0x00209157, kPixelData = 0x7fe00010,
+                               kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xfffee0dd;
 }
 
 /// Maximum number of frames of a file.

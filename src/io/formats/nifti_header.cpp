@@ -31,7 +31,7 @@ constexpr std::size_t kHeaderBytes = 348, kHeaderBytes2 = 540;
 constexpr double kSamePlaceMm = 0.01;
 
 /// The header's bytes with typed access by offset.
-struct Bytes {
+struct HeaderBytes {
     std::array<unsigned char, kHeaderBytes2> bytes{};
     bool swapped = false;
 
@@ -63,7 +63,7 @@ struct NiftiFields {
     std::array<double, 12> srow{};
 };
 
-NiftiFields fields_1(const Bytes& bytes) {
+NiftiFields fields_1(const HeaderBytes& bytes) {
     NiftiFields f;
     f.intent = bytes.get<std::int16_t>(68);
     f.datatype = bytes.get<std::int16_t>(70);
@@ -80,7 +80,7 @@ NiftiFields fields_1(const Bytes& bytes) {
     return f;
 }
 
-NiftiFields fields_2(const Bytes& bytes) {
+NiftiFields fields_2(const HeaderBytes& bytes) {
     NiftiFields f;
     f.version = 2;
     f.datatype = bytes.get<std::int16_t>(12);
@@ -110,7 +110,7 @@ std::size_t read_start(const fs::path& path, std::span<unsigned char> bytes,
 }
 
 Result<NiftiFields> read_nifti_fields(const fs::path& path) {
-    Bytes header;
+    HeaderBytes header;
     const std::size_t count = read_start(path, header.bytes);
     const auto ends_early = [&](std::size_t expected) {
         return unreadable(path, "is damaged or ends early: expected " + std::to_string(expected) +

@@ -252,18 +252,18 @@ class FrameStream {
 /// Reads voxels piece by piece, without a second copy in memory.
 Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
                              const ReadOptions& options, ReadNotes& notes) {
-    constexpr std::size_t kPieceBytes = 1 << 18;
+    constexpr std::size_t kStreamedBytes = 1 << 18;
     const std::size_t size = size_of(header.stored), count = voxel_count(header.grid);
     if (!has_memory_for(count * sizeof(std::int16_t))) throw std::bad_alloc();
     VoxelBuilder voxels(count);
     FrameStream stream(path, header, options.frame.value_or(0));
-    std::vector<double> piece(kPieceBytes / sizeof(double));  // aligned for all types
+    std::vector<double> piece(kStreamedBytes / sizeof(double));  // aligned for all types
     std::vector<double> scaled;
-    if (header.data.rescaled) scaled.resize(kPieceBytes / (size < 8 ? 2 : 1) / size);
+    if (header.data.rescaled) scaled.resize(kStreamedBytes / (size < 8 ? 2 : 1) / size);
     for (std::size_t done = 0; done < count;) {
         if (Status status = go_on(path, options, double(done) / double(count)); !status)
             return status.error();
-        const std::size_t next = std::min(count - done, kPieceBytes / size);
+        const std::size_t next = std::min(count - done, kStreamedBytes / size);
         const auto bytes = std::as_writable_bytes(std::span(piece)).first(next * size);
         if (Status status = stream.read(bytes); !status) return status.error();
         if (header.data.rescaled)

@@ -44,12 +44,12 @@ bool is_exact_in_float(T value) {
     return Exact(float(value)) == Exact(value);
 }
 
-std::string counted(std::size_t count, const std::string& what) {
+std::string counted_voxels(std::size_t count, const std::string& what) {
     return std::to_string(count) + (count == 1 ? " voxel " : " voxels ") + what;
 }
 
 void note_not_finite(std::size_t count, std::vector<std::string>& notes) {
-    if (count) notes.push_back(counted(count, "had no finite value and became air"));
+    if (count) notes.push_back(counted_voxels(count, "had no finite value and became air"));
 }
 
 }  // namespace
@@ -118,7 +118,7 @@ void VoxelBuilder::add(Component component, const void* values, std::size_t coun
 
 Voxels VoxelBuilder::finish(std::vector<std::string>& notes) {
     note_not_finite(m_not_finite, notes);
-    if (m_rounded) notes.push_back(counted(m_rounded, "rounded to 32-bit floats"));
+    if (m_rounded) notes.push_back(counted_voxels(m_rounded, "rounded to 32-bit floats"));
     m_shorts.freeze();
     m_floats.freeze();
     if (m_wide) return std::move(m_floats);

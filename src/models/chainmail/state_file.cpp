@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kCustomLaw = 1, kMaterialsChanged = 2,
                         kKnownFlags = kCustomLaw | kMaterialsChanged;
-constexpr std::size_t kBricksPerPiece = 16;
+constexpr std::size_t kBricksPerRecord = 16;
 /// Largest distance of elements from the scan's first one; no push reaches farther.
 constexpr std::int64_t kFarthestElement = 1 << 24;
 
@@ -48,9 +48,9 @@ void put_imprints(StateWriter& out, const Lattice& lattice, const PlasticRest& i
     std::vector<Vec3i> coords;
     for (const auto& entry : imprints.bricks()) coords.push_back(entry.first);
     std::sort(coords.begin(), coords.end(), comes_first);
-    for (std::size_t first = 0; first < coords.size(); first += kBricksPerPiece) {
+    for (std::size_t first = 0; first < coords.size(); first += kBricksPerRecord) {
         const auto piece =
-            std::span(coords).subspan(first, std::min(kBricksPerPiece, coords.size() - first));
+            std::span(coords).subspan(first, std::min(kBricksPerRecord, coords.size() - first));
         Bytes raw;
         for (const Vec3i& coord : piece) {
             const auto& imprint = imprints.find(coord)->imprint;
@@ -77,7 +77,7 @@ void put_moves(StateWriter& out, const Lattice& lattice) {
         if (!encode_change(before, {brick.u[0], brick.u[1], brick.u[2]}, lattice.brick_size(), raw))
             continue;
         coords.push_back(brick.coord);
-        if (coords.size() == kBricksPerPiece) finish();
+        if (coords.size() == kBricksPerRecord) finish();
     }
     finish();
     out.put_u32(0);
@@ -87,9 +87,9 @@ void put_edits(StateWriter& out, const Lattice& lattice) {
     std::vector<Vec3i> coords;
     for (const auto& entry : lattice.all_edits()) coords.push_back(entry.first);
     std::sort(coords.begin(), coords.end(), comes_first);
-    for (std::size_t first = 0; first < coords.size(); first += kBricksPerPiece) {
+    for (std::size_t first = 0; first < coords.size(); first += kBricksPerRecord) {
         const auto piece =
-            std::span(coords).subspan(first, std::min(kBricksPerPiece, coords.size() - first));
+            std::span(coords).subspan(first, std::min(kBricksPerRecord, coords.size() - first));
         Bytes raw;
         for (const Vec3i& coord : piece)
             for (const std::uint8_t flags : *lattice.edits_of(coord))

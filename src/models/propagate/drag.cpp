@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr std::int64_t kBricksPerTask = 32;
+constexpr std::int64_t kDraggedPerTask = 32;
 /// Number of elements whose displacements, 6 MiB, the caches can hold until they are read again.
 constexpr std::size_t kCachedElements = 1 << 19;
 /// Value of FieldBrick::highest below all values of a field.
@@ -98,7 +98,7 @@ void Drag::look_at_bricks(Lattice& lattice, LookAtBrick look, const TaskArena& a
         for (std::size_t d = 0; d < 6; ++d) m_bone[d] = std::max(m_bone[d], bone[d]);
         m_reach_elements += reached;
     };
-    arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(look_at_some));
+    arena.for_each(std::int64_t(m_bricks.size()), kDraggedPerTask, std::ref(look_at_some));
 }
 
 void Drag::bound_travel(const Lattice& lattice, const Brick& brick, const FieldArrays& fields,
@@ -207,7 +207,7 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
         const std::lock_guard lock(mutex);
         tighten(limit, own);
     };
-    arena.for_each(std::int64_t(m_bricks.size()), 16 * kBricksPerTask, std::ref(look));
+    arena.for_each(std::int64_t(m_bricks.size()), 16 * kDraggedPerTask, std::ref(look));
     return limit;
 }
 
@@ -273,7 +273,7 @@ std::int64_t Drag::move(Lattice& lattice, Vec3<Fixed> step, MoveDragged move_dra
         finish_moves();
         moved += own;
     };
-    arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(move_some));
+    arena.for_each(std::int64_t(m_bricks.size()), kDraggedPerTask, std::ref(move_some));
     for (int a = 0; a < 3; ++a) {
         const auto c = std::size_t(a);
         if (frame.moves[c]) m_turns[c].add({frame.left[c], frame.sign[c]});

@@ -17,7 +17,7 @@ namespace {
 /// Rounding the three components of a step towards zero can move its end by less than 2 units;
 /// movement limits are satisfied with this margin [units].
 constexpr double kRoundingMargin = 4;
-constexpr std::int64_t kBricksPerTask = 32;
+constexpr std::int64_t kTouchedPerTask = 32;
 
 using Raises = Vec3<Fixed>;  ///< of one element, each in 0…|shift_a|
 
@@ -211,7 +211,7 @@ StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
         const std::lock_guard lock(mutex);
         tighten(limit, own);
     };
-    arena.for_each(std::int64_t(work.touched.size()), kBricksPerTask, std::ref(look));
+    arena.for_each(std::int64_t(work.touched.size()), kTouchedPerTask, std::ref(look));
     return limit;
 }
 
@@ -295,7 +295,7 @@ std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKer
         }
         moved += own;
     };
-    arena.for_each(std::int64_t(work.touched.size()), kBricksPerTask, std::ref(move));
+    arena.for_each(std::int64_t(work.touched.size()), kTouchedPerTask, std::ref(move));
     return moved;
 }
 

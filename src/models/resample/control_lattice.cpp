@@ -23,7 +23,7 @@ namespace pliant {
 namespace {
 
 constexpr int kBrickSize = 8;
-constexpr std::int64_t kBricksPerTask = 16;
+constexpr std::int64_t kControlBricksPerTask = 16;
 
 double mix(double a, double b, double t) {
     return (1 - t) * a + t * b;
@@ -266,7 +266,7 @@ void ControlLattice::Impl::write_listed() {
             field.written(brick, now);
         }
     };
-    arena.for_each(std::int64_t(listed.size()), kBricksPerTask, std::ref(task));
+    arena.for_each(std::int64_t(listed.size()), kControlBricksPerTask, std::ref(task));
     field.drop_still_bricks(listed);
 }
 

@@ -19,7 +19,7 @@
 namespace pliant {
 namespace {
 
-constexpr std::int64_t kRowsPerTask = 64;
+constexpr std::int64_t kLiveRowsPerTask = 64;
 
 struct FreeMemory {
     void operator()(void* memory) const { std::free(memory); }
@@ -61,7 +61,7 @@ struct LiveDeformation::Impl {
                 }
             });
         };
-        tissue->arena().for_each(std::int64_t(n.y) * n.z, kRowsPerTask, std::ref(task));
+        tissue->arena().for_each(std::int64_t(n.y) * n.z, kLiveRowsPerTask, std::ref(task));
     }
 
     const MovingScan* tissue;

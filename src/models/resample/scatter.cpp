@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSlabsPerThread = 2;
 constexpr std::size_t kFewBricks = 128;  ///< number that one thread writes before another is awake
-constexpr std::int64_t kBricksPerTask = 64, kStripsPerTask = 32;
+constexpr std::int64_t kBricksPerScatter = 64, kStripsPerTask = 32;
 
 }  // namespace
 
@@ -33,7 +33,7 @@ void Scatter::for_dirty(const Work& work) {
         work(bricks.subspan(std::size_t(begin), std::size_t(end - begin)));
     };
     // By reference: a copy of the captures would allocate.
-    m_arena.for_each(std::int64_t(bricks.size()), kBricksPerTask, std::ref(task));
+    m_arena.for_each(std::int64_t(bricks.size()), kBricksPerScatter, std::ref(task));
 }
 
 /// Calls work(writer) on several threads, one writer for each, as many as pay off.

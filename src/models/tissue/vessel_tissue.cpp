@@ -20,7 +20,7 @@ namespace {
 constexpr int kStepsPerSweep = 2;
 // The wire is calm if no node has moved farther than this in that many sweeps. The end of a wire
 // that is pressed to the wall vibrates by 0.01 mm forever.
-constexpr double kCalm_mm = 0.02;
+constexpr double kCalmWire_mm = 0.02;
 constexpr int kCalmSweeps = 50;
 constexpr int kMaxUntoldSweeps = 1000;  ///< limit of motion without commands
 
@@ -127,8 +127,8 @@ bool VesselTissue::is_calm() noexcept try {
     std::vector<Vec3d> wall = m_scene->wall_positions();
     m_wire.reserve(wire.size());
     const bool has_before = m_wire.size() == wire.size() && m_wall.size() == wall.size();
-    const bool calm =
-        has_before && farthest(wire, m_wire) < kCalm_mm && farthest(wall, m_wall) < kCalm_mm;
+    const bool calm = has_before && farthest(wire, m_wire) < kCalmWire_mm &&
+                      farthest(wall, m_wall) < kCalmWire_mm;
     m_wire.assign(wire.begin(), wire.end());
     m_wall = std::move(wall);
     return calm;

@@ -428,12 +428,6 @@ const std::array<std::pair<const char*, Reader>, 35> kReaders = {{
     {"slide", [](Fields& f) { return read_push(f, true, 0.01); }},
 }};
 
-Json json_of(Vec3d v) {
-    return {v.x, v.y, v.z};
-}
-Json json_of(Vec3f v) {
-    return {v.x, v.y, v.z};
-}
 Json json_of_mark(const MarkMessage& mark) {
     Json o = {{"key", mark.key}, {"kind", kMarkKinds[std::size_t(mark.kind)]}};
     if (mark.kind == MarkKind::None) return o;

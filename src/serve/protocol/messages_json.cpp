@@ -24,13 +24,6 @@ std::string text_of_json(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-Json json_of(Vec3d v) {
-    return {v.x, v.y, v.z};
-}
-Json json_of(Vec3i v) {
-    return {v.x, v.y, v.z};
-}
-
 Json json_of(const ClientInfo& client) {
     return {{"client", client.number},
             {"name", client.name},

@@ -6,11 +6,21 @@
 #pragma once
 
 #include <pliant/core/record.h>
+#include <pliant/core/vec.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "protocol/tissue_choice.h"
+
+namespace pliant {
+
+template <class T>
+nlohmann::json json_of(const Vec3<T>& v) {
+    return {v.x, v.y, v.z};
+}
+
+}  // namespace pliant
 
 namespace pliant::serve {
 

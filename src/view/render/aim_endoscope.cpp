@@ -22,10 +22,10 @@ constexpr int kDirections = 600;
 constexpr double kDistancesMm[] = {24, 20, 29, 16, 35, 12, 45, 9, 6};
 constexpr double kClearanceMm = 3;           // between the eye and any wall
 constexpr double kDepthsMm[] = {4, 12, 30};  // of the target in the tissue
-constexpr double kPureAirHu = -900;          // smaller: airway lumen; larger: possibly lung
+constexpr double kAirwayHu = -900;           // smaller: airway lumen; larger: possibly lung
 constexpr double kSurfaceMm = 0.01;          // offset from the surface at the start of a ray
 
-struct Candidate {
+struct Viewpoint {
     Vec3d eye_mm;
     double score;
 };
@@ -68,18 +68,18 @@ double direction_score(Vec3d away, Vec3d push) {
 
 /// Share of samples on the ray that are certainly free: in CT, air rather than lung.
 double free_score(const Aim& aim, Vec3d eye_mm) {
-    if (aim.polarity != Polarity::Rising || aim.iso_hu <= kPureAirHu || aim.iso_hu >= 0) return 1;
+    if (aim.polarity != Polarity::Rising || aim.iso_hu <= kAirwayHu || aim.iso_hu >= 0) return 1;
     constexpr int kSteps = 8;
     int free = 0;
     for (int i = 0; i < kSteps; ++i) {
         const double share = 0.3 + 0.7 * i / (kSteps - 1);
         const Vec3d place = aim.target_mm + share * (eye_mm - aim.target_mm);
-        free += aim.rays.sample(place) < kPureAirHu ? 1 : 0;
+        free += aim.rays.sample(place) < kAirwayHu ? 1 : 0;
     }
     return 0.2 + 0.8 * free / kSteps;
 }
 
-void add_candidates(const Aim& aim, Vec3d away, double depth_mm, std::vector<Candidate>& found) {
+void add_candidates(const Aim& aim, Vec3d away, double depth_mm, std::vector<Viewpoint>& found) {
     double begin = 0;
     if (aim.in_tissue(aim.target_mm)) {
         const auto out = aim.way_out(aim.target_mm, away);
@@ -113,11 +113,11 @@ std::optional<Vec3d> find_eye(const Aim& aim) {
     const auto directions = render::sphere_directions(kDirections);
     const auto around = render::sphere_directions(60);
     for (double depth : kDepthsMm) {
-        std::vector<Candidate> found;
+        std::vector<Viewpoint> found;
         for (Vec3d away : directions) add_candidates(aim, away, aim.scale * depth, found);
         std::stable_sort(found.begin(), found.end(),
-                         [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-        for (const Candidate& c : found)
+                         [](const Viewpoint& a, const Viewpoint& b) { return a.score > b.score; });
+        for (const Viewpoint& c : found)
             if (has_room(aim, c.eye_mm, around)) return c.eye_mm;
     }
     return std::nullopt;

@@ -7,6 +7,7 @@
 // falls off with the distance and fades into the fog. The style Real is RealLook's.
 
 #include "render/camera.h"
+#include "render/canvas.h"
 #include "render/colour.h"
 #include "render/real_look.h"
 #include "render/volume_rays.h"
@@ -30,9 +31,7 @@ struct Sample {
 
 using Point = PicturePoint;
 using render::LookHit;
-struct Pixel {
-    int x, y;
-};
+using render::Pixel;
 
 class Painter {
   public:
