@@ -89,7 +89,7 @@ set(PLIANT_HOUSE
     "research          published methods, to compare with; results/: papers' figures"
     "  8 chains        published orderings, ChainMail on graphs and between objects"
     "  8 rods          Cosserat rods solved directly, their contact with a vessel"
-    "  8 networks      springs by projective dynamics, and with new positions in a step")
+    "  8 networks      springs by projective dynamics, with new positions; touched triangles")
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
@@ -98,7 +98,7 @@ set(PLIANT_PUBLIC_HEADERS
     "volume    scan_values"
     "field     deformation"
     "fem       ranks"
-    "springs   network_file spring_probe"
+    "springs   network_file"
     "pbd       body_contact"
     "pictures  png"
     "tissue    drivable mesh_tissue tissues"
@@ -108,7 +108,7 @@ set(PLIANT_PUBLIC_HEADERS
     "network   serve pliant"
     "chains    research/graph research/objects research/orderings"
     "rods      research/rod"
-    "networks  research/springs")
+    "networks  research/spring_probe research/springs")
 
 # Adds to a list of wings those that they need, and puts the list in order. Other names stay out.
 function(pliant_add_needs list)

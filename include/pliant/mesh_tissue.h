@@ -27,7 +27,7 @@
 
 #include <pliant/cut_mesh.h>
 #include <pliant/mesh.h>
-#include <pliant/spring_probe.h>
+#include <pliant/springs.h>
 #include <pliant/tissue.h>
 #include <pliant/tool.h>
 

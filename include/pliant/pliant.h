@@ -7,7 +7,7 @@
 //   a scan            volume.h, mesh.h; cut_mesh.h: cuts through tetrahedra
 //   its deformation   deformation.h: displacements, from any model; resample.h: back to a grid
 //   a tool            tool.h
-//   a tissue          tissue.h: the interface; chainmail.h, springs.h, spring_probe.h, pbd.h,
+//   a tissue          tissue.h: the interface; chainmail.h, springs.h, pbd.h,
 //                     body_contact.h, vessel.h, catheter.h, drivable.h, organs.h
 //   materials         material.h; fit.h, fit_mesh.h: springs identified against finite elements
 //                     (fem.h) or measurements; network_file.h: their file
@@ -55,7 +55,6 @@
 #include <pliant/scan_values.h>
 #include <pliant/serve.h>
 #include <pliant/session.h>
-#include <pliant/spring_probe.h>
 #include <pliant/springs.h>
 #include <pliant/surface_view.h>
 #include <pliant/tasks.h>

@@ -14,7 +14,7 @@
 
 #pragma once
 
-#include <pliant/spring_probe.h>
+#include <pliant/springs.h>
 
 #include <optional>
 #include <span>
