@@ -175,7 +175,6 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
 
 // Local models (haptics.h) for each tissue.
 //
-//   springs    the reaction of the held nodes and its derivative [Choi2004, Eq. 19]
 //   ChainMail  the iso surface of the scan, stiffness from its grey values, and the slack of the
 //              links, which limits how far the wall can be pushed
 //   any other  forces only, for example of position-based constraints: the stiffness is estimated
@@ -202,15 +201,6 @@ class LearntStiffness {
     bool m_has_position = false;
     Vec3d m_position_mm{0, 0, 0}, m_force_n{0, 0, 0};
 };
-
-/// Model of a tool that pushes the nodes which it holds beyond a surface, in the scene's units (mm,
-/// g, s). It assumes that the other nodes follow to their equilibrium.
-/// @param last  estimate for the same contact, or null. Near an instability ReactionLaw::Relaxed is
-///              too stiff; the last solution's force corrects that
-/// @returns an error of SpringTissue::reaction
-Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
-                                     LearntStiffness* last = nullptr);
 
 struct ChainMailFeelSettings {
     double tool_radius_mm = 1.5;
