@@ -42,10 +42,8 @@ pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
             test_distance.cpp test_files.cpp test_fill_surface.cpp test_limits.cpp
-            test_overlap.cpp test_stuffing.cpp
-            test_write_vtu.cpp
+            test_stuffing.cpp test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
-target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/research/results/pbd)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
     SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
