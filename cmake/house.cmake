@@ -89,7 +89,8 @@ set(PLIANT_HOUSE
     "research          published methods, to compare with; results/: papers' figures"
     "  8 chains        published orderings, ChainMail on graphs and between objects"
     "  8 rods          Cosserat rods solved directly, their contact with a vessel; overlaps"
-    "  8 networks      springs by projective dynamics, with new positions; touched triangles")
+    "  8 networks      springs by projective dynamics, with new positions; touched triangles"
+    "  8 ranks         finite elements shared by processes, each with a slab of the lattice")
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
@@ -97,7 +98,6 @@ set(PLIANT_PUBLIC_HEADERS
     "mesh      cut_mesh"
     "volume    scan_values"
     "field     deformation"
-    "fem       ranks"
     "springs   network_file"
     "pbd       body_contact"
     "pictures  png"
@@ -107,6 +107,7 @@ set(PLIANT_PUBLIC_HEADERS
     "haptics   haptics_device"
     "network   serve pliant"
     "chains    research/graph research/objects research/orderings"
+    "ranks     research/ranks"
     "rods      research/overlap research/rod"
     "networks  research/spring_probe research/springs")
 

@@ -14,7 +14,7 @@
 
 #pragma once
 
-#include <pliant/ranks.h>
+#include <pliant/research/ranks.h>
 #include <pliant/tasks.h>
 
 #include <memory>
