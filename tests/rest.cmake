@@ -69,7 +69,8 @@ pliant_test(gym
     SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
             test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
-    SOURCES ../../research/results/haptics/hands.cpp ../../research/results/haptics/tissues.cpp
+    SOURCES ../../research/results/haptics/hands.cpp
+            ../../research/results/haptics/haptic_run.cpp ../../research/results/haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp
             test_servo.cpp test_servo_step.cpp test_space_mouse.cpp test_stability.cpp
             watch_thread.cpp

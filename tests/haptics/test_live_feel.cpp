@@ -21,6 +21,7 @@
 #include <variant>
 #include <vector>
 
+#include "haptic_run.h"
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
 #include "support/temporary_folder.h"

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "haptic_run.h"
 #include "value_of.h"
 
 namespace pliant::results {
