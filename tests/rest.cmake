@@ -42,14 +42,12 @@ pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
             test_distance.cpp test_files.cpp test_fill_surface.cpp test_limits.cpp
-            test_overlap.cpp test_stuffing.cpp
-            test_write_vtu.cpp
+            test_stuffing.cpp test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
-target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/research/results/pbd)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
     SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
-            test_multigrid.cpp test_published.cpp test_slabs.cpp test_solvers.cpp)
+            test_multigrid.cpp test_published.cpp test_solvers.cpp)
 pliant_test(tissue
     SOURCES ../support/count_allocations.cpp test_body_cuts.cpp test_eye_deformation.cpp
             test_giving_up.cpp test_mesh_tissue.cpp
@@ -72,7 +70,8 @@ pliant_test(gym
     SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
             test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
-    SOURCES ../../research/results/haptics/hands.cpp ../../research/results/haptics/tissues.cpp
+    SOURCES ../../research/results/haptics/hands.cpp
+            ../../research/results/haptics/haptic_run.cpp ../../research/results/haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp
             test_servo.cpp test_servo_step.cpp test_space_mouse.cpp test_stability.cpp
             watch_thread.cpp

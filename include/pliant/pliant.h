@@ -63,7 +63,6 @@
 #include <pliant/models/pbd.h>
 #include <pliant/models/relax.h>
 #include <pliant/models/scene_files.h>
-#include <pliant/models/spring_probe.h>
 #include <pliant/models/springs.h>
 #include <pliant/models/vessel.h>
 #include <pliant/own_tissue.h>

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "haptic_run.h"
 #include "support/random.h"
 
 namespace pliant {

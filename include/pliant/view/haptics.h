@@ -29,7 +29,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -175,7 +174,6 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
 
 // Local models (haptics.h) for each tissue.
 //
-//   springs    the reaction of the held nodes and its derivative [Choi2004, Eq. 19]
 //   ChainMail  the iso surface of the scan, stiffness from its grey values, and the slack of the
 //              links, which limits how far the wall can be pushed
 //   any other  forces only, for example of position-based constraints: the stiffness is estimated
@@ -202,15 +200,6 @@ class LearntStiffness {
     bool m_has_position = false;
     Vec3d m_position_mm{0, 0, 0}, m_force_n{0, 0, 0};
 };
-
-/// Model of a tool that pushes the nodes which it holds beyond a surface, in the scene's units (mm,
-/// g, s). It assumes that the other nodes follow to their equilibrium.
-/// @param last  estimate for the same contact, or null. Near an instability ReactionLaw::Relaxed is
-///              too stiff; the last solution's force corrects that
-/// @returns an error of SpringTissue::reaction
-Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
-                                     LearntStiffness* last = nullptr);
 
 struct ChainMailFeelSettings {
     double tool_radius_mm = 1.5;
@@ -277,8 +266,7 @@ class ChainMailFeel {
 //
 // @code
 //   VirtualDevice device({.damping_n_s_m = 0.5, .hand = active_hand({0, 0, 2}, 10)});
-//   run_haptics(device, {.settings = {.max_stiffness_n_m = 800}, .update_periods = 33},
-//               60'000, [](Vec3d tool_mm) { return model_of_contact(tool_mm); });
+//   device.advance({0, 0, 0.5}, 1e-3);               // in each period, the force of servo_step()
 //   double energy_j = device.passivity_j();          // never below 0: the hand gains no energy
 // @endcode
 //
@@ -345,25 +333,6 @@ class VirtualDevice {
     double m_time_s = 0;
     double m_work_of_servo_j = 0, m_work_of_hand_j = 0, m_lost_j = 0, m_lowest_passivity_j = 0;
 };
-
-struct HapticRun {
-    HapticSettings settings{};
-    double rate_hz = 1000;
-    int update_periods = 33;  ///< periods between two solutions of the tissue
-    int delay_periods = 0;    ///< latency of a solution
-};
-
-/// Returns the tissue's model for a tool position in the scene [mm]; the caller fills in the
-/// number.
-using HapticTissue = std::function<HapticModel(Vec3d tool_mm)>;
-/// Called after each period; false ends the run.
-using HapticWatch = std::function<bool(const HapticReading& reading, const HapticModel* fresh,
-                                       const HapticState& state, const HapticForce& force)>;
-
-/// Runs servo, device and tissue in simulated time, period by period, on this thread.
-/// @returns the last state of the servo
-HapticState run_haptics(VirtualDevice& device, const HapticRun& run, std::int64_t periods,
-                        const HapticTissue& tissue, const HapticWatch& watch = {});
 
 // The servo thread, and the devices that it can run.
 //
