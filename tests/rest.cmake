@@ -100,25 +100,26 @@ target_compile_definitions(test_haptics PRIVATE
     PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
 add_dependencies(test_haptics fake_spnav)
 pliant_test(protocol
-    SOURCES ../hub/test_client.cpp settings_files.cpp test_commands.cpp test_frames.cpp
-            test_settings_files.cpp
-    LIBRARIES nlohmann_json::nlohmann_json
+    SOURCES ../hub/read_frames.cpp ../hub/test_client.cpp settings_files.cpp test_commands.cpp
+            test_frames.cpp test_settings_files.cpp
+    LIBRARIES nlohmann_json::nlohmann_json pliant_lz4
     INPUTS ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src/serve
            ${PROJECT_SOURCE_DIR}/viewer/src)
 target_compile_definitions(test_protocol PRIVATE PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 pliant_test(session
-    SOURCES ../hub/test_client.cpp ../support/scan_files.cpp test_checkpoint.cpp test_scene.cpp
-            test_source.cpp
-    LIBRARIES nlohmann_json::nlohmann_json)
+    SOURCES ../hub/read_frames.cpp ../hub/test_client.cpp ../support/scan_files.cpp
+            test_checkpoint.cpp test_scene.cpp test_source.cpp
+    LIBRARIES nlohmann_json::nlohmann_json pliant_lz4)
 pliant_test(hub
-    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
-            test_changed_blocks.cpp test_depth_for_time.cpp test_fairness.cpp test_files.cpp
-            test_haptic_catheter.cpp test_haptics.cpp test_hostile.cpp test_labels.cpp
-            test_marks.cpp test_network.cpp test_out_of_memory.cpp test_overlay.cpp test_organ.cpp
+    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp read_frames.cpp
+            test_client.cpp test_changed_blocks.cpp test_depth_for_time.cpp test_fairness.cpp
+            test_files.cpp test_haptic_catheter.cpp test_haptics.cpp test_hostile.cpp
+            test_labels.cpp test_marks.cpp test_network.cpp test_out_of_memory.cpp
+            test_overlay.cpp test_organ.cpp
             test_own_tissue.cpp test_path.cpp test_playback.cpp test_recorder.cpp
             test_recording.cpp test_rest_field.cpp test_server.cpp test_slow_line.cpp
             test_states.cpp test_traffic.cpp test_vessel.cpp
-    LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL
+    LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL pliant_lz4
     INPUTS ${PROJECT_SOURCE_DIR}/scenes $<TARGET_FILE:slow_haptic_device>)
 target_include_directories(test_hub PRIVATE ${PROJECT_SOURCE_DIR}/examples)
 target_compile_definitions(test_hub PRIVATE
@@ -128,7 +129,8 @@ add_dependencies(test_hub slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
-                             ../hub/test_client.cpp ../support/scan_files.cpp test_body.cpp
+                             ../hub/read_frames.cpp ../hub/test_client.cpp
+                             ../support/scan_files.cpp test_body.cpp
                              test_crashes.cpp test_ending.cpp
                              test_ending_movies.cpp test_fit_mesh.cpp test_keyframes.cpp
                              test_kinds_of_scans.cpp
@@ -137,7 +139,7 @@ if(PLIANT_BUILD_APP)
                              test_program.cpp test_readers.cpp test_serve.cpp
                              test_truth.cpp
                              test_value_range.cpp test_vessel.cpp
-                LIBRARIES nlohmann_json::nlohmann_json
+                LIBRARIES nlohmann_json::nlohmann_json pliant_lz4
                 INPUTS $<TARGET_FILE:pliant_app> $<TARGET_FILE:pliant_decoder>
                        ${CMAKE_CURRENT_SOURCE_DIR}/apps/data)
     target_compile_definitions(test_apps PRIVATE
