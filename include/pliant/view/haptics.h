@@ -84,13 +84,6 @@ HapticModel model_of_grip(Vec3d position_mm, Vec3d force_n, const Mat3d& change_
 ///                          may be null
 Vec3d nearest_free_position(const HapticModel& model, Vec3d x_mm, bool* is_boxed_in = nullptr);
 
-/// Force between two solutions.
-enum class HapticScheme {
-    LinearLaw,    ///< the local model
-    Hold,         ///< the last force
-    Extrapolate,  ///< linear extrapolation of the last two forces [Choi2004, 3.3.1]
-};
-
 /// Scene from device: x_scene = origin + scale · rotation · x_device.
 struct HapticWorkspace {
     Mat3d rotation = kIdentity3;
@@ -100,16 +93,13 @@ struct HapticWorkspace {
 };
 
 struct HapticSettings {
-    HapticScheme scheme = HapticScheme::LinearLaw;
-    /// Limit of Extrapolate, in update periods. The paper has no limit.
-    double extrapolated_updates = 1;
     double max_force_n = 3;  ///< at the device
     double max_force_rate_n_s = 1000;
     double max_stiffness_n_m = 600;  ///< at the device
     double damping_n_s_m = 0;        ///< of the coupling between tool and proxy, in contact
     /// Passivity of a contact: it never returns more energy than it took, and force along the
-    /// tool's motion is reduced accordingly. LinearLaw only. Without it, tissue that moves by
-    /// itself moves the hand.
+    /// tool's motion is reduced accordingly. Without it, tissue that moves by itself moves the
+    /// hand.
     bool bounded_energy = true;
     double blend_s = 0.05;  ///< maximum; a new model is blended in over its period
     double stale_s = 0.1;   ///< a model older than this is ignored
@@ -140,13 +130,12 @@ struct HapticState {
     Vec3d proxy_mm{0, 0, 0};
     bool in_contact = false;
     Vec3d correction_n{0, 0, 0};  ///< force step at the last model change, which is blended out
-    Vec3d earlier_force_n{0, 0, 0};
-    double gain = 0;         ///< 0…1, of the safe stop
-    Vec3d force_n{0, 0, 0};  ///< in the scene, as sent
-    double energy_j = 0;     ///< energy that the contact has taken from the tool minus energy
-                             ///< returned
-    double swap_step_n = 0;  ///< force step that the newest model would have caused without
-                             ///< blending
+    double gain = 0;              ///< 0…1, of the safe stop
+    Vec3d force_n{0, 0, 0};       ///< in the scene, as sent
+    double energy_j = 0;          ///< energy that the contact has taken from the tool minus energy
+                                  ///< returned
+    double swap_step_n = 0;       ///< force step that the newest model would have caused without
+                                  ///< blending
 };
 
 enum HapticFlags : std::uint32_t {

@@ -12,8 +12,18 @@
 
 namespace pliant {
 
+/// Force between two solutions.
+enum class HapticScheme {
+    LinearLaw,    ///< the local model
+    Hold,         ///< the last force
+    Extrapolate,  ///< linear extrapolation of the last two forces [Choi2004, 3.3.1]
+};
+
 struct HapticRun {
-    HapticSettings settings{};
+    HapticSettings settings{};  ///< blend_s and bounded_energy are those of LinearLaw alone
+    HapticScheme scheme = HapticScheme::LinearLaw;
+    /// Limit of Extrapolate, in update periods. The paper has no limit.
+    double extrapolated_updates = 1;
     double rate_hz = 1000;
     int update_periods = 33;  ///< periods between two solutions of the tissue
     int delay_periods = 0;    ///< latency of a solution
