@@ -49,7 +49,7 @@ pliant_test(fem
     SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
             test_multigrid.cpp test_published.cpp test_solvers.cpp)
 pliant_test(tissue
-    SOURCES ../support/count_allocations.cpp test_body_cuts.cpp test_eye_deformation.cpp
+    SOURCES ../support/count_allocations.cpp test_body_cuts.cpp test_endoscopy.cpp
             test_giving_up.cpp test_mesh_tissue.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp test_check_tissue.cpp

@@ -53,7 +53,6 @@
 #include <pliant/models/catheter.h>
 #include <pliant/models/cut_mesh.h>
 #include <pliant/models/drivable.h>
-#include <pliant/models/eye_deformation.h>
 #include <pliant/models/fem.h>
 #include <pliant/models/fit.h>
 #include <pliant/models/fit_mesh.h>
