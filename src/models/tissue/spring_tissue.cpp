@@ -4,11 +4,11 @@
 #include "tissue/spring_tissue.h"
 
 #include <algorithm>
-#include <chrono>
 #include <string>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "springs/cell_volume.h"
 #include "tissue/scan_network.h"
@@ -210,7 +210,7 @@ Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {
         while (report.steps < budget.max_steps && report.ms < budget.max_ms && !m_settled) {
             const int count =
                 int(std::min<std::int64_t>(kStepsAtATime, budget.max_steps - report.steps));
-            const auto start = std::chrono::steady_clock::now();
+            const Stopwatch watch;
             const auto stepped = m_tissue.step(count, arena());
             if (stepped.ok()) {
                 report.steps += stepped->steps;
@@ -228,9 +228,7 @@ Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {
             }
             if (m_settled) settle();
             m_is_shown = false;
-            report.ms +=
-                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-                    .count();
+            report.ms += watch.ms();
         }
         if (active_nodes > 0) m_active_nodes = active_nodes;
         report.settled = m_settled;
