@@ -6,7 +6,6 @@
 #include <pliant/view/haptics.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace pliant {
 namespace {
