@@ -88,8 +88,9 @@ set(PLIANT_HOUSE
     "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server"
     "research          published methods, to compare with; results/: papers' figures"
     "  8 chains        published orderings, ChainMail on graphs and between objects"
-    "  8 rods          Cosserat rods solved directly, their contact with a vessel"
-    "  8 networks      springs by projective dynamics, and with new positions in a step")
+    "  8 rods          Cosserat rods solved directly, their contact with a vessel; overlaps"
+    "  8 networks      springs by projective dynamics, with new positions; touched triangles"
+    "  8 ranks         finite elements shared by processes, each with a slab of the lattice")
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
@@ -97,20 +98,20 @@ set(PLIANT_PUBLIC_HEADERS
     "mesh      cut_mesh"
     "volume    scan_values"
     "field     deformation moving_scan"
-    "fem       ranks"
-    "springs   network_file spring_probe"
+    "springs   network_file"
     "pbd       body_contact"
     "formats   scan_files"
     "meshes    mesh_files"
     "pictures  png"
-    "tissue    check_tissue drivable eye_deformation mesh_tissue own_tissue tissues"
+    "tissue    check_tissue drivable mesh_tissue own_tissue tissues"
     "fit       fit_mesh"
     "render    surface_view"
     "haptics   haptics_device"
     "network   serve pliant"
     "chains    research/graph research/objects research/orderings"
-    "rods      research/rod"
-    "networks  research/springs")
+    "ranks     research/ranks"
+    "rods      research/overlap research/rod"
+    "networks  research/spring_probe research/springs")
 
 # Adds to a list of wings those that they need, and puts the list in order. Other names stay out.
 function(pliant_add_needs list)

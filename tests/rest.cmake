@@ -42,16 +42,14 @@ pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
             test_distance.cpp test_files.cpp test_fill_surface.cpp test_limits.cpp
-            test_overlap.cpp test_stuffing.cpp
-            test_write_vtu.cpp
+            test_stuffing.cpp test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
-target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/research/results/pbd)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
     SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
-            test_multigrid.cpp test_published.cpp test_slabs.cpp test_solvers.cpp)
+            test_multigrid.cpp test_published.cpp test_solvers.cpp)
 pliant_test(tissue
-    SOURCES ../support/count_allocations.cpp test_body_cuts.cpp test_eye_deformation.cpp
+    SOURCES ../support/count_allocations.cpp test_body_cuts.cpp test_endoscopy.cpp
             test_giving_up.cpp test_mesh_tissue.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp test_check_tissue.cpp
@@ -72,7 +70,8 @@ pliant_test(gym
     SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
             test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
-    SOURCES ../../research/results/haptics/hands.cpp ../../research/results/haptics/tissues.cpp
+    SOURCES ../../research/results/haptics/hands.cpp
+            ../../research/results/haptics/haptic_run.cpp ../../research/results/haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp
             test_servo.cpp test_servo_step.cpp test_space_mouse.cpp test_stability.cpp
             watch_thread.cpp
@@ -101,25 +100,26 @@ target_compile_definitions(test_haptics PRIVATE
     PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
 add_dependencies(test_haptics fake_spnav)
 pliant_test(protocol
-    SOURCES ../hub/test_client.cpp settings_files.cpp test_commands.cpp test_frames.cpp
-            test_settings_files.cpp
-    LIBRARIES nlohmann_json::nlohmann_json
+    SOURCES ../hub/read_frames.cpp ../hub/test_client.cpp settings_files.cpp test_commands.cpp
+            test_frames.cpp test_settings_files.cpp
+    LIBRARIES nlohmann_json::nlohmann_json pliant_lz4
     INPUTS ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src/serve
            ${PROJECT_SOURCE_DIR}/viewer/src)
 target_compile_definitions(test_protocol PRIVATE PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 pliant_test(session
-    SOURCES ../hub/test_client.cpp ../support/scan_files.cpp test_checkpoint.cpp test_scene.cpp
-            test_source.cpp
-    LIBRARIES nlohmann_json::nlohmann_json)
+    SOURCES ../hub/read_frames.cpp ../hub/test_client.cpp ../support/scan_files.cpp
+            test_checkpoint.cpp test_scene.cpp test_source.cpp
+    LIBRARIES nlohmann_json::nlohmann_json pliant_lz4)
 pliant_test(hub
-    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_client.cpp
-            test_changed_blocks.cpp test_depth_for_time.cpp test_fairness.cpp test_files.cpp
-            test_haptic_catheter.cpp test_haptics.cpp test_hostile.cpp test_labels.cpp
-            test_marks.cpp test_network.cpp test_out_of_memory.cpp test_overlay.cpp test_organ.cpp
+    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp read_frames.cpp
+            test_client.cpp test_changed_blocks.cpp test_depth_for_time.cpp test_fairness.cpp
+            test_files.cpp test_haptic_catheter.cpp test_haptics.cpp test_hostile.cpp
+            test_labels.cpp test_marks.cpp test_network.cpp test_out_of_memory.cpp
+            test_overlay.cpp test_organ.cpp
             test_own_tissue.cpp test_path.cpp test_playback.cpp test_recorder.cpp
             test_recording.cpp test_rest_field.cpp test_server.cpp test_slow_line.cpp
             test_states.cpp test_traffic.cpp test_vessel.cpp
-    LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL
+    LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL pliant_lz4
     INPUTS ${PROJECT_SOURCE_DIR}/scenes $<TARGET_FILE:slow_haptic_device>)
 target_include_directories(test_hub PRIVATE ${PROJECT_SOURCE_DIR}/examples)
 target_compile_definitions(test_hub PRIVATE
@@ -129,7 +129,8 @@ add_dependencies(test_hub slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
-                             ../hub/test_client.cpp ../support/scan_files.cpp test_body.cpp
+                             ../hub/read_frames.cpp ../hub/test_client.cpp
+                             ../support/scan_files.cpp test_body.cpp
                              test_crashes.cpp test_ending.cpp
                              test_ending_movies.cpp test_fit_mesh.cpp test_keyframes.cpp
                              test_kinds_of_scans.cpp
@@ -138,7 +139,7 @@ if(PLIANT_BUILD_APP)
                              test_program.cpp test_readers.cpp test_serve.cpp
                              test_truth.cpp
                              test_value_range.cpp test_vessel.cpp
-                LIBRARIES nlohmann_json::nlohmann_json
+                LIBRARIES nlohmann_json::nlohmann_json pliant_lz4
                 INPUTS $<TARGET_FILE:pliant_app> $<TARGET_FILE:pliant_decoder>
                        ${CMAKE_CURRENT_SOURCE_DIR}/apps/data)
     target_compile_definitions(test_apps PRIVATE

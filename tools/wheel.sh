@@ -95,8 +95,8 @@ test_beside_large_packages() {
     (cd "$root/python/tests/large" && "$bin/python" -m pytest -p no:cacheprovider .)
 }
 
-# Studies on Dask and MPI, in Zarr and object stores, and ranks of mpi4py, in an environment of its
-# own: the engines and a local server of S3's protocol take a third of a gigabyte.
+# Studies on Dask and MPI, in Zarr and object stores, in an environment of its own: the engines and
+# a local server of S3's protocol take a third of a gigabyte.
 test_studies() {
     need_packages study
     environment study "${PLIANT_CACHE:-$root/build}/python-study"
@@ -105,7 +105,7 @@ test_studies() {
     "$bin/pip" list --disable-pip-version-check 2>/dev/null |
         grep -iE '^(pliant|distributed|mpi4py|s3fs|zarr|moto)'
     (cd "$root/python/tests" && "$bin/python" -m pytest -q -p no:cacheprovider test_study.py \
-        large/test_study_engines.py large/test_mpi_elastic.py)
+        large/test_study_engines.py)
 }
 
 # Runs the notebooks of docs/ and keeps their results in them. @pre test_beside_large_packages ran

@@ -214,6 +214,14 @@ class ChainMail final : public MovingScan {
 // it out, along the mean direction from the sphere's centre to that tissue. All other elements make
 // their minimal move, as after every push. A sphere between voxels, or between thick slices,
 // touches the wall like a larger sphere.
+//
+// A frame of a virtual endoscopy [Draeger2005, 4.4]:
+//
+// @code
+//   const auto slid = slide_sphere(tissue, {eye, wanted_eye() - eye, 2});
+//   if (slid) eye = slid->end_mm;                                     // never in tissue
+//   for (const Box3i& box : live.update()->boxes) show(live.volume(), box);
+// @endcode
 
 /// Leads a sphere from path.point_mm along path.push_mm, times the scale setting. It should start
 /// in air: tissue inside of it leaves it in the first step. The slide is one step of the history,

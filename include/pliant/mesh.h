@@ -227,52 +227,6 @@ inline constexpr double kMaxNodeDistanceMm = 1e4;
 /// Merges nodes in equal positions and drops collapsed triangles.
 TriangleMesh joined(const TriangleMesh& surface);
 
-// Self-collision of a deforming mesh: finds nodes inside of tetrahedra that don't contain them,
-// where bodies or parts of one interpenetrate. Uses spatial hashing of a grid [Teschner2003].
-//
-// @code
-//   OverlapSearch search(mesh);                  // two vessels in one mesh
-//   for (const NodeInCell& n : search.find(positions)) show(n.node, n.cell);
-// @endcode
-
-struct NodeInCell {
-    std::int32_t cell, node;
-    auto operator<=>(const NodeInCell&) const = default;
-};
-
-/// Thread safety: concurrent reads.
-class OverlapSearch {
-  public:
-    /// The grid's cell size is the mean edge length of the mesh. Positive and inverted tetrahedra
-    /// are searched alike; flat ones contain no points.
-    explicit OverlapSearch(const TetMesh& mesh);
-
-    /// Returns pairs by cell, then by node, valid until the next call. A node on a face is inside;
-    /// a node with a position that isn't finite is skipped. @pre positions.size() is the number of
-    /// the mesh's nodes
-    std::span<const NodeInCell> find(std::span<const Vec3d> positions);
-
-  private:
-    struct Entry {
-        Vec3i cell;
-        std::int32_t next;  ///< node with the same hash, or −1
-    };
-    Vec3i cell_of(Vec3d position) const;
-    std::size_t slot_of(Vec3i cell) const;
-    void test(std::int32_t cell, std::span<const Vec3d> positions);
-
-    std::vector<std::array<std::int32_t, 4>> m_cells;
-    double m_per_length = 1;
-    std::vector<Entry> m_nodes;
-    std::vector<std::int32_t> m_heads, m_stamps;  ///< [slot]; a slot with an older stamp is empty
-    std::int32_t m_stamp = 0;
-    std::vector<NodeInCell> m_found;
-};
-
-/// Whether a position is inside of a tetrahedron or on its boundary; false if the tetrahedron is
-/// flat.
-bool is_inside_tetrahedron(Vec3d position, const std::array<Vec3d, 4>& corners);
-
 // Quality and boundary of tetrahedral meshes, and points embedded in them.
 
 /// Faces of one tetrahedron only, outward, with the mesh's node numbers, in the order of the cells.
@@ -315,6 +269,10 @@ std::int64_t make_manifold(TetMesh& mesh);
 /// Removes pieces of less than 1 % of the largest: islands, and fragments from coarse cells.
 /// @returns number of removed pieces
 int drop_crumbs(TetMesh& mesh);
+
+/// Whether a position is inside of a tetrahedron or on its boundary; false if the tetrahedron is
+/// flat.
+bool is_inside_tetrahedron(Vec3d position, const std::array<Vec3d, 4>& corners);
 
 /// A point embedded in a tetrahedron: the weighted mean of its corners.
 struct Embedded {

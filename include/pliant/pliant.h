@@ -53,7 +53,6 @@
 #include <pliant/models/catheter.h>
 #include <pliant/models/cut_mesh.h>
 #include <pliant/models/drivable.h>
-#include <pliant/models/eye_deformation.h>
 #include <pliant/models/fem.h>
 #include <pliant/models/fit.h>
 #include <pliant/models/fit_mesh.h>
@@ -63,7 +62,6 @@
 #include <pliant/models/pbd.h>
 #include <pliant/models/relax.h>
 #include <pliant/models/scene_files.h>
-#include <pliant/models/spring_probe.h>
 #include <pliant/models/springs.h>
 #include <pliant/models/vessel.h>
 #include <pliant/own_tissue.h>

@@ -9,7 +9,7 @@
 // @endcode
 //
 //   "chainmail"  a lattice of limits: pushed at once, relaxed on request (chainmail.h)
-//   "springs"    a mass-spring lattice (SpringDeformation)
+//   "springs"    a mass-spring lattice around a scan's tissue
 //   "body"       tetrahedra, by position-based dynamics (pbd.h)
 //   "network"    a mass-spring network with nodes of its own, such as an identified one
 //                (network_file.h)
@@ -46,9 +46,9 @@ namespace pliant {
 // 4.2.2] moves by force transmittal, and the voxels are embedded in its cells.
 //
 // @code
-//   auto tissue = SpringDeformation::create(volume, {.cell_mm = 8}, arena);
+//   auto tissue = make_springs(volume, {.cell_mm = 8}, arena);
 //   auto push = (*tissue)->push(1, {.point_mm = point, .push_mm = {5, 0, 0}});  // tool 1 grabs
-//   while (!(*tissue)->step(20)->settled) continue;
+//   (*tissue)->advance({});                                                     // until at rest
 //   Result<Deformed> deformed = deform_volume(**tissue);
 // @endcode
 //
@@ -77,91 +77,6 @@ struct SpringDeformationSettings {
 /// Rows of these settings, except the region and labels.
 SettingRows<SpringDeformationSettings> spring_rows() noexcept;
 
-struct SpringMotion {
-    std::int64_t steps = 0;
-    std::int32_t active_nodes = 0;  ///< nodes that could move
-    double fastest_mm_s = 0;
-    bool settled = false;  ///< at rest: more steps make no visible change
-    double solve_ms = 0;
-    std::string message;  ///< reason why an unstable motion was stopped
-};
-
-/// If memory runs out, calls return LimitExceeded and change nothing.
-/// Thread safety: one thread.
-class SpringDeformation : public MovingScan {
-  public:
-    /// Keeps references: volume and arena must outlive it.
-    /// @returns InvalidArgument that names the setting; LimitExceeded above a million nodes
-    static Result<std::unique_ptr<SpringDeformation>> create(
-        const Volume& volume, const SpringDeformationSettings& settings,
-        const TaskArena& arena) noexcept;
-    ~SpringDeformation() override;
-
-    /// Lets a tool grab the free nodes of the cell that holds the point, or the free nodes in the
-    /// sphere, and moves them; previously held nodes are released. Time advances during the push.
-    /// It stops before a control cell folds. grabbed_elements and moved_elements count nodes.
-    /// @returns InvalidArgument, with nothing changed, if the point is outside of the control
-    ///          lattice, or the push isn't finite or too long
-    Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept;
-    void let_go(std::uint32_t tool) noexcept;
-    bool is_held() const;
-    bool holds(std::uint32_t tool) const;
-
-    /// Makes steps of time_step_s(), fewer if it comes to rest. Without a tool pushed tissue
-    /// returns, and finally has its original positions, bit for bit. The elements follow when
-    /// update_deformation(), lattice() or control() is called.
-    Result<SpringMotion> step(int count) noexcept;
-    double time_step_s() const;
-    bool is_settled() const;
-
-    /// Cuts the tissue along a ribbon: links and volumes that it crosses no longer pull, and the
-    /// elements follow the nodes on their side. Tools keep their nodes.
-    /// @returns InvalidArgument for a surface without area, or far away
-    Result<CutReport> cut(const CutSurface& surface) noexcept;
-    /// All cuts, at rest.
-    std::span<const CutTriangle> cuts_mm() const;
-
-    /// Finds the smallest depth at which one more layer moves no node by more than the threshold,
-    /// at the equilibrium with the present tools [Choi2004, 3.1.3]. Nothing changes.
-    /// @returns depth 0 if it is above max_depth; NotFound if no tool holds a node
-    Result<DepthFound> find_depth(double threshold_mm, std::int32_t max_depth) const noexcept;
-
-    const SpringDeformationSettings& settings() const;
-    /// @returns InvalidArgument for a negative depth
-    Status set_depth(std::int32_t depth) noexcept;
-    void reset() noexcept;
-
-    /// Force on the tool [N], with the other nodes held; 0 if it holds none.
-    Vec3d force_n(std::uint32_t tool);
-
-    /// Displacement of every control node [mm, LPS].
-    const std::vector<Vec3d>& displacements_mm() const;
-    /// Position of every control node [mm, LPS].
-    std::vector<Vec3d> positions_mm() const;
-    /// Copies the positions. @param[out] positions_mm  one for each node
-    void positions_mm(std::span<Vec3d> positions_mm) const noexcept;
-    /// Sets the positions of all nodes, at zero speed. Tools let go; displaced nodes can move.
-    /// @returns InvalidArgument, with nothing changed, like ControlLattice::place
-    Status set_positions(std::span<const Vec3d> positions_mm) noexcept;
-    /// Likewise, with other cuts than the present ones.
-    Status set_shape(std::span<const Vec3d> positions_mm,
-                     std::span<const CutTriangle> cuts_mm) noexcept;
-    const ControlLattice& control() const;
-    std::int32_t fixed_nodes() const;
-    /// Hash of all positions.
-    std::uint64_t hash() const;
-
-    const Volume& volume() const override;
-    const Deformation& deformation() const override;
-    const TaskArena& arena() const override;
-    Status update_deformation() const noexcept override;
-
-  private:
-    struct Impl;
-    explicit SpringDeformation(std::unique_ptr<Impl> impl);
-    std::unique_ptr<Impl> m_impl;
-};
-
 /// Space of a tool that rests in the tissue of ChainMail after a push.
 enum class RestingTool {
     KeepsTissueOut,  ///< held elements don't move, and no other tissue enters the sphere
@@ -180,6 +95,14 @@ Result<std::unique_ptr<Tissue>> make_chainmail(
 Status take_materials(const ChainMailSettings& materials,
                       SpringDeformationSettings& settings) noexcept;
 
+/// Makes springs around a scan. A tool grabs the free nodes of the cell that holds its point, or
+/// the free nodes in its sphere, and moves them while time advances; a push stops before a control
+/// cell folds. grabbed_elements and moved_elements count nodes. Released tissue returns, and
+/// finally has its original positions, bit for bit. A step of advance() is a time step, a sweep()
+/// ten. A cut ends links and volumes that it crosses, and tools keep their nodes. force_n() is the
+/// force with the other nodes held. take_depth() compares equilibria with the present tools
+/// [Choi2004, 3.1.3].
+/// @returns LimitExceeded above a million nodes
 Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
                                              const SpringDeformationSettings& settings,
                                              const TaskArena& arena) noexcept;

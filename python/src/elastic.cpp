@@ -7,7 +7,6 @@
 
 #include "keywords.h"
 #include "numbers.h"
-#include "ranks.h"
 #include "struct_class.h"
 
 namespace pliant::python {
@@ -16,7 +15,6 @@ namespace {
 /// A solver with its threads.
 struct PyElastic {
     std::unique_ptr<Arena> arena;
-    std::unique_ptr<Ranks> ranks;  ///< null: this process alone
     ElasticSolver solver;
     std::size_t node_count;
 };
@@ -136,8 +134,7 @@ void bind_solver(nb::module_& m) {
             "__init__",
             [](PyElastic* self, const nb::object& mesh, const nb::object& materials,
                const nb::object& held, const Array& held_axes, const Array& displacement_mm,
-               const Array& material_of, int threads, const Array& comm,
-               const nb::kwargs& settings) {
+               const Array& material_of, int threads, const nb::kwargs& settings) {
                 auto chosen = settings_from<ElasticSettings>(settings, elastic_rows());
                 const HexLattice* lattice = nullptr;
                 const HexMesh* cells = nullptr;
@@ -153,36 +150,28 @@ void bind_solver(nb::module_& m) {
                     raise_value("materials", "an ElasticMaterial or a list of them", materials);
                 auto supports = supports_of(held, held_axes, displacement_mm);
                 auto arena = std::make_unique<Arena>(threads);
-                std::unique_ptr<Ranks> ranks;
-                if (comm && lattice)
-                    ranks = ranks_of(*comm);
-                else if (comm)
-                    raise({ErrorCode::InvalidArgument, "comm: expected with a HexLattice only",
-                           "comm"});
                 auto law_of = materials_of(material_of);
                 auto solver = take(arena->run([&] {
                     if (lattice)
                         return ElasticSolver::create(
                             ElasticLattice{*lattice, std::move(laws), std::move(law_of)},
-                            std::move(supports), chosen, arena->tasks(), ranks.get());
+                            std::move(supports), chosen, arena->tasks());
                     return ElasticSolver::create(
                         ElasticSolid{*cells, std::move(laws), std::move(law_of)},
                         std::move(supports), chosen, arena->tasks());
                 }));
                 const std::size_t count =
                     lattice ? std::size_t(node_count(*lattice)) : cells->nodes_mm.size();
-                new (self) PyElastic{std::move(arena), std::move(ranks), std::move(solver), count};
+                new (self) PyElastic{std::move(arena), std::move(solver), count};
             },
             nb::arg("mesh"), nb::arg("materials"), nb::arg("held"),
             nb::arg("held_axes") = nb::none(), nb::arg("displacement_mm") = nb::none(),
-            nb::arg("material_of") = nb::none(), nb::arg("threads") = 0,
-            nb::arg("comm") = nb::none(), nb::arg("settings"),
+            nb::arg("material_of") = nb::none(), nb::arg("threads") = 0, nb::arg("settings"),
             typed("def __init__(self, mesh: HexMesh | HexLattice, materials: ElasticMaterial | "
                   "collections.abc.Sequence[ElasticMaterial], held: numpy.typing.ArrayLike, "
                   "held_axes: numpy.typing.ArrayLike | None = None, displacement_mm: "
                   "numpy.typing.ArrayLike | None = None, material_of: numpy.typing.ArrayLike | "
-                  "None = None, threads: int = 0, comm: typing.Any = None, *, **settings) "
-                  "-> None",
+                  "None = None, threads: int = 0, *, **settings) -> None",
                   keywords),
             described(
                 "Args:\n"
@@ -193,9 +182,6 @@ void bind_solver(nb::module_& m) {
                 "    held_axes: Flags (n, 3), the axes along which each is held; None: all.\n"
                 "    displacement_mm: Prescribed along the held axes (n, 3); None: 0.\n"
                 "    material_of: The material of each cell (m,); None: the first.\n"
-                "    comm: Communicator of mpi4py whose ranks share the work on a HexLattice: all "
-                "make the same calls, and all get the whole solution, with the bits of one "
-                "process.\n"
                 "    **settings\n\n"
                 "Raises:\n    pliant.Error: An inverted cell, a modulus out of range, supports "
                 "that leave a rigid motion free.",

@@ -6,9 +6,23 @@
 #include <algorithm>
 #include <cmath>
 
-#include "propagate/step.h"
-
 namespace pliant {
+namespace {
+
+/// Motion of an element for the whole shift of the solve in progress, 0…|shift_a|.
+/// @pre the solve is not a shared one
+Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift) {
+    Vec3<Fixed> raise{0, 0, 0};
+    for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        if (shift[a] == 0 || !brick.reached[c]) continue;
+        const Fixed u = brick.is_unplaced ? 0 : brick.u[c][index];
+        raise[a] = brick.raised[c][index] - (shift[a] > 0 ? u : -u);
+    }
+    return raise;
+}
+
+}  // namespace
 
 Place half_extents(const Grid& grid) {
     Place half{};

@@ -61,7 +61,6 @@ struct MySettings {
 Status render(const std::filesystem::path& file);
 Vec3d wanted_eye();
 std::vector<double> wanted_actions();
-HapticModel model_of_contact(Vec3d tool_mm);
 template <class... Shown>
 void show(const Shown&...);
 template <class... Drawn>

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "fuzz/fuzz.h"
-#include "protocol/frames.h"
+#include "hub/read_frames.h"
 
 using namespace pliant;
 

@@ -22,6 +22,7 @@
 #include <variant>
 #include <vector>
 
+#include "haptic_run.h"
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
 #include "support/temporary_folder.h"

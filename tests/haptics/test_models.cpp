@@ -3,8 +3,8 @@
 
 // Tissues through the servo, with 30 solutions per second: against their static solution, and
 // against invariants of every wall.
-// Covers: haptics/feel_*.cpp, haptics/local_model.cpp, haptics/nearest_free_position.cpp,
-// haptics/walls.cpp.
+// Covers: haptics/feel_*.cpp, haptics/learnt_stiffness.cpp, haptics/local_model.cpp,
+// haptics/nearest_free_position.cpp, haptics/walls.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/models/pbd.h>
@@ -17,6 +17,7 @@
 
 #include "support/broken_volumes.h"
 #include "support/random.h"
+#include "tissues.h"
 
 namespace pliant {
 namespace {
@@ -93,7 +94,7 @@ TEST(Springs, FeelAsTheirStaticSolutionWithinTwoPercent) {
     const auto felt = press(device_of(1000), 3, 5, [&](Vec3d tool, Vec3d) {
         const double depth = std::max(0.0, -tool.z);
         solve_at(depth);
-        return model_of_springs(*tissue, held, {0, 0, 0}, {0, 0, 1}, tool, &last).value();
+        return results::model_of_springs(*tissue, held, {0, 0, 0}, {0, 0, 1}, tool, &last).value();
     });
     int compared = 0;
     for (std::size_t k = 0; k < felt.size(); k += 19) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "haptic_run.h"
 #include "support/random.h"
 
 namespace pliant {
@@ -362,22 +363,30 @@ TEST(Workspace, PowerAtTheDeviceIsPowerInTheSceneTimesTheScales) {
 }
 
 TEST(Choi, FollowsTheLastTwoForcesAsFarAsIsAllowed) {
-    for (const double limit : {1.0, 100.0}) {
-        HapticSettings settings;
-        settings.scheme = HapticScheme::Extrapolate;
-        settings.extrapolated_updates = limit;
-        settings.max_force_n = 50;
-        Player player(settings);
-        HapticModel model;
-        model.number = 1;
-        model.force_n = {0, 0, 1};
-        player.step({0, 0, 0}, &model);
-        for (int k = 1; k < 30; ++k) player.step({0, 0, 0});
-        model.number = 2;
-        model.force_n = {0, 0, 1.3};
-        EXPECT_NEAR(player.step({0, 0, 0}, &model).z, 1.3, 1e-12);
-        for (int k = 1; k < 60; ++k)
-            EXPECT_NEAR(player.step({0, 0, 0}).z, 1.3 + 0.3 * std::min(k / 30.0, limit), 1e-9);
+    for (const double limit : {0.5, 100.0}) {
+        HapticRun run;
+        run.scheme = HapticScheme::Extrapolate;
+        run.extrapolated_updates = limit;
+        run.update_periods = 30;
+        run.settings.max_force_n = 50;
+        run.settings.ramp_s = 0.001;
+        VirtualDevice device({});
+        std::vector<double> forces;
+        run_haptics(
+            device, run, 60,
+            [&](Vec3d) {
+                HapticModel model;
+                model.force_n = {0, 0, forces.empty() ? 1 : 1.3};
+                return model;
+            },
+            [&](const HapticReading&, const HapticModel*, const HapticState& state,
+                const HapticForce&) {
+                forces.push_back(state.force_n.z);
+                return true;
+            });
+        EXPECT_NEAR(forces[29], 1, 1e-12);
+        for (std::size_t k = 0; k < 30; ++k)
+            EXPECT_NEAR(forces[30 + k], 1.3 + 0.3 * std::min(double(k) / 30, limit), 1e-9);
     }
 }
 

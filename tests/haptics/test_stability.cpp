@@ -34,7 +34,7 @@ HapticSettings unlimited() {
 bool swings_up(double stiffness_n_m, HapticScheme scheme, int update_periods) {
     HapticRun run;
     run.settings = unlimited();
-    run.settings.scheme = scheme;
+    run.scheme = scheme;
     run.update_periods = update_periods;
     const double press_n = stiffness_n_m * 2e-3;  // 2 mm deep
     VirtualDeviceSettings settings;
@@ -136,7 +136,7 @@ TEST(VirtualDevice, SwingsAsItsHandsSpringAndMassSay) {
 /// Energy of a free device before and after it hits a wall with 0.3 m/s, as a ratio.
 double rebound(HapticScheme scheme, double stiffness_n_m, double encoder_mm) {
     HapticRun run;
-    run.settings.scheme = scheme;
+    run.scheme = scheme;
     run.settings.max_force_n = 20;
     run.settings.max_stiffness_n_m = stiffness_n_m;
     run.settings.bounded_energy = false;
@@ -186,7 +186,7 @@ enum class Hand { Free, Spring, Active };
 double lowest_passivity_j(Hand hand, HapticScheme scheme, const HapticTissue& tissue,
                           int delay_periods, bool bounded_energy, double* most_force_n = nullptr) {
     HapticRun run;
-    run.settings.scheme = scheme;
+    run.scheme = scheme;
     run.settings.max_force_n = 8;
     run.settings.bounded_energy = bounded_energy;
     run.delay_periods = delay_periods;

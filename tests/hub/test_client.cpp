@@ -9,7 +9,7 @@
 #include <chrono>
 #include <cstring>
 
-#include "protocol/frames.h"
+#include "hub/read_frames.h"
 
 namespace pliant::test {
 RawConnection::RawConnection(int port) : Connection(port) {

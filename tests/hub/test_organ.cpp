@@ -22,6 +22,7 @@
 #include <string>
 #include <thread>
 
+#include "hub/read_frames.h"
 #include "hub/test_client.h"
 #include "protocol/frames.h"
 #include "protocol/half.h"

@@ -12,6 +12,7 @@
 
 #include <thread>
 
+#include "hub/read_frames.h"
 #include "hub/test_client.h"
 #include "protocol/frames.h"
 #include "support/random.h"

@@ -10,9 +10,9 @@
 #include <bit>
 #include <cmath>
 
+#include "hub/read_frames.h"
 #include "hub/test_client.h"
 #include "protocol/dirty_blocks.h"
-#include "protocol/frames.h"
 #include "protocol/half.h"
 #include "support/random.h"
 

@@ -5,7 +5,7 @@
 // Covers: springs/touch.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/models/spring_probe.h>
+#include <pliant/research/spring_probe.h>
 
 #include <algorithm>
 #include <cmath>

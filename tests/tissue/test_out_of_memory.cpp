@@ -154,8 +154,7 @@ TEST_F(SpringMemory, TheElementsFollowOrStay) {
 TEST_F(SpringMemory, ATissueIsMadeOrRefused) {
     fail_each_allocation([&] { return &m_volume; },
                          [&](const Volume& volume) {
-                             return SpringDeformation::create(volume, {.cell_mm = 4, .depth = 2},
-                                                              m_arena);
+                             return make_springs(volume, {.cell_mm = 4, .depth = 2}, m_arena);
                          },
                          [](const Volume&) { return 0; }, {.all_up_to = 100, .of_the_rest = 30});
 }

@@ -15,6 +15,7 @@
 
 #include "support/random.h"
 #include "support/temporary_folder.h"
+#include "tissue/shown_springs.h"
 
 namespace pliant::test {
 namespace {
@@ -48,14 +49,14 @@ double beyond(Vec3i ijk, double x, double slant) {
     return ijk.x - x - slant * ijk.y;
 }
 
-std::unique_ptr<SpringDeformation> cuttable(const Volume& volume, const TaskArena& arena) {
-    return std::move(SpringDeformation::create(volume, {.cell_mm = kCell, .depth = 64}, arena))
+std::unique_ptr<SpringScanTissue> cuttable(const Volume& volume, const TaskArena& arena) {
+    return std::move(SpringScanTissue::create(volume, {.cell_mm = kCell, .depth = 64}, arena))
         .value();
 }
 
-void let_settle(SpringDeformation& tissue) {
+void let_settle(SpringScanTissue& tissue) {
     for (int n = 0; n < 5000 && !tissue.is_settled(); ++n)
-        EXPECT_EQ(tissue.step(20).value().message, "");
+        EXPECT_EQ(tissue.advance({.max_steps = 20}).value().message, "");
 }
 
 template <class Visit>
@@ -77,8 +78,8 @@ TEST(SpringCuts, APlaneThroughAllTissueSeparatesItsSides) {
         const auto report = tissue->cut(plane_at(volume, x, slant));
         ASSERT_TRUE(report.ok()) << report.error().message;
         EXPECT_GT(report->cut_links, 100);
-        EXPECT_TRUE(tissue->is_settled() || tissue->step(20)->settled);
-        const ControlGrid& grid = tissue->control().grid();
+        EXPECT_TRUE(tissue->is_settled() || tissue->advance({.max_steps = 20})->settled);
+        const ControlGrid& grid = control_of(*tissue).grid();
         const Box3i region{grid.first,
                            grid.first + kCell * (grid.size - Vec3i{1, 1, 1}) + Vec3i{1, 1, 1}};
         const Deformation& field = tissue->deformation();
@@ -98,7 +99,7 @@ TEST(SpringCuts, APlaneThroughAllTissueSeparatesItsSides) {
         ASSERT_TRUE(push.ok());
         EXPECT_EQ(push->status, PushStatus::Applied) << push->message;
         let_settle(*tissue);
-        (void)tissue->displacements_mm();
+        (void)tissue->update_deformation();
         int still = 0, moved = 0;
         double opening = 1e9;
         for_each_element(volume, [&](Vec3i p) {
@@ -127,7 +128,7 @@ TEST(SpringCuts, ACutBesideAllSpringsChangesNothing) {
          .depth_mm = volume.grid.direction * Vec3d{0, 0, 0.5}});
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->cut_links, 0);
-    EXPECT_TRUE(tissue->cuts_mm().empty());
+    EXPECT_TRUE(tissue->control().cuts_mm().empty());
     EXPECT_EQ(tissue->deformation().hash(), other->deformation().hash());
     EXPECT_FALSE(tissue->cut({.line_mm = {{0, 0, 0}}, .depth_mm = {0, 0, 1}}).ok());
     EXPECT_FALSE(tissue->cut({.line_mm = {{0, 0, 0}, {0, 0, 1}}, .depth_mm = {0, 0, 1}}).ok());
@@ -141,22 +142,22 @@ TEST(SpringCuts, ABladeCutsMovedTissueWhereItIsSeen) {
     const Vec3d way = volume.grid.direction * Vec3d{4, 0, 0};
     ASSERT_TRUE(tissue->push(1, {.point_mm = at_voxel(volume, {18, 18, 16}), .push_mm = way}).ok());
     let_settle(*tissue);
-    const std::vector<Vec3d> places = tissue->positions_mm();
+    const std::vector<Vec3d> places = positions_of(*tissue);
     constexpr double kAt = 18.5;
     ASSERT_TRUE(tissue->cut(plane_at(volume, kAt)).ok());
     const auto x_of = [&](std::int32_t n) {
         return voxel_from_world(volume.grid, places[std::size_t(n)]).x - kAt;
     };
     const auto rest_x_of = [&](std::int32_t n) {
-        return voxel_from_world(volume.grid, tissue->control().node_mm(n)).x - kAt;
+        return voxel_from_world(volume.grid, control_of(*tissue).node_mm(n)).x - kAt;
     };
     int cut = 0, moved_across = 0;
-    for (std::int32_t n = 0; n + 1 < tissue->control().node_count(); ++n) {
-        if ((n + 1) % tissue->control().grid().size.x == 0) continue;
+    for (std::int32_t n = 0; n + 1 < control_of(*tissue).node_count(); ++n) {
+        if ((n + 1) % control_of(*tissue).grid().size.x == 0) continue;
         const double a = x_of(n), b = x_of(n + 1);
         if (std::min(std::abs(a), std::abs(b)) < 0.4) continue;  // the pieces are flat
-        const bool is_cut = tissue->control().is_cut(tissue->control().node_mm(n),
-                                                     tissue->control().node_mm(n + 1));
+        const bool is_cut = control_of(*tissue).is_cut(control_of(*tissue).node_mm(n),
+                                                       control_of(*tissue).node_mm(n + 1));
         EXPECT_EQ(is_cut, (a < 0) != (b < 0)) << n;
         cut += is_cut;
         moved_across += (a < 0) != (rest_x_of(n) < 0);
@@ -222,13 +223,13 @@ TEST(SpringCuts, ACutThatIsUndoneLeavesNoTrace) {
     const TaskArena arena(1);
     const Volume volume = soft_block(3);
     const auto tissue = cuttable(volume, arena), other = cuttable(volume, arena);
-    const std::vector<Vec3d> rest = tissue->positions_mm();
+    const std::vector<Vec3d> rest = positions_of(*tissue);
     ASSERT_GT(tissue->cut(plane_at(volume, 18.5))->cut_links, 0);
     ASSERT_TRUE(tissue->set_shape(rest, {}).ok());
     const Push push{.point_mm = at_voxel(volume, {22, 18, 15}), .push_mm = {2, 1, 0}};
-    for (SpringDeformation* own : {tissue.get(), other.get()}) {
+    for (SpringScanTissue* own : {tissue.get(), other.get()}) {
         ASSERT_TRUE(own->push(1, push).ok());
-        (void)own->step(200);
+        (void)own->advance({.max_steps = 200});
     }
     EXPECT_EQ(tissue->hash(), other->hash());
     EXPECT_EQ(tissue->deformation().hash(), other->deformation().hash());
@@ -239,14 +240,14 @@ TEST(SpringDepth, OneMoreLayerThanTheFoundOnesMovesNothingMuch) {
     const Volume volume = soft_block(1);
     const auto shape_at = [&](std::int32_t depth) {
         const auto tissue =
-            std::move(SpringDeformation::create(volume, {.cell_mm = kCell, .depth = depth}, arena))
+            std::move(SpringScanTissue::create(volume, {.cell_mm = kCell, .depth = depth}, arena))
                 .value();
         EXPECT_TRUE(tissue
                         ->push(1, {.point_mm = at_voxel(volume, {18, 18, 16}),
                                    .push_mm = volume.grid.direction * Vec3d{2, 0, 0}})
                         .ok());
         let_settle(*tissue);
-        return tissue->displacements_mm();
+        return displacements_of(*tissue);
     };
     const auto tissue = cuttable(volume, arena);
     EXPECT_EQ(tissue->find_depth(0.1, 20).error().code, ErrorCode::NotFound);

@@ -15,6 +15,7 @@
 #include <memory>
 
 #include "support/broken_volumes.h"
+#include "tissue/shown_springs.h"
 
 namespace pliant::test {
 namespace {
@@ -32,19 +33,19 @@ Volume block(std::uint64_t seed) {
     return volume;
 }
 
-std::unique_ptr<SpringDeformation> make(const Volume& volume, const TaskArena& arena,
-                                        SpringDeformationSettings settings = {.cell_mm = 4}) {
-    return std::move(SpringDeformation::create(volume, settings, arena)).value();
+std::unique_ptr<SpringScanTissue> make(const Volume& volume, const TaskArena& arena,
+                                       SpringDeformationSettings settings = {.cell_mm = 4}) {
+    return std::move(SpringScanTissue::create(volume, settings, arena)).value();
 }
 
 Vec3d middle_mm(const Volume& volume) {
     return world_from_voxel(volume.grid, {19.7, 18.2, 18.4});
 }
 
-std::int64_t settle(SpringDeformation& tissue) {
+std::int64_t settle(SpringScanTissue& tissue) {
     std::int64_t steps = 0;
     while (!tissue.is_settled() && steps < 100'000) {
-        const SpringMotion motion = tissue.step(20).value();
+        const AdvanceReport motion = tissue.advance({.max_steps = 20}).value();
         EXPECT_EQ(motion.message, "");
         steps += motion.steps;
     }
@@ -58,30 +59,30 @@ TEST(SpringDeformation, TheToolCarriesTheMaterialUnderItAndNothingFarAwayMoves) 
         const Volume volume = block(seed);
         const auto tissue = make(volume, arena, {.cell_mm = 4, .depth = 2});
         const Vec3d point = middle_mm(volume), way = Random(seed).vector(1.5);
-        const auto before = tissue->control().find(point);
+        const auto before = control_of(*tissue).find(point);
         const auto report = tissue->push(7, {.point_mm = point, .push_mm = way});
         ASSERT_TRUE(report.ok());
         EXPECT_EQ(report->status, PushStatus::Applied);
         EXPECT_EQ(report->grabbed_elements, 8);
         std::int64_t moved_nodes = 0;
-        const std::vector<Vec3d>& moves = tissue->displacements_mm();
+        const std::vector<Vec3d>& moves = displacements_of(*tissue);
         for (const Vec3d& u : moves) moved_nodes += u != Vec3d{0, 0, 0};
         EXPECT_EQ(report->moved_elements, moved_nodes);
         EXPECT_GT(moved_nodes, 8);
         EXPECT_GT(settle(*tissue), 0);
-        const auto now = tissue->control().find(point + way);
+        const auto now = control_of(*tissue).find(point + way);
         ASSERT_TRUE(before && now);
         EXPECT_EQ(now->nodes, before->nodes);
         EXPECT_NEAR(norm(now->at - before->at), 0, 1e-6);
         // Layers count links, face diagonals too: two layers are two nodes away at most.
-        const ControlGrid& grid = tissue->control().grid();
+        const ControlGrid& grid = control_of(*tissue).grid();
         const auto place = [&](std::int32_t n) {
             return Vec3i{n % grid.size.x, n / grid.size.x % grid.size.y,
                          n / (grid.size.x * grid.size.y)};
         };
         int moved = 0;
-        for (std::int32_t n = 0; n < tissue->control().node_count(); ++n) {
-            if (tissue->displacements_mm()[std::size_t(n)] == Vec3d{0, 0, 0}) continue;
+        for (std::int32_t n = 0; n < control_of(*tissue).node_count(); ++n) {
+            if (displacements_of(*tissue)[std::size_t(n)] == Vec3d{0, 0, 0}) continue;
             ++moved;
             const Vec3i low = place(n) - place(before->nodes[0]);
             for (int a = 0; a < 3; ++a) EXPECT_TRUE(low[a] >= -2 && low[a] <= 3);
@@ -107,7 +108,7 @@ TEST(SpringDeformation, ThinBoneStaysWhereItIsThoughItsCellsAreMostlySoft) {
     for (const bool by_cells : {false, true}) {
         const auto tissue = make(volume, arena, {.cell_mm = 4, .fixed_share = by_cells ? 0.05 : 1});
         const auto place = [&](Vec3i p) {
-            return tissue->control().find(
+            return control_of(*tissue).find(
                 world_from_voxel(volume.grid, {double(p.x), double(p.y), double(p.z)}));
         };
         std::vector<ControlPlace> before;
@@ -156,9 +157,9 @@ TEST(SpringDeformation, ALabelEverywhereIsTheSameAsTheSettings) {
                             {.cell_mm = 4,
                              .label_materials = {{.values = {5}, .law = LabelLaw::Immobile}},
                              .labels = labels});
-    EXPECT_EQ(fixed->fixed_nodes(), fixed->control().node_count());
+    EXPECT_EQ(fixed->fixed_nodes(), control_of(*fixed).node_count());
     const auto message = [&](const SpringDeformationSettings& settings) {
-        return SpringDeformation::create(volume, settings, arena).error().message;
+        return SpringScanTissue::create(volume, settings, arena).error().message;
     };
     EXPECT_EQ(message({.cell_mm = 4, .fixed_hu = -2000}),
               "fixed_hu: expected a value that leaves nodes free, found -2000 HU, with which bone "
@@ -179,24 +180,24 @@ TEST(SpringDeformation, ComesToRestWhereNewtonsMethodDoes) {
     const Vec3d point = middle_mm(volume), way{1.1, -0.8, 0.9};
     ASSERT_TRUE(tissue->push(1, {.point_mm = point, .push_mm = way}).ok());
     settle(*tissue);
-    const ControlGrid& grid = tissue->control().grid();
+    const ControlGrid& grid = control_of(*tissue).grid();
     SpringScan scan{.region = {grid.first, {}}, .size = grid.size, .fixed_hu = 300};
     for (int a = 0; a < 3; ++a)
         scan.region.end[a] = grid.first[a] + grid.cell[a] * (grid.size[a] - 1) + 1;
     auto network = SpringNetwork::create(std::move(*springs_of_scan(volume, scan)));
     ASSERT_TRUE(network.ok());
     auto oracle = std::move(SpringTissue::create(std::move(*network), {.depth = 64})).value();
-    const auto held = tissue->control().find(point + way);
+    const auto held = control_of(*tissue).find(point + way);
     ASSERT_TRUE(held.has_value());
     ASSERT_TRUE(oracle.hold(held->nodes).ok());
     ASSERT_TRUE(oracle.shift_held(way).ok());
     ASSERT_TRUE(oracle.find_equilibrium().ok());
     double worst = 0;
-    for (std::int32_t n = 0; n < tissue->control().node_count(); ++n)
+    for (std::int32_t n = 0; n < control_of(*tissue).node_count(); ++n)
         worst = std::max(worst,
-                         norm(oracle.displacement(n) - tissue->displacements_mm()[std::size_t(n)]));
+                         norm(oracle.displacement(n) - displacements_of(*tissue)[std::size_t(n)]));
     EXPECT_LT(worst, 2e-3);
-    const Vec3d force = tissue->force_n(1);
+    const Vec3d force = tissue->force_n(1).value();
     const auto expected = oracle.reaction(held->nodes, ReactionLaw::Held);
     EXPECT_NEAR(norm(force - 1e-6 * expected->force), 0, 2e-3 * norm(force));
     EXPECT_LT(dot(force, way), 0);  // a resisting force
@@ -216,11 +217,11 @@ TEST(SpringDeformation, LetGoItComesBackBitForBit) {
                     .ok());
     (void)live.update();
     EXPECT_NE(hash_volume(live.volume()), hash_volume(volume));
-    EXPECT_TRUE(tissue->is_held());
-    (void)tissue->step(20);
+    EXPECT_TRUE(tissue->is_touched());
+    (void)tissue->advance({.max_steps = 20});
     ASSERT_TRUE(tissue->set_depth(1).ok());  // most of the tissue is then out of reach
-    tissue->let_go(1);
-    EXPECT_FALSE(tissue->is_held());
+    tissue->release(1);
+    EXPECT_FALSE(tissue->is_touched());
     EXPECT_GT(settle(*tissue), 0);
     (void)live.update();
     EXPECT_EQ(live.volume().voxels, volume.voxels);
@@ -235,13 +236,13 @@ TEST(SpringDeformation, AnyNumberOfThreadsGivesTheSameBits) {
         const auto tissue = make(volume, arena);
         const Vec3d point = middle_mm(volume);
         ASSERT_TRUE(tissue->push(1, {.point_mm = point, .push_mm = {2, 1, 0}}).ok());
-        (void)tissue->step(7);
+        (void)tissue->advance({.max_steps = 7});
         ASSERT_TRUE(
             tissue->push(2, {.point_mm = point + Vec3d{9, 0, 0}, .push_mm = {-1, 0, 2}}).ok());
-        (void)tissue->step(30);
-        tissue->let_go(1);
+        (void)tissue->advance({.max_steps = 30});
+        tissue->release(1);
         ASSERT_TRUE(tissue->set_depth(4).ok());
-        (void)tissue->step(30);
+        (void)tissue->advance({.max_steps = 30});
         hashes.push_back(tissue->hash() ^ hash_volume(deform_volume(*tissue).value().volume));
     }
     EXPECT_EQ(hashes[0], hashes[1]);
@@ -259,7 +260,7 @@ TEST(SpringDeformation, BoneStaysAndCannotBePushed) {
     EXPECT_EQ(report->status, PushStatus::Rejected);
     EXPECT_EQ(report->limited_by, LimitedBy::Bone);
     EXPECT_EQ(report->step_fraction, 0);
-    EXPECT_FALSE(tissue->is_held());
+    EXPECT_FALSE(tissue->is_touched());
     EXPECT_EQ(state_of(*tissue).value().moved_elements, 0);
     const Vec3d down = -1.5 * volume.grid.direction.columns[2];
     ASSERT_TRUE(tissue->push(1, {.point_mm = middle_mm(volume), .push_mm = down}).ok());
@@ -282,10 +283,10 @@ TEST(SpringDeformation, APushStopsBeforeACellFolds) {
     EXPECT_EQ(report->limited_by, LimitedBy::Fold);
     EXPECT_GT(report->step_fraction, 0.05);
     EXPECT_LT(report->step_fraction, 1);
-    EXPECT_FALSE(tissue->control().folds(tissue->displacements_mm()));
+    EXPECT_FALSE(control_of(*tissue).folds(displacements_of(*tissue)));
     EXPECT_EQ(state_of(*tissue).value().folded_cells, 0);
     // It went on in finer strides than the twentieths of a cell with which it began.
-    const double edge_mm = norm(tissue->control().node_mm(1) - tissue->control().node_mm(0));
+    const double edge_mm = norm(control_of(*tissue).node_mm(1) - control_of(*tissue).node_mm(0));
     const double strides = report->step_fraction * std::ceil(30 / (edge_mm / 20));
     EXPECT_GT(std::abs(strides - std::round(strides)), 0.1) << strides;
     EXPECT_EQ(8 * strides, std::round(8 * strides)) << "not finer than an eighth";
@@ -297,7 +298,7 @@ TEST(SpringDeformation, AShapeCanBePutBack) {
     const auto tissue = make(volume, arena), other = make(volume, arena);
     ASSERT_TRUE(tissue->push(1, {.point_mm = middle_mm(volume), .push_mm = {2, 0, 0}}).ok());
     settle(*tissue);
-    ASSERT_TRUE(other->set_positions(tissue->positions_mm()).ok());
+    ASSERT_TRUE(other->set_positions(positions_of(*tissue)).ok());
     EXPECT_EQ(hash_volume(deform_volume(*other).value().volume),
               hash_volume(deform_volume(*tissue).value().volume));
     EXPECT_EQ(other->hash(), tissue->hash());
@@ -305,7 +306,7 @@ TEST(SpringDeformation, AShapeCanBePutBack) {
     EXPECT_FALSE(other->is_settled());  // no tool holds it
     settle(*other);
     EXPECT_EQ(state_of(*other).value().moved_elements, 0);
-    tissue->reset();
+    ASSERT_TRUE(tissue->reset().ok());
     EXPECT_EQ(state_of(*tissue).value().moved_elements, 0);
     EXPECT_EQ(tissue->hash(), other->hash());
 }
@@ -314,7 +315,7 @@ TEST(SpringDeformation, BadInputIsRefusedWithOneLine) {
     const TaskArena arena(1);
     const Volume volume = block(1);
     const auto message = [&](const SpringDeformationSettings& settings) {
-        return SpringDeformation::create(volume, settings, arena).error().message;
+        return SpringScanTissue::create(volume, settings, arena).error().message;
     };
     EXPECT_EQ(message({.cell_mm = 0}), "cell_mm: expected above 0, up to 1000 mm, found 0");
     EXPECT_EQ(message({.cell_mm = 19}),
@@ -336,8 +337,8 @@ TEST(SpringDeformation, BadInputIsRefusedWithOneLine) {
     EXPECT_FALSE(tissue->push(1, {.point_mm = middle_mm(volume), .push_mm = {nan, 0, 0}}).ok());
     EXPECT_FALSE(tissue->push(1, {.point_mm = {500, 0, 0}, .push_mm = {1, 0, 0}}).ok());
     EXPECT_FALSE(tissue->set_depth(-1).ok());
-    EXPECT_FALSE(tissue->is_held());
-    EXPECT_EQ(tissue->step(10).value().steps, 0);
+    EXPECT_FALSE(tissue->is_touched());
+    EXPECT_EQ(tissue->advance({.max_steps = 10}).value().steps, 0);
 }
 
 TEST(SpringDeformation, AVolumeWithABrokenFieldIsRefusedAndStrangeValuesArePushed) {
@@ -346,17 +347,17 @@ TEST(SpringDeformation, AVolumeWithABrokenFieldIsRefusedAndStrangeValuesArePushe
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const BrokenVolume broken = broken_volume(random);
-        expect_refused(SpringDeformation::create(broken.volume, {.cell_mm = 0.1}, arena),
+        expect_refused(SpringScanTissue::create(broken.volume, {.cell_mm = 0.1}, arena),
                        "volume." + broken.field);
         expect_refused(springs_of_scan(broken.volume, {.size = {3, 3, 3}}),
                        "volume." + broken.field);
         if (seed > 20) continue;
         const Volume strange = volume_with_strange_values(random);
-        auto tissue = SpringDeformation::create(strange, {.cell_mm = 0.1}, arena);
+        auto tissue = SpringScanTissue::create(strange, {.cell_mm = 0.1}, arena);
         ASSERT_TRUE(tissue.ok()) << tissue.error().message;
-        const Vec3d middle = (*tissue)->control().node_mm((*tissue)->control().node_count() / 2);
+        const Vec3d middle = control_of(**tissue).node_mm(control_of(**tissue).node_count() / 2);
         (void)(*tissue)->push(1, {.point_mm = middle, .push_mm = {0.02, 0, 0}});
-        for (const Vec3d& u : (*tissue)->displacements_mm()) ASSERT_TRUE(is_finite(u));
+        for (const Vec3d& u : displacements_of(*(*tissue))) ASSERT_TRUE(is_finite(u));
     }
 }
 

@@ -19,7 +19,6 @@
 #include <pliant/core/record.h>
 #include <pliant/core/tasks.h>
 #include <pliant/mesh.h>
-#include <pliant/models/ranks.h>
 #include <pliant/result.h>
 
 #include <array>
@@ -126,14 +125,8 @@ class ElasticSolver {
                                         const ElasticSettings& settings, const TaskArena& arena);
     /// Creates a matrix-free solver for a regular lattice: conjugate gradients on trilinear
     /// elements.
-    /// @param ranks  processes that share the work, each with a slab of the lattice: all make the
-    ///               same calls with equal arguments, and all get the whole solution, bit-identical
-    ///               to that of one process; they must outlive the solver. Null: this one alone.
-    ///               Each keeps all moduli, and while it is created and at the end of a solve
-    ///               vectors of all nodes; the working vectors are those of the slab.
     static Result<ElasticSolver> create(ElasticLattice solid, std::vector<Support> supports,
-                                        const ElasticSettings& settings, const TaskArena& arena,
-                                        Ranks* ranks = nullptr);
+                                        const ElasticSettings& settings, const TaskArena& arena);
     ~ElasticSolver();
     ElasticSolver(ElasticSolver&&) noexcept;
     ElasticSolver& operator=(ElasticSolver&&) noexcept;

@@ -27,7 +27,7 @@
 
 #include <pliant/mesh.h>
 #include <pliant/models/cut_mesh.h>
-#include <pliant/models/spring_probe.h>
+#include <pliant/models/springs.h>
 #include <pliant/own_tissue.h>
 #include <pliant/tissue.h>
 #include <pliant/tool.h>

@@ -425,6 +425,14 @@ class SpringTissue {
     std::unique_ptr<Impl> m_impl;
 };
 
+/// A sphere that triangles touch: of a tool, or of an eye.
+struct TouchTool {
+    Vec3d position{0, 0, 0};
+    double radius = 0;
+    /// In contact, ascending. Contact doesn't allocate if there is room for all triangles.
+    std::vector<std::int32_t> triangles{};
+};
+
 /// Search for the necessary depth [Choi2004, 3.1.3]: raises the depth by one layer until the shape
 /// changes by less than the threshold.
 struct DepthSearch {

@@ -29,7 +29,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -85,13 +84,6 @@ HapticModel model_of_grip(Vec3d position_mm, Vec3d force_n, const Mat3d& change_
 ///                          may be null
 Vec3d nearest_free_position(const HapticModel& model, Vec3d x_mm, bool* is_boxed_in = nullptr);
 
-/// Force between two solutions.
-enum class HapticScheme {
-    LinearLaw,    ///< the local model
-    Hold,         ///< the last force
-    Extrapolate,  ///< linear extrapolation of the last two forces [Choi2004, 3.3.1]
-};
-
 /// Scene from device: x_scene = origin + scale · rotation · x_device.
 struct HapticWorkspace {
     Mat3d rotation = kIdentity3;
@@ -101,16 +93,13 @@ struct HapticWorkspace {
 };
 
 struct HapticSettings {
-    HapticScheme scheme = HapticScheme::LinearLaw;
-    /// Limit of Extrapolate, in update periods. The paper has no limit.
-    double extrapolated_updates = 1;
     double max_force_n = 3;  ///< at the device
     double max_force_rate_n_s = 1000;
     double max_stiffness_n_m = 600;  ///< at the device
     double damping_n_s_m = 0;        ///< of the coupling between tool and proxy, in contact
     /// Passivity of a contact: it never returns more energy than it took, and force along the
-    /// tool's motion is reduced accordingly. LinearLaw only. Without it, tissue that moves by
-    /// itself moves the hand.
+    /// tool's motion is reduced accordingly. Without it, tissue that moves by itself moves the
+    /// hand.
     bool bounded_energy = true;
     double blend_s = 0.05;  ///< maximum; a new model is blended in over its period
     double stale_s = 0.1;   ///< a model older than this is ignored
@@ -141,13 +130,12 @@ struct HapticState {
     Vec3d proxy_mm{0, 0, 0};
     bool in_contact = false;
     Vec3d correction_n{0, 0, 0};  ///< force step at the last model change, which is blended out
-    Vec3d earlier_force_n{0, 0, 0};
-    double gain = 0;         ///< 0…1, of the safe stop
-    Vec3d force_n{0, 0, 0};  ///< in the scene, as sent
-    double energy_j = 0;     ///< energy that the contact has taken from the tool minus energy
-                             ///< returned
-    double swap_step_n = 0;  ///< force step that the newest model would have caused without
-                             ///< blending
+    double gain = 0;              ///< 0…1, of the safe stop
+    Vec3d force_n{0, 0, 0};       ///< in the scene, as sent
+    double energy_j = 0;          ///< energy that the contact has taken from the tool minus energy
+                                  ///< returned
+    double swap_step_n = 0;       ///< force step that the newest model would have caused without
+                                  ///< blending
 };
 
 enum HapticFlags : std::uint32_t {
@@ -175,7 +163,6 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
 
 // Local models (haptics.h) for each tissue.
 //
-//   springs    the reaction of the held nodes and its derivative [Choi2004, Eq. 19]
 //   ChainMail  the iso surface of the scan, stiffness from its grey values, and the slack of the
 //              links, which limits how far the wall can be pushed
 //   any other  forces only, for example of position-based constraints: the stiffness is estimated
@@ -202,15 +189,6 @@ class LearntStiffness {
     bool m_has_position = false;
     Vec3d m_position_mm{0, 0, 0}, m_force_n{0, 0, 0};
 };
-
-/// Model of a tool that pushes the nodes which it holds beyond a surface, in the scene's units (mm,
-/// g, s). It assumes that the other nodes follow to their equilibrium.
-/// @param last  estimate for the same contact, or null. Near an instability ReactionLaw::Relaxed is
-///              too stiff; the last solution's force corrects that
-/// @returns an error of SpringTissue::reaction
-Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
-                                     LearntStiffness* last = nullptr);
 
 struct ChainMailFeelSettings {
     double tool_radius_mm = 1.5;
@@ -277,8 +255,7 @@ class ChainMailFeel {
 //
 // @code
 //   VirtualDevice device({.damping_n_s_m = 0.5, .hand = active_hand({0, 0, 2}, 10)});
-//   run_haptics(device, {.settings = {.max_stiffness_n_m = 800}, .update_periods = 33},
-//               60'000, [](Vec3d tool_mm) { return model_of_contact(tool_mm); });
+//   device.advance({0, 0, 0.5}, 1e-3);               // in each period, the force of servo_step()
 //   double energy_j = device.passivity_j();          // never below 0: the hand gains no energy
 // @endcode
 //
@@ -345,25 +322,6 @@ class VirtualDevice {
     double m_time_s = 0;
     double m_work_of_servo_j = 0, m_work_of_hand_j = 0, m_lost_j = 0, m_lowest_passivity_j = 0;
 };
-
-struct HapticRun {
-    HapticSettings settings{};
-    double rate_hz = 1000;
-    int update_periods = 33;  ///< periods between two solutions of the tissue
-    int delay_periods = 0;    ///< latency of a solution
-};
-
-/// Returns the tissue's model for a tool position in the scene [mm]; the caller fills in the
-/// number.
-using HapticTissue = std::function<HapticModel(Vec3d tool_mm)>;
-/// Called after each period; false ends the run.
-using HapticWatch = std::function<bool(const HapticReading& reading, const HapticModel* fresh,
-                                       const HapticState& state, const HapticForce& force)>;
-
-/// Runs servo, device and tissue in simulated time, period by period, on this thread.
-/// @returns the last state of the servo
-HapticState run_haptics(VirtualDevice& device, const HapticRun& run, std::int64_t periods,
-                        const HapticTissue& tissue, const HapticWatch& watch = {});
 
 // The servo thread, and the devices that it can run.
 //

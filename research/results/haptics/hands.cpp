@@ -12,7 +12,7 @@ namespace pliant::results {
 
 TimeInHand in_hand(Hand hand, const HapticTissue& tissue, const HandSettings& how) {
     HapticRun run;
-    run.settings.scheme = how.scheme;
+    run.scheme = how.scheme;
     run.settings.max_force_n = 7.9;
     run.settings.max_stiffness_n_m = 800;  // the device is stable up to 1000 N/m
     run.settings.bounded_energy = how.bounded_energy;

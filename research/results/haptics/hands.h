@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "haptic_run.h"
+
 namespace pliant::results {
 
 enum class Hand {

@@ -36,7 +36,7 @@ HapticTissue tissue_of(HapticScheme scheme, double k) {
 /// Growth rate of an oscillation around 2 mm [1/s].
 double growth(const Case& c, double stiffness_n_m) {
     HapticRun run;
-    run.settings.scheme = c.scheme;
+    run.scheme = c.scheme;
     run.settings.max_force_n = 1000;
     run.settings.max_force_rate_n_s = 1e6;
     run.settings.max_stiffness_n_m = 1e5;
@@ -84,11 +84,11 @@ struct Tap {
 };
 Tap tap(HapticScheme scheme, double stiffness_n_m, double extrapolated_updates) {
     HapticRun run;
-    run.settings.scheme = scheme;
+    run.scheme = scheme;
     run.settings.max_force_n = 20;
     run.settings.max_stiffness_n_m = stiffness_n_m;
     run.settings.bounded_energy = false;
-    run.settings.extrapolated_updates = extrapolated_updates;
+    run.extrapolated_updates = extrapolated_updates;
     VirtualDeviceSettings settings;
     settings.position_mm = {0, 0, 60};
     settings.velocity_mm_s = {0, 0, -300 - 60 * kDamping / kMass_kg};

@@ -116,6 +116,23 @@ class WireInHand {
 
 }  // namespace
 
+Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
+                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
+                                     LearntStiffness* last) {
+    const auto reaction = tissue.reaction(held, ReactionLaw::Relaxed);
+    if (!reaction.ok()) return reaction.error();
+    Mat3d change{};
+    for (int c = 0; c < 3; ++c)
+        change.columns[c] = 1e-3 * reaction->stiffness.columns[c];  // N/m per µN/mm
+    const Vec3d force_n = 1e-6 * reaction->force;
+    if (last) {
+        last->begin_with(change);
+        last->add(position_mm, force_n);
+        change = last->change_n_m();
+    }
+    return model_of_contact(surface_mm, normal, position_mm, force_n, change);
+}
+
 HapticModel wall(double stiffness_n_m) {
     HapticModel model;
     model.plane_count = 1;

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "haptic_run.h"
 #include "value_of.h"
 
 namespace pliant::results {
@@ -28,6 +29,14 @@ HapticTissue hardening();
 std::shared_ptr<const Volume> layers(double bone_depth_mm);
 /// The wall of a scan with ChainMail's model; the tool's radius is above the surface.
 HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& arena);
+/// Model of a tool that pushes the nodes which it holds beyond a surface, in the scene's units (mm,
+/// g, s). It assumes that the other nodes follow to their equilibrium.
+/// @param last  estimate for the same contact, or null. Near an instability ReactionLaw::Relaxed is
+///              too stiff; the last solution's force corrects that
+/// @returns an error of SpringTissue::reaction
+Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
+                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
+                                     LearntStiffness* last = nullptr);
 /// A lattice of 6 × 6 × 6 nodes, four of them pressed, at its equilibrium.
 HapticTissue springs();
 /// Force of the same lattice at its equilibrium [N].

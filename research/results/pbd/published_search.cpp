@@ -6,6 +6,7 @@
 
 #include <pliant/mesh.h>
 #include <pliant/models/pbd.h>
+#include <pliant/research/overlap.h>
 
 #include <algorithm>
 #include <cstdint>

@@ -209,7 +209,7 @@ Image pictures_of(const Case& c, const State& rest, const State& now, const Task
 }
 
 /// Largest movement of voxels above the threshold of fixed nodes [mm].
-double hard_movement_mm(const SpringDeformation& tissue) {
+double hard_movement_mm(const Tissue& tissue) {
     const Grid& grid = tissue.volume().grid;
     const FieldSlices slices = displacement_slices(tissue).value();
     std::vector<Vec3f> slice(std::size_t(grid.size.x) * std::size_t(grid.size.y));
@@ -219,7 +219,7 @@ double hard_movement_mm(const SpringDeformation& tissue) {
         slices(z, slice);
         for (int y = 0; y < grid.size.y; ++y)
             for (int x = 0; x < grid.size.x; ++x) {
-                if (tissue.volume().at({x, y, z}) <= tissue.settings().fixed_hu) continue;
+                if (tissue.volume().at({x, y, z}) <= SpringDeformationSettings{}.fixed_hu) continue;
                 const Vec3f u = slice[std::size_t(x + grid.size.x * y)];
                 largest = std::max(largest, std::sqrt(double(u.x * u.x + u.y * u.y + u.z * u.z)));
             }
@@ -242,29 +242,29 @@ Box3i region_of(const Volume& volume, const Case& c) {
 }
 
 Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
-    const auto tissue = value_of(SpringDeformation::create(
-        volume, {.region = region_of(volume, c), .cell_mm = c.cell_mm}, arena));
+    const auto tissue = value_of(
+        make_springs(volume, {.region = region_of(volume, c), .cell_mm = c.cell_mm}, arena));
     const PushReport pushed = value_of(tissue->push(1, c.push));
-    SpringMotion motion;
+    AdvanceReport motion;
     double solve_ms = pushed.solve_ms;
     std::int64_t steps = 0;
     for (; steps < kMaxSteps && !motion.settled; steps += motion.steps) {
-        motion = value_of(tissue->step(20));
-        solve_ms += motion.solve_ms;
+        motion = value_of(tissue->advance({.max_steps = 20}));
+        solve_ms += motion.ms;
         if (motion.steps == 0) break;
     }
     const Deformed deformed = deform_volume(*tissue).value();
-    const Vec3i nodes = tissue->control().grid().size;
+    const Record figures = tissue->figures();
+    const auto& nodes = std::get<std::vector<double>>(figures[0].value);
     Volume still{volume.grid, VoxelArray<float>(voxel_count(volume.grid)), {}};
     const Volume moved_mm = displacement_of(*tissue);
     return {
         pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
                     arena),
         {c.name, text_of(c.cell_mm, 0),
-         std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
-             std::to_string(nodes.z),
+         text_of(nodes[0], 0) + " × " + text_of(nodes[1], 0) + " × " + text_of(nodes[2], 0),
          text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
-         text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
+         text_of(std::get<std::int64_t>(figures[1].value)), text_of(solve_ms, 0),
          text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
          text_of(state_of(*tissue).value().folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
 }

@@ -5,7 +5,7 @@
 // triangle is translated by the point's penetration, and the reaction is the sum of the forces at
 // its three vertices (Eq. 19), here beside the derivative of the net's energy.
 
-#include <pliant/models/spring_probe.h>
+#include <pliant/research/spring_probe.h>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 // [Choi2004, 3.3, Figures 8 and 15]: surfaces of a lung and a stomach as mass-spring networks,
 // touched by the point of a probe that moves as a hand does, 1000 times a second.
 
-#include <pliant/models/spring_probe.h>
+#include <pliant/research/spring_probe.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 

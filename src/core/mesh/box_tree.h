@@ -13,6 +13,7 @@
 #include <pliant/core/vec.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -44,6 +45,23 @@ struct Bounds {
         return sum;
     }
 };
+
+/// Orders items so that the centres of the first half lie lower along the longest axis of their
+/// box; equal ones by number. @returns the size of the first half
+template <class CentreOf>
+std::size_t halve(std::span<std::int32_t> items, const CentreOf& centre_of) {
+    Bounds box;
+    for (const std::int32_t item : items) box.add(centre_of(item));
+    const Vec3d size = box.high - box.low;
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const std::size_t half = items.size() / 2;
+    std::nth_element(items.begin(), items.begin() + std::ptrdiff_t(half), items.end(),
+                     [&](std::int32_t a, std::int32_t b) {
+                         const double u = centre_of(a)[axis], v = centre_of(b)[axis];
+                         return u != v ? u < v : a < b;
+                     });
+    return half;
+}
 
 class BoxTree {
   public:

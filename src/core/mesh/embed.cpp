@@ -27,7 +27,35 @@ std::array<double, 4> weights_of(Vec3d x, const TetMesh& mesh, std::int32_t tetr
     return {1 - u - v - w, u, v, w};
 }
 
+bool is_in_box(Vec3d p, const std::array<Vec3d, 4>& corners) {
+    for (int a = 0; a < 3; ++a) {
+        double low = corners[0][a], high = low;
+        for (const Vec3d& corner : corners) {
+            low = std::min(low, corner[a]);
+            high = std::max(high, corner[a]);
+        }
+        if (!(p[a] >= low && p[a] <= high)) return false;
+    }
+    return true;
+}
+
 }  // namespace
+
+bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners) {
+    if (!is_in_box(place, corners)) return false;
+    const Vec3d a = corners[1] - corners[0], b = corners[2] - corners[0];
+    const Vec3d c = corners[3] - corners[0], p = place - corners[0];
+    const Vec3d bc = cross(b, c), pa = cross(p, a);
+    double whole = dot(a, bc);
+    double first = dot(p, bc), second = -dot(pa, c), third = dot(pa, b);
+    if (whole < 0) {
+        whole = -whole;
+        first = -first;
+        second = -second;
+        third = -third;
+    }
+    return whole > 0 && first >= 0 && second >= 0 && third >= 0 && first + second + third <= whole;
+}
 
 std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mesh,
                             const TaskArena& arena) {

@@ -7,9 +7,7 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
-#include <limits>
 #include <new>
 #include <system_error>
 

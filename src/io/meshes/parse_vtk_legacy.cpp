@@ -5,7 +5,6 @@
 // lists with a leading length, or from version 5 on separate offsets and connectivity.
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "meshes/file_numbers.h"

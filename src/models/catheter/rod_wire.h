@@ -31,7 +31,6 @@ class RodWire : public Wire {
     void solve(std::span<WireContact> contacts) override;
     void finish() override;
 
-    const std::vector<Rotation>& orientations() const { return m_q; }
     Rotation tip_frame() const override { return m_q.back(); }
     Vec3d turn(std::int32_t segment) const;
     Vec3d base_force() const override;

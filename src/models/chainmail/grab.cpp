@@ -4,7 +4,6 @@
 #include "chainmail/grab.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "field/cell_block.h"

@@ -89,7 +89,6 @@ class History final : public LatticeObserver {
 
     /// Starts a part of the step that can be cancelled alone.
     void open_safeguard() noexcept;
-    bool has_safeguard() const { return m_has_safeguard; }
     void close_safeguard() noexcept;
     /// Reverts every change since the safeguard was opened, and closes it.
     /// @param made  Lattice::made_count at the opening

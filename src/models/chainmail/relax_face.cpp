@@ -3,9 +3,6 @@
 
 // The public interface of relaxation and imprint: checks options, reports results in millimetres.
 
-#include <charconv>
-#include <cmath>
-
 #include "base/errors.h"
 #include "base/text.h"
 #include "chainmail/chainmail_impl.h"

@@ -4,7 +4,6 @@
 #include "chainmail/state_file.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <tuple>
 

@@ -6,7 +6,6 @@
 
 #include <pliant/core/files.h>
 
-#include <charconv>
 #include <fstream>
 
 #include "base/errors.h"

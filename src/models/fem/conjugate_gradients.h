@@ -6,11 +6,11 @@
 
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
 #include "fem/held_nodes.h"
-#include "fem/slabs.h"
 #include "fem/stiffness.h"
 
 namespace pliant {
@@ -23,6 +23,11 @@ struct Convergence {
 
 /// z = M⁻¹ r, symmetric and positive on the free components, zero in held ones.
 using Preconditioner = std::function<void(const NodeVector& r, NodeVector& z)>;
+
+/// Nodes per partial sum.
+inline constexpr std::int64_t kSumPiece = 2048;
+/// The sum over a piece, begin ≤ node < end.
+double dot_of_piece(const NodeVector& a, const NodeVector& b, std::int64_t begin, std::int64_t end);
 
 /// The sums of conjugate gradients, over fixed pieces.
 class Sums {
@@ -45,25 +50,6 @@ class WholeSums : public Sums {
   private:
     const TaskArena& m_arena;
     mutable std::vector<double> m_sums;
-};
-
-/// Sums over vectors of which each rank has a slab: same pieces, same order, so the same bits.
-class SlabSums : public Sums {
-  public:
-    /// @pre !slabs.is_whole()
-    SlabSums(const Slabs& slabs, const TaskArena& arena);
-    double dot(const NodeVector& a, const NodeVector& b) const override;
-    double advance(double step, const NodeVector& p, const NodeVector& q, NodeVector& u,
-                   NodeVector& r) const override;
-
-  private:
-    const Slabs& m_slabs;
-    const TaskArena& m_arena;
-    std::vector<std::size_t> m_counts;  ///< pieces of each rank: those that begin in its planes
-    std::int64_t m_begin, m_end;        ///< the slab's nodes in the whole lattice
-    std::int64_t m_borrowed;            ///< nodes above the slab in its last piece
-    std::int64_t m_lent;                ///< nodes of the slab in the last piece of the rank below
-    mutable std::vector<double> m_sums, m_all, m_lending, m_tail;
 };
 
 /// Solves K u = f on the free components, from u = 0.

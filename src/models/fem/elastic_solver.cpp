@@ -21,7 +21,6 @@
 #include "fem/lattice_stiffness.h"
 #include "fem/loads.h"
 #include "fem/multigrid.h"
-#include "fem/slabs.h"
 
 namespace pliant {
 namespace {
@@ -37,10 +36,8 @@ struct ElasticSolver::Impl {
     std::variant<ElasticSolid, ElasticLattice> solid;
     ElasticSettings settings;
     const TaskArena* arena;
-    HeldNodes held;                          ///< of the whole solid
-    std::unique_ptr<Stiffness> stiffness{};  ///< of the slab if there are ranks, else whole
-    std::optional<Slabs> slabs{};            ///< of a lattice
-    std::optional<HeldNodes> slab_held{};    ///< if there are ranks
+    HeldNodes held;
+    std::unique_ptr<Stiffness> stiffness{};
     std::optional<CholeskyFactor> factor{};
     std::optional<BlockJacobi> blocks{};     ///< preconditioner on meshes
     std::unique_ptr<Multigrid> multigrid{};  ///< preconditioner on lattices
@@ -57,25 +54,13 @@ struct ElasticSolver::Impl {
             },
             solid);
     }
-    bool has_ranks() const { return slabs && !slabs->is_whole(); }
-    const HeldNodes& local_held() const { return has_ranks() ? *slab_held : held; }
-    NodeVector local(NodeVector whole) const {
-        return has_ranks() ? slabs->local_nodes(whole) : std::move(whole);
-    }
-    NodeVector gathered(NodeVector local) const {
-        return has_ranks() ? slabs->gather(local) : std::move(local);
-    }
-    std::unique_ptr<Sums> sums() const {
-        if (has_ranks()) return std::make_unique<SlabSums>(*slabs, *arena);
-        return std::make_unique<WholeSums>(*arena);
-    }
     Preconditioner preconditioner() const;
     /// Free part of f − K u.
     NodeVector residual(const NodeVector& force, const NodeVector& inner) const {
         NodeVector r(force.node_count());
         for (std::size_t n = 0; n < std::size_t(force.node_count()); ++n)
             r.set(n, force.at(n) - inner.at(n));
-        local_held().clear(r);
+        held.clear(r);
         return r;
     }
     Status solve_free(const NodeVector& force, double force_norm, NodeVector& displacement,
@@ -119,8 +104,8 @@ Result<ElasticSolver> ElasticSolver::create(ElasticSolid solid, std::vector<Supp
 }
 
 Result<ElasticSolver> ElasticSolver::create(ElasticLattice solid, std::vector<Support> supports,
-                                            const ElasticSettings& settings, const TaskArena& arena,
-                                            Ranks* ranks) {
+                                            const ElasticSettings& settings,
+                                            const TaskArena& arena) {
     if (const Status s = check_settings(settings); !s) return s.error();
     if (const Status s = check_solid(solid); !s) return s.error();
     if (settings.method != ElasticMethod::ConjugateGradients)
@@ -137,18 +122,8 @@ Result<ElasticSolver> ElasticSolver::create(ElasticLattice solid, std::vector<Su
         std::make_unique<Impl>(Impl{std::move(solid), settings, &arena, std::move(held).value()});
     const auto& kept = *std::get_if<ElasticLattice>(&impl->solid);
     auto stiffness = std::make_unique<LatticeStiffness>(kept);
-    std::unique_ptr<LatticeStiffness> slab;
-    impl->slabs.emplace(kept.lattice, ranks);
-    if (impl->has_ranks()) {
-        slab = std::make_unique<LatticeStiffness>(
-            stiffness->slab(impl->slabs->local(), impl->slabs->low()));
-        impl->slab_held.emplace(impl->slabs->local_held(impl->held));
-    }
-    impl->multigrid =
-        std::make_unique<Multigrid>(Multigrid::Parts{*stiffness, impl->held, *impl->slabs,
-                                                     slab ? *slab : *stiffness, impl->local_held()},
-                                    kept.materials, arena);
-    impl->stiffness = slab ? std::move(slab) : std::move(stiffness);
+    impl->multigrid = std::make_unique<Multigrid>(*stiffness, impl->held, kept.materials, arena);
+    impl->stiffness = std::move(stiffness);
     return ElasticSolver(std::move(impl));
 }
 
@@ -168,8 +143,8 @@ Status ElasticSolver::Impl::solve_free(const NodeVector& force, double force_nor
         return Ok{};
     }
     const Convergence found = conjugate_gradients(
-        *stiffness, preconditioner(), local_held(), force, settings.tolerance * force_norm,
-        settings.max_iterations, *sums(), *arena, displacement);
+        *stiffness, preconditioner(), held, force, settings.tolerance * force_norm,
+        settings.max_iterations, WholeSums(*arena), *arena, displacement);
     iterations = found.iterations;
     if (found.reached) return Ok{};
     return Error{ErrorCode::LimitExceeded,
@@ -183,32 +158,31 @@ ElasticSolution ElasticSolver::Impl::finish(const NodeVector& force, double forc
     NodeVector inner(force.node_count());
     stiffness->multiply(displacement, inner, *arena);
     ElasticSolution solution;
-    solution.strain_energy_j = kJoule * 0.5 * sums()->dot(displacement, inner);
+    solution.strain_energy_j = kJoule * 0.5 * ordered_dot(displacement, inner, *arena);
     const NodeVector left = residual(force, inner);
     if (force_norm > 0)
-        solution.relative_residual = std::sqrt(sums()->dot(left, left)) / force_norm;
+        solution.relative_residual = std::sqrt(ordered_dot(left, left, *arena)) / force_norm;
     NodeVector reaction(force.node_count());
-    const HeldNodes& here = local_held();
-    for (const std::int32_t n : here.nodes)
+    for (const std::int32_t n : held.nodes)
         for (int a = 0; a < 3; ++a)
-            if (here.holds(std::size_t(n), a))
+            if (held.holds(std::size_t(n), a))
                 reaction.component(a)[n] = inner.component(a)[n] - force.component(a)[n];
-    solution.displacement_mm = vectors_of(gathered(displacement), 1);
-    solution.reaction_n = vectors_of(gathered(std::move(reaction)), kNewtonsPerMicronewton);
+    solution.displacement_mm = vectors_of(displacement, 1);
+    solution.reaction_n = vectors_of(reaction, kNewtonsPerMicronewton);
     return solution;
 }
 
 Result<ElasticSolution> ElasticSolver::solve(const ElasticLoads& loads) const {
     const Impl& impl = *m_impl;
-    auto whole_force = impl.forces_of(loads);
-    if (!whole_force) return whole_force.error();
-    const NodeVector force = impl.local(std::move(whole_force).value());
+    auto forces = impl.forces_of(loads);
+    if (!forces) return forces.error();
+    const NodeVector force = std::move(forces).value();
     // Prescribed displacements move to the right-hand side.
-    NodeVector displacement = impl.local_held().displacement_mm;
+    NodeVector displacement = impl.held.displacement_mm;
     NodeVector inner(force.node_count());
     impl.stiffness->multiply(displacement, inner, *impl.arena);
     const NodeVector free_force = impl.residual(force, inner);
-    const double force_norm = std::sqrt(impl.sums()->dot(free_force, free_force));
+    const double force_norm = std::sqrt(ordered_dot(free_force, free_force, *impl.arena));
     int iterations = 0;
     if (force_norm > 0) {
         NodeVector moved(force.node_count());
@@ -223,10 +197,10 @@ Result<ElasticSolution> ElasticSolver::solve(const ElasticLoads& loads) const {
 }
 
 std::vector<Vec3d> ElasticSolver::forces_n(std::span<const Vec3d> displacement_mm) const {
-    const NodeVector u = m_impl->local(node_vector(displacement_mm));
+    const NodeVector u = node_vector(displacement_mm);
     NodeVector inner(u.node_count());
     m_impl->stiffness->multiply(u, inner, *m_impl->arena);
-    return vectors_of(m_impl->gathered(std::move(inner)), kNewtonsPerMicronewton);
+    return vectors_of(inner, kNewtonsPerMicronewton);
 }
 
 std::int64_t ElasticSolver::matrix_bytes() const {

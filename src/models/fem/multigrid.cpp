@@ -75,10 +75,15 @@ void add_scaled(NodeVector& a, double factor, const NodeVector& b, const TaskAre
 
 }  // namespace
 
+double spectrum_bound(Vec3d spacing, std::span<const ElasticMaterial> materials) {
+    double most = 0;
+    for (const ElasticMaterial& m : materials) most = std::max(most, element_bound(spacing, m));
+    return most;
+}
+
 struct Multigrid::Level {
     LatticePair pair;  ///< from the level above; not of the first level
-    Slabs slabs;
-    double greatest;  ///< bound of the spectrum
+    double greatest;   ///< bound of the spectrum
     const LatticeStiffness* stiffness;
     const HeldNodes* held;
     std::unique_ptr<LatticeStiffness> own_stiffness{};
@@ -86,93 +91,41 @@ struct Multigrid::Level {
     std::unique_ptr<BlockJacobi> blocks{};
 };
 
-/// Levels that every rank has as a whole.
-struct Multigrid::Rest {
-    Slabs slabs;       ///< of the forces, before they are gathered
-    LatticePair down;  ///< from the slab above to a slab
-    LatticePair up;    ///< from the whole to the slab above
-    std::unique_ptr<LatticeStiffness> stiffness;
-    std::unique_ptr<HeldNodes> held;
-    std::unique_ptr<Multigrid> multigrid;
-};
-
 Multigrid::~Multigrid() = default;
 
 Multigrid::Multigrid(const LatticeStiffness& stiffness, const HeldNodes& held,
-                     std::span<const ElasticMaterial> materials, const TaskArena& arena)
-    : Multigrid({stiffness, held, Slabs(stiffness.lattice(), nullptr), stiffness, held}, materials,
-                arena) {}
-
-Multigrid::Multigrid(const Parts& parts, std::span<const ElasticMaterial> materials,
-                     const TaskArena& arena) {
-    const auto bound = [&](Vec3d spacing) {
-        double most = 0;
-        for (const ElasticMaterial& m : materials) most = std::max(most, element_bound(spacing, m));
-        return most;
-    };
-    const HexLattice local = parts.slabs.local();
-    m_levels.push_back(std::make_unique<Level>(Level{{local, local, {1, 1, 1}},
-                                                     parts.slabs,
-                                                     bound(local.spacing_mm),
-                                                     &parts.stiffness,
-                                                     &parts.held}));
-    // Planes at a slab's end lack the cells beyond, so their blocks come from the whole stiffness.
-    const auto add_blocks = [&](Level& level, const LatticeStiffness& stiffness) {
-        const auto first = std::int64_t(level.slabs.plane()) * level.slabs.low();
-        level.blocks = std::make_unique<BlockJacobi>(stiffness, *level.held, arena, first);
-    };
-    add_blocks(*m_levels.back(), parts.whole);
-    const LatticeStiffness* whole = &parts.whole;  // of the last level
-    const HeldNodes* whole_held = &parts.whole_held;
-    std::unique_ptr<LatticeStiffness> kept;  // both, if the level has a slab
-    std::unique_ptr<HeldNodes> kept_held;
+                     std::span<const ElasticMaterial> materials, const TaskArena& arena) {
+    const HexLattice& first = stiffness.lattice();
+    m_levels.push_back(std::make_unique<Level>(Level{{first, first, {1, 1, 1}},
+                                                     spectrum_bound(first.spacing_mm, materials),
+                                                     &stiffness,
+                                                     &held}));
+    m_levels.back()->blocks = std::make_unique<BlockJacobi>(stiffness, held, arena);
     for (;;) {
         const Level& above = *m_levels.back();
-        const HexLattice& fine = above.slabs.whole();
+        const HexLattice& fine = above.pair.coarse;
         const Vec3i factor = coarsening_factor(fine);
         if (node_count(fine) <= kLastNodes || factor == Vec3i{1, 1, 1}) break;
         const LatticePair pair = coarsened(fine, factor);
         const auto cells = cell_count(fine);
-        auto stiffness = std::make_unique<LatticeStiffness>(
-            pair.coarse, coarse_means(pair, whole->lambdas(cells)),
-            coarse_means(pair, whole->mus(cells)));
-        auto held = std::make_unique<HeldNodes>(coarse_held(pair, *whole_held));
-        const Slabs slabs = above.slabs.coarse(pair.coarse, factor);
-        const LatticePair down{above.slabs.local(), slabs.local(), factor, above.slabs.low(),
-                               slabs.low()};
-        if (!slabs.is_whole() && !slabs.are_thick()) {
-            const LatticePair up{down.fine, pair.coarse, factor, down.fine_low, 0};
-            auto multigrid = std::make_unique<Multigrid>(*stiffness, *held, materials, arena);
-            m_rest.reset(new Rest{slabs, down, up, std::move(stiffness), std::move(held),
-                                  std::move(multigrid)});
-            break;
-        }
         auto level = std::make_unique<Level>(
-            Level{down, slabs, bound(pair.coarse.spacing_mm), nullptr, nullptr});
-        whole = stiffness.get();
-        whole_held = held.get();
-        if (slabs.is_whole()) {
-            level->own_stiffness = std::move(stiffness);
-            level->own_held = std::move(held);
-        } else {
-            level->own_stiffness =
-                std::make_unique<LatticeStiffness>(stiffness->slab(slabs.local(), slabs.low()));
-            level->own_held = std::make_unique<HeldNodes>(slabs.local_held(*held));
-            kept = std::move(stiffness);
-            kept_held = std::move(held);
-        }
+            Level{pair, spectrum_bound(pair.coarse.spacing_mm, materials), nullptr, nullptr});
+        level->own_stiffness = std::make_unique<LatticeStiffness>(
+            pair.coarse, coarse_means(pair, above.stiffness->lambdas(cells)),
+            coarse_means(pair, above.stiffness->mus(cells)));
+        level->own_held = std::make_unique<HeldNodes>(coarse_held(pair, *above.held));
         level->stiffness = level->own_stiffness.get();
         level->held = level->own_held.get();
-        add_blocks(*level, *whole);
+        level->blocks = std::make_unique<BlockJacobi>(*level->stiffness, *level->held, arena);
         m_levels.push_back(std::move(level));
     }
-    if (!m_rest) factor_last(arena);
+    factor_last(arena);
 }
 
 /// Factors the last level. Without a factor (the level is large or singular) its smoother is used.
 void Multigrid::factor_last(const TaskArena& arena) {
     const Level& last = *m_levels.back();
-    const HexLattice& lattice = last.pair.coarse;  // without slabs
+    const HexLattice& lattice = last.pair.coarse;
     if (node_count(lattice) > kLastNodes) return;
     const auto cells = cell_count(lattice);
     const auto lambda = last.stiffness->lambdas(cells), mu = last.stiffness->mus(cells);
@@ -192,9 +145,6 @@ Multigrid::Work::Work(const Multigrid& multigrid) {
         const NodeVector zero(node_count(level->pair.coarse));
         m_levels.push_back({zero, zero, zero, zero, zero});
     }
-    if (!multigrid.m_rest) return;
-    m_slab_force = std::make_unique<NodeVector>(node_count(multigrid.m_rest->down.coarse));
-    m_rest = std::make_unique<Work>(*multigrid.m_rest->multigrid);
 }
 
 /// displacement += polynomial(D⁻¹K) D⁻¹ residual.
@@ -219,7 +169,6 @@ void Multigrid::smooth(std::size_t level, bool with_residual, Work::Level& w,
         l.stiffness->multiply(w.step, w.product, arena);
         l.held->clear(w.product);
         add_scaled(w.residual, -1, w.product, arena);
-        l.slabs.exchange(w.residual);
     }
 }
 
@@ -232,37 +181,22 @@ void Multigrid::cycle(std::size_t level, Work& work, const TaskArena& arena) con
     }
     w.displacement.clear();
     w.residual = w.force;
-    m_levels[level]->slabs.exchange(w.residual);
     smooth(level, true, w, arena);
-    if (level + 1 < m_levels.size() || m_rest) {
+    if (level + 1 < m_levels.size()) {
+        const Level& below = *m_levels[level + 1];
+        Work::Level& next = work.m_levels[level + 1];
         w.step.clear();
-        if (level + 1 < m_levels.size()) {
-            const Level& below = *m_levels[level + 1];
-            Work::Level& next = work.m_levels[level + 1];
-            gather_forces(below.pair, w.residual, next.force, arena);
-            below.held->clear(next.force);
-            cycle(level + 1, work, arena);
-            add_interpolated(below.pair, next.displacement, w.step, arena);
-        } else {
-            solve_rest(w.residual, w.step, work, arena);
-        }
+        gather_forces(below.pair, w.residual, next.force, arena);
+        below.held->clear(next.force);
+        cycle(level + 1, work, arena);
+        add_interpolated(below.pair, next.displacement, w.step, arena);
         m_levels[level]->held->clear(w.step);
         add_scaled(w.displacement, 1, w.step, arena);
         m_levels[level]->stiffness->multiply(w.step, w.product, arena);
         m_levels[level]->held->clear(w.product);
         add_scaled(w.residual, -1, w.product, arena);
-        m_levels[level]->slabs.exchange(w.residual);
     }
     smooth(level, false, w, arena);
-}
-
-void Multigrid::solve_rest(const NodeVector& residual, NodeVector& step, Work& work,
-                           const TaskArena& arena) const {
-    gather_forces(m_rest->down, residual, *work.m_slab_force, arena);
-    NodeVector force = m_rest->slabs.gather(*work.m_slab_force), displacement = force;
-    m_rest->held->clear(force);
-    m_rest->multigrid->apply(force, displacement, *work.m_rest, arena);
-    add_interpolated(m_rest->up, displacement, step, arena);
 }
 
 void Multigrid::apply(const NodeVector& force, NodeVector& displacement, Work& work,
@@ -276,7 +210,6 @@ std::int64_t Multigrid::bytes() const {
     std::int64_t sum = m_factor ? m_factor->bytes() : 0;
     for (const auto& level : m_levels)
         sum += level->blocks->bytes() + (level->own_stiffness ? level->own_stiffness->bytes() : 0);
-    if (m_rest) sum += m_rest->stiffness->bytes() + m_rest->multigrid->bytes();
     return sum;
 }
 

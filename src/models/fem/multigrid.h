@@ -15,9 +15,6 @@
 // spectrum. Its bound comes from single elements: λ(D⁻¹K) ≤ max λ(D_e⁻¹K_e) for every assembly of
 // them, with or without held nodes.
 //
-// Ranks have slabs of the fine levels (slabs.h). Levels whose slabs would be thin are solved by all
-// ranks alike.
-//
 // The cycle is symmetric and positive: restriction is the transpose of interpolation, and pre- and
 // post-smoothing use the same polynomial.
 
@@ -32,10 +29,13 @@
 
 #include "fem/block_jacobi.h"
 #include "fem/cholesky.h"
+#include "fem/held_nodes.h"
 #include "fem/lattice_stiffness.h"
-#include "fem/slabs.h"
 
 namespace pliant {
+
+/// Upper bound of the spectrum of D⁻¹K for boxes of any of the materials.
+double spectrum_bound(Vec3d spacing, std::span<const ElasticMaterial> materials);
 
 class Multigrid {
   public:
@@ -43,17 +43,6 @@ class Multigrid {
     Multigrid(const LatticeStiffness& stiffness, const HeldNodes& held,
               std::span<const ElasticMaterial> materials, const TaskArena& arena);
 
-    /// A lattice, or a rank's slab of it.
-    struct Parts {
-        const LatticeStiffness& whole;  ///< its moduli are averaged for the coarse levels
-        const HeldNodes& whole_held;
-        const Slabs& slabs;
-        const LatticeStiffness& stiffness;  ///< of the slab
-        const HeldNodes& held;
-    };
-    /// Keeps references to the last three. Every rank makes one, and all call apply() together.
-    Multigrid(const Parts& parts, std::span<const ElasticMaterial> materials,
-              const TaskArena& arena);
     ~Multigrid();
 
     /// Vectors of all levels; one object per solving thread.
@@ -67,8 +56,6 @@ class Multigrid {
             NodeVector force, displacement, residual, step, product;
         };
         std::vector<Level> m_levels;
-        std::unique_ptr<NodeVector> m_slab_force;  ///< for the rest
-        std::unique_ptr<Work> m_rest;
     };
     /// displacement ≈ K⁻¹ force. @param force  zero in held components, as the displacement will be
     void apply(const NodeVector& force, NodeVector& displacement, Work& work,
@@ -78,18 +65,12 @@ class Multigrid {
 
   private:
     struct Level;
-    struct Rest;
     void factor_last(const TaskArena& arena);
     void cycle(std::size_t level, Work& work, const TaskArena& arena) const;
     void smooth(std::size_t level, bool with_residual, Work::Level& work,
                 const TaskArena& arena) const;
 
-    /// Adds the correction of the levels below the last one that has slabs. @param[out] step
-    void solve_rest(const NodeVector& residual, NodeVector& step, Work& work,
-                    const TaskArena& arena) const;
-
     std::vector<std::unique_ptr<Level>> m_levels;
-    std::unique_ptr<Rest> m_rest;            ///< levels without slabs, below those with slabs
     std::optional<CholeskyFactor> m_factor;  ///< factor of the last level
 };
 

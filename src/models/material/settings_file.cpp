@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <sstream>
-#include <utility>
 
 #include "base/errors.h"
 #include "base/record_toml.h"

@@ -4,7 +4,6 @@
 #include <pliant/models/pbd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "base/errors.h"

@@ -66,16 +66,7 @@ void BodySurface::split(const TetMesh& mesh, std::span<std::int32_t> triangles,
         return mesh.nodes_mm[std::size_t(t[0])] + mesh.nodes_mm[std::size_t(t[1])] +
                mesh.nodes_mm[std::size_t(t[2])];
     };
-    mesh::Bounds box;
-    for (const std::int32_t f : triangles) box.add(centre(f));
-    const Vec3d size = box.high - box.low;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const auto middle = triangles.size() / 2;
-    std::nth_element(triangles.begin(), triangles.begin() + std::ptrdiff_t(middle), triangles.end(),
-                     [&](std::int32_t a, std::int32_t b) {
-                         const double u = centre(a)[axis], v = centre(b)[axis];
-                         return u != v ? u < v : a < b;
-                     });
+    const std::size_t middle = mesh::halve(triangles, centre);
     split(mesh, triangles.first(middle), faces, ends);
     split(mesh, triangles.subspan(middle), faces, ends);
 }

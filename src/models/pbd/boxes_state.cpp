@@ -6,7 +6,6 @@
 
 #include <pliant/models/pbd.h>
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <charconv>
 #include <cmath>
 #include <string>
 

@@ -37,10 +37,6 @@ inline Mat3d sum(const Mat3d& a, const Mat3d& b) {
 inline Mat3d outer(Vec3d a, Vec3d b) {
     return {{b.x * a, b.y * a, b.z * a}};
 }
-/// m diag(d) mᵀ
-inline Mat3d sandwich(const Mat3d& m, Vec3d d) {
-    return m * transposed({{d.x * m.columns[0], d.y * m.columns[1], d.z * m.columns[2]}});
-}
 
 /// Limit of the squared sine of half a rotation up to which the series are as exact as the
 /// functions: rotations of 0.2, typical of joints and steps [rad²].

@@ -237,17 +237,6 @@ std::vector<Vec3i> bone_at_limit(const Lattice& lattice, const SweepWork& work, 
     return found;
 }
 
-Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift) {
-    Vec3<Fixed> raise{0, 0, 0};
-    for (int a = 0; a < 3; ++a) {
-        const auto c = std::size_t(a);
-        if (shift[a] == 0 || !brick.reached[c]) continue;
-        const Fixed u = brick.is_unplaced ? 0 : brick.u[c][index];
-        raise[a] = brick.raised[c][index] - (shift[a] > 0 ? u : -u);
-    }
-    return raise;
-}
-
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction) {
     if (fraction >= 1) return shift;
     return {Fixed(std::trunc(fraction * shift.x)), Fixed(std::trunc(fraction * shift.y)),
@@ -297,10 +286,6 @@ std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKer
     };
     arena.for_each(std::int64_t(work.touched.size()), kTouchedPerTask, std::ref(move));
     return moved;
-}
-
-void discard_raises(Lattice& lattice, const SweepWork& work) {
-    for (const int index : work.touched) lattice.brick(index).reached = {};
 }
 
 }  // namespace pliant

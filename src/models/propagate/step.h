@@ -64,10 +64,6 @@ StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
 std::vector<Vec3i> bone_at_limit(const Lattice& lattice, const SweepWork& work, Vec3<Fixed> shift,
                                  double fraction);
 
-/// Motion of an element for the whole shift of the solve in progress, 0…|shift_a|.
-/// @pre the solve is not a shared one
-Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift);
-
 /// The shift times the fraction, each component rounded towards zero.
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction);
 
@@ -79,8 +75,5 @@ void reserve_moves(Lattice& lattice, const SweepWork& work);
 /// @returns the number of elements that moved
 std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKernels& kernels,
                          Vec3<Fixed> shift, Vec3<Fixed> done, const TaskArena& arena);
-
-/// Ends the solve without any motion.
-void discard_raises(Lattice& lattice, const SweepWork& work);
 
 }  // namespace pliant

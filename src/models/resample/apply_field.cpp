@@ -4,7 +4,6 @@
 #include <pliant/resample.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "base/errors.h"

@@ -4,7 +4,6 @@
 #include "resample/dirty.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 namespace pliant {

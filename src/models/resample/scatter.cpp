@@ -4,7 +4,6 @@
 #include "resample/scatter.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <tuple>
 

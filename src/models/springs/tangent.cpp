@@ -4,7 +4,6 @@
 #include "springs/tangent.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/small_matrix.h"
 #include "springs/cell_volume.h"

@@ -4,7 +4,6 @@
 #include <pliant/models/springs.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string>
 #include <utility>

@@ -4,7 +4,6 @@
 // One step of each solver.
 
 #include <algorithm>
-#include <charconv>
 #include <string>
 
 #include "base/errors.h"

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "mesh/box_tree.h"
 #include "mesh/triangle_distance.h"
 
 namespace pliant {
@@ -157,16 +158,7 @@ void TriangleTouch::split(const SpringNetwork& network, std::span<std::int32_t> 
             sum = sum + network.nodes()[std::size_t(n)].rest;
         return sum;
     };
-    mesh::Bounds box;
-    for (const std::int32_t f : triangles) box.add(centre(f));
-    const Vec3d size = box.high - box.low;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const std::size_t middle = triangles.size() / 2;
-    std::nth_element(triangles.begin(), triangles.begin() + std::ptrdiff_t(middle), triangles.end(),
-                     [&](std::int32_t a, std::int32_t b) {
-                         const double u = centre(a)[axis], v = centre(b)[axis];
-                         return u != v ? u < v : a < b;
-                     });
+    const std::size_t middle = mesh::halve(triangles, centre);
     split(network, triangles.first(middle));
     split(network, triangles.subspan(middle));
 }

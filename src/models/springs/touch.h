@@ -14,7 +14,7 @@
 
 #pragma once
 
-#include <pliant/models/spring_probe.h>
+#include <pliant/models/springs.h>
 
 #include <optional>
 #include <span>

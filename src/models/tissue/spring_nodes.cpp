@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/units.h"
+
 namespace pliant {
 namespace {
 
 constexpr double kSettled_mm_s = 0.05;
-constexpr double kSpringNewton = 1e-6;
 
 }  // namespace
 
@@ -52,15 +53,11 @@ Status SpringNodes::stride(std::span<const std::int32_t> nodes, Vec3d shift) {
     return step();
 }
 
-double SpringNodes::fastest_mm_s() const {
+bool SpringNodes::is_calm() {
     double fastest = 0;
     for (std::int32_t n = 0; n < node_count(); ++n)
         fastest = std::max(fastest, norm(m_tissue.velocity(n)));
-    return fastest;
-}
-
-bool SpringNodes::is_calm(double fastest_mm_s) {
-    return fastest_mm_s < kSettled_mm_s;
+    return fastest < kSettled_mm_s;
 }
 
 std::optional<Vec3d> SpringNodes::force_n(std::uint32_t tool) noexcept {
@@ -71,7 +68,7 @@ std::optional<Vec3d> SpringNodes::force_on(std::span<const std::int32_t> nodes) 
     if (nodes.empty()) return Vec3d{0, 0, 0};
     const auto reaction = m_tissue.reaction(nodes, ReactionLaw::Held);
     if (!reaction.ok()) return {};
-    return kSpringNewton * reaction->force;
+    return kNewtonsPerMicronewton * reaction->force;
 }
 
 }  // namespace pliant

@@ -35,12 +35,10 @@ class SpringNodes : public MeshTissue {
     void keep() override { m_rollback.keep(m_tissue); }
     void take_back() noexcept override { m_rollback.restore(m_tissue); }
     Status stride(std::span<const std::int32_t> nodes, Vec3d shift) override;
-    bool is_calm() override { return is_calm(fastest_mm_s()); }
-    static bool is_calm(double fastest_mm_s);
+    bool is_calm() override;
     std::int32_t fixed_nodes() const;
     /// Force on nodes, with the others held [N].
     std::optional<Vec3d> force_on(std::span<const std::int32_t> nodes) noexcept;
-    double fastest_mm_s() const;
     /// Moves some of the held nodes.
     void move_held(std::span<const std::int32_t> nodes, Vec3d shift) noexcept;
 

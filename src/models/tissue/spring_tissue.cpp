@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "springs/cell_volume.h"
+#include "tissue/scan_network.h"
 
 namespace pliant {
 namespace {
@@ -32,6 +34,34 @@ SettingRows<SpringDeformationSettings> live_rows() {
 }
 
 }  // namespace
+
+SpringScanTissue::SpringScanTissue(const SpringDeformationSettings& settings, SpringTissue tissue,
+                                   std::unique_ptr<ControlLattice> control)
+    : SpringNodes(std::move(tissue), std::move(control)), m_settings(settings) {
+    // So that nothing fails once a tool has been released or time has passed.
+    const auto count = std::size_t(node_count());
+    m_displacements.assign(count, Vec3d{0, 0, 0});
+    m_former.reserve(2 * count);
+    m_former_kept.reserve(2 * count);
+    m_loose.reserve(count);
+    m_no_forces.assign(count, Vec3d{0, 0, 0});
+    m_moves.resize(count);
+    m_stretched.resize(count);
+}
+
+Result<std::unique_ptr<SpringScanTissue>> SpringScanTissue::create(
+    const Volume& volume, const SpringDeformationSettings& settings, const TaskArena& arena) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
+    if (const Status s = check(settings, spring_rows()); !s.ok()) return s.error();
+    const auto grid = control_grid(volume, settings);
+    if (!grid.ok()) return grid.error();
+    auto control = ControlLattice::create(volume, *grid, arena);
+    if (!control.ok()) return control.error();
+    auto tissue = tissue_of(volume, *grid, settings);
+    if (!tissue.ok()) return tissue.error();
+    return std::unique_ptr<SpringScanTissue>(
+        new SpringScanTissue(settings, std::move(*tissue), std::move(*control)));
+}
 
 TissueTraits SpringScanTissue::traits() const noexcept {
     return {.model = "springs",
@@ -144,13 +174,33 @@ double SpringScanTissue::folded_cells(std::span<const Vec3d> positions_mm) {
 
 // Time.
 
+/// Stops all nodes, and moves those near their rest position to it. Nodes that forces no longer
+/// reach, since the depth was reduced, then start to move freely.
+void SpringScanTissue::settle() noexcept {
+    halt();
+    if (!m_held.empty()) return;
+    double farthest = 0;
+    std::vector<std::int32_t>& away = m_loose;
+    away.clear();
+    for (std::int32_t n = 0; n < node_count(); ++n) {
+        const double distance = norm(m_tissue.displacement(n));
+        farthest = std::max(farthest, distance);
+        if (distance > 0 && !is_fixed(n)) away.push_back(n);
+    }
+    if (farthest < home_mm()) {
+        m_tissue.reset();
+        m_former.clear();
+    } else if (away != m_former) {
+        m_former.assign(away.begin(), away.end());
+        m_settled = false;
+    }
+    renew_sources();
+}
+
 Result<Sweep> SpringScanTissue::sweep() noexcept {
-    return attempt([&]() -> Result<Sweep> {
-        Result<SpringMotion> motion = step_nodes(kStepsPerSweep);
-        if (!motion.ok()) return motion.error();
-        if (motion->active_nodes > 0) m_active_nodes = motion->active_nodes;
-        return Sweep{motion->settled, motion->solve_ms, std::move(motion->message)};
-    });
+    Result<AdvanceReport> made = advance({.max_steps = kStepsPerSweep});
+    if (!made) return made.error();
+    return Sweep{made->settled, made->ms, std::move(made->message)};
 }
 
 Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {
@@ -160,12 +210,25 @@ Result<AdvanceReport> SpringScanTissue::advance(const Budget& budget) noexcept {
         while (report.steps < budget.max_steps && report.ms < budget.max_ms && !m_settled) {
             const int count =
                 int(std::min<std::int64_t>(kStepsAtATime, budget.max_steps - report.steps));
-            Result<SpringMotion> motion = step_nodes(count);
-            if (!motion) return motion.error();
-            report.steps += motion->steps;
-            report.ms += motion->solve_ms;
-            active_nodes = std::max(active_nodes, motion->active_nodes);
-            if (!motion->message.empty()) report.message = std::move(motion->message);
+            const Stopwatch watch;
+            const auto stepped = m_tissue.step(count, arena());
+            if (stepped.ok()) {
+                report.steps += stepped->steps;
+                active_nodes = std::max(active_nodes, stepped->active_nodes);
+                m_settled = is_calm();
+            } else if (is_out_of_memory(stepped.error())) {
+                return stepped.error();
+            } else {
+                try {
+                    report.message = stepped.error().message;
+                } catch (const std::bad_alloc&) {  // earlier steps are complete
+                    report.message = "unstable";
+                }
+                m_settled = true;
+            }
+            if (m_settled) settle();
+            m_is_shown = false;
+            report.ms += watch.ms();
         }
         if (active_nodes > 0) m_active_nodes = active_nodes;
         report.settled = m_settled;
@@ -181,6 +244,13 @@ Status SpringScanTissue::reset() noexcept {
     m_tissue.reset();
     wake();
     m_settled = true;
+    return Ok{};
+}
+
+Status SpringScanTissue::set_depth(std::int32_t depth) noexcept {
+    if (const Status s = m_tissue.set_depth(depth); !s.ok()) return s;
+    m_settings.depth = depth;
+    wake();
     return Ok{};
 }
 
@@ -231,6 +301,33 @@ Result<std::int32_t> SpringScanTissue::take_depth(double threshold_mm,
         if (const Status s = set_depth(found->depth); !s.ok()) return s.error();
         return found->depth;
     });
+}
+
+// The whole tissue.
+
+Status SpringScanTissue::place_scan(std::span<const Vec3d> positions_mm) const {
+    for (std::size_t n = 0; n < positions_mm.size(); ++n)
+        m_displacements[n] = positions_mm[n] - m_rest.nodes_mm[n];
+    return control().place(m_displacements);
+}
+
+Status SpringScanTissue::set_positions(std::span<const Vec3d> positions_mm) {
+    std::vector<Vec3d> moved(positions_mm.begin(), positions_mm.end());
+    std::vector<std::int32_t> away;
+    const auto count = std::min(moved.size(), std::size_t(node_count()));
+    for (std::size_t n = 0; n < count; ++n) {
+        moved[n] = positions_mm[n] - m_rest.nodes_mm[n];
+        if (moved[n] != Vec3d{0, 0, 0} && !is_fixed(std::int32_t(n)))
+            away.push_back(std::int32_t(n));
+    }
+    if (const Status s = control().place(moved); !s.ok()) return s;
+    m_tools.clear();
+    m_former.assign(away.begin(), away.end());
+    put(positions_mm, m_memory.velocities);
+    renew_sources();
+    wake();
+    m_settled = m_former.empty();
+    return Ok{};
 }
 
 // The state: the positions of all nodes, and the corners of all cuts.

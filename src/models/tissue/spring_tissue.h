@@ -46,17 +46,18 @@ class SpringScanTissue final : public SpringNodes {
     std::uint64_t file_kind() const noexcept override { return 0x31'70'73'6c'70'00'00'0a; }
     std::uint64_t hash() const override;
 
-    // As in SpringDeformation.
-
-    Result<SpringMotion> step_nodes(int count);
-    double time_step_s() const { return m_tissue.time_step(); }
     bool is_settled() const { return m_settled; }
+    /// Finds the smallest depth at which one more layer moves no node by more than the threshold,
+    /// at the equilibrium with the present tools [Choi2004, 3.1.3]. Nothing changes.
+    /// @returns depth 0 if it is above max_depth; NotFound if no tool holds a node
     Result<DepthFound> find_depth(double threshold_mm, std::int32_t max_depth) const;
-    const SpringDeformationSettings& scan_settings() const { return m_settings; }
     Status set_depth(std::int32_t depth) noexcept;
-    /// As shown last, like control().
+    /// Displacement of every control node [mm, LPS], as shown last, like control().
     const std::vector<Vec3d>& displacements_mm() const { return m_displacements; }
+    /// Sets the positions of all nodes, at zero speed. Tools let go; displaced nodes can move.
+    /// @returns InvalidArgument, with nothing changed, like ControlLattice::place
     Status set_positions(std::span<const Vec3d> positions_mm);
+    /// Likewise, with other cuts than the present ones.
     Status set_shape(std::span<const Vec3d> positions_mm, std::span<const CutTriangle> cuts_mm);
     ControlLattice& control() const { return static_cast<ControlLattice&>(*m_carried); }
     using SpringNodes::fixed_nodes;

@@ -4,7 +4,6 @@
 #include "truth/exact_map.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "field/field.h"
 #include "resample/find_source.h"

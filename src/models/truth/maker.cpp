@@ -6,7 +6,6 @@
 #include <pliant/resample.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <string>

@@ -7,13 +7,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "base/errors.h"
 #include "base/text.h"

@@ -10,7 +10,6 @@
 #include <pliant/scan_files.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/errors.h"
 #include "base/text.h"

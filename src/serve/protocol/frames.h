@@ -8,10 +8,8 @@
 #include <pliant/volume.h>
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace pliant::serve {
@@ -32,10 +30,6 @@ inline constexpr std::uint16_t kFormatLabels = 5;
 /// Every kCoarseStep-th voxel along each axis, from the first on [HU]; the box is in these.
 inline constexpr std::uint16_t kFormatCoarse = 6;
 inline constexpr int kCoarseStep = 4;
-/// Half floats per voxel or node of a box.
-constexpr std::uint64_t halves_each(std::uint16_t format) {
-    return format == kFormatRest ? 4 : 1;
-}
 /// @pre kind is not None
 constexpr std::uint16_t format_of(OverlayKind kind) {
     return std::uint16_t(kFormatVoxels + std::uint16_t(kind));
@@ -71,7 +65,7 @@ struct ToolPose {
 };
 
 /// Encodes a box.
-/// @param halves  of the box, i fastest; halves_each(format) per voxel or node
+/// @param halves  of the box, i fastest: one per voxel, four per node of a rest field
 /// @param header  type, box and payload_bytes are filled in; count is the format
 /// @param pack    compresses with LZ4 if that saves 20 %
 std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, FrameHeader header,
@@ -82,12 +76,5 @@ std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header);
 
 /// Writes the header in front of an existing payload. @pre frame.size() >= kFrameHeaderBytes
 void put_frame_header(std::string& frame, FrameHeader header);
-
-/// Decodes a header. @returns nullopt for an invalid frame
-std::optional<FrameHeader> read_frame_header(std::string_view frame);
-/// Decodes the payload of a box. @returns nullopt if it is empty or its length contradicts the
-/// header
-std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame);
-std::optional<std::vector<ToolPose>> read_tools(std::string_view frame);
 
 }  // namespace pliant::serve

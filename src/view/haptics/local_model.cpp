@@ -102,7 +102,6 @@ Status check_haptic_settings(const HapticSettings& s) {
         {s.blend_s, 0, 1, "blend_s", "0 to 1"},
         {s.stale_s, 0.002, 10, "stale_s", "0.002 to 10"},
         {s.ramp_s, 0.001, 10, "ramp_s", "0.001 to 10"},
-        {s.extrapolated_updates, 0, 1e6, "extrapolated_updates", "0 to 1000000"},
         {s.workspace.scale, 1e-3, 1e3, "workspace.scale", "0.001 to 1000"},
         {s.workspace.force_scale, 0, 1e3, "workspace.force_scale", "0 to 1000"},
     };

@@ -7,8 +7,6 @@
 
 #include <pliant/view/haptics.h>
 
-#include <cmath>
-
 namespace pliant {
 namespace {
 

@@ -6,7 +6,6 @@
 #include <pliant/view/haptics.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace pliant {
 namespace {
@@ -57,23 +56,8 @@ Vec3d law(const HapticModel& model, double largest_n_m, const Contact& contact, 
     return normal * n + tangential;
 }
 
-/// Force of the schemes Hold and Extrapolate.
-Vec3d extended(const HapticSettings& settings, const HapticState& s) {
-    if (settings.scheme == HapticScheme::Hold || s.update_ns <= 0) return s.model.force_n;
-    const double updates = std::min(double(s.time_ns - s.model_time_ns) / double(s.update_ns),
-                                    settings.extrapolated_updates);
-    return s.model.force_n + updates * (s.model.force_n - s.earlier_force_n);
-}
-
 /// Computes the force at x, before blending. Moves the proxy.
-Vec3d force_at(const HapticSettings& settings, double largest_n_m, Vec3d x, HapticState& s,
-               std::uint32_t& flags) {
-    if (settings.scheme != HapticScheme::LinearLaw) {
-        const Vec3d force = extended(settings, s);
-        s.in_contact = s.model.force_n != Vec3d{0, 0, 0};
-        s.proxy_mm = x;
-        return force;
-    }
+Vec3d force_at(double largest_n_m, Vec3d x, HapticState& s, std::uint32_t& flags) {
     if (s.model.held) {
         s.in_contact = true;
         s.proxy_mm = s.model.anchor_mm;
@@ -95,7 +79,6 @@ double blend_weight(const HapticSettings& settings, const HapticState& s) {
 void take(const HapticModel& fresh, HapticState& s) {
     s.update_ns = s.model_time_ns < 0 ? 0 : s.time_ns - s.model_time_ns;
     s.model_time_ns = s.time_ns;
-    s.earlier_force_n = s.model.force_n;
     s.model = fresh;
 }
 
@@ -134,7 +117,7 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
     s.time_ns = reading.time_ns;
 
     const bool was_in_contact = s.in_contact;
-    Vec3d force = force_at(settings, largest_n_m, x, s, out.flags);
+    Vec3d force = force_at(largest_n_m, x, s, out.flags);
     if (!s.in_contact && was_in_contact) {  // the tool left the contact
         s.correction_n = {0, 0, 0};
         s.energy_j = std::min(s.energy_j, 0.0);
@@ -142,10 +125,9 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
     if (fresh && fresh->number != s.model.number) {
         const Vec3d before = force + blend_weight(settings, s) * s.correction_n;
         take(*fresh, s);
-        force = force_at(settings, largest_n_m, x, s, out.flags);
+        force = force_at(largest_n_m, x, s, out.flags);
         s.swap_step_n = norm(force - before);
-        s.correction_n =
-            settings.scheme == HapticScheme::LinearLaw ? before - force : Vec3d{0, 0, 0};
+        s.correction_n = before - force;
         out.flags |= kHapticNewModel;
     }
     force = force + blend_weight(settings, s) * s.correction_n;
@@ -161,8 +143,7 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
     s.gain = std::clamp(s.gain + (is_stale ? -change : change), 0.0, 1.0);
     if (is_stale) out.flags |= kHapticStale;
     force = s.gain * force;
-    if (settings.bounded_energy && settings.scheme == HapticScheme::LinearLaw &&
-        bound_energy(period_s, s, force))
+    if (settings.bounded_energy && bound_energy(period_s, s, force))
         out.flags |= kHapticEnergyLimit;
 
     const double most = w.force_scale > 0 ? settings.max_force_n / w.force_scale : 0;

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <queue>
-#include <vector>
 
 #include "render/volume_rays.h"
 

@@ -32,14 +32,6 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
-/// A sphere that triangles touch: of a tool, or of an eye.
-struct TouchTool {
-    Vec3d position{0, 0, 0};
-    double radius = 0;
-    /// In contact, ascending. Contact doesn't allocate if there is room for all triangles.
-    std::vector<std::int32_t> triangles{};
-};
-
 struct SpringProbeSettings {
     double radius = 0;  ///< of the sphere [length]; 0: a point
     /// Longest way without a time step [length]; 0: a quarter of the triangles' mean edge.

@@ -6,8 +6,7 @@
 // cleared. Unlike in the paper, nodes store their grid cell: nodes of other cells with the same
 // hash are skipped without a test, and no pair is found twice.
 
-#include <pliant/mesh.h>
-
+#include <pliant/research/overlap.h>
 #include <pliant/result.h>
 
 #include <algorithm>
@@ -36,28 +35,8 @@ Box box_of(const std::array<Vec3d, 4>& corners) {
         }
     return box;
 }
-bool contains(const Box& box, Vec3d p) {
-    return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y &&
-           p.z >= box.low.z && p.z <= box.high.z;
-}
 
 }  // namespace
-
-bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners) {
-    if (!contains(box_of(corners), place)) return false;
-    const Vec3d a = corners[1] - corners[0], b = corners[2] - corners[0];
-    const Vec3d c = corners[3] - corners[0], p = place - corners[0];
-    const Vec3d bc = cross(b, c), pa = cross(p, a);
-    double whole = dot(a, bc);
-    double first = dot(p, bc), second = -dot(pa, c), third = dot(pa, b);
-    if (whole < 0) {
-        whole = -whole;
-        first = -first;
-        second = -second;
-        third = -third;
-    }
-    return whole > 0 && first >= 0 && second >= 0 && third >= 0 && first + second + third <= whole;
-}
 
 OverlapSearch::OverlapSearch(const TetMesh& mesh)
     : m_cells(mesh.cells), m_nodes(mesh.nodes_mm.size()) {

@@ -1,12 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "fem/slabs.h"
+#include "ranks/slabs.h"
 
 #include <algorithm>
 #include <utility>
-
-#include "fem/conjugate_gradients.h"
 
 namespace pliant {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/models/spring_probe.h>
+#include <pliant/research/spring_probe.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,35 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Local models of tissues with forces.
+// The stiffness of a tissue from its forces.
 
 #include <pliant/view/haptics.h>
 
 #include "base/units.h"
 
 namespace pliant {
-namespace {
-
-constexpr double kNewtonPerMetre = 1e-3;  ///< N/m per µN/mm
-
-}  // namespace
-
-Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d position_mm,
-                                     LearntStiffness* last) {
-    const auto reaction = tissue.reaction(held, ReactionLaw::Relaxed);
-    if (!reaction.ok()) return reaction.error();
-    Mat3d change{};
-    for (int c = 0; c < 3; ++c)
-        change.columns[c] = kNewtonPerMetre * reaction->stiffness.columns[c];
-    const Vec3d force_n = kNewtonsPerMicronewton * reaction->force;
-    if (last) {
-        last->begin_with(change);
-        last->add(position_mm, force_n);
-        change = last->change_n_m();
-    }
-    return model_of_contact(surface_mm, normal, position_mm, force_n, change);
-}
 
 LearntStiffness::LearntStiffness(double start_n_m, double largest_n_m)
     : m_largest_n_m(largest_n_m), m_stiffness_n_m{} {

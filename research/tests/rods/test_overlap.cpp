@@ -4,7 +4,7 @@
 // Against the test of every node with every tetrahedron. Two vessels of the published size are
 // case 15 of `./dev results pbd`.
 
-#include <pliant/mesh.h>
+#include <pliant/research/overlap.h>
 
 #include <gtest/gtest.h>
 

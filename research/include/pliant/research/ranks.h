@@ -11,8 +11,15 @@
 
 #pragma once
 
+#include <pliant/core/tasks.h>
+#include <pliant/core/vec.h>
+#include <pliant/models/fem.h>
+#include <pliant/result.h>
+
 #include <cstddef>
+#include <memory>
 #include <span>
+#include <vector>
 
 #pragma GCC visibility push(default)
 namespace pliant {
@@ -32,6 +39,30 @@ class Ranks {
     /// @param[out] all  sum of counts
     virtual void gather(std::span<const double> mine, std::span<const std::size_t> counts,
                         std::span<double> all) = 0;
+};
+
+/// An ElasticSolver of a lattice whose work is shared by ranks, each with a slab of its planes. All
+/// make the same calls with equal arguments, and all get the whole solution, bit-identical to that
+/// of ElasticSolver. Each rank keeps all moduli, and while a solver is created and at the end of a
+/// solve vectors of all nodes; the working vectors are those of the slab.
+/// Thread safety: one thread for each rank.
+class RankedSolver {
+  public:
+    /// The arena and the ranks must outlive the solver. @returns an error of ElasticSolver::create
+    static Result<RankedSolver> create(ElasticLattice solid, const std::vector<Support>& supports,
+                                       const ElasticSettings& settings, const TaskArena& arena,
+                                       Ranks& ranks);
+    ~RankedSolver();
+    RankedSolver(RankedSolver&&) noexcept;
+    RankedSolver& operator=(RankedSolver&&) noexcept;
+
+    Result<ElasticSolution> solve(const ElasticLoads& loads) const;
+    std::vector<Vec3d> forces_n(std::span<const Vec3d> displacement_mm) const;
+
+  private:
+    struct Impl;
+    explicit RankedSolver(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> m_impl;
 };
 
 }  // namespace pliant

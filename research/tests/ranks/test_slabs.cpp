@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "fem/slabs.h"
+#include "ranks/slabs.h"
 
+#include "fem/multigrid_transfer.h"
 #include "fem/solids.h"
-#include "support/thread_ranks.h"
+#include "thread_ranks.h"
 
 namespace pliant {
 namespace {
@@ -47,7 +48,12 @@ Problem random_problem(Random& random, Vec3i size) {
 
 Result<ElasticSolution> solve(const Problem& p, const TaskArena& arena, Ranks* ranks) {
     const ElasticSettings settings{.method = ElasticMethod::ConjugateGradients};
-    auto solver = ElasticSolver::create(p.solid, p.supports, settings, arena, ranks);
+    if (ranks) {
+        auto solver = RankedSolver::create(p.solid, p.supports, settings, arena, *ranks);
+        if (!solver) return solver.error();
+        return solver->solve(p.loads);
+    }
+    auto solver = ElasticSolver::create(p.solid, p.supports, settings, arena);
     if (!solver) return solver.error();
     return solver->solve(p.loads);
 }
@@ -118,7 +124,7 @@ TEST(Slabs, ForcesAreThoseOfOneProcess) {
     ASSERT_TRUE(alone.ok());
     const auto expected = alone->forces_n(u);
     ThreadRanks(3).run([&](Ranks& ranks) {
-        const auto solver = ElasticSolver::create(p.solid, p.supports, settings, arena, &ranks);
+        const auto solver = RankedSolver::create(p.solid, p.supports, settings, arena, ranks);
         ASSERT_TRUE(solver.ok());
         EXPECT_EQ(solver->forces_n(u), expected);
     });

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include <pliant/models/ranks.h>
+#include <pliant/research/ranks.h>
 
 #include <algorithm>
 #include <barrier>

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One call per frame of an endoscopy: the eye is never in tissue, and the boxes hold all changes.
+// Frames of an endoscopy: the eye is never in tissue, and the boxes hold all changes.
+// Covers: chainmail/slide.cpp.
 
 #include <gtest/gtest.h>
-#include <pliant/models/eye_deformation.h>
+#include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
 #include <cmath>
 #include <limits>
 
-#include "support/each_allocation.h"
 #include "support/random.h"
 
 namespace pliant::test {
@@ -31,65 +31,62 @@ Volume tube() {
     return volume;
 }
 
-TEST(EyeDeformation, TheEyeIsNeverInTissueAndTheBoxesHoldAllChanges) {
+TEST(Endoscopy, TheEyeIsNeverInTissueAndTheBoxesHoldAllChanges) {
     const Volume scan = tube();
     const TaskArena arena(2);
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
-        auto made = EyeDeformation::create(scan, {.radius_mm = 1.5}, arena);
-        ASSERT_TRUE(made.ok()) << made.error().message;
-        EyeDeformation& endoscopy = **made;
+        ChainMail tissue = ChainMail::create(scan, {}, arena).value();
+        LiveDeformation live = LiveDeformation::create(tissue).value();
         Volume shown = scan;
         Vec3d eye = world_from_voxel(scan.grid, {19.5, 19.5, 15});
         int touched = 0, stopped = 0;
         for (int frame = 0; frame < 40; ++frame) {
             const Vec3d wanted = eye + random.vector(4);
-            const auto moved = endoscopy.deform(eye, wanted);
-            if (!moved.ok()) {  // out of the scan
-                EXPECT_EQ(moved.error().code, ErrorCode::InvalidArgument);
+            const auto slid = slide_sphere(tissue, {eye, wanted - eye, 1.5}, TissueValues{});
+            if (!slid.ok()) {  // out of the scan
+                EXPECT_EQ(slid.error().code, ErrorCode::InvalidArgument);
                 continue;
             }
-            eye = moved->eye_mm;
-            touched += moved->touched;
-            stopped += moved->is_stopped;
-            if (!moved->touched && !moved->is_stopped) {
+            eye = slid->end_mm;
+            const bool is_stopped = slid->limited_by != LimitedBy::None;
+            touched += slid->contacts > 0;
+            stopped += is_stopped;
+            if (slid->contacts == 0 && !is_stopped) {
                 EXPECT_LE(norm(eye - wanted), 1e-9);
             }
-            EXPECT_LT(sample_linear(endoscopy.volume(), voxel_from_world(scan.grid, eye)), -500);
+            const LiveUpdate update = live.update().value();
+            EXPECT_LT(sample_linear(live.volume(), voxel_from_world(scan.grid, eye)), -500);
             auto& voxels = std::get<VoxelArray<std::int16_t>>(shown.voxels);
-            for (const Box3i& box : moved->boxes)
+            for (const Box3i& box : update.boxes)
                 for (int z = box.begin.z; z < box.end.z; ++z)
                     for (int y = box.begin.y; y < box.end.y; ++y)
                         for (int x = box.begin.x; x < box.end.x; ++x)
                             voxels[voxel_index(scan.grid, {x, y, z})] =
-                                std::int16_t(endoscopy.volume().at({x, y, z}));
-            ASSERT_EQ(shown.voxels, deform_volume(endoscopy.tissue())->volume.voxels);
+                                std::int16_t(live.volume().at({x, y, z}));
+            ASSERT_EQ(shown.voxels, deform_volume(tissue)->volume.voxels);
         }
         EXPECT_GT(touched, 5);
         EXPECT_GT(stopped, 0);
     }
 }
 
-TEST(EyeDeformation, BadInputIsAnErrorAndChangesNothing) {
+TEST(Endoscopy, BadInputIsAnErrorAndChangesNothing) {
     const Volume scan = tube();
     const TaskArena arena(1);
-    EXPECT_EQ(EyeDeformation::create(scan, {.radius_mm = 0}, arena).error().message,
-              "radius_mm: expected a radius above 0, found 0");
-    auto endoscopy = EyeDeformation::create(scan, {}, arena).value();
+    ChainMail tissue = ChainMail::create(scan, {}, arena).value();
+    LiveDeformation live = LiveDeformation::create(tissue).value();
     const Vec3d eye = world_from_voxel(scan.grid, {19.5, 19.5, 15});
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    for (const Vec3d wrong : {Vec3d{nan, 0, 0}, Vec3d{1e9, 0, 0}, Vec3d{0, 0, 0} - eye}) {
-        const auto moved = endoscopy->deform(eye, wrong);
-        ASSERT_FALSE(moved.ok());
-        EXPECT_EQ(moved.error().code, ErrorCode::InvalidArgument);
-        EXPECT_EQ(moved.error().message.find('\n'), std::string::npos);
+    for (const Vec3d wrong : {Vec3d{nan, 0, 0}, Vec3d{1e9, 0, 0}, Vec3d{0, 0, 0} - eye, eye}) {
+        const auto slid = slide_sphere(tissue, {eye, wrong - eye, 2}, TissueValues{});
+        ASSERT_FALSE(slid.ok());
+        EXPECT_EQ(slid.error().code, ErrorCode::InvalidArgument);
+        EXPECT_EQ(slid.error().message.find('\n'), std::string::npos);
     }
-    EXPECT_EQ(endoscopy->tissue().moved_box(), Box3i{});
-    const auto still = endoscopy->deform(eye, eye);
-    ASSERT_TRUE(still.ok());
-    EXPECT_EQ(still->eye_mm, eye);
-    EXPECT_TRUE(still->boxes.empty());
+    EXPECT_EQ(tissue.moved_box(), Box3i{});
+    EXPECT_TRUE(live.update().value().boxes.empty());
 }
 
 }  // namespace

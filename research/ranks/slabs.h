@@ -15,7 +15,7 @@
 #pragma once
 
 #include <pliant/core/tasks.h>
-#include <pliant/models/ranks.h>
+#include <pliant/research/ranks.h>
 
 #include <memory>
 #include <vector>
