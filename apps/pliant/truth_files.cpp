@@ -4,6 +4,7 @@
 #include "truth_files.h"
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/core/version.h>
 #include <pliant/scan_files.h>
 
@@ -30,13 +31,6 @@ std::string hex_of(std::uint64_t number) {
     char text[17];
     std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
     return text;
-}
-
-/// Shortest text that round-trips.
-std::string text_of(double number) {
-    std::array<char, 32> text;
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-    return {text.data(), end};
 }
 
 std::string landmark_text(const TruthCase& made) {

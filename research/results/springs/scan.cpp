@@ -257,16 +257,16 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
     const Vec3i nodes = tissue->control().grid().size;
     Volume still{volume.grid, VoxelArray<float>(voxel_count(volume.grid)), {}};
     const Volume moved_mm = displacement_of(*tissue);
-    return {
-        pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
-                    arena),
-        {c.name, text_of(c.cell_mm, 0),
-         std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
-             std::to_string(nodes.z),
-         text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
-         text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
-         text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
-         text_of(state_of(*tissue).value().folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
+    return {pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
+                        arena),
+            {c.name, fixed_text(c.cell_mm, 0),
+             std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
+                 std::to_string(nodes.z),
+             fixed_text(norm(pushed.step_fraction * c.push.push_mm), 1), grouped_text(steps),
+             grouped_text(std::int64_t(motion.active_nodes)), fixed_text(solve_ms, 0),
+             fixed_text(deformed.resample_ms, 1), grouped_text(deformed.written_voxels),
+             grouped_text(state_of(*tissue).value().folded_cells),
+             fixed_text(hard_movement_mm(*tissue), 2)}};
 }
 
 Case knee_case(const Phantom& knee) {

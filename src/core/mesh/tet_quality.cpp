@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/core/text.h>
 #include <pliant/mesh.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
-#include <system_error>
 #include <utility>
 
 namespace pliant {
@@ -83,14 +82,6 @@ double radius_ratio(const std::array<Vec3d, 4>& p, double volume) {
     if (!(circumscribed_by_12_volumes > 0) || !(area > 0)) return 0;
     // inscribed = 3 V / area, circumscribed = |…| / (12 V)
     return 3 * (3 * volume / area) * (12 * volume / circumscribed_by_12_volumes);
-}
-
-std::string rounded(double value, int digits) {
-    char text[64];
-    auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits);
-    if (end.ec != std::errc{})  // too long for fixed notation
-        end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits);
-    return {text, end.ptr};
 }
 
 }  // namespace
@@ -217,13 +208,13 @@ std::string describe(const TetQuality& q) {
     text += "tetrahedra          " + count(q.tetrahedra) + ", " + count(q.nodes) + " nodes, " +
             count(q.pieces) + (q.pieces == 1 ? " piece\n" : " pieces\n");
     text += "inverted            " + count(q.inverted) + "\n";
-    text += "volume              " + rounded(q.volume_mm3, 1) + " mm3\n";
-    text += "dihedral angles     " + rounded(q.min_dihedral_deg, 2) + " to " +
-            rounded(q.largest_dihedral_deg, 2) + " degrees\n";
-    text += "radius ratio        " + rounded(q.min_radius_ratio, 3) + " at least, " +
-            rounded(q.mean_radius_ratio, 3) + " on average\n";
-    text += "edges               " + rounded(q.shortest_edge_mm, 3) + " to " +
-            rounded(q.longest_edge_mm, 3) + " mm\n";
+    text += "volume              " + fixed_text(q.volume_mm3, 1) + " mm3\n";
+    text += "dihedral angles     " + fixed_text(q.min_dihedral_deg, 2) + " to " +
+            fixed_text(q.largest_dihedral_deg, 2) + " degrees\n";
+    text += "radius ratio        " + fixed_text(q.min_radius_ratio, 3) + " at least, " +
+            fixed_text(q.mean_radius_ratio, 3) + " on average\n";
+    text += "edges               " + fixed_text(q.shortest_edge_mm, 3) + " to " +
+            fixed_text(q.longest_edge_mm, 3) + " mm\n";
     text += "boundary            " + count(q.boundary.pieces) +
             (q.boundary.pieces == 1 ? " piece, " : " pieces, ") + "Euler characteristic " +
             count(q.boundary.euler) + ", " + count(q.boundary.open_edges) + " open and " +

@@ -4,12 +4,12 @@
 // Choice of the reader, and checks common to all.
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <new>
 #include <numeric>
@@ -156,9 +156,8 @@ Status check_distances(const MeshData& mesh) {
     for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n) {
         const Vec3d p = mesh.nodes_mm[n];
         if (dot(p, p) <= kMaxNodeDistanceMm * kMaxNodeDistanceMm) continue;
-        char found[64];
-        std::snprintf(found, sizeof found, "%.6g", std::hypot(p.x, p.y, p.z));
-        return Error{ErrorCode::LimitExceeded, "node " + std::to_string(n) + " is " + found +
+        return Error{ErrorCode::LimitExceeded, "node " + std::to_string(n) + " is " +
+                                                   short_text(std::hypot(p.x, p.y, p.z)) +
                                                    " mm from the origin, expected up to " +
                                                    std::to_string(std::lround(kMaxNodeDistanceMm)) +
                                                    "; lengths are in millimetres"};

@@ -4,6 +4,7 @@
 // Built-in devices, and the syntax of device names. Plug-ins are in plugin_device.cpp.
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/view/haptics.h>
 
 #include <algorithm>
@@ -175,14 +176,10 @@ Status write_haptic_recording(const std::filesystem::path& path,
     std::ofstream stream(*staged, std::ios::binary);
     stream << "# pliant haptics: time_ns x y z [mm] roll [rad], of the device\n";
     for (const HapticRecord& r : records) {
-        char line[192];
-        char* at = std::to_chars(line, line + sizeof line, r.time_ns).ptr;
-        for (const double value : {r.device_mm.x, r.device_mm.y, r.device_mm.z, r.roll_rad}) {
-            *at++ = ' ';
-            at = std::to_chars(at, line + sizeof line, value).ptr;
-        }
-        *at++ = '\n';
-        stream.write(line, at - line);
+        stream << std::to_string(r.time_ns);
+        for (const double value : {r.device_mm.x, r.device_mm.y, r.device_mm.z, r.roll_rad})
+            stream << ' ' << text_of(value);
+        stream << '\n';
     }
     stream.close();
     if (!stream)

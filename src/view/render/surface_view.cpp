@@ -4,6 +4,7 @@
 // Triangles in parallel projection. Opaque parts go through a depth buffer. Translucent triangles
 // in front of them are then blended from the farthest to the nearest. Each pixel has nine samples.
 
+#include <pliant/core/text.h>
 #include <pliant/view/surface_view.h>
 
 #include <algorithm>
@@ -243,12 +244,6 @@ Sheet sheet_of(std::span<const DrawnSurface> surfaces, std::span<const DrawnWire
     return sheet;
 }
 
-std::string digits_of_length(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 /// The largest of 1, 2 and 5 times a power of ten up to a length.
 double round_length(double most) {
     const double power = std::pow(10, std::floor(std::log10(most)));
@@ -268,9 +263,9 @@ void draw_scales(Image& image, const Sheet& sheet, const SurfaceView& view, bool
     render::fill_box(image, {edge, above}, {edge + bar, above + 2 * scale}, kWords);
     for (const int end : {edge, edge + bar - scale})
         render::fill_box(image, {end, above - 3 * scale}, {end + scale, above + 5 * scale}, kWords);
-    render::draw_text(image, {edge, y}, digits_of_length(length) + " mm", kWords, scale);
+    render::draw_text(image, {edge, y}, short_text(length, 3) + " mm", kWords, scale);
     if (view.scale.empty()) return;
-    const std::string low = "0", high = (is_cut ? ">= " : "") + digits_of_length(view.full);
+    const std::string low = "0", high = (is_cut ? ">= " : "") + short_text(view.full, 3);
     const int high_px = render::text_width(high, scale), colours = 120 * scale,
               left = image.width - edge - high_px - 6 * scale - colours;
     for (int x = 0; x < colours; ++x)
