@@ -12,12 +12,6 @@
 #include "pbd/volume_change.h"
 
 namespace pliant {
-namespace {
-
-constexpr double kNanojoules = 1e6;  ///< nJ per mJ
-
-}  // namespace
-
 CatheterEntry entry_at(const VesselEnd& end, double inwards) {
     return {end.centre_mm - inwards * end.radius_mm * end.outward, -end.outward, 5};
 }
@@ -183,7 +177,7 @@ CatheterMeasures CatheterScene::quick_measures() const noexcept {
     m.contact_n = i.now.contact / kMicronewtonsPerNewton;
     m.depth_mm = i.now.depth;
     m.left_end = i.now.left_end;
-    m.wire_energy_mj = i.wire.elastic_energy() / kNanojoules;
+    m.wire_energy_mj = i.wire.elastic_energy() / kNanojoulesPerMillijoule;
     m.active_tetrahedra = std::max(0, i.now.awake);
     m.sub_steps = i.now.sub_steps;
     return m;
@@ -199,11 +193,11 @@ CatheterMeasures CatheterScene::measures() const noexcept {
         const Vec3d v = i.body.velocity(std::int32_t(n));
         if (w > 0) kinetic += 0.5 * dot(v, v) / w;
     }
-    m.kinetic_energy_mj = kinetic / kNanojoules;
+    m.kinetic_energy_mj = kinetic / kNanojoulesPerMillijoule;
     i.with_places([&](const auto& place) {
         for (std::size_t n = 0; n < rest.size(); ++n)
             m.wall_moved_mm = std::max(m.wall_moved_mm, norm(place(std::int32_t(n)) - rest[n]));
-        m.wall_energy_mj = i.wall_energy(place) / kNanojoules;
+        m.wall_energy_mj = i.wall_energy(place) / kNanojoulesPerMillijoule;
         m.inverted = i.wire.inverted() + i.inverted_in_wall(place);
         m.volume = pbd::volume_change_of(i.body.parts(), place);
     });

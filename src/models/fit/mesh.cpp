@@ -18,7 +18,6 @@
 namespace pliant {
 namespace {
 
-constexpr double kGramsPerMm3 = 1e-6;  ///< of 1 kg/m³
 constexpr double kModulusShare = 0.4;  ///< µ/E of links alone, whose Poisson's ratio is 1/4
 constexpr double kMinVolumePoisson = 0.25;
 

@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "base/units.h"
 #include "mesh/box_tree.h"
 #include "pbd/rollback.h"
 
@@ -25,7 +26,6 @@ constexpr double kFoldedShare = 0.01;
 constexpr double kCalm_mm = 0.02, kCalm_s = 0.1, kMaxUntold_s = 10;
 constexpr std::size_t kNodesPerTrembler = 1000;  ///< so few may move on while a tool holds a body
 constexpr double kBack_mm = 0.05;                ///< a settled body nearer to rest is moved to it
-constexpr double kNewtonPerMicronewton = 1e-6;
 
 }  // namespace
 
@@ -184,15 +184,15 @@ std::optional<Vec3d> BodyTissue::force_n(std::uint32_t tool) noexcept try {
         positions_mm(m_memory.positions);
         return is_free(sphere->second, {0, 0, 0})  // no step was made there
                    ? Vec3d{0, 0, 0}
-                   : kNewtonPerMicronewton * m_shape->contact.force(std::size_t(
-                                                 std::distance(m_spheres.begin(), sphere)));
+                   : kNewtonsPerMicronewton * m_shape->contact.force(std::size_t(
+                                                  std::distance(m_spheres.begin(), sphere)));
     }
     Vec3d force{0, 0, 0};
     const auto held = held_by(tool);
     if (held.empty()) return force;
     const std::vector<Vec3d> forces = body().constraint_forces();
     for (const std::int32_t n : held) force = force + forces[std::size_t(n)];
-    return kNewtonPerMicronewton * force;
+    return kNewtonsPerMicronewton * force;
 } catch (const std::bad_alloc&) {
     return {};
 }

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/units.h"
+
 namespace pliant {
 namespace {
 
 constexpr double kSettled_mm_s = 0.05;
-constexpr double kSpringNewton = 1e-6;
 
 }  // namespace
 
@@ -71,7 +72,7 @@ std::optional<Vec3d> SpringNodes::force_on(std::span<const std::int32_t> nodes) 
     if (nodes.empty()) return Vec3d{0, 0, 0};
     const auto reaction = m_tissue.reaction(nodes, ReactionLaw::Held);
     if (!reaction.ok()) return {};
-    return kSpringNewton * reaction->force;
+    return kNewtonsPerMicronewton * reaction->force;
 }
 
 }  // namespace pliant

@@ -15,13 +15,13 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "base/units.h"
 #include "tissue/body_tissue.h"
 #include "tissue/network_tissue.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kGramsPerMm3 = 1e-6;  ///< per kg/m³
 /// Without volume energy an edge network has Poisson's ratio ¼; a smaller one can't be had.
 constexpr double kLeastBulkShare = 0.01;
 
