@@ -12,6 +12,7 @@
 #include "pbd/volume_change.h"
 
 namespace pliant {
+
 CatheterEntry entry_at(const VesselEnd& end, double inwards) {
     return {end.centre_mm - inwards * end.radius_mm * end.outward, -end.outward, 5};
 }

@@ -4,13 +4,13 @@
 // Cuts of a body, the exchange of its shapes, and states with cuts.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/stopwatch.h"
 #include "pbd/rollback.h"
 #include "tissue/body_tissue.h"
 
@@ -109,12 +109,9 @@ Result<CutReport> BodyTissue::cut(const CutSurface& surface) noexcept {
         if (!m_whole->body.parts().bends.empty())
             return expected_error("cut", "a body without bends", "one with some",
                                   ErrorCode::Unsupported);
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         auto report = cut_along(surface);
-        if (report.ok())
-            report->cut_ms =
-                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-                    .count();
+        if (report.ok()) report->cut_ms = watch.ms();
         return report;
     });
 }

@@ -6,11 +6,11 @@
 #include <pliant/models/mesh_tissue.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "mesh/box_tree.h"
 
@@ -19,11 +19,6 @@ namespace {
 
 constexpr int kPauses = 8;  ///< steps in which tissue gives way to a tool that stands still
 constexpr double kMaxWay_mm = 500;
-
-using Clock = std::chrono::steady_clock;
-double ms_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 /// A tool's way in strides: all alike, and finer beyond a position where one failed.
 class Strides {
@@ -110,7 +105,7 @@ Result<PushReport> MeshTissue::push(std::uint32_t tool, const Push& push) noexce
 }
 
 Result<PushReport> MeshTissue::push_nodes(std::uint32_t tool, const Push& push) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const Rules rules = this->rules(push);
     PushReport report;
     positions_mm(m_memory.positions);
@@ -162,7 +157,7 @@ Result<PushReport> MeshTissue::push_nodes(std::uint32_t tool, const Push& push) 
     else
         report.limited_by = LimitedBy::Fold;
     if (rules.halts && strides.have_begun() && norm(push.push_mm) > 0) halt();
-    report.solve_ms = ms_since(start);
+    report.solve_ms = watch.ms();
     return report;
 }
 
@@ -199,7 +194,7 @@ Result<SlideReport> MeshTissue::slide(std::uint32_t tool, const Push& way,
 }
 
 Result<SlideReport> MeshTissue::slide_sphere(std::uint32_t tool, const Push& way) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const Rules rules = this->rules(way);
     SlideReport report;
     m_tools.erase(tool);
@@ -214,7 +209,7 @@ Result<SlideReport> MeshTissue::slide_sphere(std::uint32_t tool, const Push& way
         report.end_mm = way.point_mm;
         report.limited_by = LimitedBy::Wall;
         report.ends_in_tissue = true;
-        report.slide_ms = ms_since(start);
+        report.slide_ms = watch.ms();
         return report;
     }
     m_folded = folded_cells(m_memory.positions);
@@ -239,7 +234,7 @@ Result<SlideReport> MeshTissue::slide_sphere(std::uint32_t tool, const Push& way
     report.way_fraction = strides.share();
     report.end_mm = sphere.position;
     report.ends_in_tissue = contains(m_memory.positions, sphere.position);
-    report.slide_ms = ms_since(start);
+    report.slide_ms = watch.ms();
     return report;
 }
 

@@ -4,10 +4,10 @@
 #include <pliant/models/mesh_tissue.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "mesh/mean_edge.h"
 #include "resample/embedded_scan.h"
 
@@ -203,13 +203,8 @@ void MeshTissue::come_to_rest() noexcept {
 
 Result<Sweep> MeshTissue::sweep() noexcept {
     return attempt([&]() -> Result<Sweep> {
-        const auto start = std::chrono::steady_clock::now();
-        const auto ms = [&] {
-            return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() -
-                                                             start)
-                .count();
-        };
-        if (m_settled) return Sweep{true, ms()};
+        const Stopwatch watch;
+        if (m_settled) return Sweep{true, watch.ms()};
         positions_mm(m_memory.positions);
         const Status stepped = step();
         if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
@@ -224,7 +219,7 @@ Result<Sweep> MeshTissue::sweep() noexcept {
             m_settled = true;
         }
         if (m_settled) come_to_rest();
-        Sweep sweep{m_settled, ms()};
+        Sweep sweep{m_settled, watch.ms()};
         if (!stepped.ok()) sweep.message = stepped.error().message;
         return sweep;
     });

@@ -5,12 +5,12 @@
 // pieces of half a control cell; springs and elements are then decided there.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/stopwatch.h"
 #include "tissue/spring_tissue.h"
 
 namespace pliant {
@@ -118,7 +118,7 @@ Result<CutReport> SpringScanTissue::cut(const CutSurface& surface) noexcept {
 }
 
 Result<CutReport> SpringScanTissue::cut_along(const CutSurface& surface) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (const Status s = check(surface); !s.ok()) return s.error();
     if (const Status s = update_deformation(); !s.ok()) return s.error();
     auto ribbon = ribbon_at_rest(surface);
@@ -137,9 +137,7 @@ Result<CutReport> SpringScanTissue::cut_along(const CutSurface& surface) {
         renew_sources();
         wake();
     }
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
-    return CutReport{made->cut_links, elapsed.count(), 0};
+    return CutReport{made->cut_links, watch.ms(), 0};
 }
 
 Status SpringScanTissue::set_shape(std::span<const Vec3d> positions_mm,

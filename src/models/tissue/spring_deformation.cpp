@@ -5,10 +5,10 @@
 // interface.
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 #include "tissue/scan_network.h"
 #include "tissue/spring_tissue.h"
 
@@ -69,7 +69,7 @@ void SpringScanTissue::settle() noexcept {
 
 Result<SpringMotion> SpringScanTissue::step_nodes(int count) {
     SpringMotion motion;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (!m_settled) {
         const auto stepped = m_tissue.step(count, arena());
         if (stepped.ok()) {
@@ -91,8 +91,7 @@ Result<SpringMotion> SpringScanTissue::step_nodes(int count) {
         m_is_shown = false;
     }
     motion.settled = m_settled;
-    motion.solve_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    motion.solve_ms = watch.ms();
     return motion;
 }
 

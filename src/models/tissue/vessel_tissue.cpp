@@ -9,10 +9,10 @@
 #include <pliant/tissues.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/stopwatch.h"
 
 namespace pliant {
 namespace {
@@ -138,24 +138,19 @@ bool VesselTissue::is_calm() noexcept try {
 
 Result<Sweep> VesselTissue::sweep() noexcept {
     return attempt([&]() -> Result<Sweep> {
-        const auto start = std::chrono::steady_clock::now();
-        const auto ms = [&] {
-            return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() -
-                                                             start)
-                .count();
-        };
+        const Stopwatch watch;
         if (!m_failure.empty()) return Sweep{};
         const Status stepped = m_scene->step(kStepsPerSweep, m_arena);
         if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
         m_is_shown = false;
         if (!stepped.ok()) {
             m_failure = stepped.error().message;
-            return Sweep{true, ms()};
+            return Sweep{true, watch.ms()};
         }
         ++m_untold;
-        if (is_touched()) return Sweep{false, ms()};
+        if (is_touched()) return Sweep{false, watch.ms()};
         const bool calm = m_untold % kCalmSweeps == 0 && is_calm();
-        return Sweep{calm || m_untold >= kMaxUntoldSweeps, ms()};
+        return Sweep{calm || m_untold >= kMaxUntoldSweeps, watch.ms()};
     });
 }
 
