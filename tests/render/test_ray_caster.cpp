@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "render/analytic_volumes.h"
 #include "render/bricks.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {

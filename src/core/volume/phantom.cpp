@@ -8,7 +8,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "volume/phantom_scene.h"
+#include "volume/layer_stack.h"
 
 #include <array>
 #include <cmath>
@@ -144,8 +144,8 @@ Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& a
         Phantom phantom;
         phantom.volume.grid = centred_grid(settings, model.extent_mm);
         VoxelArray<std::int16_t> voxels(voxel_count(phantom.volume.grid));
-        phantom::sample_scene(model.scene, phantom.volume.grid, arena, progress,
-                              {voxels.data(), voxels.size()});
+        phantom::sample_layers(model.stack, phantom.volume.grid, arena, progress,
+                               {voxels.data(), voxels.size()});
         voxels.freeze();
         phantom.volume.voxels = std::move(voxels);
         phantom.landmarks = std::move(model.landmarks);

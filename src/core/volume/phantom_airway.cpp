@@ -113,14 +113,14 @@ Model make_airway_model() {
     Model model;
     model.extent_mm = {128, 128, 128};
     const auto tree = std::make_shared<const TubeTree>(airway_tubes(), 2.2);
-    add_chest(model.scene, [tree](Vec3d p) { return tree->outer(p); });
-    model.scene.add([tree](Vec3d p) { return tree->outer(p); }, tissue(40, 9), 1.2);
-    model.scene.add([tree](Vec3d p) { return cartilage(tree->find(p)); }, tissue(165, 12, 45, 2),
+    add_chest(model.stack, [tree](Vec3d p) { return tree->outer(p); });
+    model.stack.add([tree](Vec3d p) { return tree->outer(p); }, tissue(40, 9), 1.2);
+    model.stack.add([tree](Vec3d p) { return cartilage(tree->find(p)); }, tissue(165, 12, 45, 2),
                     1.4);
     const Field lumen = [tree](Vec3d p) {
         return tree->lumen(p) + 0.12 * value_noise(p * 0.45, 22);
     };
-    model.scene.add(lumen, uniform(kAirHu), 1.45);
+    model.stack.add(lumen, uniform(kAirHu), 1.45);
     add_landmarks(model, [lumen](Vec3d p) { return -lumen(p); });
     return model;
 }

@@ -39,7 +39,7 @@ template <class T>
 void EyeRays::cast(std::span<const Vec3d> directions, double* distances) const {
     const Volume& volume = m_rays.volume;
     const auto& voxels = *std::get_if<VoxelArray<T>>(&volume.voxels);
-    const BeamScene<T> scene{.voxels = voxels.data(),
+    const BeamInput<T> input{.voxels = voxels.data(),
                              .size = volume.grid.size,
                              .leaps = &m_leaps,
                              .threshold = *threshold_of<T>(m_iso_hu),
@@ -47,7 +47,7 @@ void EyeRays::cast(std::span<const Vec3d> directions, double* distances) const {
                              .rising = m_polarity == Polarity::Rising,
                              .eye = m_rays.to_voxel(m_eye_mm),
                              .voxel_from_world = m_rays.voxel_from_world};
-    cast_beams(scene, directions, distances);
+    cast_beams(input, directions, distances);
 }
 
 void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances) const {

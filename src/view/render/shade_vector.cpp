@@ -320,10 +320,10 @@ HWY_INLINE Triple load_offsets(std::span<const Vec3f> rest, std::size_t begin) {
 }
 
 template <class T>
-HWY_INLINE void shade_all(const LookScene& scene, std::span<const LookHit> hits,
+HWY_INLINE void shade_all(const LookInput& input, std::span<const LookHit> hits,
                           std::span<const Vec3f> rest, const T* voxels, Vec3d* light) {
-    const VectorScan<T> scan{{scene.scan, voxels}, NoiseTile::instance().samples().data()};
-    const Light<VectorScan<T>> look(scene, scan);
+    const VectorScan<T> scan{{input.scan, voxels}, NoiseTile::instance().samples().data()};
+    const Light<VectorScan<T>> look(input, scan);
     for (std::size_t begin = 0; begin < hits.size(); begin += kLanes) {
         const std::size_t count = std::min(kLanes, hits.size() - begin);
         const Pack hit = Pack::load(&hits[begin], count);
@@ -336,13 +336,13 @@ HWY_INLINE void shade_all(const LookScene& scene, std::span<const LookHit> hits,
     }
 }
 
-void shade(const LookScene& scene, std::span<const LookHit> hits, std::span<const Vec3f> rest,
+void shade(const LookInput& input, std::span<const LookHit> hits, std::span<const Vec3f> rest,
            Vec3d* light) {
-    const auto& voxels = scene.scan.volume.voxels;
+    const auto& voxels = input.scan.volume.voxels;
     if (const auto* v = std::get_if<0>(&voxels))
-        shade_all(scene, hits, rest, v->data(), light);
+        shade_all(input, hits, rest, v->data(), light);
     else
-        shade_all(scene, hits, rest, std::get_if<1>(&voxels)->data(), light);
+        shade_all(input, hits, rest, std::get_if<1>(&voxels)->data(), light);
 }
 
 /// Normal of a field with a slope [per mm].
@@ -394,9 +394,9 @@ HWY_EXPORT(shade);
 HWY_EXPORT(normals);
 }  // namespace
 
-void shade_hits(const LookScene& scene, std::span<const LookHit> hits, std::span<const Vec3f> rest,
+void shade_hits(const LookInput& input, std::span<const LookHit> hits, std::span<const Vec3f> rest,
                 Vec3d* light) {
-    HWY_DYNAMIC_DISPATCH(shade)(scene, hits, rest, light);
+    HWY_DYNAMIC_DISPATCH(shade)(input, hits, rest, light);
 }
 void find_normals(const ScanView& scan, Polarity polarity, std::span<LookHit> hits) {
     HWY_DYNAMIC_DISPATCH(normals)(scan, polarity, hits);

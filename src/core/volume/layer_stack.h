@@ -36,7 +36,7 @@ struct Layer {
     double slope = 1;  ///< Lipschitz constant of the distance [1]
 };
 
-struct Scene {
+struct LayerStack {
     std::vector<Layer> layers;
     double footprint_voxels = 2;
 
@@ -48,7 +48,7 @@ struct Scene {
 /// A phantom's shapes and metadata.
 struct Model {
     Vec3d extent_mm{0, 0, 0};
-    Scene scene;
+    LayerStack stack;
     std::vector<PhantomLandmark> landmarks;
     KeyValues key_values;
 };
@@ -56,10 +56,10 @@ struct Model {
 /// Fraction of the unit cube around 0 in which value + gradient·u < 0.
 double plane_share(double value, Vec3d gradient);
 
-/// Samples the scene on a grid. The result is independent of the number of threads.
+/// Samples the stack on a grid. The result is independent of the number of threads.
 /// @param[out] voxels  voxel_count(grid) values [HU]
-void sample_scene(const Scene& scene, const Grid& grid, const TaskArena& arena,
-                  const Progress& progress, std::span<std::int16_t> voxels);
+void sample_layers(const LayerStack& stack, const Grid& grid, const TaskArena& arena,
+                   const Progress& progress, std::span<std::int16_t> voxels);
 
 /// Sphere tracing: the first point along the ray within reach_mm with a distance ≤ 0, or the end of
 /// the reach.
