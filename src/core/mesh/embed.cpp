@@ -19,8 +19,9 @@ constexpr double kTolerance = 1e-9;
 
 std::array<double, 4> weights_of(Vec3d x, const TetMesh& mesh, std::int32_t tetrahedron) {
     const auto& cell = mesh.cells[std::size_t(tetrahedron)];
-    const auto place = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
-    const Vec3d a = place(0), b = place(1) - a, c = place(2) - a, d = place(3) - a, p = x - a;
+    const auto position = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
+    const Vec3d a = position(0), b = position(1) - a, c = position(2) - a, d = position(3) - a,
+                p = x - a;
     const double volume = dot(b, cross(c, d));
     const double u = dot(p, cross(c, d)) / volume, v = dot(b, cross(p, d)) / volume,
                  w = dot(b, cross(c, p)) / volume;
@@ -58,7 +59,7 @@ std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mes
                 const auto near = mesh::nearest_on_triangle(x, mesh.nodes_mm[std::size_t(t[0])],
                                                             mesh.nodes_mm[std::size_t(t[1])],
                                                             mesh.nodes_mm[std::size_t(t[2])]);
-                const double d = dot(x - near.place, x - near.place);
+                const double d = dot(x - near.position, x - near.position);
                 if (d > limit || (d == limit && nearest >= 0 && f > nearest)) return;
                 limit = d;
                 nearest = f;

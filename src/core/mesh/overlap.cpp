@@ -43,10 +43,10 @@ bool contains(const Box& box, Vec3d p) {
 
 }  // namespace
 
-bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners) {
-    if (!contains(box_of(corners), place)) return false;
+bool is_inside_tetrahedron(Vec3d position, const std::array<Vec3d, 4>& corners) {
+    if (!contains(box_of(corners), position)) return false;
     const Vec3d a = corners[1] - corners[0], b = corners[2] - corners[0];
-    const Vec3d c = corners[3] - corners[0], p = place - corners[0];
+    const Vec3d c = corners[3] - corners[0], p = position - corners[0];
     const Vec3d bc = cross(b, c), pa = cross(p, a);
     double whole = dot(a, bc);
     double first = dot(p, bc), second = -dot(pa, c), third = dot(pa, b);
@@ -74,10 +74,10 @@ OverlapSearch::OverlapSearch(const TetMesh& mesh)
     m_stamps.assign(*slots, 0);
 }
 
-Vec3i OverlapSearch::cell_of(Vec3d place) const {
+Vec3i OverlapSearch::cell_of(Vec3d position) const {
     Vec3i cell{0, 0, 0};
     for (int a = 0; a < 3; ++a)
-        cell[a] = int(std::floor(std::clamp(place[a] * m_per_length, -kFarthest, kFarthest)));
+        cell[a] = int(std::floor(std::clamp(position[a] * m_per_length, -kFarthest, kFarthest)));
     return cell;
 }
 

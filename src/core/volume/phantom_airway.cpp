@@ -79,9 +79,9 @@ std::vector<Tube> airway_tubes() {
 }
 
 /// Horseshoes in the wall.
-double cartilage(const TubePlace& place) {
-    const double shell = std::abs(place.smooth_mm - 1.05) - 0.5;
-    return std::max({shell, 0.6 * (0.05 - place.ring), 2 * (place.back - 0.45)});
+double cartilage(const TubePosition& position) {
+    const double shell = std::abs(position.smooth_mm - 1.05) - 0.5;
+    return std::max({shell, 0.6 * (0.05 - position.ring), 2 * (position.back - 0.45)});
 }
 
 /// Landmark at the intersection of a ray and the wall, slightly inside the tissue.

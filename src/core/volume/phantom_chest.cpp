@@ -143,10 +143,10 @@ struct Node {
 /// vessels join.
 std::vector<Node> grow_vessels(const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
                                std::uint64_t seed) {
-    constexpr int kPlaces = 900;
+    constexpr int kTries = 900;
     Chance chance(seed);
     std::vector<Node> nodes;
-    for (int n = 0; n < kPlaces; ++n) {
+    for (int n = 0; n < kTries; ++n) {
         const Vec3d x = middle + scaled(half, chance.vector());
         if (lung(x) < -1.5) nodes.push_back({x, 0, 0, 1});
     }

@@ -98,8 +98,8 @@ Model make_knee_model() {
     };
     const auto add_landmark = [&](const char* name, Vec3d from, Vec3d push) {
         const Vec3d way = normalized(push);
-        const Vec3d place = skin(from, way) + 3.0 * way;
-        model.landmarks.push_back({name, place, push, place - 40.0 * way, way});
+        const Vec3d position = skin(from, way) + 3.0 * way;
+        model.landmarks.push_back({name, position, push, position - 40.0 * way, way});
     };
     add_landmark("fat_pad", {14, -120, -22}, {0, 9, 0});
     add_landmark("thigh", {-30, -130, 70}, {0, 12, 0});

@@ -75,7 +75,7 @@ Result<OpenedDevice> HapticDevices::open(const std::string& name) const {
     if (name == kSpaceMouse || std::find(kVirtual.begin(), kVirtual.end(), name) != kVirtual.end())
         return opened(open_haptic_device(name));
     if (name == kBrowser) {
-        auto positions = std::make_shared<PosedPlaces>();
+        auto positions = std::make_shared<PosedPositions>();
         return OpenedDevice{make_posed_device(positions), positions};
     }
     for (const std::string& given : m_given)

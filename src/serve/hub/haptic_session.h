@@ -31,8 +31,8 @@ namespace pliant::serve {
 
 struct OpenedDevice {
     std::unique_ptr<HapticDevice> device;
-    std::shared_ptr<PosedPlaces> positions;  ///< set if the client supplies the position; null for
-                                             ///< others
+    /// Set if the client supplies the position; null for others.
+    std::shared_ptr<PosedPositions> positions;
 };
 
 /// Devices that a client may choose by name: built-in ones, and those on the command line. So a
@@ -96,7 +96,7 @@ class HapticSession {
     HapticsMessage m_wish;
     std::string m_device;
     double m_largest_force_n = 0;
-    std::shared_ptr<PosedPlaces> m_positions;
+    std::shared_ptr<PosedPositions> m_positions;
     std::unique_ptr<HapticServo> m_servo;
     std::unique_ptr<LiveFeel> m_feel;    ///< in a scan; null in a vessel
     std::optional<CatheterGrip> m_grip;  ///< in a vessel

@@ -42,7 +42,7 @@ struct PushCommand {
     std::uint32_t stroke = 0;  ///< pushes of one stroke form one step of undo; 0: none
 };
 struct GrabCommand {
-    Push place{};
+    Push position{};
     double reach_mm = 20;
 };
 struct DragCommand {

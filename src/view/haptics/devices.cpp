@@ -63,11 +63,11 @@ class RealTimeVirtualDevice : public HapticDevice {
 /// Positions from a file, one per period; it stays at the last one.
 class ReplayDevice : public HapticDevice {
   public:
-    struct Place {
+    struct Position {
         Vec3d position_mm{0, 0, 0};
         double roll_rad = 0;
     };
-    explicit ReplayDevice(std::vector<Place> positions) : m_positions(std::move(positions)) {}
+    explicit ReplayDevice(std::vector<Position> positions) : m_positions(std::move(positions)) {}
 
     std::string name() const override { return "replay"; }
     static constexpr double kFarthest_mm = 500;  ///< along an axis
@@ -84,7 +84,7 @@ class ReplayDevice : public HapticDevice {
     bool write(Vec3d) noexcept override { return true; }
 
   private:
-    std::vector<Place> m_positions;
+    std::vector<Position> m_positions;
     std::size_t m_at = 0;
 };
 
@@ -121,7 +121,7 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
     std::ifstream stream(file);
     if (!stream)
         return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");
-    std::vector<ReplayDevice::Place> positions;
+    std::vector<ReplayDevice::Position> positions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {
         if (line.empty() || line[0] == '#') continue;
@@ -135,14 +135,15 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
             if (error != std::errc{}) break;
             at = next;
         }
-        const Vec3d place{values[1], values[2], values[3]};
-        const double farthest = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
-        if (count < 4 || at != end || !is_finite(place) || !(std::abs(values[4]) <= 4) ||
+        const Vec3d position{values[1], values[2], values[3]};
+        const double farthest =
+            std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
+        if (count < 4 || at != end || !is_finite(position) || !(std::abs(values[4]) <= 4) ||
             farthest > ReplayDevice::kFarthest_mm)
             return wrong(ErrorCode::Unreadable,
                          "line " + std::to_string(number) +
                              ": expected time_ns x y z [roll], within 500 mm and 4 rad");
-        positions.push_back({place, values[4]});
+        positions.push_back({position, values[4]});
     }
     if (positions.empty()) return wrong(ErrorCode::Unreadable, "expected positions, found none");
     return std::unique_ptr<HapticDevice>(std::make_unique<ReplayDevice>(std::move(positions)));

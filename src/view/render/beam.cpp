@@ -71,8 +71,8 @@ class Beam {
 
   private:
     /// Distance from the eye to a plane across the main axis, forwards, at least 0.
-    HWY_INLINE double ahead(int place) const {
-        const double d = place - m_input.eye[m_axis[0]];
+    HWY_INLINE double ahead(int position) const {
+        const double d = position - m_input.eye[m_axis[0]];
         return std::max(m_forward[m_axis[0]] ? d : -d, 0.0);
     }
 

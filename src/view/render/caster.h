@@ -27,10 +27,10 @@ struct VoxelRay {
     Vec3d origin, direction, inverse;
 
     Vec3d at(double t) const { return origin + t * direction; }
-    /// t at which the ray intersects the plane p[axis] = place; infinite if it is parallel.
-    double meets(int axis, double place) const {
+    /// t at which the ray intersects the plane p[axis] = position; infinite if it is parallel.
+    double meets(int axis, double position) const {
         if (direction[axis] == 0) return std::numeric_limits<double>::infinity();
-        return (place - origin[axis]) * inverse[axis];
+        return (position - origin[axis]) * inverse[axis];
     }
 };
 

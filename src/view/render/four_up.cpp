@@ -55,9 +55,9 @@ Image section_panel(const Volume& volume, Section section, Orientation orientati
     const render::SectionStyle style = render::section_style(orientation);
     const int axis = style.axis - 'x';
     label_top(panel, style.name, style.colour);
-    std::string place{style.axis, ' '};
-    place += fixed_text(section.point_mm[axis], length_scale(volume.grid) < 0.1 ? 3 : 1);
-    label_top(panel, place + " mm", style.colour, 1);
+    std::string label{style.axis, ' '};
+    label += fixed_text(section.point_mm[axis], length_scale(volume.grid) < 0.1 ? 3 : 1);
+    label_top(panel, label + " mm", style.colour, 1);
     const int digits = digits_of(section.window_hu);
     label_bottom(panel, "W " + fixed_text(section.window_hu, digits) + "  L " +
                             fixed_text(section.level_hu, digits));

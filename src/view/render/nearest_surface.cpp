@@ -129,14 +129,14 @@ std::optional<RayHit> RayCaster::nearest_surface(Vec3d point_mm, double within_m
                                                  Polarity polarity) const {
     const render::VolumeRays& rays = m_impl->rays;
     if (!is_finite(point_mm) || !(within_mm >= 0) || !std::isfinite(iso_hu)) return std::nullopt;
-    const auto place = render::with_field(
+    const auto position = render::with_field(
         rays.volume, [&]<class T>(const render::Field<T>& field) -> std::optional<Vec3d> {
             const auto& bricks = *std::get_if<render::Bricks<T>>(&rays.bricks);
             if (bricks.cells.x == 0) return std::nullopt;
             return Search<T>(rays, field, bricks, point_mm, iso_hu).nearest(within_mm);
         });
-    if (!place) return std::nullopt;
-    const Vec3d surface_mm = world_from_voxel(rays.volume.grid, *place);
+    if (!position) return std::nullopt;
+    const Vec3d surface_mm = world_from_voxel(rays.volume.grid, *position);
     const Vec3d to = surface_mm - point_mm;
     const double distance = norm(to);
     const Vec3d normal = rays.normal(surface_mm, {0, 0, 0}, polarity);

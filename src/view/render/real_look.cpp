@@ -222,19 +222,19 @@ double RealLook::field(double u, double v) const {
     u /= m_radius;
     v /= m_radius;
     const double round = std::sqrt(u * u + v * v);
-    double place = 0;
+    double radius = 0;
     switch (m_endoscope.field_stop) {
         case FieldStop::Round:
-            place = round;
+            radius = round;
             break;
         case FieldStop::Octagon:
-            place = std::max(
+            radius = std::max(
                 {std::abs(u), std::abs(v), (std::abs(u) + std::abs(v)) * std::numbers::sqrt2 / 2});
             break;
         case FieldStop::Full:
             break;
     }
-    return (1 - 0.35 * smooth_step(0.45, 1.05, round)) * (1 - smooth_step(0.985, 1.005, place));
+    return (1 - 0.35 * smooth_step(0.45, 1.05, round)) * (1 - smooth_step(0.985, 1.005, radius));
 }
 
 }  // namespace pliant::render

@@ -262,8 +262,8 @@ struct VectorScan {
     /// Neighbouring samples on one axis, times their stride, and the position between them.
     static HWY_INLINE void split(V q, std::int32_t* low, std::int32_t* high, float* f, int stride) {
         constexpr int kSamples = NoiseTile::kSamples;
-        const V place = q * (kSamples / NoiseTile::kCells), whole = hn::Floor(place.v);
-        hn::Store(hn::DemoteTo(Floats(), (place - whole).v), Floats(), f);
+        const V position = q * (kSamples / NoiseTile::kCells), whole = hn::Floor(position.v);
+        hn::Store(hn::DemoteTo(Floats(), (position - whole).v), Floats(), f);
         const V periods = hn::Floor((whole * (1.0 / kSamples)).v);  // exact: a power of two
         const V first = whole - periods * kSamples;
         const V next = first + 1;

@@ -48,7 +48,7 @@ struct Sheet {
     double scale = 1;  ///< samples a millimetre
     int width = 0, height = 0;
 
-    Vec3d place(Vec3d p) const {
+    Vec3d position(Vec3d p) const {
         const Vec3d v = p - middle_mm;
         return {0.5 * width + scale * dot(v, right), 0.5 * height - scale * dot(v, up),
                 dot(v, look)};
@@ -63,7 +63,7 @@ struct Sheet {
 };
 
 struct Corner {
-    Vec3d at;  ///< of Sheet::place
+    Vec3d at;  ///< of Sheet::position
     double value;
 };
 
@@ -112,8 +112,8 @@ class Canvas {
     void draw(const DrawnWire& wire) {
         const double radius = std::max(wire.radius_mm * m_sheet.scale, 1.0);
         for (std::size_t n = 1; n < wire.points_mm.size(); ++n) {
-            const Vec3d a = m_sheet.place(wire.points_mm[n - 1]),
-                        b = m_sheet.place(wire.points_mm[n]);
+            const Vec3d a = m_sheet.position(wire.points_mm[n - 1]),
+                        b = m_sheet.position(wire.points_mm[n]);
             if (!is_finite(a) || !is_finite(b)) continue;
             const int count = std::max(1, int(std::hypot(b.x - a.x, b.y - a.y) / 1.5));
             for (int k = 0; k <= count; ++k) ball(a + (double(k) / count) * (b - a), radius, wire);
@@ -292,7 +292,7 @@ void collect(const DrawnSurface& surface, const Sheet& sheet, std::vector<Layer>
                       is_finite(surface.nodes_mm[node]);
             if (!is_good) break;
             p[n] = surface.nodes_mm[node];
-            layer.corners[n] = {sheet.place(p[n]),
+            layer.corners[n] = {sheet.position(p[n]),
                                 node < surface.values.size() ? surface.values[node] : 0};
             layer.depth += layer.corners[n].at.z / 3;
         }
