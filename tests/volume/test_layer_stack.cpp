@@ -21,7 +21,7 @@ std::vector<std::int16_t> sample(const LayerStack& stack, const Grid& grid) {
 }
 
 /// Share of the box around x where the shape is, by a lattice of 24³ points.
-double counted_share(const Field& shape, const Grid& grid, Vec3d x, double width_voxels) {
+double counted_share(const ScalarField& shape, const Grid& grid, Vec3d x, double width_voxels) {
     constexpr int kPoints = 24;
     int inside = 0;
     for (int n = 0; n < kPoints * kPoints * kPoints; ++n) {
@@ -40,7 +40,7 @@ TEST(LayerStack, APlanesShareOfACubeIsTheCountedOne) {
     for (int n = 0; n < 60; ++n) {
         const Vec3d gradient = random.vector(1);
         const double value = random.real(-0.8, 0.8);
-        const Field plane = [=](Vec3d p) { return value + dot(gradient, p); };
+        const ScalarField plane = [=](Vec3d p) { return value + dot(gradient, p); };
         const double counted = counted_share(plane, Grid{}, {0, 0, 0}, 1);
         EXPECT_NEAR(plane_share(value, gradient), counted, 0.01) << "seed " << kSeed << " " << n;
     }
@@ -54,7 +54,7 @@ TEST(LayerStack, AnObliquePlaneGivesEachVoxelItsShare) {
     test::Random random(kSeed);
     for (int n = 0; n < 4; ++n) {
         const Vec3d normal = normalized(random.vector(1));
-        const Field plane = [=](Vec3d p) { return dot(normal, p) - 0.3; };
+        const ScalarField plane = [=](Vec3d p) { return dot(normal, p) - 0.3; };
         LayerStack stack;
         stack.footprint_voxels = n < 2 ? 1 : 2;
         stack.add(plane, uniform(1000));
@@ -124,7 +124,7 @@ TEST(LayerStack, LaterLayersCoverEarlierOnes) {
 }
 
 /// A point between a and b where the sign changes. @pre it does
-Vec3d surface_between(const Field& distance, Vec3d a, Vec3d b) {
+Vec3d surface_between(const ScalarField& distance, Vec3d a, Vec3d b) {
     const bool inside = distance(a) < 0;
     for (int n = 0; n < 40; ++n) {
         const Vec3d middle = 0.5 * (a + b);

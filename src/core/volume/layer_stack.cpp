@@ -202,7 +202,8 @@ void sample_layers(const LayerStack& stack, const Grid& grid, const TaskArena& a
     }
 }
 
-Vec3d walk_to_surface(const Field& distance, Vec3d origin_mm, Vec3d direction, double reach_mm) {
+Vec3d walk_to_surface(const ScalarField& distance, Vec3d origin_mm, Vec3d direction,
+                      double reach_mm) {
     const Vec3d u = normalized(direction);
     constexpr double kStep_mm = 0.02;
     double t = 0;

@@ -31,16 +31,16 @@
 namespace pliant::phantom {
 
 struct Layer {
-    Field distance;    ///< signed [mm]
-    Field hu;          ///< value inside [HU]
-    double slope = 1;  ///< Lipschitz constant of the distance [1]
+    ScalarField distance;  ///< signed [mm]
+    ScalarField hu;        ///< value inside [HU]
+    double slope = 1;      ///< Lipschitz constant of the distance [1]
 };
 
 struct LayerStack {
     std::vector<Layer> layers;
     double footprint_voxels = 2;
 
-    void add(Field distance, Field hu, double slope = 1) {
+    void add(ScalarField distance, ScalarField hu, double slope = 1) {
         layers.push_back({std::move(distance), std::move(hu), slope});
     }
 };
@@ -63,7 +63,8 @@ void sample_layers(const LayerStack& stack, const Grid& grid, const TaskArena& a
 
 /// Sphere tracing: the first point along the ray within reach_mm with a distance ≤ 0, or the end of
 /// the reach.
-Vec3d walk_to_surface(const Field& distance, Vec3d origin_mm, Vec3d direction, double reach_mm);
+Vec3d walk_to_surface(const ScalarField& distance, Vec3d origin_mm, Vec3d direction,
+                      double reach_mm);
 
 Model make_cube_model();
 Model make_layers_model();

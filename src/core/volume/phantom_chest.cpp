@@ -112,7 +112,7 @@ std::vector<Vessel> great_vessels() {
 }
 
 /// The tissue between the lungs, with fat.
-Field mediastinum(const std::vector<Vessel>& vessels, const Field& airway_outer) {
+ScalarField mediastinum(const std::vector<Vessel>& vessels, const ScalarField& airway_outer) {
     constexpr double kSheath_mm = 1.2;
     std::vector<TubeRow> tubes;
     for (const Vessel& v : vessels) tubes.emplace_back(v.row);
@@ -141,7 +141,7 @@ struct Node {
 /// Grows a vessel tree in a lung: random points join, nearest to the root first, the node with the
 /// shortest path to the root. Radii follow Murray's law [Murray1926]: their cubes add up where
 /// vessels join.
-std::vector<Node> grow_vessels(const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
+std::vector<Node> grow_vessels(const ScalarField& lung, Vec3d root, Vec3d middle, Vec3d half,
                                std::uint64_t seed) {
     constexpr int kTries = 900;
     Chance chance(seed);
@@ -175,8 +175,8 @@ double cube_root(double v) {
     return r;
 }
 
-void add_lung_vessels(LayerStack& stack, const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
-                      std::uint64_t seed) {
+void add_lung_vessels(LayerStack& stack, const ScalarField& lung, Vec3d root, Vec3d middle,
+                      Vec3d half, std::uint64_t seed) {
     constexpr double kEnd_mm = 0.42;  // radius of the smallest vessels visible in a scan
     const std::vector<Node> nodes = grow_vessels(lung, root, middle, half, seed);
     Chance chance(seed + 1);
@@ -272,11 +272,11 @@ void add_heart(LayerStack& stack) {
 
 void add_great_vessels(LayerStack& stack, const std::vector<Vessel>& vessels) {
     for (const Vessel& v : vessels) {
-        const Field inside = row_of_capsules(v.row);
+        const ScalarField inside = row_of_capsules(v.row);
         stack.add([=](Vec3d p) { return inside(p) - 0.8; }, tissue(50, 9));
     }
     for (const Vessel& v : vessels) stack.add(row_of_capsules(v.row), tissue(v.hu, 10));
-    const Field oesophagus = row_of_capsules(smooth_row(
+    const ScalarField oesophagus = row_of_capsules(smooth_row(
         {{{4, 11.5, 70}, 4.4}, {{3.5, 12, 30}, 4.4}, {{3, 13, -5}, 4.2}, {{5, 10, -70}, 4.6}}, 5));
     const auto flattened = [=](Vec3d p) { return 0.8 * oesophagus({p.x, p.y, p.z}); };
     stack.add(flattened, tissue(42, 9));
@@ -289,8 +289,8 @@ void add_great_vessels(LayerStack& stack, const std::vector<Vessel>& vessels) {
     }
 }
 
-void add_lungs(LayerStack& stack, const Field& between) {
-    const Field lung = [=](Vec3d p) {
+void add_lungs(LayerStack& stack, const ScalarField& between) {
+    const ScalarField lung = [=](Vec3d p) {
         return std::max({cavity(p) + 0.8, -between(p), -(domes(p) - 1.6)});
     };
     const auto parenchyma = [](Vec3d p) {
@@ -317,7 +317,7 @@ void add_lungs(LayerStack& stack, const Field& between) {
 
 }  // namespace
 
-void add_chest(LayerStack& stack, const Field& airway_outer) {
+void add_chest(LayerStack& stack, const ScalarField& airway_outer) {
     const std::vector<Vessel> vessels = great_vessels();
     add_chest_wall(stack);
     add_spine(stack);

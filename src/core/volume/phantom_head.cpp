@@ -157,13 +157,13 @@ void add_brain(LayerStack& stack) {
     // the sella with the gland, its stalk, and the carotid arteries at both sides
     stack.add([](Vec3d p) { return ellipsoid(p, {0, 25, 20.5}, {7.4, 6, 6.2}); }, tissue(62, 8));
     stack.add([](Vec3d p) { return capsule(p, {0, 25, 24}, {0, 23, 34}, 1.2, 1); }, tissue(60, 8));
-    const Field carotid = row_of_capsules(smooth_row({{{17, 32, -64}, 2.6},
-                                                      {{17, 33, -6}, 2.6},
-                                                      {{14.5, 29, 10}, 2.4},
-                                                      {{11.5, 20, 17}, 2.3},
-                                                      {{11, 19, 25}, 2.2},
-                                                      {{14, 26, 30}, 2}},
-                                                     5));
+    const ScalarField carotid = row_of_capsules(smooth_row({{{17, 32, -64}, 2.6},
+                                                            {{17, 33, -6}, 2.6},
+                                                            {{14.5, 29, 10}, 2.4},
+                                                            {{11.5, 20, 17}, 2.3},
+                                                            {{11, 19, 25}, 2.2},
+                                                            {{14, 26, 30}, 2}},
+                                                           5));
     stack.add([=](Vec3d p) { return carotid(mirrored_x(p)); }, tissue(110, 8));
 }
 

@@ -39,7 +39,7 @@ double patella(Vec3d p) {
 }
 
 /// Spongy bone in a dense shell.
-void add_bone(LayerStack& stack, const Field& shape, double shell_mm) {
+void add_bone(LayerStack& stack, const ScalarField& shape, double shell_mm) {
     stack.add(shape, tissue(1150, 30, 60, 4));
     stack.add([=](Vec3d p) { return shape(p) + shell_mm; }, tissue(430, 25, 50, 2));
 }
@@ -61,7 +61,9 @@ void add_soft_parts(LayerStack& stack) {
         muscle({side * 21, 40, 26}, {side * 20, 34, -130}, 8, 21);    // of the calf
     }
     muscle({-24, -6, -44}, {-26, -10, -130}, 7, 14);
-    const Field artery = [](Vec3d p) { return capsule(p, {4, 40, 130}, {2, 36, -130}, 3.4, 3); };
+    const ScalarField artery = [](Vec3d p) {
+        return capsule(p, {4, 40, 130}, {2, 36, -130}, 3.4, 3);
+    };
     stack.add([=](Vec3d p) { return artery(p) - 1; }, tissue(60, 9));
     stack.add(artery, tissue(45, 9));
     const auto tendon = [&stack](Vec3d a, Vec3d b, double ra, double rb) {

@@ -212,7 +212,7 @@ std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces)
     return out;
 }
 
-Field row_of_capsules(const std::vector<TubePoint>& row) {
+ScalarField row_of_capsules(const std::vector<TubePoint>& row) {
     return [tube = TubeRow(row)](Vec3d p) {
         const double least = tube.least_distance(p);
         if (least > TubeTree::kFar_mm) return least;

@@ -106,6 +106,6 @@ class TubeTree {
 std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces);
 
 /// Distance to a row of capsules; a lower bound beyond TubeTree::kFar_mm.
-Field row_of_capsules(const std::vector<TubePoint>& row);
+ScalarField row_of_capsules(const std::vector<TubePoint>& row);
 
 }  // namespace pliant::phantom

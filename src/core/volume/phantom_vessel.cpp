@@ -79,7 +79,7 @@ void add_surroundings(LayerStack& stack) {
         tissue(85, 8));
     stack.add(spine, tissue(650, 20, 50, 3), 1.2);
     stack.add([=](Vec3d p) { return spine(p) + 1.3; }, tissue(220, 20, 70, 1.6), 1.2);
-    const Field vein = row_of_capsules(smooth_row(
+    const ScalarField vein = row_of_capsules(smooth_row(
         {{{8, 8, -70}, 5.6}, {{17, 6, -20}, 6.2}, {{17, 8, 20}, 5.4}, {{12, 12, 70}, 4.8}}, 5));
     stack.add([=](Vec3d p) { return vein(p) - 0.6; }, tissue(60, 9));
     stack.add(vein, tissue(120, 9));
@@ -91,7 +91,7 @@ Model make_vessel_model() {
     Model model;
     model.extent_mm = {80, 80, 80};
     const auto tree = std::make_shared<const TubeTree>(artery_tubes(), 1.6);
-    const Field lumen = [tree](Vec3d p) { return tree->lumen(p); };
+    const ScalarField lumen = [tree](Vec3d p) { return tree->lumen(p); };
     const Vec3d narrow{6.5, -4, 3};
     const auto plaque = [=](Vec3d p) { return ellipsoid(p, narrow, {5, 5, 10}); };
     const auto calcified = [](Vec3d p) {

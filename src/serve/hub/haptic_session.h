@@ -24,7 +24,7 @@
 #include "haptics/posed_device.h"
 #include "hub/catheter_grip.h"
 #include "hub/client.h"
-#include "protocol/haptic_state.h"
+#include "protocol/haptic_status.h"
 #include "session/scene.h"
 
 namespace pliant::serve {
@@ -81,7 +81,7 @@ class HapticSession {
     bool is_ending() const { return m_is_ending; }
     bool is_over(Clock::time_point now) const { return is_ending() && now > m_over_at; }
 
-    HapticState state(const Scene& scene);
+    HapticStatus state(const Scene& scene);
     ToolPose pose_of_tool() const;
 
   private:

@@ -86,7 +86,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
           m_socket(std::move(stream)),
           m_force(network.context),
           m_again(network.context),
-          m_allowance(std::chrono::steady_clock::now()) {}
+          m_bucket(std::chrono::steady_clock::now()) {}
 
     void accept(const Request& request) {
         beast::get_lowest_layer(m_socket).expires_never();
@@ -176,7 +176,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         const std::string_view text(static_cast<const char*>(data.data()), data.size());
         if (!m_socket.got_text())
             return close(kCloseProtocol, "expected text messages, found a binary one");
-        if (!m_allowance.take(text.size(), std::chrono::steady_clock::now()))
+        if (!m_bucket.take(text.size(), std::chrono::steady_clock::now()))
             return close(kCloseFlood,
                          "expected up to 240 messages and 1 MiB per second, found more");
         auto parsed = parse_message(text);
@@ -224,7 +224,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     beast::flat_buffer m_buffer;
     asio::steady_timer m_force, m_again;
     std::deque<Outgoing> m_queue;  ///< the first one is being written
-    Allowance m_allowance;
+    TokenBucket m_bucket;
     int m_untaken = 0;
     bool m_paused = false;
     bool m_open = false, m_writing = false, m_is_batch = false;

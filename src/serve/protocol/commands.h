@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "protocol/frames.h"
-#include "protocol/haptic_state.h"
+#include "protocol/haptic_status.h"
 #include "protocol/tissue_choice.h"
 
 namespace pliant::serve {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "render/field.h"
+#include "render/voxel_field.h"
 
 namespace pliant::render {
 namespace {

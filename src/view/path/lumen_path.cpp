@@ -19,7 +19,7 @@
 #include "base/text.h"
 #include "path/descent.h"
 #include "path/march.h"
-#include "render/field.h"
+#include "render/voxel_field.h"
 #include "volume/value_unit.h"
 
 namespace pliant {

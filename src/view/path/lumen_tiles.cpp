@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/field.h"
+#include "render/voxel_field.h"
 #include "volume/boxes.h"
 
 namespace pliant::render {

@@ -27,7 +27,7 @@ bool is_usable(Vec3d direction) {
 
 EyeRays::EyeRays(const VolumeRays& rays, Vec3d eye_mm, double iso_hu, Polarity polarity)
     : m_rays(rays), m_eye_mm(eye_mm), m_iso_hu(iso_hu), m_polarity(polarity) {
-    with_field(rays.volume, [&]<class T>(const Field<T>&) {
+    with_field(rays.volume, [&]<class T>(const VoxelField<T>&) {
         const auto& bricks = *std::get_if<Bricks<T>>(&rays.bricks);
         const auto threshold = threshold_of<T>(iso_hu);
         m_hits_nothing = !threshold || bricks.cells.x == 0 || !is_finite(eye_mm);

@@ -12,8 +12,8 @@
 #include "render/camera.h"
 #include "render/canvas.h"
 #include "render/detector.h"
-#include "render/field.h"
 #include "render/volume_or_air.h"
+#include "render/voxel_field.h"
 
 namespace pliant {
 namespace {

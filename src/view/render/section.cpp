@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "render/field.h"
 #include "render/volume_or_air.h"
+#include "render/voxel_field.h"
 
 namespace pliant {
 namespace render {

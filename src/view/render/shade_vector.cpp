@@ -108,7 +108,7 @@ struct Corners {
     V v[8];
 };
 
-/// Voxels of one type as a continuous field. Same as Field::sample and Field::gradient.
+/// Voxels of one type as a continuous field. Same as VoxelField::sample and VoxelField::gradient.
 template <class T>
 class Voxels {
   public:
