@@ -10,12 +10,12 @@
 // both fields, 2.5 GB for the others.
 
 #include <fcntl.h>
+#include <pliant/core/text.h>
 #include <pliant/volume.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -35,14 +35,8 @@ namespace fs = std::filesystem;
 constexpr double kVoxels = 512.0 * 512 * 1024;
 constexpr int kRuns = 3;
 
-std::string text_of(Vec3d v) {
-    std::string text;
-    for (int axis = 0; axis < 3; ++axis) {
-        char digits[32];
-        const auto end = std::to_chars(digits, digits + sizeof digits, v[axis]).ptr;
-        text += (axis > 0 ? "," : "") + std::string(digits, end);
-    }
-    return text;
+std::string argument_of(Vec3d v) {
+    return text_of(v.x) + "," + text_of(v.y) + "," + text_of(v.z);
 }
 
 /// Folder of the scan and all files derived from it.
@@ -136,7 +130,7 @@ std::vector<std::string> pushed(const std::string& scan, const std::string& out)
     const PhantomLandmark& place = phantom->landmarks.at(0);
     return {"deform",
             scan,
-            "--push=" + text_of(place.push_point_mm) + ":" + text_of(place.push_mm),
+            "--push=" + argument_of(place.push_point_mm) + ":" + argument_of(place.push_mm),
             "--tool",
             "sphere:4",
             "--config",

@@ -94,7 +94,7 @@ set(PLIANT_HOUSE
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
-    "base      files image record result tasks tool vec version"
+    "base      files image record result tasks text tool vec version"
     "mesh      cut_mesh"
     "volume    scan_values"
     "field     deformation moving_scan"

@@ -22,7 +22,7 @@
 namespace pliant::app {
 
 int bad_input(const std::string& message) {
-    const std::string line = one_line(about_places(message));
+    const std::string line = one_line(about_targets(message));
     clear_progress_line();
     return say_why(line.c_str());
 }

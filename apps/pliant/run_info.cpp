@@ -11,13 +11,13 @@
 #include "value_range.h"
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -72,15 +72,8 @@ double memory_mb(const Volume& volume) {
     return double(voxel_count(volume.grid)) * (volume.is_16_bit() ? 2 : 4) / 1e6;
 }
 
-/// Six digits, independent of the locale.
-std::string digits(double number) {
-    char buffer[32];
-    const auto end =
-        std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::general, 6);
-    return {buffer, end.ptr};
-}
-std::string digits(Vec3d v, const char* separator) {
-    return digits(v.x) + separator + digits(v.y) + separator + digits(v.z);
+std::string vector_text(Vec3d v, const char* separator) {
+    return short_text(v.x) + separator + short_text(v.y) + separator + short_text(v.z);
 }
 
 nlohmann::ordered_json list_of(Vec3d v) {
@@ -148,7 +141,7 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
 std::string bounds_text(const WorldBox& box) {
     std::string text;
     for (int a = 0; a < 3; ++a)
-        text += (a ? ", " : "") + digits(box.low_mm[a]) + "…" + digits(box.high_mm[a]);
+        text += (a ? ", " : "") + short_text(box.low_mm[a]) + "…" + short_text(box.high_mm[a]);
     return text;
 }
 
@@ -159,19 +152,19 @@ void print_line(const char* name, const std::string& text) {
 
 void print_geometry(const Grid& grid) {
     const Vec3d size{double(grid.size.x), double(grid.size.y), double(grid.size.z)};
-    print_line("size", digits(size, " × ") + " voxels");
-    print_line("spacing", digits(grid.spacing_mm, " × ") + " mm");
-    print_line("extent", digits(extent_mm(grid), " × ") + " mm");
+    print_line("size", vector_text(size, " × ") + " voxels");
+    print_line("spacing", vector_text(grid.spacing_mm, " × ") + " mm");
+    print_line("extent", vector_text(extent_mm(grid), " × ") + " mm");
     const std::string letters = orientation_of(grid);
     std::string orientation = {letters[0], ' ', letters[1], ' ', letters[2]};
     orientation += determinant(grid.direction) > 0 ? ", right-handed" : ", left-handed";
     if (const double angle = oblique_angle_deg(grid); angle > 0.01)
-        orientation += ", oblique by " + digits(std::round(100 * angle) / 100) + " degrees";
+        orientation += ", oblique by " + short_text(std::round(100 * angle) / 100) + " degrees";
     print_line("orientation", orientation);
-    print_line("origin", digits(grid.origin_mm, ", ") + " mm (LPS)");
+    print_line("origin", vector_text(grid.origin_mm, ", ") + " mm (LPS)");
     const Vec3d centre = centre_of(grid);
-    print_line("centre",
-               digits(centre, ", ") + " mm (LPS); " + digits(ras_of(centre), ", ") + " mm (RAS)");
+    print_line("centre", vector_text(centre, ", ") + " mm (LPS); " +
+                             vector_text(ras_of(centre), ", ") + " mm (RAS)");
     print_line("bounds", bounds_text(centre_bounds(grid)) + " mm (LPS)");
     print_line("", bounds_text(ras_box(centre_bounds(grid))) + " mm (RAS)");
 }
@@ -184,15 +177,15 @@ void print_next(const InfoOptions& options, const Grid& grid,
     if (!scan.series.empty()) file += " --series " + shell_word(scan.series);
     if (scan.frame) file += " --frame " + std::to_string(*scan.frame);
     if (scan.straighten) file += " --straighten";
-    if (options.iso_hu) file += " --iso " + digits(*options.iso_hu);
+    if (options.iso_hu) file += " --iso " + short_text(*options.iso_hu);
     if (options.polarity) file += " --polarity " + *options.polarity;
     std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());
     if (push) {
         std::printf(
             "             pliant deform %s --push \"%s:%s\" --tool sphere:%s --out "
             "pushed.nrrd --png pushed.png\n",
-            file.c_str(), digits(push->point_mm, ",").c_str(), digits(push->push_mm, ",").c_str(),
-            digits(suggested_radius_mm(grid)).c_str());
+            file.c_str(), vector_text(push->point_mm, ",").c_str(),
+            vector_text(push->push_mm, ",").c_str(), short_text(suggested_radius_mm(grid)).c_str());
     } else if (options.suggest_push) {
         std::printf("             no wall that gives way is in view; see pliant deform --help\n");
     } else {
@@ -213,13 +206,13 @@ void print_text(const InfoOptions& options, const Volume& volume, const ReadNote
                        (notes.rescale_type.empty() ? "" : ", rescaled to " + notes.rescale_type));
     print_line("taken as", kind_text(values));
     print_line("defaults", defaults_text(values));
-    print_line("values", digits(range.min) + " to " + digits(range.max) + unit);
+    print_line("values", short_text(range.min) + " to " + short_text(range.max) + unit);
     std::string percentiles;
     for (std::size_t p = 0; p < kPercentCount; ++p)
         percentiles +=
-            (p ? ", " : "") + digits(kPercents[p]) + " %: " + digits(range.percentiles[p]);
+            (p ? ", " : "") + short_text(kPercents[p]) + " %: " + short_text(range.percentiles[p]);
     print_line("percentiles", percentiles + unit);
-    print_line("memory", digits(std::round(10 * memory_mb(volume)) / 10) + " MB as " +
+    print_line("memory", short_text(std::round(10 * memory_mb(volume)) / 10) + " MB as " +
                              (volume.is_16_bit() ? "int16" : "float32"));
     for (const auto& [key, value] : volume.key_values) print_line("key", key + ": " + value);
     for (const std::string& note : notes.notes) print_line("note", note);

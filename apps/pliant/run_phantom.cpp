@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/core/text.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
@@ -39,13 +40,6 @@ std::optional<Mat3d> parse_direction(const std::string& text) {
     return Mat3d{{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}}};
 }
 
-std::string number(double value, int decimals) {
-    std::array<char, 64> text;
-    char* const end = text.data() + text.size();
-    return {text.data(),
-            std::to_chars(text.data(), end, value, std::chars_format::fixed, decimals).ptr};
-}
-
 std::string value_of(const KeyValues& pairs, const std::string& key) {
     for (const auto& [name, value] : pairs)
         if (name == key) return value;
@@ -56,9 +50,9 @@ std::string value_of(const KeyValues& pairs, const std::string& key) {
 void tell(const std::string& path, const Volume& volume) {
     const Grid& g = volume.grid;
     std::string text = path + ": " + std::to_string(g.size.x) + "x" + std::to_string(g.size.y) +
-                       "x" + std::to_string(g.size.z) + " voxels of " + number(g.spacing_mm.x, 3) +
-                       " x " + number(g.spacing_mm.y, 3) + " x " + number(g.spacing_mm.z, 3) +
-                       " mm\n";
+                       "x" + std::to_string(g.size.z) + " voxels of " +
+                       fixed_text(g.spacing_mm.x, 3) + " x " + fixed_text(g.spacing_mm.y, 3) +
+                       " x " + fixed_text(g.spacing_mm.z, 3) + " mm\n";
     const KeyValues& pairs = volume.key_values;
     const std::string threshold = value_of(pairs, "bone_threshold_hu");
     const std::string iso = value_of(pairs, "iso_hu");

@@ -4,6 +4,7 @@
 #include "truth_files.h"
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/core/version.h>
 #include <pliant/scan_files.h>
 
@@ -24,13 +25,6 @@ constexpr std::size_t kMaxJsonBytes = std::size_t(256) << 20;
 
 TruthJson json_of(Vec3d v) {
     return {v.x, v.y, v.z};
-}
-
-/// Shortest text that round-trips.
-std::string text_of(double number) {
-    std::array<char, 32> text;
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-    return {text.data(), end};
 }
 
 std::string landmark_text(const TruthCase& made) {

@@ -3,27 +3,16 @@
 
 #include "truth_report.h"
 
+#include <pliant/core/text.h>
 #include <pliant/core/version.h>
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <optional>
 
 namespace pliant::app {
 namespace {
-
-std::string number(double value) {
-    std::array<char, 32> text;
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
-
-std::string fixed(double value, int digits) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", digits, value);
-    return text;
-}
 
 /// A field of a CSV line, in quotes if it needs them.
 std::string csv_field(const std::string& text) {
@@ -86,12 +75,12 @@ double top_of(const TruthTable& table) {
 }
 
 std::string text_at(double x, double y, const std::string& anchor, const std::string& text) {
-    return "<text x=\"" + fixed(x, 1) + "\" y=\"" + fixed(y, 1) + "\" text-anchor=\"" + anchor +
-           "\">" + escaped(text) + "</text>\n";
+    return "<text x=\"" + fixed_text(x, 1) + "\" y=\"" + fixed_text(y, 1) + "\" text-anchor=\"" +
+           anchor + "\">" + escaped(text) + "</text>\n";
 }
 std::string line_of(double x1, double y1, double x2, double y2, const std::string& style) {
-    return "<line x1=\"" + fixed(x1, 1) + "\" y1=\"" + fixed(y1, 1) + "\" x2=\"" + fixed(x2, 1) +
-           "\" y2=\"" + fixed(y2, 1) + "\" " + style + "/>\n";
+    return "<line x1=\"" + fixed_text(x1, 1) + "\" y1=\"" + fixed_text(y1, 1) + "\" x2=\"" +
+           fixed_text(x2, 1) + "\" y2=\"" + fixed_text(y2, 1) + "\" " + style + "/>\n";
 }
 
 /// Bars of the mean with a whisker to the 95th percentile, by type and method.
@@ -103,7 +92,7 @@ std::string bars_of(const TruthTable& table) {
     for (int tick = 0; tick <= 4; ++tick) {
         const double mm = top * tick / 4;
         svg += line_of(kLeft, y_of(mm), kWidth, y_of(mm), "class=\"grid\"");
-        svg += text_at(kLeft - 6, y_of(mm) + 4, "end", fixed(mm, top < 2 ? 2 : 1));
+        svg += text_at(kLeft - 6, y_of(mm) + 4, "end", fixed_text(mm, top < 2 ? 2 : 1));
     }
     const double group = (kWidth - kLeft) / double(kShown.size());
     const double bar = 0.8 * group / double(table.methods.size());
@@ -115,12 +104,12 @@ std::string bars_of(const TruthTable& table) {
             const TruthErrors e = errors_over_cases(table.methods[m], kShown[r]);
             if (e.count == 0) continue;
             const double at = x + bar * double(m), middle = at + 0.5 * bar;
-            svg += "<rect x=\"" + fixed(at, 1) + "\" y=\"" + fixed(y_of(e.mean_mm), 1) +
-                   "\" width=\"" + fixed(0.9 * bar, 1) + "\" height=\"" +
-                   fixed(e.mean_mm * scale, 1) + "\" fill=\"" + kColours[m % kColours.size()] +
+            svg += "<rect x=\"" + fixed_text(at, 1) + "\" y=\"" + fixed_text(y_of(e.mean_mm), 1) +
+                   "\" width=\"" + fixed_text(0.9 * bar, 1) + "\" height=\"" +
+                   fixed_text(e.mean_mm * scale, 1) + "\" fill=\"" + kColours[m % kColours.size()] +
                    "\"><title>" + escaped(table.methods[m].name) + ", " +
-                   std::string(name_of(kShown[r])) + ": mean " + fixed(e.mean_mm, 3) +
-                   " mm, 95 % " + fixed(e.p95_mm, 3) + " mm, max " + fixed(e.max_mm, 3) +
+                   std::string(name_of(kShown[r])) + ": mean " + fixed_text(e.mean_mm, 3) +
+                   " mm, 95 % " + fixed_text(e.p95_mm, 3) + " mm, max " + fixed_text(e.max_mm, 3) +
                    " mm</title></rect>\n";
             svg += line_of(middle, y_of(e.mean_mm), middle, y_of(e.p95_mm), "class=\"whisker\"");
         }
@@ -149,19 +138,20 @@ std::string dots_of(const TruthTable& table) {
     for (int tick = 0; tick <= 4; ++tick) {
         svg += line_of(kLeft, y_of(top * tick / 4), kWidth, y_of(top * tick / 4), "class=\"grid\"");
         svg += text_at(kLeft - 6, y_of(top * tick / 4) + 4, "end",
-                       fixed(top * tick / 4, top < 2 ? 2 : 1));
+                       fixed_text(top * tick / 4, top < 2 ? 2 : 1));
         svg += text_at(x_of(right * tick / 4), kHeight - 20, "middle",
-                       fixed(right * tick / 4, right < 2 ? 2 : 1));
+                       fixed_text(right * tick / 4, right < 2 ? 2 : 1));
     }
     svg += text_at(kWidth - 4, kHeight - 4, "end", "mean error without registration [mm]");
     for (std::size_t m = 0; m < table.methods.size(); ++m)
         for (std::size_t n = 0; n < table.methods[m].scores.size(); ++n) {
             const double before = error(table.methods[0].scores[n]).mean_mm;
             const double after = error(table.methods[m].scores[n]).mean_mm;
-            svg += "<circle cx=\"" + fixed(x_of(before), 1) + "\" cy=\"" + fixed(y_of(after), 1) +
-                   "\" r=\"4\" fill=\"" + kColours[m % kColours.size()] + "\"><title>" +
-                   escaped(table.methods[m].name) + ", " + escaped(table.index.cases[n]) + ": " +
-                   fixed(before, 3) + " → " + fixed(after, 3) + " mm</title></circle>\n";
+            svg += "<circle cx=\"" + fixed_text(x_of(before), 1) + "\" cy=\"" +
+                   fixed_text(y_of(after), 1) + "\" r=\"4\" fill=\"" +
+                   kColours[m % kColours.size()] + "\"><title>" + escaped(table.methods[m].name) +
+                   ", " + escaped(table.index.cases[n]) + ": " + fixed_text(before, 3) + " → " +
+                   fixed_text(after, 3) + " mm</title></circle>\n";
         }
     return svg + "</svg>\n";
 }
@@ -175,10 +165,11 @@ std::vector<std::array<std::string, 8>> rows_of(const TruthTable& table) {
         for (const TruthRow row : kShown) {
             const TruthErrors e = errors_over_cases(method, row);
             if (e.count == 0) continue;
-            rows.push_back({is_first ? method.name : std::string(), std::string(name_of(row)),
-                            std::to_string(e.count), fixed(e.mean_mm, 3), fixed(e.median_mm, 3),
-                            fixed(e.p95_mm, 3), fixed(e.max_mm, 3),
-                            is_first && folded ? fixed(100 * *folded, 3) + " %" : std::string()});
+            rows.push_back(
+                {is_first ? method.name : std::string(), std::string(name_of(row)),
+                 std::to_string(e.count), fixed_text(e.mean_mm, 3), fixed_text(e.median_mm, 3),
+                 fixed_text(e.p95_mm, 3), fixed_text(e.max_mm, 3),
+                 is_first && folded ? fixed_text(100 * *folded, 3) + " %" : std::string()});
             is_first = false;
         }
     }
@@ -246,8 +237,8 @@ std::string truth_csv(const TruthTable& table) {
                 const auto& folded = method.scores[n].folded_share;
                 csv += csv_field(method.name) + "," + table.index.cases[n] + "," +
                        std::string(name_of(TruthRow(r))) + "," + std::to_string(e.count) + "," +
-                       number(e.mean_mm) + "," + number(e.median_mm) + "," + number(e.p95_mm) +
-                       "," + number(e.max_mm) + "," + (folded ? number(*folded) : "") + "\n";
+                       text_of(e.mean_mm) + "," + text_of(e.median_mm) + "," + text_of(e.p95_mm) +
+                       "," + text_of(e.max_mm) + "," + (folded ? text_of(*folded) : "") + "\n";
             }
     return csv;
 }
@@ -303,7 +294,7 @@ std::string truth_page(const TruthTable& table) {
         ", made and scored by Pliant " PLIANT_VERSION
         ". Errors are distances to the true points in mm, at voxels whose "
         "counterpart is exact; <i>moved</i> tissue was displaced by " +
-        fixed(kTruthMovedMm, 1) +
+        fixed_text(kTruthMovedMm, 1) +
         " mm or more. Mean, median and 95&nbsp;% are averaged over the cases.</p>\n"
         "<p>";
     for (std::size_t m = 0; m < table.methods.size(); ++m)

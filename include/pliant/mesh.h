@@ -279,7 +279,7 @@ struct Embedded {
     std::int32_t tetrahedron = 0;
     std::array<double, 4> weights{};  ///< sum 1; some are negative if the point is slightly outside
 };
-constexpr Vec3d place_of(const Embedded& e, const TetMesh& mesh) {
+constexpr Vec3d position_of(const Embedded& e, const TetMesh& mesh) {
     Vec3d sum{0, 0, 0};
     for (std::size_t n = 0; n < 4; ++n)
         sum = sum +

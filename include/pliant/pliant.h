@@ -17,7 +17,7 @@
 //
 // Shelves have the others:
 //
-//   core/     vectors, threads, settings as data, outputs that appear at once
+//   core/     vectors, threads, settings as data, numbers as text, outputs that appear at once
 //   models/   materials, springs, bodies, vessels, organs, finite elements, identification
 //   view/     pictures, surfaces, force feedback
 //   data/     kinds of scans, sessions, environments for learning, truth for registrations
@@ -39,6 +39,7 @@
 #include <pliant/core/moving_scan.h>
 #include <pliant/core/record.h>
 #include <pliant/core/tasks.h>
+#include <pliant/core/text.h>
 #include <pliant/core/vec.h>
 #include <pliant/core/version.h>
 #include <pliant/data/gym.h>

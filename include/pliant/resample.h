@@ -180,7 +180,7 @@ struct ControlGrid {
 };
 
 /// Material point: a control cell and local coordinates in it.
-struct ControlPlace {
+struct ControlPosition {
     std::array<std::int32_t, 8> nodes{};  ///< corner c is at + (c & 1, c >> 1 & 1, c >> 2)
     Vec3d at{0, 0, 0};                    ///< local coordinates, 0…1 along i, j, k
 };
@@ -217,7 +217,7 @@ class ControlLattice : public MovingScan {
 
     /// Material point at a position in the deformed scan [mm, LPS]. The first cell wins if cells
     /// overlap.
-    std::optional<ControlPlace> find(Vec3d point_mm) const;
+    std::optional<ControlPosition> find(Vec3d point_mm) const;
     /// Whether some control cell is folded or nearly so: at one of its corners, less than `share`
     /// of the volume is left. @pre as many displacements as nodes
     bool folds(std::span<const Vec3d> displacements_mm, double share = 0) const;

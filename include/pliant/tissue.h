@@ -93,9 +93,9 @@ class Tissue : public MovingScan {
     virtual Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept = 0;
     /// Begins a drag; there is at most one. By default the tool pushes by zero, and holds the
     /// touched tissue.
-    /// @param place     the tool; its push_mm is ignored
+    /// @param position  the tool; its push_mm is ignored
     /// @param reach_mm  expected length of the drag, for models with a precomputation
-    virtual Result<GrabReport> grab(std::uint32_t tool, const Push& place,
+    virtual Result<GrabReport> grab(std::uint32_t tool, const Push& position,
                                     double reach_mm) noexcept;
     /// Drags to an offset from the start of the drag. By default a push by the remaining
     /// difference. @returns InvalidArgument without a drag
@@ -176,7 +176,7 @@ class Tissue : public MovingScan {
   private:
     struct Drag {
         std::uint32_t tool = 0;
-        Push place;
+        Push position;
         Vec3d done_mm{0, 0, 0};
     };
     std::optional<Drag> m_drag;  ///< of the default implementation

@@ -40,11 +40,11 @@ class GibsonConvex final : public OrderingSolver {
     OrderingReport push(std::span<const std::int32_t> elements, Vec3d push_mm) override;
     Vec3d displacement_mm(std::int32_t element) const override;
     void set_displacement_mm(std::int32_t element, Vec3d displacement_mm) override;
-    void reset() override { m_place = m_rest; }
+    void reset() override { m_position = m_rest; }
 
   private:
     struct Previous {
-        float place[3];
+        float position[3];
         std::int32_t element;
     };
     struct Region {
@@ -61,8 +61,8 @@ class GibsonConvex final : public OrderingSolver {
 
     std::array<std::int32_t, 6> m_step;
     std::array<Region, 6> m_region;
-    std::vector<Lanes> m_rest, m_place;  ///< [element]
-    std::vector<SideBits> m_sides;       ///< [element]
+    std::vector<Lanes> m_rest, m_position;  ///< [element]
+    std::vector<SideBits> m_sides;          ///< [element]
     std::array<std::vector<std::int32_t>, 6> m_list;
     std::array<std::size_t, 6> m_count{};
     std::vector<Previous> m_previous;
@@ -98,7 +98,7 @@ GibsonConvex::GibsonConvex(const ChainLattice& lattice) {
                 m_sides.push_back(SideBits((i + 1 < size.x) | (i > 0) << 1 | (j + 1 < size.y) << 2 |
                                            (j > 0) << 3 | (k + 1 < size.z) << 4 | (k > 0) << 5));
             }
-    m_place = m_rest;
+    m_position = m_rest;
 }
 
 template <int Direction>
@@ -107,19 +107,19 @@ void GibsonConvex::run_list() {
     const Region region = m_region[Direction];
     std::int32_t* const list = m_list[Direction].data();
     std::size_t count = m_count[Direction];
-    Lanes* const place = m_place.data();
+    Lanes* const position = m_position.data();
     const SideBits* const sides = m_sides.data();
     Previous* previous = m_previous.data() + m_previous_count;
     // Additions to this list are processed in the same pass.
     for (std::size_t n = 0; n < count; ++n) {
         const std::int32_t e = list[n];
-        const Lanes old = place[e], sponsor = place[e - step];
+        const Lanes old = position[e], sponsor = position[e - step];
         const Lanes low = sponsor + region.low, high = sponsor + region.high;
         const Lanes raised = old < low ? low : old;
         const Lanes now = raised > high ? high : raised;
         if (!differ(now, old)) continue;
         *previous++ = {{old[0], old[1], old[2]}, e};
-        place[e] = now;
+        position[e] = now;
         list[count] = e + step;  // memory has one spare element
         count += sides[e] >> Direction & 1;
         for (int d = Direction / 2 * 2 + 2; d < 6; ++d) put(e, d);
@@ -130,15 +130,15 @@ void GibsonConvex::run_list() {
 
 OrderingReport GibsonConvex::push(std::span<const std::int32_t> elements, Vec3d push_mm) {
     OrderingReport report;
-    if (elements.size() != 1 || elements[0] < 0 || std::size_t(elements[0]) >= m_place.size() ||
+    if (elements.size() != 1 || elements[0] < 0 || std::size_t(elements[0]) >= m_position.size() ||
         !is_finite(push_mm) || norm(push_mm) > kMaxMovementMm)
         return report;
     m_count = {};
     const std::int32_t e = elements[0];
-    Lanes& place = m_place[std::size_t(e)];
-    m_previous[0] = {{place[0], place[1], place[2]}, e};
+    Lanes& position = m_position[std::size_t(e)];
+    m_previous[0] = {{position[0], position[1], position[2]}, e};
     m_previous_count = 1;
-    for (int a = 0; a < 3; ++a) place[a] += float(push_mm[a]);
+    for (int a = 0; a < 3; ++a) position[a] += float(push_mm[a]);
     for (int d = 0; d < 6; ++d) put(e, d);
     run_list<0>();
     run_list<1>();
@@ -154,14 +154,14 @@ OrderingReport GibsonConvex::push(std::span<const std::int32_t> elements, Vec3d 
 }
 
 Vec3d GibsonConvex::displacement_mm(std::int32_t element) const {
-    const Lanes p = m_place[std::size_t(element)], rest = m_rest[std::size_t(element)];
+    const Lanes p = m_position[std::size_t(element)], rest = m_rest[std::size_t(element)];
     return {double(p[0]) - rest[0], double(p[1]) - rest[1], double(p[2]) - rest[2]};
 }
 
 void GibsonConvex::set_displacement_mm(std::int32_t element, Vec3d displacement_mm) {
     const Lanes rest = m_rest[std::size_t(element)];
     for (int a = 0; a < 3; ++a)
-        m_place[std::size_t(element)][a] = float(rest[a] + displacement_mm[a]);
+        m_position[std::size_t(element)][a] = float(rest[a] + displacement_mm[a]);
 }
 
 }  // namespace

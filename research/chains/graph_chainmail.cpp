@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <string>
 
 #include "base/hash.h"
+#include "base/stopwatch.h"
 #include "chains/graph_limits.h"
 #include "chains/graph_raise.h"
 #include "propagate/step.h"
@@ -123,11 +123,9 @@ Result<PushReport> GraphChainMail::push(std::span<const std::int32_t> elements, 
                                         const TaskArena& arena) {
     if (const Status status = check_push(m_impl->graph, elements, push_mm); !status.ok())
         return status.error();
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     PushReport report = m_impl->push(elements, units_from_mm(push_mm), arena);
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
-    report.solve_ms = elapsed.count();
+    report.solve_ms = watch.ms();
     return report;
 }
 

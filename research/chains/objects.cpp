@@ -23,12 +23,12 @@ constexpr double kLongestPushMm = 300;
 /// A free object's rest position follows it once an element is farther from rest than this [mm].
 constexpr double kFarFromRestMm = 100;
 
-Place units_of(Vec3d mm) {
+Position units_of(Vec3d mm) {
     return {std::llround(mm.x * kUnitsPerMm), std::llround(mm.y * kUnitsPerMm),
             std::llround(mm.z * kUnitsPerMm)};
 }
 
-Vec3d mm_of(Place units) {
+Vec3d mm_of(Position units) {
     return {double(units.x) / kUnitsPerMm, double(units.y) / kUnitsPerMm,
             double(units.z) / kUnitsPerMm};
 }
@@ -66,8 +66,8 @@ struct ObjectSpace::Impl {
         std::unique_ptr<Volume> volume;
         ChainMail tissue;
         bool free;
-        Place base;    ///< of element (0,0,0) at rest, when it was added
-        Place travel;  ///< of the rest position since then
+        Position base;    ///< of element (0,0,0) at rest, when it was added
+        Position travel;  ///< of the rest position since then
     };
 
     explicit Impl(const TaskArena& a) : arena(a) {}
@@ -226,7 +226,7 @@ void ObjectSpace::Impl::follow(Object& object) const {
         moved.update_bounds(index);
     }
     moved.drop_still_bricks();
-    object.travel = moved_place(object.travel, common);
+    object.travel = moved_position(object.travel, common);
 }
 
 Result<ObjectPushReport> ObjectSpace::push(int object, const Push& push) {

@@ -25,7 +25,8 @@ OverlapTime overlap_time(std::int64_t distance, std::int64_t reach, Fixed raise,
     return overlap;
 }
 
-Impact impact_of(const Place& distance, const Place& reach, Vec3<Fixed> raise, Vec3<Fixed> shift) {
+Impact impact_of(const Position& distance, const Position& reach, Vec3<Fixed> raise,
+                 Vec3<Fixed> shift) {
     Impact impact{kBefore, kAfter, 0};
     for (int a = 0; a < 3; ++a) {
         const OverlapTime time = overlap_time(distance[a], reach[a], raise[a], shift[a]);

@@ -53,7 +53,8 @@ struct Impact {
 
     bool happens() const { return enter < leave && enter < Ratio{1, 1}; }
 };
-Impact impact_of(const Place& distance, const Place& reach, Vec3<Fixed> raise, Vec3<Fixed> shift);
+Impact impact_of(const Position& distance, const Position& reach, Vec3<Fixed> raise,
+                 Vec3<Fixed> shift);
 
 /// Time at which a moving box's face reaches a plane; kAfter: never.
 /// @param gap   from the box to the plane, ≥ 0

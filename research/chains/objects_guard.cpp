@@ -21,13 +21,13 @@ bool is_before(const Contact& p, const Contact& q) {
     return key(p) < key(q);
 }
 
-PlaceBox widened(const PlaceBox& box, const Place& by) {
+PositionBox widened(const PositionBox& box, const Position& by) {
     return {box.low - by, box.high + by};
 }
 
 /// Whether two boxes overlap after `done` of the shift.
-bool overlaps_after(const Place& distance, const Place& reach, Vec3<Fixed> raise, Vec3<Fixed> shift,
-                    Vec3<Fixed> done) {
+bool overlaps_after(const Position& distance, const Position& reach, Vec3<Fixed> raise,
+                    Vec3<Fixed> shift, Vec3<Fixed> done) {
     for (int a = 0; a < 3; ++a) {
         const std::int64_t undone =
             std::abs(std::int64_t(shift[a])) - std::abs(std::int64_t(done[a]));
@@ -93,10 +93,10 @@ StepGuard::Verdict ContactGuard::limit(std::span<const int> bricks, Vec3<Fixed> 
 void ContactGuard::look_at_walls(const SolidBrick& solid, Vec3<Fixed> shift, Found& found) const {
     for (std::size_t n = 0; n < m_walls.size(); ++n) {
         const PlacedWall& wall = m_walls[n];
-        const Place& nearest = wall.side > 0 ? solid.box.low : solid.box.high;
+        const Position& nearest = wall.side > 0 ? solid.box.low : solid.box.high;
         if (wall.gap(nearest, m_pushed.half) >= 0) continue;
         for (const SolidBrick::Element& own : solid.elements) {
-            const Ratio time = wall_time(wall.gap(own.place, m_pushed.half), wall.side,
+            const Ratio time = wall_time(wall.gap(own.position, m_pushed.half), wall.side,
                                          own.raise[wall.axis], shift[wall.axis]);
             const Contact contact{time, -1, int(n), own.ijk, {0, 0, 0}};
             if (time < Ratio{1, 1} && is_before(contact, found.first)) found.first = contact;
@@ -107,24 +107,25 @@ void ContactGuard::look_at_walls(const SolidBrick& solid, Vec3<Fixed> shift, Fou
 void ContactGuard::look_at_object(const SolidBrick& solid, std::size_t other, Vec3<Fixed> shift,
                                   Found& found) const {
     const SolidSearch& search = m_others[other];
-    const Place reach = m_pushed.half + search.object().half;
+    const Position reach = m_pushed.half + search.object().half;
     search.for_each_brick(widened(solid.box, reach), [&](Vec3i coord) {
         for (const SolidBrick::Element& own : solid.elements) {
-            PlaceBox swept{own.place, own.place};
+            PositionBox swept{own.position, own.position};
             for (int a = 0; a < 3; ++a)
                 (shift[a] > 0 ? swept.high[a] : swept.low[a]) +=
                     shift[a] > 0 ? own.raise[a] : -own.raise[a];
-            search.for_each_element(coord, widened(swept, reach), [&](Vec3i e, const Place& place) {
-                meet(own, other, e, place, shift, found);
-            });
+            search.for_each_element(coord, widened(swept, reach),
+                                    [&](Vec3i e, const Position& position) {
+                                        meet(own, other, e, position, shift, found);
+                                    });
         }
     });
 }
 
 void ContactGuard::meet(const SolidBrick::Element& own, std::size_t other, Vec3i other_element,
-                        const Place& other_place, Vec3<Fixed> shift, Found& found) const {
-    const Place distance = own.place - other_place;
-    const Place reach = m_pushed.half + m_others[other].object().half;
+                        const Position& other_position, Vec3<Fixed> shift, Found& found) const {
+    const Position distance = own.position - other_position;
+    const Position reach = m_pushed.half + m_others[other].object().half;
     const Impact impact = impact_of(distance, reach, own.raise, shift);
     if (impact.happens()) {
         const Ratio time = impact.enter < Ratio{0, 1} ? Ratio{0, 1} : impact.enter;
@@ -159,7 +160,7 @@ void for_each_solid(const PlacedLattice& object,
 std::optional<Vec3i> find_overlap(const PlacedLattice& object, const PlacedLattice& other,
                                   const TaskArena& arena) {
     const SolidSearch search(other);
-    const Place reach = object.half + other.half;
+    const Position reach = object.half + other.half;
     const Vec3i bricks = last_brick(*object.lattice) + Vec3i{1, 1, 1};
     std::vector<std::optional<Vec3i>> found(std::size_t(bricks.x) * std::size_t(bricks.y) *
                                             std::size_t(bricks.z));
@@ -172,10 +173,10 @@ std::optional<Vec3i> find_overlap(const PlacedLattice& object, const PlacedLatti
             search.for_each_brick(widened(solid.box, reach), [&](Vec3i there) {
                 for (const SolidBrick::Element& own : solid.elements)
                     search.for_each_element(
-                        there, widened({own.place, own.place}, reach),
-                        [&](Vec3i, const Place& place) {
+                        there, widened({own.position, own.position}, reach),
+                        [&](Vec3i, const Position& position) {
                             const Vec3<Fixed> none{0, 0, 0};
-                            if (overlaps_after(own.place - place, reach, none, none, none))
+                            if (overlaps_after(own.position - position, reach, none, none, none))
                                 found[std::size_t(k)] = own.ijk;
                         });
             });
@@ -189,8 +190,8 @@ std::optional<Vec3i> find_overlap(const PlacedLattice& object, const PlacedLatti
 std::optional<Vec3i> find_behind(const PlacedLattice& object, const PlacedWall& wall) {
     std::optional<Vec3i> found;
     for_each_solid(object, [&](Vec3i e, ElementRef) {
-        const Place place = object.place_of(e, object.lattice->displacement_at(e));
-        if (wall.gap(place, object.half) < 0) found = e;
+        const Position position = object.position_of(e, object.lattice->displacement_at(e));
+        if (wall.gap(position, object.half) < 0) found = e;
     });
     return found;
 }

@@ -18,8 +18,8 @@ struct PlacedWall {
     std::int64_t at;  ///< [units along the axis]
 
     /// Distance from a box to the plane; negative if it is behind.
-    std::int64_t gap(const Place& place, const Place& half) const {
-        return side * (place[axis] - at) - half[axis];
+    std::int64_t gap(const Position& position, const Position& half) const {
+        return side * (position[axis] - at) - half[axis];
     }
 };
 
@@ -46,7 +46,7 @@ class ContactGuard final : public StepGuard {
   private:
     /// Boxes that pass each other by less than a unit: rounding could make them overlap.
     struct NearMiss {
-        Place distance, reach;
+        Position distance, reach;
         Vec3<Fixed> raise;
         Ratio leave;
     };
@@ -58,7 +58,7 @@ class ContactGuard final : public StepGuard {
     void look_at_object(const SolidBrick& solid, std::size_t other, Vec3<Fixed> shift,
                         Found& found) const;
     void meet(const SolidBrick::Element& own, std::size_t other, Vec3i other_element,
-              const Place& other_place, Vec3<Fixed> shift, Found& found) const;
+              const Position& other_position, Vec3<Fixed> shift, Found& found) const;
 
     PlacedLattice m_pushed;
     std::vector<int> m_numbers;

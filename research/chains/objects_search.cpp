@@ -24,8 +24,8 @@ Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift) {
 
 }  // namespace
 
-Place half_extents(const Grid& grid) {
-    Place half{};
+Position half_extents(const Grid& grid) {
+    Position half{};
     for (int a = 0; a < 3; ++a)
         half[a] = std::llround(std::floor(grid.spacing_mm[a] * kUnitsPerMm / 2)) - 1;
     return half;
@@ -48,26 +48,26 @@ SolidBrick solid_elements(const PlacedLattice& object, Vec3i coord, const Vec3<F
             if (shift) raise = raise_of(brick, i, *shift);
         }
         if (shift && raise == Vec3<Fixed>{0, 0, 0}) continue;
-        const Place place = object.place_of(e, u);
-        Place after = place;
+        const Position position = object.position_of(e, u);
+        Position after = position;
         for (int a = 0; shift && a < 3; ++a) after[a] += (*shift)[a] > 0 ? raise[a] : -raise[a];
-        if (solid.elements.empty()) solid.box = {place, place};
+        if (solid.elements.empty()) solid.box = {position, position};
         for (int a = 0; a < 3; ++a) {
-            solid.box.low[a] = std::min({solid.box.low[a], place[a], after[a]});
-            solid.box.high[a] = std::max({solid.box.high[a], place[a], after[a]});
+            solid.box.low[a] = std::min({solid.box.low[a], position[a], after[a]});
+            solid.box.high[a] = std::max({solid.box.high[a], position[a], after[a]});
         }
-        solid.elements.push_back({e, place, raise});
+        solid.elements.push_back({e, position, raise});
     }
     return solid;
 }
 
-void SolidSearch::for_each_brick(const PlaceBox& box,
+void SolidSearch::for_each_brick(const PositionBox& box,
                                  const std::function<void(Vec3i coord)>& visit) const {
-    const PlaceBox own{box.low - m_object.base, box.high - m_object.base};
-    m_search.for_each_brick(own, [&](Vec3i coord, const PlaceBox&) { visit(coord); });
+    const PositionBox own{box.low - m_object.base, box.high - m_object.base};
+    m_search.for_each_brick(own, [&](Vec3i coord, const PositionBox&) { visit(coord); });
 }
 
-bool SolidSearch::range_in(Vec3i coord, const PlaceBox& box, Vec3i& begin, Vec3i& end) const {
+bool SolidSearch::range_in(Vec3i coord, const PositionBox& box, Vec3i& begin, Vec3i& end) const {
     const Lattice& lattice = *m_object.lattice;
     const Grid& grid = lattice.grid();
     const int index = lattice.find_brick(coord);

@@ -17,27 +17,27 @@ namespace pliant {
 /// A lattice with its position in space [units along the common axes].
 struct PlacedLattice {
     const Lattice* lattice = nullptr;
-    Place base{0, 0, 0};  ///< of element (0,0,0) at rest
-    Place half{0, 0, 0};  ///< half of an element's box
+    Position base{0, 0, 0};  ///< of element (0,0,0) at rest
+    Position half{0, 0, 0};  ///< half of an element's box
 
-    Place place_of(Vec3i ijk, Vec3<Fixed> u) const {
-        return base + moved_place(rest_place(lattice->grid(), ijk), u);
+    Position position_of(Vec3i ijk, Vec3<Fixed> u) const {
+        return base + moved_position(rest_position(lattice->grid(), ijk), u);
     }
 };
 
 /// Half of the extents of an element's box: half of the spacing, minus a unit for rounding, so that
 /// objects which share a border at rest don't overlap.
-Place half_extents(const Grid& grid);
+Position half_extents(const Grid& grid);
 
 /// Positions of the solid elements of one brick.
 struct SolidBrick {
     struct Element {
         Vec3i ijk;
-        Place place;
+        Position position;
         Vec3<Fixed> raise;  ///< by the whole push; zero if none was given
     };
     std::vector<Element> elements;
-    PlaceBox box;  ///< bounds of all positions, before and after the push
+    PositionBox box;  ///< bounds of all positions, before and after the push
 };
 
 /// @param shift  of the solve in progress: selects the elements that it moves; null: all elements
@@ -50,9 +50,10 @@ class SolidSearch {
         : m_object(object), m_search(*object.lattice) {}
 
     const PlacedLattice& object() const { return m_object; }
-    void for_each_brick(const PlaceBox& box, const std::function<void(Vec3i coord)>& visit) const;
+    void for_each_brick(const PositionBox& box,
+                        const std::function<void(Vec3i coord)>& visit) const;
     template <class Visit>
-    void for_each_element(Vec3i coord, const PlaceBox& box, const Visit& visit) const {
+    void for_each_element(Vec3i coord, const PositionBox& box, const Visit& visit) const {
         const Lattice& lattice = *m_object.lattice;
         Vec3i begin, end;
         if (!range_in(coord, box, begin, end)) return;
@@ -68,12 +69,12 @@ class SolidSearch {
                         const auto& from = lattice.brick(index).u;
                         u = {from[0][n], from[1][n], from[2][n]};
                     }
-                    visit(Vec3i{x, y, z}, m_object.place_of({x, y, z}, u));
+                    visit(Vec3i{x, y, z}, m_object.position_of({x, y, z}, u));
                 }
     }
 
   private:
-    bool range_in(Vec3i coord, const PlaceBox& box, Vec3i& begin, Vec3i& end) const;
+    bool range_in(Vec3i coord, const PositionBox& box, Vec3i& begin, Vec3i& end) const;
 
     PlacedLattice m_object;
     BrickSearch m_search;

@@ -106,10 +106,11 @@ Vec3d OrderedTransmittal::next(std::int32_t i, std::span<const Vec3d> seen,
         if (m_network.is_cell_cut(std::size_t(c)) || cell.bulk == 0) continue;
         const auto corner = std::find(cell.nodes.begin(), cell.nodes.end(), i);
         const auto rest = [&](std::int32_t k) { return m_network.nodes()[std::size_t(k)].rest; };
-        const auto place = [&](std::int32_t k) { return k == i ? now : seen[std::size_t(k)]; };
+        const auto position = [&](std::int32_t k) { return k == i ? now : seen[std::size_t(k)]; };
         const double pressure =
-            cell.bulk * (cell_volume(cell, place) / cell_volume(cell, rest) - 1);
-        force = force - pressure * volume_gradient(cell, int(corner - cell.nodes.begin()), place);
+            cell.bulk * (cell_volume(cell, position) / cell_volume(cell, rest) - 1);
+        force =
+            force - pressure * volume_gradient(cell, int(corner - cell.nodes.begin()), position);
     }
     const double inertia = m_network.nodes()[n].mass / (h * h),
                  drag = m_network.nodes()[n].damping / (2 * h);

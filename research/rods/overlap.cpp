@@ -53,10 +53,10 @@ OverlapSearch::OverlapSearch(const TetMesh& mesh)
     m_stamps.assign(*slots, 0);
 }
 
-Vec3i OverlapSearch::cell_of(Vec3d place) const {
+Vec3i OverlapSearch::cell_of(Vec3d position) const {
     Vec3i cell{0, 0, 0};
     for (int a = 0; a < 3; ++a)
-        cell[a] = int(std::floor(std::clamp(place[a] * m_per_length, -kFarthest, kFarthest)));
+        cell[a] = int(std::floor(std::clamp(position[a] * m_per_length, -kFarthest, kFarthest)));
     return cell;
 }
 

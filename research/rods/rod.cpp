@@ -93,22 +93,22 @@ const RodSettings& Rod::settings() const {
     return m_impl->settings;
 }
 
-Status Rod::set_base(Vec3d place, Rotation frame) {
-    if (!is_finite(place)) return invalid("set_base: expected a position of three numbers");
+Status Rod::set_base(Vec3d position, Rotation frame) {
+    if (!is_finite(position)) return invalid("set_base: expected a position of three numbers");
     const auto good = checked("set_base", frame);
     if (!good.ok()) return good.error();
-    m_impl->x[0] = place;
+    m_impl->x[0] = position;
     m_impl->base_frame = *good;
     return Ok{};
 }
 
-Status Rod::hold_tip(Vec3d place, Rotation frame) {
-    if (!is_finite(place)) return invalid("hold_tip: expected a position of three numbers");
+Status Rod::hold_tip(Vec3d position, Rotation frame) {
+    if (!is_finite(position)) return invalid("hold_tip: expected a position of three numbers");
     const auto good = checked("hold_tip", frame);
     if (!good.ok()) return good.error();
     Impl& rod = *m_impl;
     rod.tip_frame = *good;
-    rod.x[rod.count] = place;
+    rod.x[rod.count] = position;
     rod.v[rod.count] = {0, 0, 0};
     rod.w_node[rod.count] = 0;
     rod.resize_blocks(rod.count + 1);

@@ -36,7 +36,7 @@ constexpr std::size_t kTouches = 32;       ///< per segment, preallocated
 struct Touch {
     std::int32_t segment, triangle;
     double along, depth;
-    Vec3d place, normal;
+    Vec3d position, normal;
     Vec3d lever;                            ///< from the axis to the contact point
     std::int32_t particles[kMaxParticles];  ///< indices of the affected particles
     double weights[kMaxParticles];
@@ -51,7 +51,7 @@ struct WallParticle {
     std::int32_t particle;
     double inverse_mass;
     Vec3d moved;  ///< free motion since the previous step
-    Vec3d place, by;
+    Vec3d position, by;
 };
 
 Status check(const RodContactSettings& s) {
@@ -105,7 +105,7 @@ struct RodContact::Impl {
     Vec3d wall_point(const Touch& t) const {
         Vec3d sum{0, 0, 0};
         for (int k = 0; k < t.count; ++k)
-            sum = sum + t.weights[k] * wall[std::size_t(t.particles[k])].place;
+            sum = sum + t.weights[k] * wall[std::size_t(t.particles[k])].position;
         return sum;
     }
     double depth(const Touch& t) const {
@@ -142,7 +142,7 @@ void RodContact::Impl::find(double wall_moved) {
             if (apart) continue;
             const auto node = [&](Vec3d x, double along) {
                 const auto nearest = mesh::nearest_on_triangle(x, p[0], p[1], p[2]);
-                add(std::int32_t(s), t, {along, x, nearest.place, nearest.feature}, reach);
+                add(std::int32_t(s), t, {along, x, nearest.position, nearest.feature}, reach);
             };
             node(a, 0);
             if (s + 1 == segments) node(b, 1);
@@ -172,12 +172,12 @@ void RodContact::Impl::add(std::int32_t segment, std::int32_t triangle, const Ne
     }
     // Adjacent triangles find the same corner or edge.
     for (std::size_t n = touches.size(); n-- > 0 && touches[n].segment == segment;)
-        if (touches[n].along == pair.along && touches[n].place == pair.on_triangle) return;
+        if (touches[n].along == pair.along && touches[n].position == pair.on_triangle) return;
     Touch t{};
     t.segment = segment;
     t.triangle = triangle;
     t.along = pair.along;
-    t.place = pair.on_triangle;
+    t.position = pair.on_triangle;
     t.normal = normal;
     t.lever = -d;
     t.depth = settings.radius - dot(d, normal);
@@ -186,8 +186,9 @@ void RodContact::Impl::add(std::int32_t segment, std::int32_t triangle, const Ne
 
 void RodContact::Impl::weigh(Touch& t, const Rod& rod_, const PbdBody& body, double h) {
     const auto& nodes = ghost.triangles()[std::size_t(t.triangle)];
-    const auto place = [&](std::size_t k) { return ghost.positions()[std::size_t(nodes[k])]; };
-    const auto weights = mesh::weights_on_triangle(t.place, place(0), place(1), place(2));
+    const auto position = [&](std::size_t k) { return ghost.positions()[std::size_t(nodes[k])]; };
+    const auto weights =
+        mesh::weights_on_triangle(t.position, position(0), position(1), position(2));
     t.count = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const pbd::Ride& ride = ghost.ride(nodes[k]);
@@ -226,7 +227,7 @@ void RodContact::Impl::apply(const Touch& t, Vec3d impulse, const Rod& rod_) {
     for (int k = 0; k < t.count; ++k) {
         WallParticle& p = wall[std::size_t(t.particles[k])];
         const Vec3d by = (-t.weights[k] * p.inverse_mass) * impulse;
-        p.place = p.place + by;
+        p.position = p.position + by;
         p.by = p.by + by;
     }
     turned_by[s] = turned_by[s] + rod_.inverse_inertia() * cross(t.lever, impulse);
@@ -272,12 +273,12 @@ Status RodContact::Impl::round(Rod& rod_, PbdBody& body, double h, bool last) {
     for (const WallParticle& p : wall) {
         number_of[std::size_t(p.particle)] = -1;
         if (p.by == Vec3d{0, 0, 0} || !status.ok()) continue;
-        status = body.set_state(p.particle, p.place, body.velocity(p.particle) + (1 / h) * p.by);
+        status = body.set_state(p.particle, p.position, body.velocity(p.particle) + (1 / h) * p.by);
     }
     for (const Touch& t : touches) {
         if (last) depth_left = std::max(depth_left, depth(t));
         if (t.push > 0)
-            reported.push_back({t.segment, t.along, t.triangle, t.place, t.normal,
+            reported.push_back({t.segment, t.along, t.triangle, t.position, t.normal,
                                 (1 / (h * h)) * (t.push * t.normal + t.drag)});
     }
     wall.clear();

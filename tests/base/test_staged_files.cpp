@@ -240,11 +240,11 @@ TEST(StagedFiles, StreamsAreWrittenAndStayWhatTheyAre) {
 }
 
 TEST(StagedFiles, MessagesNamePlaces) {
-    EXPECT_EQ(about_places("o/.pliant-out-Xa81Qe/12/a.nrrd: full"), "o/a.nrrd: full");
-    EXPECT_EQ(about_places(".pliant-out-Xa81Qe/0/a and .pliant-out-Xa81Qf/1/b"), "a and b");
+    EXPECT_EQ(about_targets("o/.pliant-out-Xa81Qe/12/a.nrrd: full"), "o/a.nrrd: full");
+    EXPECT_EQ(about_targets(".pliant-out-Xa81Qe/0/a and .pliant-out-Xa81Qf/1/b"), "a and b");
     for (const char* other : {"a", "", ".pliant-out-", ".pliant-out-Xa81Qe", ".pliant-out-Xa81Qe/1",
                               ".pliant-out-Xa81Qe/before-0/a"})
-        EXPECT_EQ(about_places(other), other);
+        EXPECT_EQ(about_targets(other), other);
 }
 
 }  // namespace

@@ -135,7 +135,7 @@ TEST(TetWire, TwistsAsABeam) {
     for (int n = 1; n <= 1000; ++n) {
         wire.feed(80, 0.3 * std::min(1.0, n / 400.0));
         wire.predict(1e-3);
-        const auto& x = wire.places_before();
+        const auto& x = wire.positions_before();
         for (WireContact& c : clamp) c.sticks = 0.5 * (x[38] + x[39]);
         for (int i = 0; i < 4; ++i) wire.solve(clamp);
         wire.finish();

@@ -82,7 +82,7 @@ constexpr double kStickingSpeed = 0.5;  ///< [mm/s]
 /// Start of the wire's friction in a step of h seconds.
 void begin_friction(WireContact& c, double friction, const Wire& wire, double h) {
     const auto s = std::size_t(c.segment);
-    const auto& x = wire.places_before();
+    const auto& x = wire.positions_before();
     c.friction = friction;
     c.sticking_mm = kStickingSpeed * h;
     c.sticks = (1 - c.along) * x[s] + c.along * x[s + 1];
@@ -189,7 +189,7 @@ TEST(Wire, NothingJumpsWhereSegmentsLeaveTheGuide) {
         if (n < 300) continue;  // the tip has been bent at once
         for (int i = wire.first(); i <= 50; ++i)
             jump = std::max(jump, norm(wire.positions()[std::size_t(i)] -
-                                       wire.places_before()[std::size_t(i)]));
+                                       wire.positions_before()[std::size_t(i)]));
         force = std::max(force, norm(wire.base_force()));
     }
     std::printf("largest movement %.4f mm, force %.1f uN\n", jump, force);

@@ -166,8 +166,8 @@ TEST(Cut, ClosedLineTakesOutAColumnThroughItsCorners) {
 }
 
 /// Möller and Trumbore's test in doubles, a method independent of signs of volumes.
-bool crosses_in_doubles(const Triangle& t, Place p, Place q) {
-    const auto real = [](Place a) { return Vec3d{double(a.x), double(a.y), double(a.z)}; };
+bool crosses_in_doubles(const Triangle& t, Position p, Position q) {
+    const auto real = [](Position a) { return Vec3d{double(a.x), double(a.y), double(a.z)}; };
     const Vec3d d = real(q - p), e1 = real(t[1] - t[0]), e2 = real(t[2] - t[0]);
     const Vec3d h = cross(d, e2);
     const double f = 1 / dot(e1, h);
@@ -181,14 +181,14 @@ bool crosses_in_doubles(const Triangle& t, Place p, Place q) {
 TEST(Cut, SegmentsCrossTrianglesWhereGeometrySays) {
     Random random(kCutSeed);
     const auto anywhere = [&](int reach) {
-        return Place{random.whole(-reach, reach), random.whole(-reach, reach),
-                     random.whole(-reach, reach)};
+        return Position{random.whole(-reach, reach), random.whole(-reach, reach),
+                        random.whole(-reach, reach)};
     };
     int crossing = 0;
     for (int n = 0; n < 200'000; ++n) {
         const int reach = n % 2 ? 1'000'000 : 1'000'000'000;
         const Triangle t{anywhere(reach), anywhere(reach), anywhere(reach)};
-        const Place p = anywhere(reach), q = anywhere(reach);
+        const Position p = anywhere(reach), q = anywhere(reach);
         const bool expected = crosses_in_doubles(t, p, q);
         crossing += expected;
         ASSERT_EQ(crosses(t, p, q), expected) << "seed " << kCutSeed << ", case " << n;
@@ -201,11 +201,11 @@ TEST(Cut, SegmentsCrossTrianglesWhereGeometrySays) {
 TEST(Cut, OfTwoTrianglesThatShareAnEdgeExactlyOneIsCrossed) {
     // Ties everywhere: small whole coordinates. The two triangles make a square; a segment through
     // it crosses one of them, and for one that ends on it the moved ribbon alone decides.
-    const Place a{0, 0, 0}, b{4, 0, 0}, c{4, 4, 0}, d{0, 4, 0};
+    const Position a{0, 0, 0}, b{4, 0, 0}, c{4, 4, 0}, d{0, 4, 0};
     for (std::int64_t x = 1; x <= 3; ++x)
         for (std::int64_t y = 1; y <= 3; ++y) {
-            const Place low{x, y, -3}, on{x, y, 0}, high{x, y, 3};
-            const auto count = [&](Place p, Place q) {
+            const Position low{x, y, -3}, on{x, y, 0}, high{x, y, 3};
+            const auto count = [&](Position p, Position q) {
                 return crosses({a, b, c}, p, q) + crosses({a, c, d}, p, q);
             };
             EXPECT_EQ(count(low, high), 1);

@@ -109,7 +109,7 @@ TEST_F(DicomDecoder, OneThatHangsIsAnError) {
 TEST_F(DicomDecoder, OneThatIsMissingIsAnError) {
     const std::string message = error_of({m_folder / "none", 5});
     EXPECT_TRUE(message.starts_with("the decoder can't be started (")) << message;
-    const auto positions = decoder_places();
+    const auto positions = decoder_paths();
     ASSERT_GE(positions.size(), 3u);
     for (const fs::path& place : positions) {
         EXPECT_TRUE(place.is_absolute()) << place;

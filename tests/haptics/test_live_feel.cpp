@@ -370,7 +370,7 @@ TEST(PosedDevice, GoesSmoothlyToWhereItIsSaidToBe) {
 }
 
 TEST(PosedDevice, IsLostWhereNobodySaysAnything) {
-    const auto positions = std::make_shared<PosedPlaces>();
+    const auto positions = std::make_shared<PosedPositions>();
     const auto device = make_posed_device(positions);
     HapticReading reading;
     EXPECT_FALSE(device->read(reading));

@@ -39,7 +39,7 @@ TEST(SpaceMouse, MovesAsItsCapIsHeld) {
 }
 
 TEST(SpaceMouse, GoesWhereAndAsFarAsItMay) {
-    const CapPlace right = cap_moved({}, {350, 0, 0, 0}, 0.5);
+    const CapPosition right = cap_moved({}, {350, 0, 0, 0}, 0.5);
     EXPECT_NEAR(right.position_mm.x, 20, 1e-9);
     EXPECT_EQ(right.roll_rad, 0);
     // libspnav's third axis leads away from the user, the device's towards him.

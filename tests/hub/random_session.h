@@ -53,7 +53,7 @@ inline Action random_action(const Scene& scene, Random& random) {
         case 3:
             return PushCommand{.push = {at, random.vector(3), 2}, .slide = true, .stroke = 5};
         case 4:
-            return GrabCommand{.place = {at, {0, 0, 0}, random.real(1, 4)}, .reach_mm = 10};
+            return GrabCommand{.position = {at, {0, 0, 0}, random.real(1, 4)}, .reach_mm = 10};
         case 5:
         case 6:
         case 7:

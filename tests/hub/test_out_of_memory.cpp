@@ -139,7 +139,7 @@ TEST(OutOfMemory, EachAllocationOfEachCommandLeavesTheTissueAsItWas) {
         {"push", PushCommand{.push = {at, {2, 1, 0}, 3}}},
         {"stroke", PushCommand{.push = {at, {0, 1, 2}, 3}, .stroke = 7}},
         {"slide", PushCommand{.push = {{20, 20, 2}, {0, 0, 4}, 2}, .slide = true}},
-        {"grab", GrabCommand{.place = {at, {0, 0, 0}, 3}, .reach_mm = 10}},
+        {"grab", GrabCommand{.position = {at, {0, 0, 0}, 3}, .reach_mm = 10}},
         {"cut", CutCommand{{.line_mm = {at, at + Vec3d{5, 0, 0}}, .depth_mm = {0, 0, 6}}}},
         {"carve", CarveCommand{.tool = {.from_mm = at, .to_mm = at, .radius_mm = 2}}},
         {"reset", ResetCommand{}},

@@ -359,7 +359,7 @@ TEST_F(VesselScene, RefusesWhatAVesselCannotDo) {
     const auto scene = open(m_arena);
     const Push push{{0, 0, 0}, {1, 0, 0}, 3};
     EXPECT_EQ(scene->carry_out(1, PushCommand{.push = push}).error_code, "other_tissue");
-    EXPECT_EQ(scene->carry_out(1, GrabCommand{.place = push}).error_code, "other_tissue");
+    EXPECT_EQ(scene->carry_out(1, GrabCommand{.position = push}).error_code, "other_tissue");
     EXPECT_EQ(scene->carry_out(1, CarveCommand{}).error_code, "other_tissue");
     EXPECT_EQ(scene->carry_out(1, UndoCommand{}).error_code, "nothing");
     // The scan may be pushed as any other, and the vessel taken up again.

@@ -180,7 +180,7 @@ TEST(Embed, PointsRideOnTheirTetrahedra) {
     // The first tetrahedron that holds the point, found by looking at all.
     for (std::size_t n = 0; n < points.size(); ++n) {
         const Embedded& e = embedded[n];
-        EXPECT_LT(norm(place_of(e, *mesh) - points[n]), 1e-12);
+        EXPECT_LT(norm(position_of(e, *mesh) - points[n]), 1e-12);
         const auto lowest = [&](std::size_t c) {
             const auto& cell = mesh->cells[c];
             const Vec3d a = mesh->nodes_mm[std::size_t(cell[0])];
@@ -209,7 +209,7 @@ TEST(Embed, PointsRideOnTheirTetrahedra) {
     const Mat3d m{{{1.1, 0.2, 0}, {-0.1, 0.9, 0.3}, {0, 0.1, 1.2}}};
     for (Vec3d& p : moved.nodes_mm) p = m * p + Vec3d{1, 2, 3};
     for (std::size_t n = 0; n < points.size(); ++n)
-        EXPECT_LT(norm(place_of(embedded[n], moved) - (m * points[n] + Vec3d{1, 2, 3})), 1e-11);
+        EXPECT_LT(norm(position_of(embedded[n], moved) - (m * points[n] + Vec3d{1, 2, 3})), 1e-11);
 }
 
 TEST(TetQuality, IsDescribedWhateverItsSize) {

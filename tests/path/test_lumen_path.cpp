@@ -12,7 +12,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "render/scenes.h"
+#include "render/analytic_volumes.h"
 #include "support/random.h"
 
 namespace pliant {

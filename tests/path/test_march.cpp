@@ -7,7 +7,7 @@
 
 #include <queue>
 
-#include "render/scenes.h"
+#include "render/analytic_volumes.h"
 #include "support/random.h"
 
 namespace pliant {

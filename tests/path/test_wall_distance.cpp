@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "path/lumen_tiles.h"
-#include "render/scenes.h"
+#include "render/analytic_volumes.h"
 #include "support/random.h"
 
 namespace pliant {

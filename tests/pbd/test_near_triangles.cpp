@@ -28,7 +28,7 @@ TEST(SegmentAndTriangle, NearestPairsAreThoseOfASearchAlongTheSegment) {
         const Vec3d a = random.vector(1), b = random.vector(1), c = random.vector(1);
         const auto at = [&](double s) {
             const Vec3d x = (1 - s) * p + s * q;
-            return norm(x - mesh::nearest_on_triangle(x, a, b, c).place);
+            return norm(x - mesh::nearest_on_triangle(x, a, b, c).position);
         };
         double low = 0, high = 1;
         const double golden = (std::sqrt(5.0) - 1) / 2;
@@ -40,7 +40,7 @@ TEST(SegmentAndTriangle, NearestPairsAreThoseOfASearchAlongTheSegment) {
         const pbd::NearestPair pair = pbd::nearest_pair(p, q, a, b, c);
         EXPECT_NEAR(std::sqrt(pbd::distance2(pair)), least, 1e-7);
         EXPECT_LT(norm(pair.on_segment - ((1 - pair.along) * p + pair.along * q)), 1e-12);
-        const Vec3d on = mesh::nearest_on_triangle(pair.on_triangle, a, b, c).place;
+        const Vec3d on = mesh::nearest_on_triangle(pair.on_triangle, a, b, c).position;
         EXPECT_LT(norm(on - pair.on_triangle), 1e-7);
         through += least < 1e-9;
         between += pair.along > 0 && pair.along < 1 && pair.feature < 6;

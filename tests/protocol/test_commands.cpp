@@ -358,9 +358,9 @@ TEST(Door, FindsWhatTheQuerySays) {
     EXPECT_EQ(query_value("/ws", "token"), "");
 }
 
-TEST(Allowance, LetsBurstsPassAndFloodsNot) {
+TEST(TokenBucket, LetsBurstsPassAndFloodsNot) {
     const auto start = std::chrono::steady_clock::now();
-    Allowance steady(start), burst(start), large(start);
+    TokenBucket steady(start), burst(start), large(start);
     for (int n = 1; n <= 2400; ++n)  // ten seconds at the limit
         ASSERT_TRUE(steady.take(100, start + n * std::chrono::microseconds(4167)));
     int taken = 0;

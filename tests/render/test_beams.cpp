@@ -14,8 +14,8 @@
 #include <limits>
 #include <random>
 
+#include "render/analytic_volumes.h"
 #include "render/leaps.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "render/analytic_volumes.h"
 #include "render/blend.h"
 #include "render/colour.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {

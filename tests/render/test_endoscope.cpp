@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "base/hash.h"
+#include "render/analytic_volumes.h"
 #include "render/camera.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {

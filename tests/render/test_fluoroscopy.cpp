@@ -10,8 +10,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/analytic_volumes.h"
 #include "render/detector.h"
-#include "render/scenes.h"
 #include "support/random.h"
 
 namespace pliant {

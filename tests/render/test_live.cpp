@@ -9,8 +9,8 @@
 #include <cmath>
 #include <random>
 
+#include "render/analytic_volumes.h"
 #include "render/bricks.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {
@@ -35,7 +35,7 @@ TEST(Bricks, AreUpdatedToWhatTheyWouldBeIfMadeAnew) {
         const Grid grid = plain_grid(size);
         std::vector<std::int16_t> voxels(voxel_count(grid));
         for (auto& v : voxels) v = std::int16_t(random() % 100);
-        const render::Field<std::int16_t> field(voxels.data(), size);
+        const render::VoxelField<std::int16_t> field(voxels.data(), size);
         auto bricks = render::make_bricks(field, arena);
         std::vector<std::int32_t> scratch;
         for (int round = 0; round < 30; ++round) {

@@ -14,8 +14,8 @@
 #include <fstream>
 
 #include "base/hash.h"
+#include "render/analytic_volumes.h"
 #include "render/font.h"
-#include "render/scenes.h"
 #include "render/section.h"
 
 namespace pliant {

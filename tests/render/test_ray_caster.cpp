@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "render/analytic_volumes.h"
 #include "render/bricks.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {
@@ -202,7 +202,7 @@ TEST(Bricks, HoldTheRangeOfTheirCellsCorners) {
     const auto volume =
         make_volume<std::int16_t>(grid, [&](Vec3d) { return double(random() % 5000); });
     TaskArena arena(2);
-    const render::Field<std::int16_t> field(std::get_if<0>(&volume.voxels)->data(), grid.size);
+    const render::VoxelField<std::int16_t> field(std::get_if<0>(&volume.voxels)->data(), grid.size);
     const auto bricks = render::make_bricks(field, arena);
     const auto check = [&](const auto& level, int size) {
         for (int z = 0; z < level.size.z; ++z)

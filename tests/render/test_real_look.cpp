@@ -14,10 +14,10 @@
 #include <random>
 
 #include "base/hash.h"
+#include "render/analytic_volumes.h"
 #include "render/colour.h"
 #include "render/exposure.h"
 #include "render/noise_tile.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {

@@ -13,9 +13,9 @@
 #include <limits>
 #include <random>
 
+#include "render/analytic_volumes.h"
 #include "render/colour.h"
 #include "render/real_look.h"
-#include "render/scenes.h"
 
 namespace pliant {
 namespace {

@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "render/scenes.h"
+#include "render/analytic_volumes.h"
 
 namespace pliant {
 namespace {

@@ -102,7 +102,7 @@ Vec3d expected_at(const EmbeddedInstance& instance, Vec3d x, std::int32_t solid)
             const auto node = [&](std::size_t n) {
                 return mesh.nodes_mm[std::size_t(faces[f][n])];
             };
-            const Vec3d q = mesh::nearest_on_triangle(x, node(0), node(1), node(2)).place;
+            const Vec3d q = mesh::nearest_on_triangle(x, node(0), node(1), node(2)).position;
             const double distance = norm(x - q);
             if (distance >= best) continue;
             best = distance;

@@ -118,7 +118,7 @@ TEST(Scene, LetsOneClientHoldAtATime) {
     const TaskArena arena(1);
     const auto scene = open_scene(arena);
     EXPECT_EQ(scene->carry_out(1, DragCommand{{1, 0, 0}}).error_code, "not_holding");
-    const GrabCommand grab{.place = {{0, 0, 0}, {0, 0, 0}, 4}};
+    const GrabCommand grab{.position = {{0, 0, 0}, {0, 0, 0}, 4}};
     EXPECT_GT(scene->carry_out(1, grab).grabbed_elements.value_or(0), 0);
     EXPECT_TRUE(scene->has_contact(1));
     EXPECT_EQ(scene->carry_out(2, grab).error_code, "held_by_other");
@@ -151,7 +151,7 @@ TEST(Scene, AThresholdOfAnotherClientEndsNoGrab) {
     };
     const std::uint64_t at_rest = hash_of(*scene);
     const int before = state().undo_steps;
-    const GrabCommand grab{.place = {{0, 0, 0}, {0, 0, 0}, 4}};
+    const GrabCommand grab{.position = {{0, 0, 0}, {0, 0, 0}, 4}};
     ASSERT_GT(scene->carry_out(1, grab).grabbed_elements.value_or(0), 0);
     ASSERT_TRUE(scene->carry_out(1, DragCommand{{0, 1, 0}}).ok());
     ASSERT_TRUE(scene->carry_out(2, IsoCommand{.iso_hu = 40, .stroke = 7}).ok());

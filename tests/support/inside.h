@@ -25,7 +25,7 @@ inline double inside_by(Vec3d place, std::span<const Vec3d> nodes, const Triangl
     for (const auto& t : surface.cells) {
         const Vec3d a = nodes[std::size_t(t[0])], b = nodes[std::size_t(t[1])],
                     c = nodes[std::size_t(t[2])];
-        const Vec3d d = place - mesh::nearest_on_triangle(place, a, b, c).place;
+        const Vec3d d = place - mesh::nearest_on_triangle(place, a, b, c).position;
         const double height = dot(d, normalized(cross(b - a, c - a)));
         if (norm(d) < least - 1e-9) {
             least = norm(d);

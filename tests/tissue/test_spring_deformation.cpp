@@ -111,7 +111,7 @@ TEST(SpringDeformation, ThinBoneStaysWhereItIsThoughItsCellsAreMostlySoft) {
             return control_of(*tissue).find(
                 world_from_voxel(volume.grid, {double(p.x), double(p.y), double(p.z)}));
         };
-        std::vector<ControlPlace> before;
+        std::vector<ControlPosition> before;
         for (const Vec3i p : plate) before.push_back(*place(p));
         const auto report = tissue->push(
             1, {.point_mm = middle_mm(volume), .push_mm = volume.grid.direction * Vec3d{2, 0, 0}});

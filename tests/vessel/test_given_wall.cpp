@@ -58,7 +58,7 @@ void expect_same(const VesselWall& given, const VesselWall& wall, double toleran
         EXPECT_NEAR(found->radius_mm, round * end.radius_mm, tolerance_mm);
     }
     for (std::size_t n = 0; n < given.ghost_positions.size(); ++n)
-        EXPECT_LT(norm(place_of(given.ghost_positions[n], given.mesh) - given.ghost.nodes_mm[n]),
+        EXPECT_LT(norm(position_of(given.ghost_positions[n], given.mesh) - given.ghost.nodes_mm[n]),
                   1e-9);
 }
 

@@ -41,7 +41,7 @@ void expect_sound(const VesselWall& wall, std::int64_t euler, double least_dihed
         double sum = 0;
         for (const double w : wall.ghost_positions[n].weights) sum += w;
         EXPECT_NEAR(sum, 1, 1e-12);
-        EXPECT_LT(norm(place_of(wall.ghost_positions[n], wall.mesh) - wall.ghost.nodes_mm[n]),
+        EXPECT_LT(norm(position_of(wall.ghost_positions[n], wall.mesh) - wall.ghost.nodes_mm[n]),
                   1e-9);
     }
 }

@@ -61,7 +61,7 @@ class StagedFiles {
 };
 
 /// Replaces staged paths in a message by their targets.
-std::string about_places(std::string message);
+std::string about_targets(std::string message);
 
 /// Called with one line of text when a commit of an earlier process was completed, rolled back, or
 /// couldn't be.

@@ -98,7 +98,7 @@ Image panel(const Frame& frame) {
         draw_marks(plot, frame);
         const PushReport& push = frame.report.push;
         const double whole = norm(frame.push_mm);
-        title += ", " + text_of(push.step_fraction * whole, 1) + " of " + text_of(whole, 1) +
+        title += ", " + fixed_text(push.step_fraction * whole, 1) + " of " + fixed_text(whole, 1) +
                  " mm, meets " +
                  (frame.report.wall >= 0         ? "wall"
                   : frame.report.object == kRing ? "ring"

@@ -29,7 +29,7 @@ void draw_chain(Plot& plot, const ChainMail& chain, double y, const std::string&
     for (int n = 0; n + 1 < kChainElements; ++n) {
         const double a = place(n), b = place(n + 1);
         plot.line({a, y}, {b, y}, ink_of_link(b - a));
-        plot.text({0.5 * (a + b), y - 0.24}, text_of(b - a, 1), 8, {90, 96, 106});
+        plot.text({0.5 * (a + b), y - 0.24}, fixed_text(b - a, 1), 8, {90, 96, 106});
     }
     for (int n = 0; n < kChainElements; ++n) {
         const bool moved = std::abs(place(n) - n) > kTight;
@@ -59,7 +59,7 @@ void add_chain(Page& page, const TaskArena& arena) {
         plot.dashed_line({double(n), -0.4}, {double(n), 4.6}, {kFaint, 1, 1}, 4);
     double pushed = 0;
     for (int row = 0; row < 5; ++row) {
-        draw_chain(plot, *s.tissue, row + 0.15, "moved by " + text_of(pushed, 1) + " mm");
+        draw_chain(plot, *s.tissue, row + 0.15, "moved by " + fixed_text(pushed, 1) + " mm");
         constexpr double kStep_mm = 0.6;
         if (row < 4) s.push({{kChainHeld, 0, 0}}, {kStep_mm, 0, 0});
         pushed += kStep_mm;

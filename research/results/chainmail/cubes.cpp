@@ -106,7 +106,7 @@ Image contour_picture(const Scenario& s, Vec3d position_mm, int across, int down
 }
 
 std::string percent(double share) {
-    return text_of(100 * share, 1) + " %";
+    return fixed_text(100 * share, 1) + " %";
 }
 
 /// Extent of a contour along the picture's x and y, from side to side.
@@ -148,8 +148,9 @@ void add_z_scale(Page& page, const TaskArena& arena) {
         contours.push_back(
             captioned(contour_picture(s, kFace_mm, 0, 2, 20, 1.2), caption + ": x, z"));
         const Contour c = roundness_of(s, kFace_mm, 1.2).across_push;
-        rows.push_back({name, text_of(s.reports[0].moved_elements), text_of(extent(c, 0), 2),
-                        text_of(extent(c, 1), 2), text_of(extent(c, 1) / extent(c, 0), 2)});
+        rows.push_back({name, grouped_text(s.reports[0].moved_elements),
+                        fixed_text(extent(c, 0), 2), fixed_text(extent(c, 1), 2),
+                        fixed_text(extent(c, 1) / extent(c, 0), 2)});
     };
     add("not adjusted");
     cube.z_adjusted = true;
@@ -203,8 +204,8 @@ void add_angular(Page& page, const TaskArena& arena) {
         double& slope = steepest[b.y > a.y ? 0 : 1];
         slope = std::max(slope, std::abs(b.y - a.y) / (b.x - a.x));
     }
-    page.paragraph("Steepest slope behind the tool: " + text_of(steepest[0], 3) +
-                   "; before it, where it pushes: " + text_of(steepest[1], 3) +
+    page.paragraph("Steepest slope behind the tool: " + fixed_text(steepest[0], 3) +
+                   "; before it, where it pushes: " + fixed_text(steepest[1], 3) +
                    ". The push compresses the links before the tool and stretches those behind it, "
                    "so the flank before it is the steeper one, as in the thesis.");
 }
@@ -256,11 +257,12 @@ void add_subsequent(Page& page, const TaskArena& arena) {
                                                        {"upper left", {-7, 0, 7}},
                                                        {"farther to the upper left", {-14, 0, 9}}};
     std::vector<std::vector<std::string>> rows{{"the middle",
-                                                text_of(s.reports[0].step_fraction, 3),
-                                                text_of(s.reports[0].moved_elements)}};
+                                                fixed_text(s.reports[0].step_fraction, 3),
+                                                grouped_text(s.reports[0].moved_elements)}};
     for (const auto& [name, away] : positions) {
         const PushReport& report = s.push({kFace_mm + away + Vec3d{0, 1, 0}, kThesisPush_mm});
-        rows.push_back({name, text_of(report.step_fraction, 3), text_of(report.moved_elements)});
+        rows.push_back(
+            {name, fixed_text(report.step_fraction, 3), grouped_text(report.moved_elements)});
     }
     pictures.push_back(relief(s, "four pushes", arena));
     const Image parts[] = {row_of(pictures), shade_bar(kDeepest_mm, 1, "depth [mm]")};
@@ -295,12 +297,12 @@ std::vector<std::string> dent_row(const std::string& name, const std::string& th
                                   const Scenario& s, const Dent& dent) {
     return {name,
             threshold,
-            text_of(s.reports[0].moved_elements),
-            text_of(dent.depth_mm, 2),
-            text_of(dent.volume_mm3, 1),
-            text_of(dent.half_below_mm, 2) + ", " + text_of(dent.half_above_mm, 2),
-            text_of(dent.slope, 2),
-            text_of(dent.area_mm2, 0)};
+            grouped_text(s.reports[0].moved_elements),
+            fixed_text(dent.depth_mm, 2),
+            fixed_text(dent.volume_mm3, 1),
+            fixed_text(dent.half_below_mm, 2) + ", " + fixed_text(dent.half_above_mm, 2),
+            fixed_text(dent.slope, 2),
+            fixed_text(dent.area_mm2, 0)};
 }
 
 /// Pushes in the halves and on the border: pictures, and one row for each threshold.
@@ -324,7 +326,7 @@ void add_dents(Page& page, const TaskArena& arena) {
             captioned(contour_picture(s, push.position_mm, 0, 2, 14, 1.2),
                       std::string(push.name) + ": displacement of elements, x and z"));
         for (const double threshold : {kIso_hu, -100.0})
-            rows.push_back(dent_row(push.name, text_of(threshold, 0), s,
+            rows.push_back(dent_row(push.name, fixed_text(threshold, 0), s,
                                     dent_of(s, push.position_mm, threshold, arena)));
     }
     page.picture("draeger-5-7-materials", "border, soft half, stiff half", row_of(views));
@@ -359,11 +361,11 @@ std::string unresampled_dents(const TaskArena& arena) {
     const Dent soft = dent(StiffHalf::Even, kSoft_mm), stiff = dent(StiffHalf::Even, kStiff_mm);
     return "Without resampling, where the points of the surface at rest (−500 HU) move with the "
            "elements around them, the half widths turn round, " +
-           text_of(soft.half_above_mm, 2) + " mm in the soft half and " +
-           text_of(stiff.half_above_mm, 2) + " mm in the stiff one, at the border " +
-           text_of(border.half_above_mm, 2) + " mm towards the soft half and " +
-           text_of(border.half_below_mm, 2) + " mm towards the stiff one, and the volumes are " +
-           text_of(soft.volume_mm3, 1) + " and " + text_of(stiff.volume_mm3, 1) +
+           fixed_text(soft.half_above_mm, 2) + " mm in the soft half and " +
+           fixed_text(stiff.half_above_mm, 2) + " mm in the stiff one, at the border " +
+           fixed_text(border.half_above_mm, 2) + " mm towards the soft half and " +
+           fixed_text(border.half_below_mm, 2) + " mm towards the stiff one, and the volumes are " +
+           fixed_text(soft.volume_mm3, 1) + " and " + fixed_text(stiff.volume_mm3, 1) +
            " mm³: the volume agrees with the thesis in the resampled scan at −100 HU only.";
 }
 
@@ -391,7 +393,7 @@ void add_materials(Page& page, const TaskArena& arena) {
         "tell another story: the stiff material moves more of them, because its smaller play "
         "carries the motion farther, as in the thesis's table 6.2; so the foot of its dent (the "
         "area deeper than " +
-        text_of(kDented_mm, 1) +
+        fixed_text(kDented_mm, 1) +
         " mm) is the wider one. The surface differs from the elements because the ray caster sees "
         "the resampled scan: its crossing lies between the outermost tissue and air, whose "
         "elements are soft and follow less, at a position that depends on the threshold. " +
@@ -430,15 +432,15 @@ void add_roundness(Page& page, const TaskArena& arena) {
     std::vector<std::vector<std::string>> rows;
     for (const double z_scale : {1.0, 2.2})
         for (const auto& [offset, scale] : {std::pair{0.25, 1.2}, {0.25, 2.5}, {0.1, 1.2}}) {
-            std::vector<std::string> row{text_of(z_scale, 1), text_of(offset, 2),
-                                         text_of(scale, 1)};
+            std::vector<std::string> row{fixed_text(z_scale, 1), fixed_text(offset, 2),
+                                         fixed_text(scale, 1)};
             for (const LinkLimits limits : {LinkLimits::Box, LinkLimits::Rounded}) {
                 Scenario s = solid_scenario(
                     {.offset = offset, .scale = scale, .z_scale = z_scale, .limits = limits},
                     arena);
                 s.push({{0, 0, 0}, kThesisPush_mm});
                 const Roundness r = roundness_of(s, {0, 0, 0}, scale);
-                row.push_back(text_of(r.across_push.mean_mm, 2));
+                row.push_back(fixed_text(r.across_push.mean_mm, 2));
                 for (const Contour* c : {&r.across_push, &r.along_push, &r.along_push_in_z})
                     row.push_back(percent(c->deviation));
             }

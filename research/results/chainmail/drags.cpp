@@ -94,16 +94,16 @@ std::vector<std::string> row_for(const Drag& drag, const Frames& f) {
     std::int64_t late = 0;
     for (const double ms : f.both_ms) late += ms > kFrame_ms;
     const auto ms = [](const std::vector<double>& times, double share) {
-        return text_of(quantile(times, share), 2);
+        return fixed_text(quantile(times, share), 2);
     };
     const auto count = [&](double share) {
-        return text_of(std::int64_t(quantile(f.moved, share)));
+        return grouped_text(std::int64_t(quantile(f.moved, share)));
     };
     return {drag.organ,
             count(0),
             count(0.5),
             count(1),
-            text_of(f.grab_ms, 1),
+            fixed_text(f.grab_ms, 1),
             ms(f.solve_ms, 0.5),
             ms(f.resample_ms, 0.5),
             ms(f.both_ms, 0.5),
@@ -111,7 +111,7 @@ std::vector<std::string> row_for(const Drag& drag, const Frames& f) {
             ms(f.both_ms, 0.99),
             ms(f.both_ms, 1),
             ms(f.processor_ms, 0.5),
-            text_of(100.0 * double(late) / double(f.both_ms.size()), 1) + " %"};
+            fixed_text(100.0 * double(late) / double(f.both_ms.size()), 1) + " %"};
 }
 
 /// The coronal section through the tool: the scan, and the last frame of the drag.
@@ -167,10 +167,11 @@ void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& 
                      std::string(drag.organ) + ", at rest and at the end of the drag",
                      sections_of(s, drag, arena));
         const Vec3d p = drag.position_mm;
-        settings.push_back({drag.organ, std::string("`") + drag.file + "`",
-                            text_of(p.x, 0) + ", " + text_of(p.y, 0) + ", " + text_of(p.z, 0),
-                            text_of(drag.radius_mm, 0), text_of(drag.reach_mm, 1),
-                            text_of(drag.offset, 2)});
+        settings.push_back(
+            {drag.organ, std::string("`") + drag.file + "`",
+             fixed_text(p.x, 0) + ", " + fixed_text(p.y, 0) + ", " + fixed_text(p.z, 0),
+             fixed_text(drag.radius_mm, 0), fixed_text(drag.reach_mm, 1),
+             fixed_text(drag.offset, 2)});
     }
     page.paragraph(
         "Frames are counted in classes of their time; the dashed line is the budget of 16.7 ms, "

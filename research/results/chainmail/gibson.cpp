@@ -64,7 +64,7 @@ void add_stiffness(Page& page, const TaskArena& arena) {
         "all links; the paper's text gives none, so these are ours: nearly rigid, deformable, "
         "slack. Every fourth grid line is drawn. Upper row: the propagation alone. Lower row: "
         "relaxed, as in the paper, by " +
-        text_of(std::int64_t(kSweeps)) +
+        grouped_text(std::int64_t(kSweeps)) +
         " sweeps of `ChainMail::relax` while the tool holds on: creases fade, no link leaves its "
         "limits, and elements that the pull did not reach stay at rest.");
     std::vector<Image> moved, relaxed;
@@ -83,11 +83,12 @@ void add_stiffness(Page& page, const TaskArena& arena) {
         const RelaxReport relax = must(
             sheet.tissue->relax({.max_sweeps = kSweeps, .held = held, .measure_energy = true}));
         relaxed.push_back(picture("relaxed"));
-        rows.push_back({"minDx = " + text_of(1 - range, 2) + ", maxDx = " + text_of(1 + range, 2) +
-                            ", shear = " + text_of(shear, 2),
-                        text_of(report.moved_elements),
-                        text_of(100 * relax.energy_after_mm2 / relax.energy_before_mm2, 0) + " %",
-                        text_of(sheet.tissue->state().max_violation_mm, 6)});
+        rows.push_back(
+            {"minDx = " + fixed_text(1 - range, 2) + ", maxDx = " + fixed_text(1 + range, 2) +
+                 ", shear = " + fixed_text(shear, 2),
+             grouped_text(report.moved_elements),
+             fixed_text(100 * relax.energy_after_mm2 / relax.energy_before_mm2, 0) + " %",
+             fixed_text(sheet.tissue->state().max_violation_mm, 6)});
     }
     const Image rows_of_pictures[] = {row_of(moved), row_of(relaxed)};
     page.picture("gibson-5-stiffness", "three sheets, the stiffest on the left; moved and relaxed",
@@ -140,7 +141,7 @@ void add_objects(Page& page, const TaskArena& arena) {
                  row_of(pictures));
     page.paragraph(
         "Fraction of the pull that was done beside the fixed elements: " +
-        text_of(report.step_fraction, 4) + " (limited by " +
+        fixed_text(report.step_fraction, 4) + " (limited by " +
         (report.limited_by == LimitedBy::Bone ? "fixed elements" : "something else") +
         "). The paper reduces the step and tries again until an allowed one is found; here the "
         "fraction is computed, and the next larger one would move a fixed element.");
@@ -193,8 +194,8 @@ void add_solid(Page& page, const TaskArena& arena) {
             times_ms.push_back(milliseconds_of([&] { cube.push(corner, {15, 15, 15}); }));
         }
         pictures.push_back(surface_points(cube, 560));
-        rows.push_back({"±" + text_of(limit, 1), text_of(cube.reports[0].moved_elements),
-                        text_of(quantile(times_ms, 0.5), 2)});
+        rows.push_back({"±" + fixed_text(limit, 1), grouped_text(cube.reports[0].moved_elements),
+                        fixed_text(quantile(times_ms, 0.5), 2)});
     }
     page.picture("gibson-8-cube", "surface points of a pulled cube, soft and stiff",
                  row_of(pictures));
@@ -221,12 +222,12 @@ void add_collisions(Page& page, const TaskArena& arena) {
     for (const collision::Frame& frame : frames) {
         if (frame.pushed < 0) continue;
         const PushReport& push = frame.report.push;
-        rows.push_back({frame.title, text_of(norm(frame.push_mm), 1),
-                        text_of(push.step_fraction * norm(frame.push_mm), 3),
+        rows.push_back({frame.title, fixed_text(norm(frame.push_mm), 1),
+                        fixed_text(push.step_fraction * norm(frame.push_mm), 3),
                         frame.report.wall >= 0                    ? "wall"
                         : frame.report.object == collision::kRing ? "ring"
                                                                   : "tissue",
-                        text_of(push.moved_elements)});
+                        grouped_text(push.moved_elements)});
     }
     page.table({"push", "requested [mm]", "done [mm]", "stopped by", "moved elements"}, rows);
     page.paragraph(
@@ -258,8 +259,8 @@ void add_recovery(Page& page, const TaskArena& arena) {
                     plot.dot({double(x), double(y)}, 2.2, kRed);
             seen.push_back(plot.image());
         });
-        rows.push_back({yield > 0 ? "plastic" : "elastic", text_of(yield, 1),
-                        text_of(found.pulled_mm, 3), text_of(found.left_mm, 3)});
+        rows.push_back({yield > 0 ? "plastic" : "elastic", fixed_text(yield, 1),
+                        fixed_text(found.pulled_mm, 3), fixed_text(found.left_mm, 3)});
     }
     const Image pictures[] = {captioned(seen[0], "pulled, the tool holds on"),
                               captioned(seen[1], "let go: elastic"),

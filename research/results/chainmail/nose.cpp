@@ -144,9 +144,9 @@ void add_nose(Page& page, const std::filesystem::path& scans, const TaskArena& a
         int number = 1;
         for (const PushReport& report : passage.reports)
             rows.push_back({name + ", push " + std::to_string(number++), air ? "on" : "off",
-                            text_of(report.step_fraction, 3),
+                            fixed_text(report.step_fraction, 3),
                             report.limited_by == LimitedBy::Bone ? "bone" : "–",
-                            text_of(report.moved_elements)});
+                            grouped_text(report.moved_elements)});
     };
     if (auto head = read_volume(scans / "head_ct_tiny_64.nrrd"); head.ok()) {
         page.paragraph(

@@ -49,7 +49,7 @@ Image passage_picture(const Scenario& s, int pixels) {
 std::string onset_of(const std::vector<Point2>& motion) {
     constexpr double kMoved_mm = 0.1;
     for (const Point2 p : motion)
-        if (std::abs(p.y) > kMoved_mm) return text_of(p.x, 1) + " mm";
+        if (std::abs(p.y) > kMoved_mm) return fixed_text(p.x, 1) + " mm";
     return "never";
 }
 
@@ -69,8 +69,8 @@ void add_opposite_walls(Page& page, const TaskArena& arena) {
         const Image pictures[] = {passage_picture(towards, 420), passage_picture(away, 420)};
         page.picture(name, description, row_of(pictures));
         const auto before = std::size_t(kGap_mm / 0.5);
-        rows.push_back({air ? "on" : "off", onset_of(near), text_of(near[before].y, 2),
-                        text_of(near.back().y, 2), text_of(far.back().y, 2)});
+        rows.push_back({air ? "on" : "off", onset_of(near), fixed_text(near[before].y, 2),
+                        fixed_text(near.back().y, 2), fixed_text(far.back().y, 2)});
         curves.push_back(near);
         curves.push_back(far);
     };
@@ -146,10 +146,10 @@ void add_bump_pushes(Page& page, Bump bump, const TaskArena& arena) {
         views.push_back(bump_view(deformed, arena, kBumpSide_px));
         cuts.push_back(bump_picture(s, kBumpSide_px));
         const Vec3i floor{tip.x, kWallFront + 1, tip.z};
-        rows.push_back({state, pushed ? text_of(s.reports[0].moved_elements) : "",
-                        text_of(bump_height_mm(deformed, arena), 2),
-                        text_of(norm(s.tissue->displacement_mm(tip)), 2),
-                        text_of(norm(s.tissue->displacement_mm(floor)), 2)});
+        rows.push_back({state, pushed ? grouped_text(s.reports[0].moved_elements) : "",
+                        fixed_text(bump_height_mm(deformed, arena), 2),
+                        fixed_text(norm(s.tissue->displacement_mm(tip)), 2),
+                        fixed_text(norm(s.tissue->displacement_mm(floor)), 2)});
     }
     const std::string name = overhanging ? "draeger-5-12-overhang" : "draeger-5-12-bump";
     page.picture(name, "from outside: at rest; pushed, air as a tissue; pushed, air of its own",
@@ -175,9 +175,10 @@ void add_finger(Page& page, const TaskArena& arena) {
         }
         const Vec3d tip = s.tissue->displacement_mm(kBumpTip);
         const Vec3i floor{kBumpTip.x, kWallFront + 1, kBumpTip.z};
-        rows.push_back({tool, air ? "on" : "off", text_of(s.tissue->state().moved_elements),
-                        text_of(bump_height_mm(deformed, arena), 2), text_of(std::abs(tip.x), 2),
-                        text_of(tip.y, 2), text_of(s.tissue->displacement_mm(floor).y, 2)});
+        rows.push_back({tool, air ? "on" : "off", grouped_text(s.tissue->state().moved_elements),
+                        fixed_text(bump_height_mm(deformed, arena), 2),
+                        fixed_text(std::abs(tip.x), 2), fixed_text(tip.y, 2),
+                        fixed_text(s.tissue->displacement_mm(floor).y, 2)});
     };
     add(true, "at rest");
     for (const char* tool : {"sticks", "slides"})

@@ -40,7 +40,7 @@ void add_cubicles(Page& page, const TaskArena& arena) {
         "The thesis loads cubicles of n³ elements; Pliant makes bricks of n³ elements when "
         "something in them moves. Timed is a push of one element that reaches no other: in a fresh "
         "lattice, where it makes its brick, and once more, where the brick is there. Medians of " +
-        text_of(std::int64_t(kRuns)) + " turns.");
+        grouped_text(std::int64_t(kRuns)) + " turns.");
     const double times_2005[] = {1.062,  4.657,  12.698, 31.755, 66.176,
                                  132.35, 248.29, 446.81, 740.36, 1156};
     std::vector<std::vector<std::string>> rows;
@@ -54,8 +54,8 @@ void add_cubicles(Page& page, const TaskArena& arena) {
             second.push_back(milliseconds_of([&] { s.push(element, {0, 0.1, 0}); }));
         }
         const double a = quantile(first, 0.5), b = quantile(second, 0.5);
-        rows.push_back(
-            {std::to_string(size), text_of(times_2005[size - 3], 3), text_of(a, 4), text_of(b, 4)});
+        rows.push_back({std::to_string(size), fixed_text(times_2005[size - 3], 3), fixed_text(a, 4),
+                        fixed_text(b, 4)});
     }
     page.table({"size n", "2005: load [ms]", "first push [ms]", "second push [ms]"}, rows);
 }
@@ -77,7 +77,7 @@ void add_timings(Page& page, const TaskArena& arena) {
         "rounding decide whether the outermost elements count: they move by nanometres here; the "
         "column beside it has those that moved by more than a micrometre. The row with the scale "
         "factor 1.2 is from the text below the figure. Medians of " +
-        text_of(std::int64_t(kRuns)) +
+        grouped_text(std::int64_t(kRuns)) +
         " fresh lattices in a scan of 64 × 64 × 32 voxels; mapping is the first update of a "
         "deformed scan that is at hand as a copy of the original.");
     std::vector<std::vector<std::string>> rows;
@@ -87,11 +87,12 @@ void add_timings(Page& page, const TaskArena& arena) {
         const Times t = time_pushes(timing, arena);
         const double both = quantile(t.both_ms, 0.5);
         rows.push_back(
-            {text_of(timing.offset, 2), text_of(timing.scale, 1), text_of(timing.elements_2005),
-             text_of(s.reports[0].moved_elements), text_of(visibly_moved(*s.tissue)),
-             text_of(timing.deform_2005_ms, 0) + " + " + text_of(timing.map_2005_ms, 0),
-             text_of(quantile(t.solve_ms, 0.5), 3), text_of(quantile(t.resample_ms, 0.5), 3),
-             text_of(both, 3), text_of(quantile(t.both_ms, 0.95), 3)});
+            {fixed_text(timing.offset, 2), fixed_text(timing.scale, 1),
+             grouped_text(timing.elements_2005), grouped_text(s.reports[0].moved_elements),
+             grouped_text(visibly_moved(*s.tissue)),
+             fixed_text(timing.deform_2005_ms, 0) + " + " + fixed_text(timing.map_2005_ms, 0),
+             fixed_text(quantile(t.solve_ms, 0.5), 3), fixed_text(quantile(t.resample_ms, 0.5), 3),
+             fixed_text(both, 3), fixed_text(quantile(t.both_ms, 0.95), 3)});
     }
     page.table({"offset", "scale", "moved, 2005", "moved", "by > 1 µm", "2005 [ms]", "solve [ms]",
                 "resample [ms]", "both [ms]", "both, p95 [ms]"},

@@ -107,8 +107,8 @@ Image picture_of(const View& view, const std::string& scans, const TaskArena& ar
 }
 
 std::vector<std::string> cells(const Colour& c) {
-    return {text_of(c.hue_deg, 1), text_of(c.saturation, 2), text_of(c.haemoglobin, 0),
-            text_of(c.x, 3), text_of(c.y, 3)};
+    return {fixed_text(c.hue_deg, 1), fixed_text(c.saturation, 2), fixed_text(c.haemoglobin, 0),
+            fixed_text(c.x, 3), fixed_text(c.y, 3)};
 }
 
 void add_published(Page& page) {
@@ -158,7 +158,7 @@ void add_colours(Page& page, const std::string& scans, const TaskArena& arena) {
         highlights += s.highlights / double(std::size(kViews));
         std::vector<std::string> row = cells(s.median);
         row.insert(row.begin(), {view.name, name_of(view.lining)});
-        row.insert(row.end(), {text_of(100 * s.highlights, 2), text_of(100 * s.clipped, 2)});
+        row.insert(row.end(), {fixed_text(100 * s.highlights, 2), fixed_text(100 * s.clipped, 2)});
         rows.push_back(std::move(row));
     }
     page.picture("colours", "The eight views of the table, row by row", sheet);
@@ -169,7 +169,7 @@ void add_colours(Page& page, const std::string& scans, const TaskArena& arena) {
         "Medians over the pixels of the field that are not dark (value ≥ 0.15). *Highlights* are "
         "bright, pale and contrasted with their surroundings [Arnold2010], *clipped* pixels have "
         "a channel of 250 or more. The mean share of highlights is " +
-        text_of(100 * highlights, 1) +
+        fixed_text(100 * highlights, 1) +
         " %; views down a tube have next to none, walls that face the lens have most. None of "
         "them reaches 250: the tone curve ends softly.");
 }
@@ -179,14 +179,14 @@ void add_falloff(Page& page, const TaskArena& arena) {
     const std::vector<Stair> stairs = light_on_stairs(arena);
     std::vector<std::vector<std::string>> rows;
     for (const Stair& s : stairs)
-        rows.push_back({text_of(s.distance_mm, 1), text_of(s.light, 3),
-                        text_of(s.light * s.distance_mm * s.distance_mm, 0)});
+        rows.push_back({fixed_text(s.distance_mm, 1), fixed_text(s.light, 3),
+                        fixed_text(s.light * s.distance_mm * s.distance_mm, 0)});
     page.paragraph(
         "Walls straight ahead at several distances in one picture; medians of the red channel "
         "before the tone curve, outside of the vignette.");
     page.table({"distance [mm]", "light", "light · distance²"}, rows);
     page.paragraph("Least squares over logarithms: light ~ distance⁻ⁿ with **n = " +
-                   text_of(falloff_exponent(stairs), 2) +
+                   fixed_text(falloff_exponent(stairs), 2) +
                    "**. The lamps' size, 3 mm, makes near walls a little darker, patches of the "
                    "tissue make it uneven.");
 }

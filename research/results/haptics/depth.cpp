@@ -69,8 +69,8 @@ void add_depth(Page& page, const TaskArena& arena) {
         double fall = 0;
         for (std::size_t k = 1; k < felt.size(); ++k)
             fall = std::max(fall, felt[k - 1].y - felt[k].y);
-        rows.push_back({name, text_of(stiffness_n_m(felt, 0.2, 1), 1),
-                        text_of(stiffness_n_m(felt, 5, 6), 1), text_of(1000 * fall, 3)});
+        rows.push_back({name, fixed_text(stiffness_n_m(felt, 0.2, 1), 1),
+                        fixed_text(stiffness_n_m(felt, 5, 6), 1), fixed_text(1000 * fall, 3)});
         return felt;
     };
     add("ChainMail, soft tissue", chainmail(layers(1000), arena), {kBlue, 5});
@@ -99,8 +99,8 @@ void add_depth(Page& page, const TaskArena& arena) {
     page.table({"tissue", "stiffness at 0.2…1 mm [N/m]", "at 5…6 mm [N/m]",
                 "largest fall from one period to the next [mN]"},
                rows);
-    page.paragraph("Springs are off their static solution by at most " + text_of(100 * worst, 2) +
-                   " % from 0.5 mm on.");
+    page.paragraph("Springs are off their static solution by at most " +
+                   fixed_text(100 * worst, 2) + " % from 0.5 mm on.");
 }
 
 }  // namespace pliant::results

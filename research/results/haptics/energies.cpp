@@ -64,7 +64,7 @@ void add_energies(Page& page, const TaskArena& arena) {
                 }
                 curves.push_back(std::move(shown));
             }
-            cells.push_back(text_of(m.lowest_mj, 3));
+            cells.push_back(fixed_text(m.lowest_mj, 3));
         }
         table.push_back(cells);
     }
@@ -93,8 +93,8 @@ void add_energies(Page& page, const TaskArena& arena) {
     for (const auto& [name, tissue] : tissues)
         for (const Hand hand : kHands) {
             const TimeInHand m = in_hand(hand, tissue, {});
-            table.push_back({name, name_of(hand), text_of(m.lowest_mj, 3), text_of(m.most_n, 2),
-                             text_of(m.step_n, 3)});
+            table.push_back({name, name_of(hand), fixed_text(m.lowest_mj, 3),
+                             fixed_text(m.most_n, 2), fixed_text(m.step_n, 3)});
         }
     page.table({"tissue", "hand", "lowest in a minute [mJ]", "largest force [N]",
                 "largest step of the force in a period with a new model [N]"},

@@ -135,8 +135,8 @@ void add_stability(Page& page) {
             curve.push_back({share, growth(c, share * unit) * 2 * kMass_kg / kDamping});
         chart.curve(curve, inks[n], c.name);
         const double found = boundary(c);
-        rows.push_back({c.name, text_of(unit, 1), text_of(exact_boundary(c.period_s), 1),
-                        text_of(found, 1), text_of(100 * (found / unit - 1), 1)});
+        rows.push_back({c.name, fixed_text(unit, 1), fixed_text(exact_boundary(c.period_s), 1),
+                        fixed_text(found, 1), fixed_text(100 * (found / unit - 1), 1)});
     }
     page.picture("stability", "growth of a swing over the wall's stiffness", chart.image());
     page.table({"the servo has", "2b/T [N/m]", "exact, of the sampled mass [N/m]", "found [N/m]",
@@ -184,7 +184,7 @@ void add_taps(Page& page) {
     for (std::size_t n = 0; n < taps.size(); ++n) {
         const Row& row = rows[n];
         const Tap& t = taps[n];
-        const std::string name = row.name + (", " + text_of(row.stiffness_n_m, 0) + " N/m");
+        const std::string name = row.name + (", " + fixed_text(row.stiffness_n_m, 0) + " N/m");
         if (row.name == kEndless) {
             std::vector<Point2> some;
             for (std::size_t k = 0; k < t.way.size(); k += 8) some.push_back(t.way[k]);
@@ -192,7 +192,7 @@ void add_taps(Page& page) {
         } else if (row.ink.colour != kGreen) {
             chart.curve(t.way, row.ink, name);
         }
-        table.push_back({row.name, text_of(row.stiffness_n_m, 0), text_of(t.ratio, 2)});
+        table.push_back({row.name, fixed_text(row.stiffness_n_m, 0), fixed_text(t.ratio, 2)});
     }
     page.picture("tap", "position of a device that hits a wall", chart.image());
     page.table({"the servo has", "K [N/m]", "energy after it / before it"}, table);

@@ -35,8 +35,8 @@ double dot_radius_px(const Ink& ink) {
 
 /// Number at a grid line.
 std::string number_at(const Axis& axis, double at) {
-    if (!axis.is_logarithmic) return text_of(at, axis.decimals);
-    return text_of(std::pow(10, at), std::max(0, int(std::ceil(-at - 1e-9))));
+    if (!axis.is_logarithmic) return fixed_text(at, axis.decimals);
+    return fixed_text(std::pow(10, at), std::max(0, int(std::ceil(-at - 1e-9))));
 }
 
 /// Clips a segment to the axes. @returns false if it is outside

@@ -6,7 +6,6 @@
 #include <pliant/view/png.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <ctime>
 #include <fstream>
@@ -14,15 +13,7 @@
 
 namespace pliant::results {
 
-std::string text_of(double number, int decimals) {
-    char buffer[64];
-    const auto end =
-        std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::fixed, decimals)
-            .ptr;
-    return std::string(buffer, end);
-}
-
-std::string text_of(std::int64_t count) {
+std::string grouped_text(std::int64_t count) {
     std::string digits = std::to_string(count);
     for (std::ptrdiff_t at = std::ptrdiff_t(digits.size()) - 3; at > (count < 0); at -= 3)
         digits.insert(std::size_t(at), "\u202f");
@@ -128,8 +119,8 @@ Status Page::finish() {
         const double seconds = std::max(1e-3, now_s() - m_start_s);
         const double cores = std::max(0.0, busy_with_others_s() - m_busy_s) / seconds;
         m_text.replace(at, std::string_view(kLoadPlace).size(),
-                       "a run of " + text_of(seconds, 0) + " s; other work on " +
-                           text_of(cores, 2) + " cores, on the average");
+                       "a run of " + fixed_text(seconds, 0) + " s; other work on " +
+                           fixed_text(cores, 2) + " cores, on the average");
     }
     const auto place = m_files.stage(m_folder / m_name);
     if (!place.ok()) return place.error();

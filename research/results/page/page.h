@@ -6,6 +6,7 @@
 #pragma once
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/render.h>
 
 #include <filesystem>
@@ -16,10 +17,8 @@
 
 namespace pliant::results {
 
-/// Fixed notation, independent of the locale.
-std::string text_of(double number, int decimals);
-/// With a thin space between groups of three digits.
-std::string text_of(std::int64_t count);
+/// Digits with a thin space between groups of three.
+std::string grouped_text(std::int64_t count);
 
 class Page {
   public:

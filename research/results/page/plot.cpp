@@ -261,7 +261,7 @@ Image legend_of(std::span<const LegendEntry> entries, int width) {
 
 Image shade_bar(double darkest, int decimals, std::string_view name, double largest) {
     constexpr int kHeight_px = 26, kBar_px = 140;
-    const std::string end = (largest > darkest ? "\u2265" : "") + text_of(darkest, decimals);
+    const std::string end = (largest > darkest ? "\u2265" : "") + fixed_text(darkest, decimals);
     const double texts_px = text_width_px(name) + text_width_px("0") + text_width_px(end);
     Plot plot(blank(int(texts_px) + kBar_px + 46, kHeight_px));
     const double y = 0.5 * kHeight_px;

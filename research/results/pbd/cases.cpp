@@ -17,8 +17,8 @@ void add_cantilever(Page& page, const TaskArena& arena) {
         "too stiff in bending, whatever the solver.");
     std::vector<std::vector<std::string>> rows;
     const auto add = [&](const char* what, const char* nodes, double sag) {
-        rows.push_back(
-            {what, nodes, text_of(sag, 3), text_of(100 * (sag / kCantilever.exact_mm - 1), 1)});
+        rows.push_back({what, nodes, fixed_text(sag, 3),
+                        fixed_text(100 * (sag / kCantilever.exact_mm - 1), 1)});
     };
     add("neo-Hookean tetrahedra, position-based", "3 × 3 × 16", sag_of_solids(15, 2, arena));
     add("the same", "5 × 5 × 30", sag_of_solids(29, 4, arena));

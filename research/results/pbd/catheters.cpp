@@ -62,14 +62,14 @@ CornerValues with_held(const TetMesh& mesh, const BendRun& run, CornerValues val
 std::vector<std::string> row_of_run(std::string name, const BendRun& run) {
     const CatheterMeasures& m = run.measures;
     return {std::move(name),
-            text_of(run.moved_mm, 2),
-            text_of(m.contact_n, 2),
-            text_of(m.force_n, 2),
-            text_of(run.depth_mm, 3),
-            text_of(100 * m.volume.mean, 3),
-            text_of(100 * m.volume.largest, 1),
+            fixed_text(run.moved_mm, 2),
+            fixed_text(m.contact_n, 2),
+            fixed_text(m.force_n, 2),
+            fixed_text(run.depth_mm, 3),
+            fixed_text(100 * m.volume.mean, 3),
+            fixed_text(100 * m.volume.largest, 1),
             std::to_string(run.inverted),
-            text_of(run.ms / 1000, 1)};
+            fixed_text(run.ms / 1000, 1)};
 }
 
 void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
@@ -77,7 +77,7 @@ void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
     page.heading(2, "A catheter that deforms a vessel");
     page.paragraph(
         "A bend of a vessel, inner radius 4 mm, 1.2 mm thick, of " +
-        text_of(std::int64_t(bend.mesh().cells.size())) +
+        grouped_text(std::int64_t(bend.mesh().cells.size())) +
         " neo-Hookean tetrahedra (E 100 kPa, ν 0.45) in soft tissue (250 Pa for each mm), and a "
         "stiff wire of radius 0.8 mm (EI 400 N mm², at the tip 200) that is fed in at 100 mm/s, "
         "steered along the middle, and left there for 0.3 s. The wire is too stiff for the bend: "
@@ -136,18 +136,18 @@ void add_boxes(Page& page, const Bend& bend, const BendRun& all, std::span<const
                                : um > 200 ? 500
                                           : 200));
     page.paragraph("Boxes of 6 mm (`box_mm`); the picture is with those within " +
-                   text_of(shown.reach_mm, 0) +
+                   fixed_text(shown.reach_mm, 0) +
                    " mm of the wire (`reach_mm`). What the tip pushes bends the vessel as a whole, "
                    "and the edge of the boxes holds it. `reach_mm = -1` is as wide as that "
                    "spreads, here " +
-                   text_of(runs.back().reach_mm, 1) + " mm.");
+                   fixed_text(runs.back().reach_mm, 1) + " mm.");
     std::vector<std::vector<std::string>> rows;
     for (const BendRun& run : runs)
-        rows.push_back({text_of(run.reach_mm, 1),
-                        text_of(100.0 * run.active / double(bend.mesh().cells.size()), 0),
-                        text_of(apart_um(all, run), 0),
-                        text_of(0.1 * apart_um(all, run) / all.moved_mm, 1),
-                        text_of(all.ms / run.ms, 1)});
+        rows.push_back({fixed_text(run.reach_mm, 1),
+                        fixed_text(100.0 * run.active / double(bend.mesh().cells.size()), 0),
+                        fixed_text(apart_um(all, run), 0),
+                        fixed_text(0.1 * apart_um(all, run) / all.moved_mm, 1),
+                        fixed_text(all.ms / run.ms, 1)});
     page.table({"reach [mm]", "active tetrahedra at most [%]", "largest difference from all [µm]",
                 "of the largest displacement [%]", "times faster than all"},
                rows);
@@ -166,10 +166,10 @@ void add_models(Page& page, const Bend& bend, const BendRun& rod, const BendRun&
     page.paragraph(
         "`model = \"tetrahedra\"` and `segment_mm = 2` in `[catheter]` of the scene, "
         "the same EI and GJ, " +
-        text_of(std::int64_t(body.catheter.cells.size())) +
+        grouped_text(std::int64_t(body.catheter.cells.size())) +
         " tetrahedra, whose surface is drawn with its edges. The tips are " +
-        text_of(norm(rod.wire_mm.back() - body.wire_mm.back()), 2) + " mm apart, the walls " +
-        text_of(farthest_mm(rod.wall_mm, body.wall_mm), 2) + " mm at most.");
+        fixed_text(norm(rod.wire_mm.back() - body.wire_mm.back()), 2) + " mm apart, the walls " +
+        fixed_text(farthest_mm(rod.wall_mm, body.wall_mm), 2) + " mm at most.");
 }
 
 /// Walls of the scene that gives way in real time.
@@ -229,13 +229,14 @@ void add_wall_models(Page& page, const std::string& scenes, const TaskArena& are
     const WallTissue& tissue = bend.vessel.settings.wall;
     page.paragraph(
         "`scenes/vessel_soft_wall.toml`: the same bend, of " +
-        text_of(std::int64_t(bend.mesh().cells.size())) +
+        grouped_text(std::int64_t(bend.mesh().cells.size())) +
         " tetrahedra, with the same catheter and the same push, by 100 mm at 40 mm/s and not "
         "steered. The wall is of neo-Hookean tetrahedra (`[wall] model = \"solid\"`, E " +
-        text_of(tissue.young_modulus_pa / 1000, 0) + " kPa, ν " + text_of(tissue.poisson_ratio, 2) +
+        fixed_text(tissue.young_modulus_pa / 1000, 0) + " kPa, ν " +
+        fixed_text(tissue.poisson_ratio, 2) +
         "), or of the paper's constraints and its Eq. 1 (`\"distances\"`): a sub-step removes the "
         "share " +
-        text_of(kStretch, 3) + " of the error of each length and " + text_of(kBendShare, 3) +
+        fixed_text(kStretch, 3) + " of the error of each length and " + fixed_text(kBendShare, 3) +
         " of each fold, and all of that of each volume, or none. All of the wall moves.");
     page.picture("bend-walls",
                  "the bend with a wall of solids, of distances, and of distances without volumes: "
@@ -245,12 +246,13 @@ void add_wall_models(Page& page, const std::string& scenes, const TaskArena& are
     for (const WallCase& wall : walls) {
         const CatheterMeasures& m = wall.run.measures;
         rows.push_back(
-            {wall.name, text_of(wall.run.moved_mm, 2),
-             text_of(farthest_mm(walls[0].run.wall_mm, wall.run.wall_mm), 2),
-             text_of(m.contact_n, 3), text_of(wall.run.depth_mm, 3),
-             text_of(100 * m.volume.mean, 3), text_of(100 * m.volume.largest, 1),
-             std::to_string(wall.run.inverted), text_of(wall.run.ms / double(m.steps), 2),
-             text_of(1000 * bend.vessel.settings.time_step_s * double(m.steps) / wall.run.ms, 2)});
+            {wall.name, fixed_text(wall.run.moved_mm, 2),
+             fixed_text(farthest_mm(walls[0].run.wall_mm, wall.run.wall_mm), 2),
+             fixed_text(m.contact_n, 3), fixed_text(wall.run.depth_mm, 3),
+             fixed_text(100 * m.volume.mean, 3), fixed_text(100 * m.volume.largest, 1),
+             std::to_string(wall.run.inverted), fixed_text(wall.run.ms / double(m.steps), 2),
+             fixed_text(1000 * bend.vessel.settings.time_step_s * double(m.steps) / wall.run.ms,
+                        2)});
     }
     page.table({"wall", "moved [mm]", "farthest from that of solids [mm]", "contact [N]",
                 "largest depth beyond the wall [mm]", "volumes: mean error [%]", "largest [%]",

@@ -116,8 +116,8 @@ Colouring signed_to(double largest) {
 Image signed_bar(double full, int decimals, std::string_view name, double largest) {
     constexpr int kHeight_px = 26, kBar_px = 140;
     const bool is_cut = largest > full;
-    const std::string low = (is_cut ? "\u2264-" : "-") + text_of(full, decimals),
-                      high = (is_cut ? "\u2265+" : "+") + text_of(full, decimals);
+    const std::string low = (is_cut ? "\u2264-" : "-") + fixed_text(full, decimals),
+                      high = (is_cut ? "\u2265+" : "+") + fixed_text(full, decimals);
     const double texts_px = text_width_px(name) + text_width_px(low) + text_width_px(high);
     Plot plot(int(texts_px) + kBar_px + 46, kHeight_px, {0, 0},
               {texts_px + kBar_px + 46, double(kHeight_px)});
@@ -339,12 +339,12 @@ Image Cutaway::image(std::string_view title) const {
     for (int n = int(std::ceil(left / tick)); n * tick <= right; ++n) {
         const double x = n * tick;
         plot.line({x, bottom}, {x, bottom - 4 / scale}, {kGreyText});
-        words({x, bottom}, 0, 15, text_of(x, 0), Align::Middle);
+        words({x, bottom}, 0, 15, fixed_text(x, 0), Align::Middle);
     }
     for (int n = int(std::ceil(bottom / tick)); n * tick <= top; ++n) {
         const double y = n * tick;
         plot.line({left, y}, {left - 4 / scale, y}, {kGreyText});
-        words({left, y}, -8, 0, text_of(y, 0), Align::Right);
+        words({left, y}, -8, 0, fixed_text(y, 0), Align::Right);
     }
     constexpr std::string_view kNames[] = {"x [mm]", "y [mm]", "z [mm]"};
     words({right, bottom}, 0, 35, kNames[m_camera.right], Align::Right);
@@ -355,7 +355,7 @@ Image Cutaway::image(std::string_view title) const {
     for (const double end : {bar_x, bar_x + m_camera.bar_mm})
         plot.line({end, bar_y - 4 / scale}, {end, bar_y + 4 / scale}, {kDark, 2, 1});
     plot.text({bar_x + 0.5 * m_camera.bar_mm, bar_y + 13 / scale},
-              text_of(m_camera.bar_mm, 0) + " mm");
+              fixed_text(m_camera.bar_mm, 0) + " mm");
     return plot.image();
 }
 

@@ -3,21 +3,12 @@
 
 #include "published.h"
 
-#include <charconv>
+#include <pliant/core/text.h>
+
 #include <cmath>
 #include <utility>
 
 namespace pliant::results {
-namespace {
-
-std::string short_number(double value, int digits) {
-    char text[40];
-    const auto end =
-        std::to_chars(text, text + sizeof(text), value, std::chars_format::general, digits);
-    return {text, end.ptr};
-}
-
-}  // namespace
 
 bool holds(const Case& c) {
     const double most = c.is_share ? c.tolerance * std::abs(c.expected) : c.tolerance;
@@ -27,9 +18,9 @@ bool holds(const Case& c) {
 
 std::vector<std::string> row_of(const Case& c) {
     const std::string most =
-        c.is_share ? short_number(100 * c.tolerance, 3) + " %" : short_number(c.tolerance, 3);
+        c.is_share ? short_text(100 * c.tolerance, 3) + " %" : short_text(c.tolerance, 3);
     return {std::to_string(c.number),     c.what,
-            short_number(c.expected, 6),  short_number(c.measured, 6),
+            short_text(c.expected, 6),    short_text(c.measured, 6),
             c.tolerance == 0 ? "" : most, holds(c) ? "yes" : "**no**"};
 }
 

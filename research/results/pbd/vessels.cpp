@@ -147,9 +147,9 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
         must(body.step(128, arena));
         const VolumeChange after = volume_change(parts, places_of(body));
         rows.push_back({std::to_string(sub_steps), alternates ? "to and fro" : "one way",
-                        text_of(ms, 2), text_of(radius, 2), text_of(100 * loaded.mean, 3),
-                        text_of(100 * loaded.largest, 2), text_of(100 * after.mean, 4),
-                        text_of(100 * after.largest, 3)});
+                        fixed_text(ms, 2), fixed_text(radius, 2), fixed_text(100 * loaded.mean, 3),
+                        fixed_text(100 * loaded.largest, 2), fixed_text(100 * after.mean, 4),
+                        fixed_text(100 * after.largest, 3)});
     }
     page.table({"sub-steps", "order", "processor time of a step [ms]", "inner radius [mm]",
                 "under load: mean [%]", "largest [%]", "after it: mean [%]", "largest [%]"},
@@ -227,7 +227,7 @@ void draw_push(Page& page, const Push& push, const PushRun& all, const PushRun& 
     for (std::size_t n = 0; n < all.positions.size(); ++n)
         frames.push_back(along(push.mesh, all.positions[n],
                                displacements_of(push.mesh, all.positions[n]), kPush_mm,
-                               "pushed by " + text_of(std::int64_t(n + 1)) + " mm"));
+                               "pushed by " + grouped_text(std::int64_t(n + 1)) + " mm"));
     page.picture("push-all", "the pushed vessel cut open, all of it active",
                  with_legend(frames, shade_bar(kPush_mm, 0, "displacement [mm]")));
     CornerValues moved = displacements_of(push.mesh, local.positions.back());
@@ -258,7 +258,7 @@ void add_pressure(Page& page, const TaskArena& arena) {
     const double pressures[] = {0, 40, 80, 120};
     page.heading(2, "Pressure, with and without volume conservation");
     page.paragraph(
-        "A tube of " + text_of(std::int64_t(mesh.cells.size())) +
+        "A tube of " + grouped_text(std::int64_t(mesh.cells.size())) +
         " tetrahedra, radii 6 and 8 mm, 30 mm long, its ends held; distances of 10⁻³, folds of 1, "
         "volumes of compliance 0 or none. Half a second for each pressure, at 256 steps a second "
         "with twenty sub-steps. The pictures are cut across the middle; a tetrahedron's colour is "
@@ -277,14 +277,14 @@ void add_pressure(Page& page, const TaskArena& arena) {
             press(tube, parts, pressure, body);
             must(body.step(128, arena));
             const std::vector<Vec3d> positions = places_of(body);
-            pictures.push_back(across(tube, mesh, positions, text_of(pressure, 0) + " Pa"));
+            pictures.push_back(across(tube, mesh, positions, fixed_text(pressure, 0) + " Pa"));
             const VolumeChange change = volume_change(all, positions);
             largest = std::max(largest, change.largest);
             const Radii radii = radii_of(tube, positions);
-            rows.push_back({volumes ? "with" : "without", text_of(pressure, 0),
-                            text_of(radii.inner, 2), text_of(radii.outer - radii.inner, 2),
-                            text_of(100 * change.total, 3), text_of(100 * change.mean, 3),
-                            text_of(100 * change.largest, 2)});
+            rows.push_back({volumes ? "with" : "without", fixed_text(pressure, 0),
+                            fixed_text(radii.inner, 2), fixed_text(radii.outer - radii.inner, 2),
+                            fixed_text(100 * change.total, 3), fixed_text(100 * change.mean, 3),
+                            fixed_text(100 * change.largest, 2)});
         }
         page.picture(volumes ? "pressure-with-volumes" : "pressure-without-volumes",
                      volumes ? "cuts across the tube with volume conservation, 0 to 120 Pa"
@@ -302,10 +302,10 @@ void add_push(Page& page, const TaskArena& arena) {
     const Push push;
     page.heading(2, "A push, with and without locality");
     page.paragraph(
-        "A vessel of " + text_of(std::int64_t(push.mesh.cells.size())) +
+        "A vessel of " + grouped_text(std::int64_t(push.mesh.cells.size())) +
         " tetrahedra, radii 6 and 7.5 mm, 80 mm long, material as above with volume "
         "conservation. " +
-        text_of(std::int64_t(push.pushed.size())) +
+        grouped_text(std::int64_t(push.pushed.size())) +
         " nodes of the inner wall are taken outwards, a millimetre in a quarter of a second, four "
         "times. Boxes of 6 mm; those within a reach of the tip are active. The vessel is cut open "
         "along its axis: first with all of it active, then after the last millimetre with a reach "
@@ -313,14 +313,14 @@ void add_push(Page& page, const TaskArena& arena) {
         "include the ties, which are projected one by one.");
     const PushRun all = run_push(push, 0, arena);
     std::vector<std::vector<std::string>> rows{
-        {"all", "100", "", "", text_of(all.ms / 256, 2), "1"}};
+        {"all", "100", "", "", fixed_text(all.ms / 256, 2), "1"}};
     for (const double reach : {2.0, 6.0, 12.0, 18.0}) {
         const PushRun local = run_push(push, reach, arena);
         const double largest = farthest_of(local.positions.back(), all.positions.back());
         if (reach == 12) draw_push(page, push, all, local);
-        rows.push_back({text_of(reach, 0), text_of(100 * local.share, 1), text_of(largest, 3),
-                        text_of(100 * largest / kPush_mm, 1), text_of(local.ms / 256, 2),
-                        text_of(all.ms / local.ms, 1)});
+        rows.push_back({fixed_text(reach, 0), fixed_text(100 * local.share, 1),
+                        fixed_text(largest, 3), fixed_text(100 * largest / kPush_mm, 1),
+                        fixed_text(local.ms / 256, 2), fixed_text(all.ms / local.ms, 1)});
     }
     page.table({"reach [mm]", "active tetrahedra [%]", "largest difference from all [mm]",
                 "of the push [%]", "processor time of a step [ms]", "times faster"},

@@ -48,11 +48,11 @@ void add_volumes(Page& page, const TaskArena& arena) {
     page.heading(2, "The paper's constraints, with and without volumes");
     page.paragraph(
         "A straight vessel, inner radius 4 mm, 3 mm thick, 40 mm long, of " +
-        text_of(std::int64_t(vessel.wall.mesh.cells.size())) +
+        grouped_text(std::int64_t(vessel.wall.mesh.cells.size())) +
         " tetrahedra with the constraints of the paper and its Eq. 1: each projection takes away "
         "the share k of a constraint, " +
-        text_of(kStretch, 1) + " of a stretch, " + text_of(kBend, 2) + " of a bend, " +
-        text_of(kVolume, 0) +
+        fixed_text(kStretch, 1) + " of a stretch, " + fixed_text(kBend, 2) + " of a bend, " +
+        fixed_text(kVolume, 0) +
         " of a volume; or there are no volume constraints. One projection in each of 4,000 steps "
         "of 0.2 ms, outer surface and ends held. A catheter of radius "
         "1 mm (EI 7 N mm²) is held on the left, and its last 14 mm get a rest shape that is bent "
@@ -73,26 +73,28 @@ void add_volumes(Page& page, const TaskArena& arena) {
     const Image parts[] = {row_of(moved), row_of(changed)};
     page.picture("tip-volumes",
                  "a catheter's tip in the wall: mean error of the volumes within 4 mm of it " +
-                     text_of(100 * with.mean_near_tip, 1) + " % with volume constraints and " +
-                     text_of(100 * without.mean_near_tip, 1) + " % without",
+                     fixed_text(100 * with.mean_near_tip, 1) + " % with volume constraints and " +
+                     fixed_text(100 * without.mean_near_tip, 1) + " % without",
                  column_of(parts));
     page.paragraph(
-        "Mean error of the volumes of all tetrahedra: " + text_of(100 * with.change.mean, 2) +
-        " % with volume constraints, " + text_of(100 * without.change.mean, 2) +
-        " % without. Within 4 mm of the tip: " + text_of(100 * with.mean_near_tip, 1) + " and " +
-        text_of(100 * without.mean_near_tip, 1) +
+        "Mean error of the volumes of all tetrahedra: " + fixed_text(100 * with.change.mean, 2) +
+        " % with volume constraints, " + fixed_text(100 * without.change.mean, 2) +
+        " % without. Within 4 mm of the tip: " + fixed_text(100 * with.mean_near_tip, 1) + " and " +
+        fixed_text(100 * without.mean_near_tip, 1) +
         " %. Without them the wall under the tip is lost rather than moved aside: of 3 mm, " +
-        text_of(without.thinnest_mm, 2) + " mm are left, and " + std::to_string(without.inverted) +
-        " tetrahedra are turned inside out; with them " + text_of(with.thinnest_mm, 2) +
-        " mm are left, and " + std::to_string(with.inverted) + " are inverted.");
+        fixed_text(without.thinnest_mm, 2) + " mm are left, and " +
+        std::to_string(without.inverted) + " tetrahedra are turned inside out; with them " +
+        fixed_text(with.thinnest_mm, 2) + " mm are left, and " + std::to_string(with.inverted) +
+        " are inverted.");
     std::vector<std::vector<std::string>> rows;
     for (const PressedRun* run : {&rest, &with, &without})
         rows.push_back({run == &rest   ? "before"
                         : run == &with ? "with"
                                        : "without",
-                        text_of(run->moved_mm, 2), text_of(run->thinnest_mm, 2),
-                        text_of(100 * run->change.mean, 2), text_of(100 * run->mean_near_tip, 1),
-                        text_of(100 * run->change.largest, 0), std::to_string(run->inverted)});
+                        fixed_text(run->moved_mm, 2), fixed_text(run->thinnest_mm, 2),
+                        fixed_text(100 * run->change.mean, 2),
+                        fixed_text(100 * run->mean_near_tip, 1),
+                        fixed_text(100 * run->change.largest, 0), std::to_string(run->inverted)});
     page.table({"volumes", "wall moved [mm]", "thinnest wall [mm]", "volumes: mean error [%]",
                 "within 4 mm of the tip [%]", "largest [%]", "inverted tetrahedra"},
                rows);

@@ -65,16 +65,16 @@ void add_walls(Page& page, const std::string& scenes, const TaskArena& arena) {
         must(check_wall(vessel.wall, file.wall.layers));
         const RealRun run = play(file, vessel, arena);
         const std::int64_t cells = std::int64_t(vessel.wall.mesh.cells.size());
-        walls.push_back({"`pliant vessel scenes/" + name + ".toml`", text_of(cells),
-                         text_of(std::int64_t(vessel.wall.ghost.cells.size())),
-                         text_of(vessel.wall.cell_mm, 2), std::to_string(vessel.wall.min_layers),
+        walls.push_back({"`pliant vessel scenes/" + name + ".toml`", grouped_text(cells),
+                         grouped_text(std::int64_t(vessel.wall.ghost.cells.size())),
+                         fixed_text(vessel.wall.cell_mm, 2), std::to_string(vessel.wall.min_layers),
                          std::to_string(vessel.wall.ends.size())});
-        runs.push_back({name, text_of(run.end.steps), text_of(run.way_mm, 0),
-                        text_of(run.moved_mm, 3), text_of(run.depth_mm, 3), text_of(run.force_n, 3),
-                        text_of(100 * run.mean, 4), text_of(100 * run.largest, 1),
-                        std::to_string(run.inverted),
-                        text_of(100.0 * run.active / double(cells), 0),
-                        text_of(run.ms / double(run.end.steps), 2)});
+        runs.push_back({name, grouped_text(run.end.steps), fixed_text(run.way_mm, 0),
+                        fixed_text(run.moved_mm, 3), fixed_text(run.depth_mm, 3),
+                        fixed_text(run.force_n, 3), fixed_text(100 * run.mean, 4),
+                        fixed_text(100 * run.largest, 1), std::to_string(run.inverted),
+                        fixed_text(100.0 * run.active / double(cells), 0),
+                        fixed_text(run.ms / double(run.end.steps), 2)});
     }
     page.table({"command", "tetrahedra", "triangles of the inner surface", "cells [mm]",
                 "layers at least", "ends"},

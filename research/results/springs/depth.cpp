@@ -74,8 +74,8 @@ void add_figure_9(Page& page) {
     for (int depth = 1; depth <= 12; ++depth) {
         const std::vector<Point2> points = profile(network, 1.5, depth);
         const double dip = -points[kMiddle].y;
-        rows.push_back({std::to_string(depth), text_of(dip, 4),
-                        depth == 1 ? "" : text_of(100 * (dip - last) / dip, 2)});
+        rows.push_back({std::to_string(depth), fixed_text(dip, 4),
+                        depth == 1 ? "" : fixed_text(100 * (dip - last) / dip, 2)});
         last = dip;
         if (depth == 2) chart.curve(points, {kOrange, 2, 1}, "2 layers");
         if (depth == 4) chart.curve(points, {kGreen, 2, 1}, "4");
@@ -103,7 +103,8 @@ std::string thresholds_for_the_paper(const std::array<std::vector<double>, 3>& c
         low = std::max(low, c[at - 1]);
         high = std::min(high, *std::min_element(c.begin(), c.begin() + std::ptrdiff_t(at) - 1));
     }
-    return low < high ? text_of(1e4 * low, 2) + "–" + text_of(1e4 * high, 2) + " · 10⁻⁴" : "none";
+    return low < high ? fixed_text(1e4 * low, 2) + "–" + fixed_text(1e4 * high, 2) + " · 10⁻⁴"
+                      : "none";
 }
 
 void add_figure_10(Page& page, const TaskArena& arena) {
@@ -122,7 +123,7 @@ void add_figure_10(Page& page, const TaskArena& arena) {
     const Rgb8 colours[] = {kOrange, kGreen, kBlue};
     for (int n = 0; n < 3; ++n)
         chart.curve(profile(lattice(stiffnesses[n], 0), kForce, 10), {colours[n], 2, 1},
-                    "k = " + text_of(stiffnesses[n], 1));
+                    "k = " + fixed_text(stiffnesses[n], 1));
     page.picture("choi-10-stiffness", "profiles for three stiffnesses", chart.image());
     page.paragraph(
         "**At equilibrium** the explanation is right and the figure can't be had. In the linear "
@@ -133,8 +134,9 @@ void add_figure_10(Page& page, const TaskArena& arena) {
     std::vector<std::vector<std::string>> rows;
     for (const double k : stiffnesses) {
         const auto c = changes(lattice(k, 0), kForce, 0, arena);
-        rows.push_back({text_of(k, 1), text_of(c[1], 4), text_of(c[3], 4), text_of(c[5], 4),
-                        text_of(c[7], 4), std::to_string(depth_of(c, 0.004)),
+        rows.push_back({fixed_text(k, 1), fixed_text(c[1], 4), fixed_text(c[3], 4),
+                        fixed_text(c[5], 4), fixed_text(c[7], 4),
+                        std::to_string(depth_of(c, 0.004)),
                         std::to_string(depth_of(c, 0.003 / k))});
     }
     page.table({"k", "2 → 3", "4 → 5", "6 → 7", "8 → 9", "threshold 0.004", "threshold 0.003/k"},
@@ -158,7 +160,7 @@ void add_figure_10(Page& page, const TaskArena& arena) {
             return text;
         };
         rows.push_back(
-            {text_of(duration, 0), thresholds_for_the_paper(all), depths(7e-5), depths(1e-3)});
+            {fixed_text(duration, 0), thresholds_for_the_paper(all), depths(7e-5), depths(1e-3)});
     }
     page.table({"time", "thresholds for 4, 6, 8", "depths at 0.7 · 10⁻⁴", "depths at 10⁻³"}, rows);
     page.paragraph(

@@ -19,7 +19,7 @@ constexpr std::size_t kSides = 3;  // the first of the two loads on sides in loa
 
 std::string joined(const std::vector<double>& values) {
     std::string text;
-    for (const double v : values) text += (text.empty() ? "" : ", ") + text_of(v / 1000, 1);
+    for (const double v : values) text += (text.empty() ? "" : ", ") + fixed_text(v / 1000, 1);
     return text;
 }
 
@@ -83,9 +83,9 @@ void add_fibres(Page& page, const TaskArena& arena) {
         "The paper writes Hooke's law with its full tensor (Eq. 3), and identifies springs against "
         "isotropic elastin only. Here the reference is a block of 9 × 9 × 9 nodes, 40 mm wide, "
         "with fibres along x: " +
-        text_of(m.fibre_young_modulus_pa / 1000, 1) + " kPa along and " +
-        text_of(m.young_modulus_pa / 1000, 1) + " kPa across, Poisson's ratios " +
-        text_of(m.fibre_poisson_ratio, 2) + " and " + text_of(m.poisson_ratio, 2) +
+        fixed_text(m.fibre_young_modulus_pa / 1000, 1) + " kPa along and " +
+        fixed_text(m.young_modulus_pa / 1000, 1) + " kPa across, Poisson's ratios " +
+        fixed_text(m.fibre_poisson_ratio, 2) + " and " + fixed_text(m.poisson_ratio, 2) +
         ", shear moduli 8 kPa in planes with fibres and 5 kPa across. Links alone obey Cauchy's "
         "relations, and so does this solid; the stiffness of each direction is then known in "
         "closed form. Held at its foot; five tractions on whole faces are fitted, a pressure on a "
@@ -107,16 +107,17 @@ void add_fibres(Page& page, const TaskArena& arena) {
             }
         const FitCaseErrors& other = found.at.cases.back();
         if (rows.empty()) {
-            rows.push_back({"nothing moves", "", text_of(fitted_still, 3),
-                            text_of(other.still_average_percent, 3),
-                            text_of(other.still_largest_percent, 2)});
+            rows.push_back({"nothing moves", "", fixed_text(fitted_still, 3),
+                            fixed_text(other.still_average_percent, 3),
+                            fixed_text(other.still_largest_percent, 2)});
             for (std::size_t c = 0; c < 2; ++c)
                 profiles[c].push_back({"finite elements",
                                        {{170, 176, 186}, 7},
                                        profile(block, problem.cases()[kSides + c].target, c == 0)});
         }
-        rows.push_back({name, joined(found.values), text_of(fitted, 3),
-                        text_of(other.average_percent, 3), text_of(other.largest_percent, 2)});
+        rows.push_back({name, joined(found.values), fixed_text(fitted, 3),
+                        fixed_text(other.average_percent, 3),
+                        fixed_text(other.largest_percent, 2)});
         for (std::size_t c = 0; c < 2; ++c)
             profiles[c].push_back(
                 {name, ink,

@@ -23,7 +23,7 @@ std::vector<FitBoxLoad> table_2_loads(bool normal, double share, bool held_out) 
     std::vector<FitBoxLoad> loads;
     for (const double newtons : kNewtons) {
         const double total = 4 * share * newtons;
-        loads.push_back({.name = text_of(newtons, 0) + " N",
+        loads.push_back({.name = fixed_text(newtons, 0) + " N",
                          .force_n = normal ? Vec3d{0, 0, -total} : Vec3d{total, 0, 0},
                          .held_out = held_out});
     }
@@ -69,7 +69,7 @@ std::string joined(const std::vector<double>& values) {
     std::string text;
     for (const double v : values) {
         if (!text.empty()) text += ", ";
-        text += v >= 1e5 ? text_of(v / 1e6, 3) + " · 10⁶" : text_of(v, 0);
+        text += v >= 1e5 ? fixed_text(v / 1e6, 3) + " · 10⁶" : fixed_text(v, 0);
     }
     return text;
 }
@@ -79,7 +79,7 @@ std::string percents(const FitPoint& point, bool largest) {
     for (const FitCaseErrors& c : point.cases) {
         if (point.cases.size() > 3 && !c.held_out) continue;
         if (!text.empty()) text += " / ";
-        text += text_of(largest ? c.largest_percent : c.average_percent, 2);
+        text += fixed_text(largest ? c.largest_percent : c.average_percent, 2);
     }
     return text;
 }
@@ -96,8 +96,9 @@ std::vector<FitResult> compare(Page& page, const FitBoxProblem& box, int evaluat
     }
     for (std::size_t n = 0; n < all.size(); ++n) {
         const FitResult& r = results[n];
-        rows.push_back({all[n].name, joined(r.values), text_of(100 * (r.at.cost / least - 1), 2),
-                        percents(r.at, false), text_of(r.evaluations), text_of(r.seconds, 2)});
+        rows.push_back({all[n].name, joined(r.values), fixed_text(100 * (r.at.cost / least - 1), 2),
+                        percents(r.at, false), grouped_text(r.evaluations),
+                        fixed_text(r.seconds, 2)});
     }
     page.table({"method", "values found", "cost above the least [%]",
                 "average error at 10 / 20 / 40 N [%]", "evaluations", "seconds"},
@@ -121,7 +122,7 @@ void add_table_1(Page& page, const TaskArena& arena) {
     bending.element = HexElement::IncompatibleModes;
     const auto finer = value_of(fit_box(bending, arena));
     const auto k_of = [&](const FitBoxProblem& p) {
-        return text_of(value_of(fit(p.problem, GaussNewton{}, arena)).values[0], 0);
+        return fixed_text(value_of(fit(p.problem, GaussNewton{}, arena)).values[0], 0);
     };
     page.paragraph(
         "The same for pushing sideways: " + k_of(tangential) +
@@ -194,9 +195,9 @@ std::vector<std::string> at_equilibrium(std::string name, const FitBox& box,
         const auto made = value_of(fit_box(one, arena));
         const auto point = made.problem.evaluate(values);
         average += (average.empty() ? "" : " / ") +
-                   (point.ok() ? text_of(point->cases[0].average_percent, 2) : "none");
+                   (point.ok() ? fixed_text(point->cases[0].average_percent, 2) : "none");
         largest += (largest.empty() ? "" : " / ") +
-                   (point.ok() ? text_of(point->cases[0].largest_percent, 2) : "none");
+                   (point.ok() ? fixed_text(point->cases[0].largest_percent, 2) : "none");
     }
     return {std::move(name), joined(values), average, largest};
 }
@@ -251,8 +252,8 @@ void add_stopped_runs(Page& page, const TaskArena& arena) {
     for (const double time : {0.2, 0.5, 1.0, 2.0, 5.0, 20.0}) {
         const auto box = stopped(time);
         const FitPoint point = value_of(box.problem.evaluate(paper));
-        rows.push_back({text_of(time, 1), text_of(point.cases[0].average_percent, 2),
-                        text_of(point.cases[0].largest_percent, 2)});
+        rows.push_back({fixed_text(time, 1), fixed_text(point.cases[0].average_percent, 2),
+                        fixed_text(point.cases[0].largest_percent, 2)});
     }
     page.table({"stopped after [s]", "average [%]", "largest [%]"}, rows);
     const auto box = stopped(1);
@@ -260,9 +261,9 @@ void add_stopped_runs(Page& page, const TaskArena& arena) {
     page.paragraph(
         "So runs of about a second would explain Table 2. They wouldn't explain d: a fit of both "
         "values to runs of 1 s goes to k = " +
-        text_of(found.values[0], 0) + " and d = " + text_of(found.values[1], 1) +
-        ", with an average error of " + text_of(found.at.cases[0].average_percent, 2) +
-        " %, after " + text_of(found.evaluations) + " evaluations.");
+        fixed_text(found.values[0], 0) + " and d = " + fixed_text(found.values[1], 1) +
+        ", with an average error of " + fixed_text(found.at.cases[0].average_percent, 2) +
+        " %, after " + grouped_text(found.evaluations) + " evaluations.");
 }
 
 void add_identifiability(Page& page, const TaskArena& arena) {
@@ -279,9 +280,9 @@ void add_identifiability(Page& page, const TaskArena& arena) {
             for (std::size_t g = 0; g < d.direction.size(); ++g)
                 if (std::abs(d.direction[g]) > 0.005)
                     text += (text.empty() ? "" : ", ") + std::string(box.problem.groups()[g].name) +
-                            " " + text_of(d.direction[g], 2);
-            rows.push_back(
-                {name, text, text_of(d.influence, 4), d.influence < kMinInfluence ? "no" : "yes"});
+                            " " + fixed_text(d.direction[g], 2);
+            rows.push_back({name, text, fixed_text(d.influence, 4),
+                            d.influence < kMinInfluence ? "no" : "yes"});
         }
     };
     FitBox damped = uniform(table_2_loads(true, 1, false));

@@ -91,7 +91,7 @@ void add_orders(Page& page) {
         std::vector<std::vector<std::vector<Vec3d>>> motions;
         for (const Reading& reading : kReadings) motions.push_back(motion_of(reading, step));
         const double dip = norm(motions[0].back()[kMiddle]);
-        std::vector<std::string> row{text_of(step, 3), text_of(dip, 4)};
+        std::vector<std::string> row{fixed_text(step, 3), fixed_text(dip, 4)};
         const std::array<std::array<std::size_t, 2>, 3> pairs{{{0, 1}, {0, 2}, {2, 3}}};
         const std::array<const char*, 3> names{"old, new in earlier layers",
                                                "old, new for all earlier nodes",
@@ -106,8 +106,8 @@ void add_orders(Page& page) {
                 points.push_back({step * double(s + 1), share});
                 largest = std::max(largest, share);
             }
-            row.push_back(text_of(largest, 3));
-            row.push_back(text_of(points.back().y, 4));
+            row.push_back(fixed_text(largest, 3));
+            row.push_back(fixed_text(points.back().y, 4));
             if (step == 0.15) chart.curve(points, {colours[p], 2, 1}, names[p]);
         }
         rows.push_back(row);

@@ -20,7 +20,7 @@ constexpr std::array kDampings{2.0, 4.0, 8.0};
 const std::array<Rgb8, 3> kColours{kOrange, kGreen, kBlue};
 
 std::string damping_text(std::size_t n) {
-    return "damping " + text_of(kDampings[n], 0);
+    return "damping " + fixed_text(kDampings[n], 0);
 }
 
 /// 5 × 5 × 9 nodes, k = 1, spacing and masses 1; the bottom is fixed, the top is loaded.
@@ -81,9 +81,9 @@ void add_creep(Page& page, const TaskArena& arena) {
             if (reached == 0 && bar.strain() >= (1 - std::exp(-1)) * last) reached = t;
         }
         chart.curve(points, {kColours[n], 2, 1}, damping_text(n));
-        rows.push_back({text_of(kDampings[n], 1), text_of(reached, 0),
-                        text_of(reached / kDampings[n], 0), text_of(bar.strain(), 4),
-                        text_of(last, 4)});
+        rows.push_back({fixed_text(kDampings[n], 1), fixed_text(reached, 0),
+                        fixed_text(reached / kDampings[n], 0), fixed_text(bar.strain(), 4),
+                        fixed_text(last, 4)});
     }
     page.picture("choi-11a-creep", "strain against time for three dampings", chart.image());
     page.table({"damping", "time to 63 %", "the same / damping", "strain at 200", "at equilibrium"},
@@ -117,8 +117,8 @@ void add_hysteresis(Page& page, const TaskArena& arena) {
         }
         chart.curve(points, {kColours[n], 2, 1}, damping_text(n));
         // Area of the loop; the remaining strain at zero force closes it.
-        rows.push_back({text_of(kDampings[n], 1), text_of(area, 3), text_of(most, 3),
-                        text_of(points.back().y, 3)});
+        rows.push_back({fixed_text(kDampings[n], 1), fixed_text(area, 3), fixed_text(most, 3),
+                        fixed_text(points.back().y, 3)});
     }
     page.picture("choi-11b-hysteresis", "strain against force, up and down", chart.image());
     page.table({"damping", "area of the loop", "largest strain", "strain left at the end"}, rows);
@@ -150,9 +150,9 @@ void add_load_curve(Page& page, const TaskArena& arena) {
             std::find_if(rest.begin(), rest.end(), [&](Point2 p) { return p.x >= strain; });
         if (above == rest.begin() || above == rest.end()) continue;
         const Point2 a = above[-1], b = above[0];
-        rows.push_back({text_of(strain, 2),
-                        text_of(a.y + (strain - a.x) / (b.x - a.x) * (b.y - a.y), 2),
-                        text_of((b.y - a.y) / (b.x - a.x), 2)});
+        rows.push_back({fixed_text(strain, 2),
+                        fixed_text(a.y + (strain - a.x) / (b.x - a.x) * (b.y - a.y), 2),
+                        fixed_text((b.y - a.y) / (b.x - a.x), 2)});
     }
     for (std::size_t n = 0; n < 3; ++n) {
         Bar bar(kDampings[n]);
@@ -218,7 +218,7 @@ void add_anisotropy(Page& page) {
             chart.curve(points, {colours[m], 2, 1},
                         m == 0 ? "isotropic" : std::string("model ") + models[m].first);
             if (down) rows[m].push_back(models[m].first);
-            rows[m].push_back(text_of(-points[5].y, 4));
+            rows[m].push_back(fixed_text(-points[5].y, 4));
         }
         pictures[down ? 0 : 1] = chart.image();
     }
@@ -230,7 +230,7 @@ void add_anisotropy(Page& page) {
                                            isotropic[0][n].y - isotropic[1][n].y));
     page.paragraph(
         "As in the paper: the isotropic profiles are the same (largest difference " +
-        std::string(apart < 1e-6 ? "below a millionth of a spacing" : text_of(apart, 6)) +
+        std::string(apart < 1e-6 ? "below a millionth of a spacing" : fixed_text(apart, 6)) +
         "), A gives more when it is pushed horizontally, and B less than when it is pushed down.");
 }
 

@@ -258,15 +258,16 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
     const auto& nodes = std::get<std::vector<double>>(figures[0].value);
     Volume still{volume.grid, VoxelArray<float>(voxel_count(volume.grid)), {}};
     const Volume moved_mm = displacement_of(*tissue);
-    return {
-        pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
-                    arena),
-        {c.name, text_of(c.cell_mm, 0),
-         text_of(nodes[0], 0) + " × " + text_of(nodes[1], 0) + " × " + text_of(nodes[2], 0),
-         text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
-         text_of(std::get<std::int64_t>(figures[1].value)), text_of(solve_ms, 0),
-         text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
-         text_of(state_of(*tissue).value().folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
+    return {pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
+                        arena),
+            {c.name, fixed_text(c.cell_mm, 0),
+             fixed_text(nodes[0], 0) + " × " + fixed_text(nodes[1], 0) + " × " +
+                 fixed_text(nodes[2], 0),
+             fixed_text(norm(pushed.step_fraction * c.push.push_mm), 1), grouped_text(steps),
+             grouped_text(std::get<std::int64_t>(figures[1].value)), fixed_text(solve_ms, 0),
+             fixed_text(deformed.resample_ms, 1), grouped_text(deformed.written_voxels),
+             grouped_text(state_of(*tissue).value().folded_cells),
+             fixed_text(hard_movement_mm(*tissue), 2)}};
 }
 
 Case knee_case(const Phantom& knee) {

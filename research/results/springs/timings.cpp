@@ -27,7 +27,7 @@ void add_timings(Page& page, const TaskArena&) {
         "A sheet of 50 × 50 nodes with six neighbours, pressed in its middle: microseconds for "
         "the search of the order, and for the update of all nodes in one step, on one thread. "
         "Medians of " +
-        text_of(std::int64_t(kTurns)) +
+        grouped_text(std::int64_t(kTurns)) +
         " turns. The naive port is written as the paper's text reads, and runs on the same "
         "machine; Pliant keeps the order, so that it searches once for a contact and not in each "
         "step. The paper's “32 Hz to over 7 kHz” leaves the search out: with it its table gives 17 "
@@ -58,10 +58,11 @@ void add_timings(Page& page, const TaskArena&) {
         }
         const double a = quantile(update, 0.5), b = quantile(naive_update, 0.5);
         rows.push_back({std::to_string(published.layers), std::to_string(first.active_nodes),
-                        text_of(1000 * published.search_ms, 0) + " + " +
-                            text_of(1000 * published.update_ms, 0),
-                        text_of(quantile(naive_search, 0.5), 2), text_of(b, 2),
-                        text_of(quantile(search, 0.5), 2), text_of(a, 2), text_of(b / a, 1)});
+                        fixed_text(1000 * published.search_ms, 0) + " + " +
+                            fixed_text(1000 * published.update_ms, 0),
+                        fixed_text(quantile(naive_search, 0.5), 2), fixed_text(b, 2),
+                        fixed_text(quantile(search, 0.5), 2), fixed_text(a, 2),
+                        fixed_text(b / a, 1)});
     }
     page.table({"layers", "nodes", "2004: search + update", "naive: search", "naive: update",
                 "search", "update", "update, times faster than naive"},

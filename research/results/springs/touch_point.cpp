@@ -125,7 +125,7 @@ Image view_of(const Net& net, const SpringTissue& tissue, Vec3d tip, const Press
                                    {"force at a vertex", {kRed, 2}},
                                    {"their sum, Eq. 19", {kBlue, 3}}};
     const Image parts[] = {
-        captioned(plot.image(), "pressed by " + text_of(now.depth_mm, 0) +
+        captioned(plot.image(), "pressed by " + fixed_text(now.depth_mm, 0) +
                                     " mm; a force of 40 mN is an arrow of 10 mm"),
         shade_bar(kDeepest_mm, 0, "displacement [mm]"), legend_of(entries, kWidth)};
     return column_of(parts, 2);
@@ -177,10 +177,10 @@ void add_touch_point(Page& page, const TaskArena& arena) {
         slopes.push_back({p.depth_mm, slope});
         if (p.depth_mm >= 1) apart = std::max(apart, std::abs(slope / p.force_mn - 1));
         if (p.depth_mm != std::round(p.depth_mm)) continue;
-        rows.push_back({text_of(p.depth_mm, 0), text_of(1000 * std::abs(p.off_mm), 3),
-                        text_of(p.vertex_mn[0], 2) + " + " + text_of(p.vertex_mn[1], 2) + " + " +
-                            text_of(p.vertex_mn[2], 2),
-                        text_of(p.force_mn, 2), text_of(slope, 2)});
+        rows.push_back({fixed_text(p.depth_mm, 0), fixed_text(1000 * std::abs(p.off_mm), 3),
+                        fixed_text(p.vertex_mn[0], 2) + " + " + fixed_text(p.vertex_mn[1], 2) +
+                            " + " + fixed_text(p.vertex_mn[2], 2),
+                        fixed_text(p.force_mn, 2), fixed_text(slope, 2)});
     }
     if (!(apart < 0.02))
         must(Error{ErrorCode::Unsupported, "expected the derivative of the energy as the force"});
@@ -195,7 +195,7 @@ void add_touch_point(Page& page, const TaskArena& arena) {
         "triangle, and all nodes come to rest. The point stays on its triangle. At equilibrium the "
         "force along the way is the derivative of the energy; its central difference over 0.25 mm "
         "agrees with Eq. 19 to " +
-        text_of(100 * apart, 2) + " % from 1 mm on.");
+        fixed_text(100 * apart, 2) + " % from 1 mm on.");
     const double most = felt.back().y, step = most > 100 ? 50 : most > 40 ? 20 : most > 20 ? 10 : 5;
     Chart chart(440, 360, {"depth of the point [mm]", 0, kDeepest_mm, 1},
                 {"force [mN]", 0, step * std::ceil(most / step), step});

@@ -317,7 +317,7 @@ Volume lung_labels(const Volume& scan) {
 }
 
 std::string times(const Touched& t) {
-    return text_of(t.search_us, 2) + " + " + text_of(t.update_us, 2);
+    return fixed_text(t.search_us, 2) + " + " + fixed_text(t.update_us, 2);
 }
 
 }  // namespace
@@ -356,11 +356,11 @@ void add_touched(Page& page, const std::filesystem::path& scans, const TaskArena
         "The paper touches a lung of 1769 nodes and 3534 polygons and a stomach of 512 nodes and "
         "1020 polygons with the point of a PHANToM (3.3, Figure 8), and doesn't say how a hollow "
         "surface is kept up, nor its stiffness. Here: " +
-        text_of(std::int64_t(organs[0].surface.nodes_mm.size())) + " nodes and " +
-        text_of(std::int64_t(organs[0].surface.cells.size())) +
+        grouped_text(std::int64_t(organs[0].surface.nodes_mm.size())) + " nodes and " +
+        grouped_text(std::int64_t(organs[0].surface.cells.size())) +
         " triangles of the left lung of `thorax_ct_256.nrrd` (−950 to −600 HU), and " +
-        text_of(std::int64_t(organs[1].surface.nodes_mm.size())) + " and " +
-        text_of(std::int64_t(organs[1].surface.cells.size())) +
+        grouped_text(std::int64_t(organs[1].surface.nodes_mm.size())) + " and " +
+        grouped_text(std::int64_t(organs[1].surface.cells.size())) +
         " of the stomach of `abdomen_ct_3mm-label.nii.gz`, which has labels in 90 mm of the height "
         "only, so that the stomach is cut off below and above. Surfaces are smoothed, made of "
         "triangles of one size, and reduced to exactly these numbers by collapsing their shortest "
@@ -370,8 +370,8 @@ void add_touched(Page& page, const std::filesystem::path& scans, const TaskArena
         "mm). Chords to the opposite wall would do it too, but forces would jump along them, and "
         "layers would no longer be those of the surface. The moduli are guesses.");
     page.paragraph(
-        "The hand goes 10 mm to the surface, " + text_of(organs[0].push_mm, 0) + " and " +
-        text_of(organs[1].push_mm, 0) +
+        "The hand goes 10 mm to the surface, " + fixed_text(organs[0].push_mm, 0) + " and " +
+        fixed_text(organs[1].push_mm, 0) +
         " mm in, aside while it presses, and out, at 100 mm/s on the average; 1000 positions a "
         "second, each with four time steps of 0.25 ms and the force (Eq. 19). Pictures are of 20 "
         "layers: displacement of each triangle, and below the section along the hand's way (pale: "
@@ -395,10 +395,11 @@ void add_touched(Page& page, const std::filesystem::path& scans, const TaskArena
         std::vector<std::vector<std::string>> rows;
         for (const Published& p : kTable3) {
             const Touched t = touch(organ, p.layers, one_thread);
-            rows.push_back({std::to_string(p.layers), std::to_string(p.nodes),
-                            text_of(1000 * p.search_ms, 0) + " + " + text_of(1000 * p.update_ms, 0),
-                            std::to_string(t.nodes), times(t), text_of(t.tick_us, 0),
-                            text_of(t.slowest_us, 0), text_of(t.pushed_n, 3)});
+            rows.push_back(
+                {std::to_string(p.layers), std::to_string(p.nodes),
+                 fixed_text(1000 * p.search_ms, 0) + " + " + fixed_text(1000 * p.update_ms, 0),
+                 std::to_string(t.nodes), times(t), fixed_text(t.tick_us, 0),
+                 fixed_text(t.slowest_us, 0), fixed_text(t.pushed_n, 3)});
         }
         page.table({"layers, " + organ.name, "2004: nodes", "2004: search + update", "nodes",
                     "search + update", "tick", "slowest tick", "force at the end [N]"},

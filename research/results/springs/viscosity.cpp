@@ -101,11 +101,11 @@ void add_relaxation(Page& page, const TaskArena& arena) {
             point.y /= first;
             apart = std::max(apart, std::abs(point.y - expected));
             if (point.x == 20 || point.x == 40 || point.x == 100)
-                row.push_back(text_of(point.y, 4) + " (" + text_of(expected, 4) + ")");
+                row.push_back(fixed_text(point.y, 4) + " (" + fixed_text(expected, 4) + ")");
         }
         if (!(apart < 0.002))
             must(Error{ErrorCode::Unsupported, "expected a force that relaxes as in closed form"});
-        row.push_back(text_of(100 * apart, 2));
+        row.push_back(fixed_text(100 * apart, 2));
         chart.curve(points, {colours[m], 2, 1}, model.name);
         rows.push_back(row);
     }
@@ -140,9 +140,10 @@ void add_crimp(Page& page, const TaskArena& arena) {
         const double first = slope_at(curve, 0), last = slope_at(curve, curve.size() - 2);
         if (n == 2 && !(last > 3 * first))
             must(Error{ErrorCode::Unsupported, "expected a curve that bends upwards"});
-        chart.curve(points, {colours[n], 2, 1}, "shift " + text_of(shifts[n], 2));
-        rows.push_back({text_of(shifts[n], 2), text_of(std::sqrt(1 + shifts[n] * shifts[n]) - 1, 2),
-                        text_of(first, 1), text_of(last, 1), text_of(last / first, 1)});
+        chart.curve(points, {colours[n], 2, 1}, "shift " + fixed_text(shifts[n], 2));
+        rows.push_back({fixed_text(shifts[n], 2),
+                        fixed_text(std::sqrt(1 + shifts[n] * shifts[n]) - 1, 2),
+                        fixed_text(first, 1), fixed_text(last, 1), fixed_text(last / first, 1)});
     }
     SpringTissue bar = value_of(crimped_bar(shifts[2]));
     std::vector<Point2> points{{0, 0}};

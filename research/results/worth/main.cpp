@@ -29,7 +29,7 @@ static_assert(kSweepCounts[kPushAlone] == 0 && kSweepCounts[kForty] == kSweeps);
 
 std::string three(const ErrorsOfLoads& errors) {
     const Errors e = errors.mean();
-    return text_of(e.mean, 1) + " / " + text_of(e.p95, 1) + " / " + text_of(e.whole, 1);
+    return fixed_text(e.mean, 1) + " / " + fixed_text(e.p95, 1) + " / " + fixed_text(e.whole, 1);
 }
 
 double mean_of(const ErrorsOfLoads& errors) {
@@ -41,7 +41,7 @@ void add_errors(Page& page, const std::vector<Study>& studies) {
     for (const Study& s : studies)
         rows.push_back({s.name, three(s.still), three(s.by_default.errors), three(s.best),
                         three(s.default_relaxed.errors), three(s.elastic[kForty].errors),
-                        three(s.settled), text_of(s.elastic[kForty].errors.worst_mean(), 1)});
+                        three(s.settled), fixed_text(s.elastic[kForty].errors.worst_mean(), 1)});
     page.table({"material", "tool alone", "ChainMail, default", "best offset, in hindsight",
                 "default, 40 sweeps", "elastic, 40 sweeps", "elastic, settled",
                 "elastic, worst load's mean"},
@@ -52,11 +52,12 @@ void add_times(Page& page, const std::vector<Study>& studies) {
     std::vector<std::vector<std::string>> rows;
     for (const Study& s : studies) {
         const double push = s.elastic[kPushAlone].mean_ms(), forty = s.elastic[kForty].mean_ms();
-        rows.push_back({s.name, text_of(s.prepare_fem_ms, 1), text_of(s.fem_ms, 1),
-                        text_of(s.iterations, 0), text_of(s.create_ms, 1),
-                        text_of(s.by_default.mean_ms(), 3), text_of(push, 3), text_of(forty, 1),
-                        text_of(s.fem_ms / s.by_default.mean_ms(), 0), text_of(s.fem_ms / forty, 1),
-                        text_of(100 * s.fraction, 1), text_of(100 * s.default_fraction, 1)});
+        rows.push_back({s.name, fixed_text(s.prepare_fem_ms, 1), fixed_text(s.fem_ms, 1),
+                        fixed_text(s.iterations, 0), fixed_text(s.create_ms, 1),
+                        fixed_text(s.by_default.mean_ms(), 3), fixed_text(push, 3),
+                        fixed_text(forty, 1), fixed_text(s.fem_ms / s.by_default.mean_ms(), 0),
+                        fixed_text(s.fem_ms / forty, 1), fixed_text(100 * s.fraction, 1),
+                        fixed_text(100 * s.default_fraction, 1)});
     }
     page.table(
         {"material", "elements: prepare [ms]", "solve [ms]", "iterations", "ChainMail: create [ms]",
@@ -68,10 +69,10 @@ void add_times(Page& page, const std::vector<Study>& studies) {
 void add_stopped(Page& page, const std::vector<Study>& studies) {
     std::vector<std::vector<std::string>> rows;
     for (std::size_t t = 0; t < kStopped.size(); ++t) {
-        std::vector<std::string> row = {text_of(kStopped[t], 3)};
+        std::vector<std::string> row = {fixed_text(kStopped[t], 3)};
         for (const Study& s : studies)
-            row.push_back(text_of(mean_of(s.stopped[t].errors), 1) + " in " +
-                          text_of(s.stopped[t].mean_ms(), 0) + " ms");
+            row.push_back(fixed_text(mean_of(s.stopped[t].errors), 1) + " in " +
+                          fixed_text(s.stopped[t].mean_ms(), 0) + " ms");
         rows.push_back(row);
     }
     page.table({"residual", studies[0].name, studies[1].name, studies[2].name, studies[3].name,
@@ -141,11 +142,11 @@ void add_conclusion(Page& page, const std::vector<Study>& studies) {
     page.paragraph(
         "Means over the six materials of the blocks. The aim was an error of 10 % of the push at "
         "100 times the speed. **It isn't reached.** ChainMail alone is " +
-        text_of(fast, 0) + " times as fast as the converged elements, with an error of " +
-        text_of(by_default, 1) + " %, where a tissue that doesn't move has " + text_of(still, 1) +
-        " %. The best offset in hindsight has " + text_of(best, 1) + " %. Elastic tissue has " +
-        text_of(elastic, 1) + " % after 40 sweeps, and " + text_of(settled, 1) +
-        " % when it has settled, but is only " + text_of(ratio, 1) +
+        fixed_text(fast, 0) + " times as fast as the converged elements, with an error of " +
+        fixed_text(by_default, 1) + " %, where a tissue that doesn't move has " +
+        fixed_text(still, 1) + " %. The best offset in hindsight has " + fixed_text(best, 1) +
+        " %. Elastic tissue has " + fixed_text(elastic, 1) + " % after 40 sweeps, and " +
+        fixed_text(settled, 1) + " % when it has settled, but is only " + fixed_text(ratio, 1) +
         " times as fast. The reasons:\n\n"
         "* **A cone is not a potential.** A push makes u = push − slack · distance: linear. In an "
         "elastic solid u falls off as 1/r, steeply at first and slowly far away. One slack fits "

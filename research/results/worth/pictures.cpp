@@ -43,7 +43,7 @@ void add_profile(Page& page, const TaskArena& arena) {
     curve(fem, kDark, "finite elements");
     curve(chain.push(load, {.offset = kDefaultOffset}), kRed, "ChainMail, default (offset 0.2)");
     curve(chain.push(load, {.offset = offset}), kOrange,
-          "ChainMail, best offset (" + text_of(offset, 2) + ")");
+          "ChainMail, best offset (" + fixed_text(offset, 2) + ")");
     curve(chain.push(load, {.sweeps = kSweeps}), kBlue, "elastic, 40 sweeps");
     page.picture("depth",
                  "displacement by depth of finite elements, of ChainMail, and of elastic tissue",
@@ -91,7 +91,7 @@ void add_refinement(Page& page, const TaskArena& arena) {
             errors.add(errors_of(coarse.displacement_mm, common, body, load));
         }
         const Errors mean = errors.mean();
-        rows.push_back({body.name, text_of(mean.mean, 2), text_of(mean.p95, 2)});
+        rows.push_back({body.name, fixed_text(mean.mean, 2), fixed_text(mean.p95, 2)});
     }
     page.table({"material", "mean [% of the push]", "p95"}, rows);
 }

@@ -192,7 +192,7 @@ TEST(Page, AppearsWithItsPicturesOrNotAtAll) {
         Page page{folder.path()};
         page.heading(2, "Title");
         page.picture("one", "a picture", Plot(4, 4, {0, 0}, {1, 1}).image());
-        page.table({"a", "b"}, {{"1", text_of(1234567)}});
+        page.table({"a", "b"}, {{"1", grouped_text(1234567)}});
         EXPECT_FALSE(std::filesystem::exists(folder / "one.png"));
         ASSERT_TRUE(page.finish().ok());
     }

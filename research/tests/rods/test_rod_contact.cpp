@@ -73,7 +73,7 @@ double deepest(const Rod& rod, const VesselWall& wall, const PbdBody& body, doub
     TetMesh now = wall.mesh;
     body.get_positions(now.nodes_mm);
     std::vector<Vec3d> positions;
-    for (const Embedded& e : wall.ghost_positions) positions.push_back(place_of(e, now));
+    for (const Embedded& e : wall.ghost_positions) positions.push_back(position_of(e, now));
     double most = -1e9;
     for (int s = 0; s < rod.settings().segments; ++s)
         for (int k = 0; k <= 8; ++k) {

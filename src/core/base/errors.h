@@ -29,8 +29,8 @@ inline Error about(std::string field, ErrorCode code, const std::string& text) {
     return {code, std::move(message), std::move(field)};
 }
 /// The same error with a file or a part of a struct in front of its message.
-inline Error within(const std::string& place, Error error) {
-    error.message = place + ": " + error.message;
+inline Error within(const std::string& where, Error error) {
+    error.message = where + ": " + error.message;
     return error;
 }
 inline Error unreadable(const std::filesystem::path& path, const std::string& message) {

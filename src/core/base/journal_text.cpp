@@ -37,7 +37,7 @@ std::string text_of(const Journal& journal) {
     }
     for (const Move& move : journal.moves) {
         add(move.replaces ? "replace" : "new");
-        add(move.place);
+        add(move.slot);
         add(move.name);
     }
     add("end");
@@ -48,8 +48,8 @@ bool is_name(const std::string& name) {
     return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
 }
 
-bool is_number(const std::string& place) {
-    return !place.empty() && place.find_first_not_of("0123456789") == place.npos;
+bool is_number(const std::string& slot) {
+    return !slot.empty() && slot.find_first_not_of("0123456789") == slot.npos;
 }
 
 /// @returns nullopt unless the text is complete, and all its names lie in one folder
@@ -72,9 +72,9 @@ std::optional<Journal> parse(std::string_view text) {
         } else if (kind == "replace" || kind == "new") {
             Move move;
             move.replaces = kind == "replace";
-            move.place = word();
+            move.slot = word();
             move.name = word();
-            if (!is_number(move.place) || !is_name(move.name)) return std::nullopt;
+            if (!is_number(move.slot) || !is_name(move.name)) return std::nullopt;
             journal.moves.push_back(std::move(move));
         } else {
             return std::nullopt;

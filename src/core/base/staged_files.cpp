@@ -72,7 +72,7 @@ std::error_code sync_file_system(const fs::path& folder) {
 }  // namespace
 
 struct StagedFiles::Impl {
-    struct Place {
+    struct Slot {
         staging::Folder* folder;
         std::string number;  ///< number of the staging folder
         std::string name;    ///< name of the output; empty: the whole folder
@@ -80,7 +80,7 @@ struct StagedFiles::Impl {
         std::optional<OutputStream> stream{};
     };
     std::vector<std::unique_ptr<staging::Folder>> folders;
-    std::vector<Place> positions;
+    std::vector<Slot> slots;
 
     /// @returns a new folder in the temporary folder beside parent
     Result<fs::path> add(const fs::path& parent, const fs::path& target, const std::string& name) {
@@ -94,11 +94,11 @@ struct StagedFiles::Impl {
             if (made) known = folders.insert(folders.end(), std::move(made));
         }
         if (!error) {
-            const std::string number = std::to_string((*known)->place_count());
-            positions.push_back({known->get(), number, name, target});
-            fs::path place = (*known)->add_place(error);
-            if (!error) return place;
-            positions.pop_back();
+            const std::string number = std::to_string((*known)->slot_count());
+            slots.push_back({known->get(), number, name, target});
+            fs::path slot = (*known)->add_slot(error);
+            if (!error) return slot;
+            slots.pop_back();
         }
         return unwritable(target, "the folder " + parent.string() + " can't be written (" +
                                       error.message() + ")");
@@ -107,13 +107,13 @@ struct StagedFiles::Impl {
     Result<fs::path> add_stream(OutputStream stream, const fs::path& target) {
         std::error_code error;
         const fs::path temporary = fs::temp_directory_path(error);
-        auto place = add(error ? fs::path("/tmp") : temporary, target, "output");
-        if (!place) return place;
-        positions.back().stream = std::move(stream);
+        auto slot = add(error ? fs::path("/tmp") : temporary, target, "output");
+        if (!slot) return slot;
+        slots.back().stream = std::move(stream);
         // Writers detect the file type by its name.
         const fs::path name = target.filename();
-        positions.back().name = name == "-" ? "output" : name.string();
-        return *place / positions.back().name;
+        slots.back().name = name == "-" ? "output" : name.string();
+        return *slot / slots.back().name;
     }
 
     Result<std::vector<staging::Moves>> moves() const;
@@ -127,23 +127,23 @@ Result<std::vector<staging::Moves>> StagedFiles::Impl::moves() const {
         staging::Moves of{folder.get(), {}};
         // Data files precede the headers that name them.
         for (const bool outputs : {false, true})
-            for (const Place& place : positions) {
-                if (place.folder != folder.get() || place.stream) continue;
-                const fs::path staged = folder->path() / place.number;
+            for (const Slot& slot : slots) {
+                if (slot.folder != folder.get() || slot.stream) continue;
+                const fs::path staged = folder->path() / slot.number;
                 std::vector<std::string> names;
-                bool is_there = place.name.empty();
+                bool is_there = slot.name.empty();
                 const std::error_code error = for_each_file(staged, [&](const std::string& name) {
-                    is_there |= name == place.name;
-                    if ((name == place.name) == outputs) names.push_back(name);
+                    is_there |= name == slot.name;
+                    if ((name == slot.name) == outputs) names.push_back(name);
                 });
-                if (error) return unwritable(place.target, error.message());
-                if (!is_there) return unwritable(place.target, "can't be written");
+                if (error) return unwritable(slot.target, error.message());
+                if (!is_there) return unwritable(slot.target, "can't be written");
                 std::sort(names.begin(), names.end());
                 for (std::string& name : names) {
                     const fs::path to = folder->parent() / name;
                     if (!taken.insert(to).second)
                         return unwritable(to, "expected one output of this name, found two");
-                    of.moves.push_back({place.number, std::move(name)});
+                    of.moves.push_back({slot.number, std::move(name)});
                 }
             }
         if (!of.moves.empty()) all.push_back(std::move(of));
@@ -157,14 +157,14 @@ Status StagedFiles::Impl::sync(const std::vector<staging::Moves>& all) const {
     for (const staging::Moves& of : all) count += of.moves.size();
     // New folders contain an unknown number of files.
     const bool one_by_one =
-        count <= kOneByOne && std::none_of(positions.begin(), positions.end(),
-                                           [](const Place& p) { return p.name.empty(); });
+        count <= kOneByOne &&
+        std::none_of(slots.begin(), slots.end(), [](const Slot& p) { return p.name.empty(); });
     for (const staging::Moves& of : all) {
         std::error_code error;
         if (!one_by_one) error = sync_file_system(of.folder->path());
         for (const staging::Move& move : of.moves)
             if (one_by_one && !error)
-                error = staging::sync_to_disk(of.folder->path() / move.place / move.name);
+                error = staging::sync_to_disk(of.folder->path() / move.slot / move.name);
         if (error)
             return unwritable(of.folder->parent() / of.moves.front().name,
                               "can't be written (" + error.message() + ")");
@@ -201,9 +201,9 @@ Result<fs::path> StagedFiles::stage(const fs::path& target) {
             return unwritable(target, "is a folder, expected a file");
         if (type != fs::file_type::not_found && type != fs::file_type::regular)
             return unwritable(target, "is no regular file, expected one to replace");
-        auto place = m_impl->add(parent, target, file->filename().string());
-        if (!place) return place;
-        return *place / file->filename();
+        auto slot = m_impl->add(parent, target, file->filename().string());
+        if (!slot) return slot;
+        return *slot / file->filename();
     });
 }
 
@@ -225,9 +225,9 @@ Result<fs::path> StagedFiles::stage_folder(const fs::path& target) {
         if (!fs::is_directory(parent, error) ||
             fs::exists(fs::symlink_status(parent / *made.begin(), error)))
             return unwritable(target, "can't be made, expected a folder");
-        auto place = m_impl->add(parent, target, {});
-        if (!place) return place;
-        const fs::path staged = (*place / made).parent_path();
+        auto slot = m_impl->add(parent, target, {});
+        if (!slot) return slot;
+        const fs::path staged = (*slot / made).parent_path();
         fs::create_directories(staged, error);
         if (error) return unwritable(target, "can't be made (" + error.message() + ")");
         return staged;
@@ -240,10 +240,9 @@ Status StagedFiles::commit() {
         auto all = m_impl->moves();
         if (!all) return all.error();
         if (Status s = m_impl->sync(*all); !s) return s;
-        for (const Impl::Place& place : m_impl->positions)
-            if (place.stream)
-                if (Status s =
-                        place.stream->write(place.folder->path() / place.number / place.name);
+        for (const Impl::Slot& slot : m_impl->slots)
+            if (slot.stream)
+                if (Status s = slot.stream->write(slot.folder->path() / slot.number / slot.name);
                     !s)
                     return s;
         if (!all->empty())
@@ -253,7 +252,7 @@ Status StagedFiles::commit() {
     });
 }
 
-std::string about_places(std::string message) {
+std::string about_targets(std::string message) {
     // FOLDER/.pliant-out-Xa81Qe/0/NAME
     constexpr std::size_t kRandom = 6;
     for (std::size_t at = 0; (at = message.find(staging::kPrefix, at)) != message.npos;) {

@@ -174,12 +174,12 @@ Folder::~Folder() {
     if (m_slot >= 0) g_slots[m_slot].state = Slot::Free;
 }
 
-fs::path Folder::add_place(std::error_code& error) {
-    fs::path place = m_path / std::to_string(m_place_count);
+fs::path Folder::add_slot(std::error_code& error) {
+    fs::path slot = m_path / std::to_string(m_slot_count);
     before_step();
-    if (::mkdir(place.c_str(), 0700) != 0) error.assign(errno, std::generic_category());
-    ++m_place_count;
-    return place;
+    if (::mkdir(slot.c_str(), 0700) != 0) error.assign(errno, std::generic_category());
+    ++m_slot_count;
+    return slot;
 }
 
 bool is_staged(const fs::path& path) {

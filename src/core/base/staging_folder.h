@@ -62,8 +62,8 @@ class Folder {
     const std::filesystem::path& path() const { return m_path; }
     const std::filesystem::path& parent() const { return m_parent; }
     /// Adds a folder for one output and its accompanying files.
-    std::filesystem::path add_place(std::error_code& error);
-    int place_count() const { return m_place_count; }
+    std::filesystem::path add_slot(std::error_code& error);
+    int slot_count() const { return m_slot_count; }
 
   private:
     Folder(std::filesystem::path parent, std::filesystem::path path, Descriptor lock);
@@ -71,7 +71,7 @@ class Folder {
     std::filesystem::path m_parent, m_path;
     Descriptor m_lock;
     int m_slot = -1;
-    int m_place_count = 0;
+    int m_slot_count = 0;
 };
 
 /// Whether a path lies in a temporary folder of this process.

@@ -39,8 +39,8 @@ fs::path beside(const fs::path& folder, const std::string& name) {
 }
 
 Paths paths_of(const fs::path& folder, const Move& move) {
-    return {folder / move.place / move.name, beside(folder, move.name),
-            folder / ("before-" + move.place) / move.name, move.replaces};
+    return {folder / move.slot / move.name, beside(folder, move.name),
+            folder / ("before-" + move.slot) / move.name, move.replaces};
 }
 
 bool is_there(const fs::path& path) noexcept {

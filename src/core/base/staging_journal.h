@@ -29,7 +29,7 @@ namespace pliant::staging {
 
 /// Move of a file or new folder to its target.
 struct Move {
-    std::string place;      ///< number of the folder in the temporary one
+    std::string slot;       ///< number of the folder in the temporary one
     std::string name;       ///< name in that folder, and beside the temporary folder
     bool replaces = false;  ///< there was an old file
 };

@@ -77,10 +77,20 @@ std::string text_of(double number) {
     return {buffer, result.ptr};
 }
 
-std::string short_text(double number) {
+std::string short_text(double number, int digits) {
     char buffer[40];
     const auto result =
-        std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::general, 6);
+        std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::general, digits);
+    return {buffer, result.ptr};
+}
+
+std::string fixed_text(double number, int decimals) {
+    char buffer[64];
+    auto result =
+        std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::fixed, decimals);
+    if (result.ec != std::errc{})
+        result = std::to_chars(buffer, buffer + sizeof buffer, number,
+                               std::chars_format::scientific, decimals);
     return {buffer, result.ptr};
 }
 

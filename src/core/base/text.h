@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Parsing and printing of words and numbers in header texts, independent of the locale.
+// Parsing and printing of words, numbers and vectors, independent of the locale.
 
 #pragma once
 
 #include <pliant/core/files.h>  // shown()
+#include <pliant/core/text.h>
 #include <pliant/core/vec.h>
 
 #include <cstdint>
@@ -29,14 +30,11 @@ std::vector<std::string_view> split(std::string_view text, char separator);
 /// Parses numbers between separators; nullopt if one of them is no number.
 std::optional<std::vector<double>> numbers_from(std::string_view text, char separator = ' ');
 
-/// Shortest text that round-trips.
-std::string text_of(double number);
-/// Text with at most six digits, for messages.
-std::string short_text(double number);
-std::string short_text(Vec3d v);
 /// "a, b, c"
 std::string text_of(Vec3d vector);
 std::string text_of(Vec3i vector);
+/// "a, b, c" with at most six digits each
+std::string short_text(Vec3d vector);
 /// "64 × 64 × 93"
 std::string text_of_sizes(const std::vector<std::int64_t>& sizes);
 std::string text_of_size(Vec3i size);

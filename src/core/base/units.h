@@ -11,5 +11,7 @@ namespace pliant {
 
 inline constexpr double kNewtonsPerMicronewton = 1e-6;
 inline constexpr double kMicronewtonsPerNewton = 1e6;
+inline constexpr double kNanojoulesPerMillijoule = 1e6;
+inline constexpr double kGramsPerMm3 = 1e-6;  ///< in 1 kg/m³
 
 }  // namespace pliant

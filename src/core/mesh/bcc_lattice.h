@@ -40,7 +40,7 @@ struct BccLattice {
         return n.cell.x >= 0 && n.cell.y >= 0 && n.cell.z >= 0 && n.cell.x < size.x &&
                n.cell.y < size.y && n.cell.z < size.z;
     }
-    Vec3d place(BccNode n) const {
+    Vec3d position(BccNode n) const {
         const double half = 0.5 * n.grid;
         return origin_mm + cell_mm * Vec3d{n.cell.x + half, n.cell.y + half, n.cell.z + half};
     }

@@ -21,18 +21,18 @@
 namespace pliant {
 
 /// A point in whole units.
-using Place = Vec3<std::int64_t>;
-using Triangle = std::array<Place, 3>;
+using Position = Vec3<std::int64_t>;
+using Triangle = std::array<Position, 3>;
 
 __extension__ typedef __int128 Int128;
-using WidePlace = Vec3<Int128>;
+using WidePosition = Vec3<Int128>;
 
 /// Differences of positions are below this, so that a volume of them stays below 2¹²⁰.
-inline constexpr std::int64_t kWidestPlace = std::int64_t(1) << 38;
+inline constexpr std::int64_t kWidestPosition = std::int64_t(1) << 38;
 /// Relative error of a sum of three products of numbers that were rounded to doubles.
 inline constexpr double kSideError = 0x1p-48;
 
-inline WidePlace wide(Place p) {
+inline WidePosition wide(Position p) {
     return {p.x, p.y, p.z};
 }
 
@@ -41,7 +41,7 @@ inline int sign_of(Int128 value) {
 }
 
 /// Sign of d + v·n for the infinitely small v = (ε, ε², ε³).
-inline int perturbed_sign(Int128 d, const WidePlace& n) {
+inline int perturbed_sign(Int128 d, const WidePosition& n) {
     if (d != 0) return sign_of(d);
     for (int a = 0; a < 3; ++a)
         if (n[a] != 0) return sign_of(n[a]);
@@ -49,15 +49,15 @@ inline int perturbed_sign(Int128 d, const WidePlace& n) {
 }
 
 struct BladePlane {
-    Place through;
-    WidePlace normal;
+    Position through;
+    WidePosition normal;
 
     explicit BladePlane(const Triangle& t)
         : through(t[0]), normal(cross(wide(t[1] - t[0]), wide(t[2] - t[0]))) {}
-    bool is_flat() const { return normal == WidePlace{0, 0, 0}; }
+    bool is_flat() const { return normal == WidePosition{0, 0, 0}; }
     /// Side of the moved plane on which p lies: +1 or −1. @pre !is_flat()
-    int side(Place p) const {
-        const Place away = p - through;
+    int side(Position p) const {
+        const Position away = p - through;
         double sum = 0, size = 0;
         for (int a = 0; a < 3; ++a) {
             const double product = double(normal[a]) * double(away[a]);
@@ -68,30 +68,30 @@ struct BladePlane {
         return perturbed_sign(dot(normal, wide(away)), -normal);
     }
     /// Distance from the plane times the length of the normal.
-    double level(Place p) const { return double(dot(normal, wide(p - through))); }
+    double level(Position p) const { return double(dot(normal, wide(p - through))); }
 };
 
 /// Side of the moved edge from a to b on which the line from p to q passes.
-inline int edge_side(Place a, Place b, Place p, Place q) {
-    const WidePlace along = wide(q - p), edge = wide(b - a);
+inline int edge_side(Position a, Position b, Position p, Position q) {
+    const WidePosition along = wide(q - p), edge = wide(b - a);
     return perturbed_sign(dot(along, cross(wide(a - p), wide(b - p))), cross(edge, along));
 }
 
 /// @pre p and q are on different sides of the triangle's plane
-inline bool passes_inside(const Triangle& t, Place p, Place q) {
+inline bool passes_inside(const Triangle& t, Position p, Position q) {
     const int first = edge_side(t[0], t[1], p, q);
     return edge_side(t[1], t[2], p, q) == first && edge_side(t[2], t[0], p, q) == first;
 }
 
 /// Whether the segment from p to q crosses the triangle moved by (ε, ε², ε³).
-inline bool crosses(const Triangle& triangle, Place p, Place q) {
+inline bool crosses(const Triangle& triangle, Position p, Position q) {
     const BladePlane plane(triangle);
     return !plane.is_flat() && plane.side(p) != plane.side(q) && passes_inside(triangle, p, q);
 }
 
 /// The two triangles of the parallelogram that a segment sweeps along a depth. They have equal
 /// planes.
-inline std::array<Triangle, 2> swept(Place a, Place b, Place depth) {
+inline std::array<Triangle, 2> swept(Position a, Position b, Position depth) {
     return {Triangle{a, b, b + depth}, Triangle{a, b + depth, a + depth}};
 }
 

@@ -27,22 +27,22 @@ double squareness(Vec3d a, Vec3d b, Vec3d c) {
 double worst_corner(const HexMesh& mesh, const std::array<std::int32_t, 8>& cell) {
     double worst = 1;
     for (const auto& e : kHexEdges) {
-        const auto place = [&](int n) {
+        const auto position = [&](int n) {
             return mesh.nodes_mm[std::size_t(cell[std::size_t(e[n])])];
         };
-        const Vec3d at = place(0);
-        worst = std::min(worst, squareness(place(1) - at, place(2) - at, place(3) - at));
+        const Vec3d at = position(0);
+        worst = std::min(worst, squareness(position(1) - at, position(2) - at, position(3) - at));
     }
     return worst;
 }
 double worst_corner(const TetMesh& mesh, const std::array<std::int32_t, 4>& cell) {
-    const auto place = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
-    const Vec3d at = place(0);
-    return squareness(place(1) - at, place(2) - at, place(3) - at);
+    const auto position = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
+    const Vec3d at = position(0);
+    return squareness(position(1) - at, position(2) - at, position(3) - at);
 }
 double worst_corner(const TriangleMesh& mesh, const std::array<std::int32_t, 3>& cell) {
-    const auto place = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
-    const Vec3d a = place(1) - place(0), b = place(2) - place(0);
+    const auto position = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
+    const Vec3d a = position(1) - position(0), b = position(2) - position(0);
     return relative(norm(cross(a, b)), norm(a) * norm(b));
 }
 

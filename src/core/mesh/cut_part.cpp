@@ -25,7 +25,7 @@ void add_face(CutPart& part, Loop loop, std::int32_t side) {
 }
 
 /// Coordinates in which the tetrahedron's volume is 1/6.
-Vec3d unit_place(const std::array<double, 4>& w) {
+Vec3d unit_position(const std::array<double, 4>& w) {
     return {w[1], w[2], w[3]};
 }
 
@@ -40,11 +40,11 @@ double volume_from(const CutPart& part, Vec3d from) {
     double sum = 0;
     for (const CutPart::Face& face : part.faces) {
         const Loop loop = loop_of(part, face);
-        const auto place = [&](std::size_t n) {
-            return unit_place(part.points[std::size_t(loop[n])].weights) - from;
+        const auto position = [&](std::size_t n) {
+            return unit_position(part.points[std::size_t(loop[n])].weights) - from;
         };
         for (std::size_t n = 1; n + 1 < loop.size(); ++n)
-            sum += dot(place(0), cross(place(n), place(n + 1)));
+            sum += dot(position(0), cross(position(n), position(n + 1)));
     }
     return sum;
 }
@@ -208,12 +208,12 @@ class Splitter {
     /// Rotates a ring to the fan with which the smaller half is largest: a fan through crossings
     /// that aren't in one plane may leave the polyhedron.
     void choose_fan(std::vector<std::int32_t>& ring) const {
-        std::vector<Vec3d> places;
+        std::vector<Vec3d> positions;
         for (const std::int32_t c : ring) {
             const std::int32_t point = m_halves[0].cross_of[std::size_t(c)];
-            places.push_back(unit_place(m_halves[0].part.points[std::size_t(point)].weights));
+            positions.push_back(unit_position(m_halves[0].part.points[std::size_t(point)].weights));
         }
-        const Vec3d from = places[0];
+        const Vec3d from = positions[0];
         const double open[] = {volume_from(m_halves[0].part, from),
                                volume_from(m_halves[1].part, from)};
         constexpr double kNoise = 1e-12;  // crossings in one plane keep their order
@@ -222,9 +222,9 @@ class Splitter {
         for (std::size_t start = 0; start < ring.size(); ++start) {
             double cap = 0;
             for (std::size_t n = 1; n + 1 < ring.size(); ++n)
-                cap +=
-                    dot(places[start] - from, cross(places[(start + n) % ring.size()] - from,
-                                                    places[(start + n + 1) % ring.size()] - from));
+                cap += dot(positions[start] - from,
+                           cross(positions[(start + n) % ring.size()] - from,
+                                 positions[(start + n + 1) % ring.size()] - from));
             const double smaller = std::min(open[0] + cap, open[1] - cap);
             if (smaller > largest + kNoise) {
                 largest = smaller;
@@ -310,7 +310,7 @@ CutPart whole_part() {
 }
 
 double share_of(const CutPart& part) {
-    return volume_from(part, unit_place(part.points[0].weights));
+    return volume_from(part, unit_position(part.points[0].weights));
 }
 
 double side_area(const CutPart& part, int side) {
@@ -343,15 +343,15 @@ bool have_common_area(const CutPart& p, int p_side, const std::array<int, 3>& p_
 }
 
 double winding_number(const CutPart& part, const std::array<double, 4>& weights) {
-    const Vec3d from = unit_place(weights);
+    const Vec3d from = unit_position(weights);
     double sum = 0;
     for (const CutPart::Face& face : part.faces) {
         const Loop loop = loop_of(part, face);
-        const auto place = [&](std::size_t n) {
-            return unit_place(part.points[std::size_t(loop[n])].weights) - from;
+        const auto position = [&](std::size_t n) {
+            return unit_position(part.points[std::size_t(loop[n])].weights) - from;
         };
         for (std::size_t n = 1; n + 1 < loop.size(); ++n) {
-            const Vec3d a = place(0), b = place(n), c = place(n + 1);
+            const Vec3d a = position(0), b = position(n), c = position(n + 1);
             const double la = norm(a), lb = norm(b), lc = norm(c);
             // Half of the solid angle [Oosterom1983].
             sum += std::atan2(dot(a, cross(b, c)),

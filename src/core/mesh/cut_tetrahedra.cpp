@@ -42,7 +42,7 @@ struct Strip {
     BladePlane plane;
     Bounds box;
 
-    bool crosses(Place p, Place q) const {
+    bool crosses(Position p, Position q) const {
         return passes_inside(triangles[0], p, q) || passes_inside(triangles[1], p, q);
     }
 };
@@ -85,7 +85,7 @@ class Cutter {
         return box;
     }
 
-    Place place_of(Vec3d mm) const {
+    Position position_of(Vec3d mm) const {
         return {std::llround(m_units * mm.x), std::llround(m_units * mm.y),
                 std::llround(m_units * mm.z)};
     }
@@ -100,11 +100,11 @@ class Cutter {
         });
     }
 
-    Place place_of(std::size_t cell, const CutPart::Point& point) const {
+    Position position_of(std::size_t cell, const CutPart::Point& point) const {
         Vec3d sum{0, 0, 0};
         for (const std::size_t k : m_order)
             sum = sum + point.weights[k] * m_positions[std::size_t(m_cut.mesh.cells[cell][k])];
-        return place_of(sum);
+        return position_of(sum);
     }
 
     /// An order of an edge's ends that all tetrahedra agree on.
@@ -132,18 +132,18 @@ class Cutter {
     bool separates_corners(std::size_t cell, const Strip& strip) const {
         int sum = 0;
         for (const std::int32_t n : m_cut.mesh.cells[cell])
-            sum += strip.plane.side(place_of(m_positions[std::size_t(n)]));
+            sum += strip.plane.side(position_of(m_positions[std::size_t(n)]));
         return std::abs(sum) < 4;
     }
 
     /// Finds the edges of a part that the strip crosses.
     void find_crossings(std::size_t cell, const CutPart& part, const Strip& strip) {
-        m_places.clear();
+        m_points.clear();
         m_sides.clear();
         m_crossings.clear();
         for (const CutPart::Point& point : part.points) {
-            m_places.push_back(place_of(cell, point));
-            m_sides.push_back(strip.plane.side(m_places.back()));
+            m_points.push_back(position_of(cell, point));
+            m_sides.push_back(strip.plane.side(m_points.back()));
         }
         if (std::count(m_sides.begin(), m_sides.end(), m_sides[0]) == std::ssize(m_sides)) return;
         for (const CutPart::Face& face : part.faces)
@@ -153,7 +153,7 @@ class Cutter {
                 if (a > b || m_sides[std::size_t(a)] == m_sides[std::size_t(b)]) continue;
                 if (!comes_before(part.points[std::size_t(a)], part.points[std::size_t(b)]))
                     std::swap(a, b);
-                const Place p = m_places[std::size_t(a)], q = m_places[std::size_t(b)];
+                const Position p = m_points[std::size_t(a)], q = m_points[std::size_t(b)];
                 if (!strip.crosses(p, q)) continue;
                 const double level = strip.plane.level(p);
                 m_crossings.push_back({a, b, level / (level - strip.plane.level(q))});
@@ -237,7 +237,7 @@ class Cutter {
     std::array<std::size_t, 4> m_order{};
     const CutPart m_whole = whole_part();
     // Scratch of cut_cell.
-    std::vector<Place> m_places;
+    std::vector<Position> m_points;
     std::vector<int> m_sides;
     std::vector<CutPart::Crossing> m_crossings;
     std::vector<std::int32_t> m_component_of;
@@ -422,15 +422,15 @@ class NodeCopies {
 };
 
 Result<std::vector<Strip>> strips_of(const CutSurface& surface, double units_per_mm) {
-    const auto place_of = [&](Vec3d mm) {
-        return Place{std::llround(units_per_mm * mm.x), std::llround(units_per_mm * mm.y),
-                     std::llround(units_per_mm * mm.z)};
+    const auto position_of = [&](Vec3d mm) {
+        return Position{std::llround(units_per_mm * mm.x), std::llround(units_per_mm * mm.y),
+                        std::llround(units_per_mm * mm.z)};
     };
     const double rounding_mm = 2 / units_per_mm;
     std::vector<Strip> strips;
     for (std::size_t n = 0; n + 1 < surface.line_mm.size(); ++n) {
         const Vec3d a = surface.line_mm[n], b = surface.line_mm[n + 1];
-        const auto triangles = swept(place_of(a), place_of(b), place_of(surface.depth_mm));
+        const auto triangles = swept(position_of(a), position_of(b), position_of(surface.depth_mm));
         Strip strip{triangles, BladePlane(triangles[0]), {}};
         if (strip.plane.is_flat()) continue;
         for (const Vec3d& x : {a, b, a + surface.depth_mm, b + surface.depth_mm}) strip.box.add(x);
@@ -472,7 +472,7 @@ double units_for(std::span<const Vec3d> positions, const CutSurface& surface) {
     look(surface.depth_mm);
     int exponent = 0;
     (void)std::frexp(reach, &exponent);  // reach < 2^exponent
-    return std::ldexp(1.0, std::ilogb(double(kWidestPlace)) - 2 - exponent);
+    return std::ldexp(1.0, std::ilogb(double(kWidestPosition)) - 2 - exponent);
 }
 
 CutMesh uncut(const TetMesh& rest) {

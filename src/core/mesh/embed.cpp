@@ -19,8 +19,9 @@ constexpr double kTolerance = 1e-9;
 
 std::array<double, 4> weights_of(Vec3d x, const TetMesh& mesh, std::int32_t tetrahedron) {
     const auto& cell = mesh.cells[std::size_t(tetrahedron)];
-    const auto place = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
-    const Vec3d a = place(0), b = place(1) - a, c = place(2) - a, d = place(3) - a, p = x - a;
+    const auto position = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
+    const Vec3d a = position(0), b = position(1) - a, c = position(2) - a, d = position(3) - a,
+                p = x - a;
     const double volume = dot(b, cross(c, d));
     const double u = dot(p, cross(c, d)) / volume, v = dot(b, cross(p, d)) / volume,
                  w = dot(b, cross(c, p)) / volume;
@@ -41,10 +42,10 @@ bool is_in_box(Vec3d p, const std::array<Vec3d, 4>& corners) {
 
 }  // namespace
 
-bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners) {
-    if (!is_in_box(place, corners)) return false;
+bool is_inside_tetrahedron(Vec3d position, const std::array<Vec3d, 4>& corners) {
+    if (!is_in_box(position, corners)) return false;
     const Vec3d a = corners[1] - corners[0], b = corners[2] - corners[0];
-    const Vec3d c = corners[3] - corners[0], p = place - corners[0];
+    const Vec3d c = corners[3] - corners[0], p = position - corners[0];
     const Vec3d bc = cross(b, c), pa = cross(p, a);
     double whole = dot(a, bc);
     double first = dot(p, bc), second = -dot(pa, c), third = dot(pa, b);
@@ -86,7 +87,7 @@ std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mes
                 const auto near = mesh::nearest_on_triangle(x, mesh.nodes_mm[std::size_t(t[0])],
                                                             mesh.nodes_mm[std::size_t(t[1])],
                                                             mesh.nodes_mm[std::size_t(t[2])]);
-                const double d = dot(x - near.place, x - near.place);
+                const double d = dot(x - near.position, x - near.position);
                 if (d > limit || (d == limit && nearest >= 0 && f > nearest)) return;
                 limit = d;
                 nearest = f;

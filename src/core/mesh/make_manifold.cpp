@@ -21,7 +21,7 @@ struct Touching {
 };
 
 /// Finds edges of four or more boundary triangles, and nodes with more than one fan of triangles.
-Touching touching_places(const std::vector<std::array<std::int32_t, 3>>& faces) {
+Touching touching_parts(const std::vector<std::array<std::int32_t, 3>>& faces) {
     Touching found;
     std::map<std::pair<std::int32_t, std::int32_t>, int> edges;
     std::map<std::int32_t, std::vector<std::size_t>> around;
@@ -85,18 +85,18 @@ void mark(const TetMesh& mesh, const std::vector<std::int32_t>& cells, std::vect
 std::int64_t make_manifold(TetMesh& mesh) {
     const std::size_t before = mesh.cells.size();
     for (;;) {
-        const Touching positions = touching_places(boundary_faces(mesh));
-        if (positions.nodes.empty() && positions.edges.empty()) break;
+        const Touching touching = touching_parts(boundary_faces(mesh));
+        if (touching.nodes.empty() && touching.edges.empty()) break;
         std::map<std::int32_t, std::vector<std::int32_t>> around;
-        for (const std::int32_t n : positions.nodes) around[n];
-        for (const auto& [a, b] : positions.edges) around[a];
+        for (const std::int32_t n : touching.nodes) around[n];
+        for (const auto& [a, b] : touching.edges) around[a];
         for (std::size_t c = 0; c < mesh.cells.size(); ++c)
             for (const std::int32_t n : mesh.cells[c])
                 if (const auto at = around.find(n); at != around.end())
                     at->second.push_back(std::int32_t(c));
         std::vector<bool> gone(mesh.cells.size(), false);
-        for (const std::int32_t n : positions.nodes) mark(mesh, around[n], gone);
-        for (const auto& [a, b] : positions.edges) {
+        for (const std::int32_t n : touching.nodes) mark(mesh, around[n], gone);
+        for (const auto& [a, b] : touching.edges) {
             std::vector<std::int32_t> cells = around[a];
             std::erase_if(cells, [&mesh, other = b](std::int32_t c) {
                 const auto& cell = mesh.cells[std::size_t(c)];

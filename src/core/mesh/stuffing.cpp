@@ -66,19 +66,20 @@ class Stuffing {
         const auto v = std::size_t(m_lattice.index(n));
         return m_first_cut[v] + std::popcount(m_crossed[v] & ((1u << slot) - 1));
     }
-    Vec3d cut_place(BccNode n, int slot) const {
+    Vec3d cut_position(BccNode n, int slot) const {
         if (!BccLattice::owns(n.grid, slot)) {
             n = BccLattice::neighbour(n, slot);
             slot = BccLattice::opposite(slot);
         }
         const double t = m_cuts[std::size_t(cut_index(n, slot))];
-        const Vec3d a = m_lattice.place(n), b = m_lattice.place(BccLattice::neighbour(n, slot));
+        const Vec3d a = m_lattice.position(n),
+                    b = m_lattice.position(BccLattice::neighbour(n, slot));
         return a + t * (b - a);
     }
-    Vec3d warped_place(std::int32_t v) const {
+    Vec3d warped_position(std::int32_t v) const {
         const BccNode n = m_lattice.node(v);
         const int slot = m_warp[std::size_t(v)];
-        return slot < 0 ? m_lattice.place(n) : cut_place(n, slot);
+        return slot < 0 ? m_lattice.position(n) : cut_position(n, slot);
     }
     void warp_node(BccNode n, std::int32_t v);
     void stuff_tetrahedron(const BccNode (&corners)[4],
@@ -89,7 +90,7 @@ class Stuffing {
         const int slot = BccLattice::slot_between(n, corners[c.second]);
         return std::int32_t(m_lattice.node_count()) + cut_index(n, slot);
     }
-    Vec3d place_of(std::int32_t key) const;
+    Vec3d position_of(std::int32_t key) const;
 
     const LevelFunction& m_level;
     const StuffingSettings& m_settings;
@@ -149,7 +150,7 @@ Status Stuffing::lay_lattice() {
 void Stuffing::fill_block(Vec3i first, std::atomic<std::int32_t>& wrong_node) {
     constexpr int kBlock = 8;
     const auto evaluate = [&](BccNode n) {
-        const double value = m_level(m_lattice.place(n));
+        const double value = m_level(m_lattice.position(n));
         if (!std::isfinite(value)) {
             // The smallest node, so that the message is independent of threads.
             const std::int32_t v = m_lattice.index(n);
@@ -198,7 +199,7 @@ Status Stuffing::find_signs() {
                          }
                      });
     const auto where = [&](std::int32_t v) {
-        const Vec3d p = m_lattice.place(m_lattice.node(v));
+        const Vec3d p = m_lattice.position(m_lattice.node(v));
         return "(" + text(p.x) + ", " + text(p.y) + ", " + text(p.z) + ")";
     };
     if (not_finite != kNone) return bad_field("the function is not finite at " + where(not_finite));
@@ -222,7 +223,7 @@ Status Stuffing::find_signs() {
 
 /// Zero of the function between two nodes, 0…1, by regula falsi with the Illinois rule.
 double Stuffing::cut_of(BccNode a, BccNode b) const {
-    const Vec3d from = m_lattice.place(a), way = m_lattice.place(b) - from;
+    const Vec3d from = m_lattice.position(a), way = m_lattice.position(b) - from;
     double low = 0, high = 1;
     double f_low = m_value[std::size_t(m_lattice.index(a))];
     double f_high = m_value[std::size_t(m_lattice.index(b))];
@@ -315,11 +316,11 @@ void Stuffing::warp() {
             });
 }
 
-Vec3d Stuffing::place_of(std::int32_t key) const {
+Vec3d Stuffing::position_of(std::int32_t key) const {
     const auto nodes = std::int32_t(m_lattice.node_count());
-    if (key < nodes) return warped_place(key);
+    if (key < nodes) return warped_position(key);
     const auto c = std::size_t(key - nodes);
-    return cut_place(m_lattice.node(m_cut_owner[c]), m_cut_slot[c]);
+    return cut_position(m_lattice.node(m_cut_owner[c]), m_cut_slot[c]);
 }
 
 void Stuffing::stuff_tetrahedron(const BccNode (&corners)[4],
@@ -329,7 +330,7 @@ void Stuffing::stuff_tetrahedron(const BccNode (&corners)[4],
     const mesh::Stencil& stencil =
         mesh::stencil_of(signs, BccLattice::is_even(corners[0]), BccLattice::is_even(corners[2]));
     const auto length = [&](const mesh::StencilCorner(&d)[2]) {
-        const Vec3d way = place_of(key(corners, d[0])) - place_of(key(corners, d[1]));
+        const Vec3d way = position_of(key(corners, d[0])) - position_of(key(corners, d[1]));
         return dot(way, way);
     };
     const bool other =
@@ -376,7 +377,7 @@ TetMesh Stuffing::stuff() const {
     for (std::size_t k = 0; k < number.size(); ++k) {
         if (number[k] < 0) continue;
         number[k] = std::int32_t(mesh.nodes_mm.size());
-        mesh.nodes_mm.push_back(place_of(std::int32_t(k)));
+        mesh.nodes_mm.push_back(position_of(std::int32_t(k)));
     }
     for (auto& cell : mesh.cells)
         for (std::int32_t& k : cell) k = number[std::size_t(k)];

@@ -97,9 +97,9 @@ class Maker {
                     before[c][d] = !before[d][c];
                 }
             }
-            int place[3];  // of each column in the order; without a cycle all differ
-            for (int c = 0; c < 3; ++c) place[before[0][c] + before[1][c] + before[2][c]] = c;
-            s.tetrahedra = prism(a, b, place[0], place[1], place[2]);
+            int rank[3];  // of each column in the order; without a cycle all differ
+            for (int c = 0; c < 3; ++c) rank[before[0][c] + before[1][c] + before[2][c]] = c;
+            s.tetrahedra = prism(a, b, rank[0], rank[1], rank[2]);
         }
         return s;
     }

@@ -93,11 +93,11 @@ SurfaceDistance::Nearest SurfaceDistance::nearest(Vec3d x_mm, double within_mm) 
     s.tree.nearest(x_mm, best, [&](std::int32_t t, double& limit) {
         const auto p = s.corners(std::size_t(t));
         const auto near = mesh::nearest_on_triangle(x_mm, p[0], p[1], p[2]);
-        const double d = dot(x_mm - near.place, x_mm - near.place);
+        const double d = dot(x_mm - near.position, x_mm - near.position);
         if (d > limit || (d == limit && found.triangle >= 0 && t > found.triangle)) return;
         limit = d;
         found.triangle = t;
-        found.position_mm = near.place;
+        found.position_mm = near.position;
         feature = near.feature;
     });
     if (found.triangle < 0) return found;

@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/core/text.h>
 #include <pliant/mesh.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
-#include <system_error>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace pliant {
@@ -85,14 +86,6 @@ double radius_ratio(const std::array<Vec3d, 4>& p, double volume) {
     return 3 * (3 * volume / area) * (12 * volume / circumscribed_by_12_volumes);
 }
 
-std::string rounded(double value, int digits) {
-    char text[64];
-    auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits);
-    if (end.ec != std::errc{})  // too long for fixed notation
-        end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits);
-    return {text, end.ptr};
-}
-
 }  // namespace
 
 std::vector<std::array<std::int32_t, 3>> boundary_faces(const TetMesh& mesh,
@@ -119,6 +112,30 @@ TriangleMesh part_of(std::span<const Vec3d> nodes_mm,
     for (auto& t : part.cells)
         for (std::int32_t& n : t) n = number[std::size_t(n)];
     return part;
+}
+
+TriangleMesh joined(const TriangleMesh& surface) {
+    // Sorted by position, then by number: the first of equal nodes represents all.
+    std::vector<std::int32_t> order(surface.nodes_mm.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto key = [&](std::int32_t n) {
+        const Vec3d p = surface.nodes_mm[std::size_t(n)];
+        return std::tuple(p.x, p.y, p.z);
+    };
+    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+        return key(a) != key(b) ? key(a) < key(b) : a < b;
+    });
+    std::vector<std::int32_t> same(order.size());
+    for (std::size_t n = 0; n < order.size(); ++n)
+        same[std::size_t(order[n])] = n > 0 && key(order[n]) == key(order[n - 1])
+                                          ? same[std::size_t(order[n - 1])]
+                                          : order[n];
+    std::vector<std::array<std::int32_t, 3>> triangles;
+    for (auto t : surface.cells) {
+        for (std::int32_t& n : t) n = same[std::size_t(n)];
+        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+    }
+    return part_of(surface.nodes_mm, triangles);
 }
 
 TetMesh with_used_nodes(const TetMesh& mesh) {
@@ -217,13 +234,13 @@ std::string describe(const TetQuality& q) {
     text += "tetrahedra          " + count(q.tetrahedra) + ", " + count(q.nodes) + " nodes, " +
             count(q.pieces) + (q.pieces == 1 ? " piece\n" : " pieces\n");
     text += "inverted            " + count(q.inverted) + "\n";
-    text += "volume              " + rounded(q.volume_mm3, 1) + " mm3\n";
-    text += "dihedral angles     " + rounded(q.min_dihedral_deg, 2) + " to " +
-            rounded(q.largest_dihedral_deg, 2) + " degrees\n";
-    text += "radius ratio        " + rounded(q.min_radius_ratio, 3) + " at least, " +
-            rounded(q.mean_radius_ratio, 3) + " on average\n";
-    text += "edges               " + rounded(q.shortest_edge_mm, 3) + " to " +
-            rounded(q.longest_edge_mm, 3) + " mm\n";
+    text += "volume              " + fixed_text(q.volume_mm3, 1) + " mm3\n";
+    text += "dihedral angles     " + fixed_text(q.min_dihedral_deg, 2) + " to " +
+            fixed_text(q.largest_dihedral_deg, 2) + " degrees\n";
+    text += "radius ratio        " + fixed_text(q.min_radius_ratio, 3) + " at least, " +
+            fixed_text(q.mean_radius_ratio, 3) + " on average\n";
+    text += "edges               " + fixed_text(q.shortest_edge_mm, 3) + " to " +
+            fixed_text(q.longest_edge_mm, 3) + " mm\n";
     text += "boundary            " + count(q.boundary.pieces) +
             (q.boundary.pieces == 1 ? " piece, " : " pieces, ") + "Euler characteristic " +
             count(q.boundary.euler) + ", " + count(q.boundary.open_edges) + " open and " +

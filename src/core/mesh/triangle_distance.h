@@ -13,7 +13,7 @@
 namespace pliant::mesh {
 
 struct NearestOnTriangle {
-    Vec3d place;
+    Vec3d position;
     /// 0, 1, 2: that corner; 3, 4, 5: the edge from corner 0, 1, 2 to the next; 6: inside.
     int feature;
 };

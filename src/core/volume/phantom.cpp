@@ -8,10 +8,9 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "volume/phantom_scene.h"
+#include "volume/layer_stack.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <new>
 
@@ -43,17 +42,15 @@ constexpr std::size_t kGreatestCount = std::size_t(1) << 30;  // 2 GiB of voxels
 constexpr double kDirectionTolerance = 1e-4;
 constexpr char kAxis[] = "xyz";
 
-std::string fixed(double value, int decimals) {
-    std::array<char, 64> text;
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
-                                   std::chars_format::fixed, decimals)
-                         .ptr;
-    std::string s(text.data(), end);
-    if (s.starts_with('-') && s.find_first_not_of("-0.") == std::string::npos) s.erase(0, 1);
-    return s;
+/// Fixed decimals, without a sign before a zero.
+std::string landmark_text(double value, int decimals) {
+    std::string text = fixed_text(value, decimals);
+    if (text.starts_with('-') && text.find_first_not_of("-0.") == text.npos) text.erase(0, 1);
+    return text;
 }
-std::string fixed(Vec3d v, int decimals) {
-    return fixed(v.x, decimals) + "," + fixed(v.y, decimals) + "," + fixed(v.z, decimals);
+std::string landmark_text(Vec3d v, int decimals) {
+    return landmark_text(v.x, decimals) + "," + landmark_text(v.y, decimals) + "," +
+           landmark_text(v.z, decimals);
 }
 
 Status check_size(const PhantomSettings& settings) {
@@ -117,9 +114,10 @@ Grid centred_grid(const PhantomSettings& settings, Vec3d extent_mm) {
 
 void note_landmarks(const std::vector<PhantomLandmark>& landmarks, KeyValues& key_values) {
     for (const PhantomLandmark& l : landmarks)
-        key_values.emplace_back("landmark " + l.name,
-                                "push " + fixed(l.push_point_mm, 2) + ":" + fixed(l.push_mm, 2) +
-                                    " eye " + fixed(l.eye_mm, 2) + " look " + fixed(l.look, 3));
+        key_values.emplace_back("landmark " + l.name, "push " + landmark_text(l.push_point_mm, 2) +
+                                                          ":" + landmark_text(l.push_mm, 2) +
+                                                          " eye " + landmark_text(l.eye_mm, 2) +
+                                                          " look " + landmark_text(l.look, 3));
 }
 
 }  // namespace
@@ -146,8 +144,8 @@ Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& a
         Phantom phantom;
         phantom.volume.grid = centred_grid(settings, model.extent_mm);
         VoxelArray<std::int16_t> voxels(voxel_count(phantom.volume.grid));
-        phantom::sample_scene(model.scene, phantom.volume.grid, arena, progress,
-                              {voxels.data(), voxels.size()});
+        phantom::sample_layers(model.stack, phantom.volume.grid, arena, progress,
+                               {voxels.data(), voxels.size()});
         voxels.freeze();
         phantom.volume.voxels = std::move(voxels);
         phantom.landmarks = std::move(model.landmarks);

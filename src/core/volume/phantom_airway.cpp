@@ -79,13 +79,13 @@ std::vector<Tube> airway_tubes() {
 }
 
 /// Horseshoes in the wall.
-double cartilage(const TubePlace& place) {
-    const double shell = std::abs(place.smooth_mm - 1.05) - 0.5;
-    return std::max({shell, 0.6 * (0.05 - place.ring), 2 * (place.back - 0.45)});
+double cartilage(const TubePosition& position) {
+    const double shell = std::abs(position.smooth_mm - 1.05) - 0.5;
+    return std::max({shell, 0.6 * (0.05 - position.ring), 2 * (position.back - 0.45)});
 }
 
 /// Landmark at the intersection of a ray and the wall, slightly inside the tissue.
-PhantomLandmark landmark(const std::string& name, const Field& lumen_inside, Vec3d eye,
+PhantomLandmark landmark(const std::string& name, const ScalarField& lumen_inside, Vec3d eye,
                          Vec3d towards, Vec3d push) {
     constexpr double kInside_mm = 0.6;
     const Vec3d look = normalized(towards - eye);
@@ -93,7 +93,7 @@ PhantomLandmark landmark(const std::string& name, const Field& lumen_inside, Vec
     return {name, wall + kInside_mm * look, push, eye, look};
 }
 
-void add_landmarks(Model& model, const Field& outside_lumen) {
+void add_landmarks(Model& model, const ScalarField& outside_lumen) {
     const Vec3d above{0.3, -2.2, 22};
     const Vec3d tip = walk_to_surface(outside_lumen, {-0.2, -1, 3}, {0, 0, -1}, 30);
     model.landmarks.push_back(landmark("carina", outside_lumen, above, tip, {6, 0, 0}));
@@ -113,14 +113,14 @@ Model make_airway_model() {
     Model model;
     model.extent_mm = {128, 128, 128};
     const auto tree = std::make_shared<const TubeTree>(airway_tubes(), 2.2);
-    add_chest(model.scene, [tree](Vec3d p) { return tree->outer(p); });
-    model.scene.add([tree](Vec3d p) { return tree->outer(p); }, tissue(40, 9), 1.2);
-    model.scene.add([tree](Vec3d p) { return cartilage(tree->find(p)); }, tissue(165, 12, 45, 2),
+    add_chest(model.stack, [tree](Vec3d p) { return tree->outer(p); });
+    model.stack.add([tree](Vec3d p) { return tree->outer(p); }, tissue(40, 9), 1.2);
+    model.stack.add([tree](Vec3d p) { return cartilage(tree->find(p)); }, tissue(165, 12, 45, 2),
                     1.4);
-    const Field lumen = [tree](Vec3d p) {
+    const ScalarField lumen = [tree](Vec3d p) {
         return tree->lumen(p) + 0.12 * value_noise(p * 0.45, 22);
     };
-    model.scene.add(lumen, uniform(kAirHu), 1.45);
+    model.stack.add(lumen, uniform(kAirHu), 1.45);
     add_landmarks(model, [lumen](Vec3d p) { return -lumen(p); });
     return model;
 }

@@ -112,7 +112,7 @@ std::vector<Vessel> great_vessels() {
 }
 
 /// The tissue between the lungs, with fat.
-Field mediastinum(const std::vector<Vessel>& vessels, const Field& airway_outer) {
+ScalarField mediastinum(const std::vector<Vessel>& vessels, const ScalarField& airway_outer) {
     constexpr double kSheath_mm = 1.2;
     std::vector<TubeRow> tubes;
     for (const Vessel& v : vessels) tubes.emplace_back(v.row);
@@ -141,12 +141,12 @@ struct Node {
 /// Grows a vessel tree in a lung: random points join, nearest to the root first, the node with the
 /// shortest path to the root. Radii follow Murray's law [Murray1926]: their cubes add up where
 /// vessels join.
-std::vector<Node> grow_vessels(const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
+std::vector<Node> grow_vessels(const ScalarField& lung, Vec3d root, Vec3d middle, Vec3d half,
                                std::uint64_t seed) {
-    constexpr int kPlaces = 900;
+    constexpr int kTries = 900;
     Chance chance(seed);
     std::vector<Node> nodes;
-    for (int n = 0; n < kPlaces; ++n) {
+    for (int n = 0; n < kTries; ++n) {
         const Vec3d x = middle + scaled(half, chance.vector());
         if (lung(x) < -1.5) nodes.push_back({x, 0, 0, 1});
     }
@@ -175,8 +175,8 @@ double cube_root(double v) {
     return r;
 }
 
-void add_lung_vessels(Scene& scene, const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
-                      std::uint64_t seed) {
+void add_lung_vessels(LayerStack& stack, const ScalarField& lung, Vec3d root, Vec3d middle,
+                      Vec3d half, std::uint64_t seed) {
     constexpr double kEnd_mm = 0.42;  // radius of the smallest vessels visible in a scan
     const std::vector<Node> nodes = grow_vessels(lung, root, middle, half, seed);
     Chance chance(seed + 1);
@@ -187,7 +187,7 @@ void add_lung_vessels(Scene& scene, const Field& lung, Vec3d root, Vec3d middle,
         const Vec3d a = from.x, b = nodes[n].x;
         const Vec3d bent = 0.5 * (a + b) + (0.1 * norm(b - a)) * chance.vector();
         const double rm = 0.5 * (ra + rb);
-        scene.add(
+        stack.add(
             [=](Vec3d p) {
                 return std::min(capsule(p, a, bent, ra, rm), capsule(p, bent, b, rm, rb));
             },
@@ -195,55 +195,55 @@ void add_lung_vessels(Scene& scene, const Field& lung, Vec3d root, Vec3d middle,
     }
 }
 
-void add_chest_wall(Scene& scene) {
-    scene.add([](Vec3d p) { return box(p, {0, 58.5, 0}, {50, 2.6, 90}, 2); }, uniform(-120));
-    scene.add([](Vec3d p) { return box(p, {0, 58.5, 0}, {49, 1.9, 90}, 1.5); }, uniform(-930));
-    scene.add(body, tissue(25, 8));
-    scene.add([](Vec3d p) { return body(p) + 1.5; }, tissue(-102, 9, 9, 5));
+void add_chest_wall(LayerStack& stack) {
+    stack.add([](Vec3d p) { return box(p, {0, 58.5, 0}, {50, 2.6, 90}, 2); }, uniform(-120));
+    stack.add([](Vec3d p) { return box(p, {0, 58.5, 0}, {49, 1.9, 90}, 1.5); }, uniform(-930));
+    stack.add(body, tissue(25, 8));
+    stack.add([](Vec3d p) { return body(p) + 1.5; }, tissue(-102, 9, 9, 5));
     const auto muscle = [](Vec3d p) {
         return 0.8 * (body(p) + 4.2 + 1.6 * value_noise(p * 0.09, 31));
     };
-    scene.add(muscle, tissue(52, 9, 6, 3));
+    stack.add(muscle, tissue(52, 9, 6, 3));
     const auto streak = [](Vec3d p) {
         const double depth = cavity(p) - 6.4 - 1.4 * value_noise(p * 0.07, 32);
         return 0.75 * (std::abs(depth) - 0.55);
     };
-    scene.add(streak, tissue(-70, 9));
+    stack.add(streak, tissue(-70, 9));
     const auto cortex = [](Vec3d p) { return p.y < -24 ? 115.0 : 650.0; };
-    scene.add(scapulae, tissue(520, 25, 60, 3), 1.2);
-    scene.add(ribs, cortex, 1.3);
-    scene.add([](Vec3d p) { return ribs(p) + 1.1; },
+    stack.add(scapulae, tissue(520, 25, 60, 3), 1.2);
+    stack.add(ribs, cortex, 1.3);
+    stack.add([](Vec3d p) { return ribs(p) + 1.1; },
               [](Vec3d p) { return p.y < -24 ? 95.0 : 240 + 60 * value_noise(p * 0.5, 33); }, 1.3);
-    scene.add(cavity, tissue(-98, 9, 8, 5), 1.1);
-    scene.add(sternum, tissue(480, 20));
-    scene.add([](Vec3d p) { return sternum(p) + 1; }, tissue(150, 20, 50, 2));
+    stack.add(cavity, tissue(-98, 9, 8, 5), 1.1);
+    stack.add(sternum, tissue(480, 20));
+    stack.add([](Vec3d p) { return sternum(p) + 1; }, tissue(150, 20, 50, 2));
 }
 
-void add_spine(Scene& scene) {
-    scene.add(disc, tissue(85, 8));
-    scene.add([](Vec3d p) { return stadium(p.x, p.y - 42.5, 1.5, 5.8); }, tissue(12, 8));
-    scene.add([](Vec3d p) { return stadium(p.x, p.y - 43.5, 0.8, 2.9); }, tissue(42, 8));
-    scene.add(vertebra, tissue(640, 20, 60, 3), 1.3);
-    scene.add([](Vec3d p) { return vertebra(p) + 1.3; }, tissue(215, 22, 70, 1.8), 1.3);
+void add_spine(LayerStack& stack) {
+    stack.add(disc, tissue(85, 8));
+    stack.add([](Vec3d p) { return stadium(p.x, p.y - 42.5, 1.5, 5.8); }, tissue(12, 8));
+    stack.add([](Vec3d p) { return stadium(p.x, p.y - 43.5, 0.8, 2.9); }, tissue(42, 8));
+    stack.add(vertebra, tissue(640, 20, 60, 3), 1.3);
+    stack.add([](Vec3d p) { return vertebra(p) + 1.3; }, tissue(215, 22, 70, 1.8), 1.3);
 }
 
-void add_belly(Scene& scene) {
+void add_belly(LayerStack& stack) {
     const auto below = [](Vec3d p) { return std::max(cavity(p) + 0.6, domes(p)); };
-    scene.add(below, tissue(50, 8), 1.1);
+    stack.add(below, tissue(50, 8), 1.1);
     const auto liver = [](Vec3d p) { return std::max(cavity(p) + 1.6, domes(p) + 1.8); };
-    scene.add([=](Vec3d p) { return std::max(liver(p), 0.8 * (p.x - 14 - 0.2 * p.y)); },
+    stack.add([=](Vec3d p) { return std::max(liver(p), 0.8 * (p.x - 14 - 0.2 * p.y)); },
               tissue(105, 9, 10, 5));
-    scene.add(
+    stack.add(
         [=](Vec3d p) {
             return std::max(liver(p), ellipsoid(p, {34, 20, -62}, {15, 17, 14}));
         },
         tissue(118, 9, 8, 3));
-    scene.add(
+    stack.add(
         [=](Vec3d p) {
             return std::max(liver(p) + 1, ellipsoid(p, {30, -12, -66}, {16, 17, 13}));
         },
         tissue(45, 9));
-    scene.add(
+    stack.add(
         [=](Vec3d p) {
             return std::max(
                 {liver(p) + 3, ellipsoid(p, {30, -12, -66}, {13.5, 14.5, 11}), p.y + 12});
@@ -251,14 +251,14 @@ void add_belly(Scene& scene) {
         uniform(-985));
 }
 
-void add_heart(Scene& scene) {
-    scene.add(
+void add_heart(LayerStack& stack) {
+    stack.add(
         [](Vec3d p) {
             return ellipsoid(p, {13, -15, -36}, {28, 20.5, 24}) + 0.6 * value_noise(p * 0.12, 34);
         },
         tissue(95, 9, 6, 4), 1.1);
-    const auto chamber = [&scene](Vec3d centre, Vec3d radii) {
-        scene.add(
+    const auto chamber = [&stack](Vec3d centre, Vec3d radii) {
+        stack.add(
             [=](Vec3d p) {
                 return 0.85 * (ellipsoid(p, centre, radii) + 0.8 * value_noise(p * 0.22, 35));
             },
@@ -270,35 +270,35 @@ void add_heart(Scene& scene) {
     chamber({10, 0, -31}, {15, 7, 10});
 }
 
-void add_great_vessels(Scene& scene, const std::vector<Vessel>& vessels) {
+void add_great_vessels(LayerStack& stack, const std::vector<Vessel>& vessels) {
     for (const Vessel& v : vessels) {
-        const Field inside = row_of_capsules(v.row);
-        scene.add([=](Vec3d p) { return inside(p) - 0.8; }, tissue(50, 9));
+        const ScalarField inside = row_of_capsules(v.row);
+        stack.add([=](Vec3d p) { return inside(p) - 0.8; }, tissue(50, 9));
     }
-    for (const Vessel& v : vessels) scene.add(row_of_capsules(v.row), tissue(v.hu, 10));
-    const Field oesophagus = row_of_capsules(smooth_row(
+    for (const Vessel& v : vessels) stack.add(row_of_capsules(v.row), tissue(v.hu, 10));
+    const ScalarField oesophagus = row_of_capsules(smooth_row(
         {{{4, 11.5, 70}, 4.4}, {{3.5, 12, 30}, 4.4}, {{3, 13, -5}, 4.2}, {{5, 10, -70}, 4.6}}, 5));
     const auto flattened = [=](Vec3d p) { return 0.8 * oesophagus({p.x, p.y, p.z}); };
-    scene.add(flattened, tissue(42, 9));
-    scene.add([=](Vec3d p) { return flattened(p) + 2.9; }, uniform(-420));
+    stack.add(flattened, tissue(42, 9));
+    stack.add([=](Vec3d p) { return flattened(p) + 2.9; }, uniform(-420));
     Chance chance(41);
     for (int n = 0; n < 9; ++n) {
         const Vec3d c{chance.between(-10, 10), chance.between(-16, 12), chance.between(-22, 10)};
         const double r = chance.between(1.4, 2.8);
-        scene.add([=](Vec3d p) { return ellipsoid(p, c, {r, 1.2 * r, 1.7 * r}); }, tissue(48, 9));
+        stack.add([=](Vec3d p) { return ellipsoid(p, c, {r, 1.2 * r, 1.7 * r}); }, tissue(48, 9));
     }
 }
 
-void add_lungs(Scene& scene, const Field& between) {
-    const Field lung = [=](Vec3d p) {
+void add_lungs(LayerStack& stack, const ScalarField& between) {
+    const ScalarField lung = [=](Vec3d p) {
         return std::max({cavity(p) + 0.8, -between(p), -(domes(p) - 1.6)});
     };
     const auto parenchyma = [](Vec3d p) {
         return -868 + 0.7 * p.y + 22 * value_noise(p * 0.55, 36) + 14 * value_noise(p * 0.2, 37) +
                10 * value_noise(p * (1 / 1.3), 11);
     };
-    scene.add(lung, parenchyma, 1.1);
-    scene.add(
+    stack.add(lung, parenchyma, 1.1);
+    stack.add(
         [=](Vec3d p) {
             const double major = (p.z - 2 - 0.9 * p.y) * 0.74 + 1.5 * value_noise(p * 0.06, 38);
             const double minor = p.z + 12 - 0.1 * p.y + 1.5 * value_noise(p * 0.06, 39);
@@ -309,22 +309,22 @@ void add_lungs(Scene& scene, const Field& between) {
         uniform(-600), 1.2);
     // arteries, then veins, on both sides
     const Vec3d right{-32, 2, 5}, left{34, 2, 5}, half{20, 38, 58};
-    add_lung_vessels(scene, lung, {-25, 0, -19}, right, half, 51);
-    add_lung_vessels(scene, lung, {-25, -2, -33}, right, half, 53);
-    add_lung_vessels(scene, lung, {31, 8, -10}, left, half, 55);
-    add_lung_vessels(scene, lung, {27, -1, -29}, left, half, 57);
+    add_lung_vessels(stack, lung, {-25, 0, -19}, right, half, 51);
+    add_lung_vessels(stack, lung, {-25, -2, -33}, right, half, 53);
+    add_lung_vessels(stack, lung, {31, 8, -10}, left, half, 55);
+    add_lung_vessels(stack, lung, {27, -1, -29}, left, half, 57);
 }
 
 }  // namespace
 
-void add_chest(Scene& scene, const Field& airway_outer) {
+void add_chest(LayerStack& stack, const ScalarField& airway_outer) {
     const std::vector<Vessel> vessels = great_vessels();
-    add_chest_wall(scene);
-    add_spine(scene);
-    add_belly(scene);
-    add_lungs(scene, mediastinum(vessels, airway_outer));
-    add_heart(scene);
-    add_great_vessels(scene, vessels);
+    add_chest_wall(stack);
+    add_spine(stack);
+    add_belly(stack);
+    add_lungs(stack, mediastinum(vessels, airway_outer));
+    add_heart(stack);
+    add_great_vessels(stack, vessels);
 }
 
 }  // namespace pliant::phantom

@@ -6,13 +6,13 @@
 
 #pragma once
 
-#include "volume/phantom_scene.h"
+#include "volume/layer_stack.h"
 #include "volume/phantom_tubes.h"
 
 namespace pliant::phantom {
 
 /// Adds everything except the airway.
 /// @param airway_outer  distance to the outside of the airway's wall
-void add_chest(Scene& scene, const Field& airway_outer);
+void add_chest(LayerStack& stack, const ScalarField& airway_outer);
 
 }  // namespace pliant::phantom

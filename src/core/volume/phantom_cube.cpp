@@ -5,17 +5,17 @@
 // 0…4095, which is 1000 HU, in air. That exceeds the usual bone threshold, which must be raised for
 // pushes, as in the thesis.
 
+#include "volume/layer_stack.h"
 #include "volume/phantom_noise.h"
-#include "volume/phantom_scene.h"
 
 namespace pliant::phantom {
 
 Model make_cube_model() {
     Model model;
     model.extent_mm = {100, 100, 100};
-    model.scene.footprint_voxels = 1;
+    model.stack.footprint_voxels = 1;
     constexpr double kHalf_mm = 30;
-    model.scene.add(
+    model.stack.add(
         [](Vec3d p) {
             return box(p, {0, 0, 0}, {kHalf_mm, kHalf_mm, kHalf_mm});
         },

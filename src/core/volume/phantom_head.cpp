@@ -47,13 +47,13 @@ double skull(Vec3d p) {
     return std::max(shell, 0.6 * (lower_edge - p.z));
 }
 
-void add_skin(Scene& scene) {
-    scene.add(head, tissue(28, 8), 1.1);
-    scene.add([](Vec3d p) { return head(p) + 1.5; }, tissue(-95, 9, 8, 5), 1.1);
-    scene.add([](Vec3d p) { return 0.85 * (head(p) + 4 + 2 * value_noise(p * 0.1, 81)); },
+void add_skin(LayerStack& stack) {
+    stack.add(head, tissue(28, 8), 1.1);
+    stack.add([](Vec3d p) { return head(p) + 1.5; }, tissue(-95, 9, 8, 5), 1.1);
+    stack.add([](Vec3d p) { return 0.85 * (head(p) + 4 + 2 * value_noise(p * 0.1, 81)); },
               tissue(50, 9, 7, 3), 1.2);
     // fat of the cheeks and under the temples
-    scene.add(
+    stack.add(
         [](Vec3d p) {
             const Vec3d q = mirrored_x(p);
             return 0.85 *
@@ -62,7 +62,7 @@ void add_skin(Scene& scene) {
         tissue(-90, 9), 1.2);
 }
 
-void add_bone(Scene& scene) {
+void add_bone(LayerStack& stack) {
     const auto dense = tissue(780, 30, 60, 3);
     const auto spongy = tissue(330, 30, 90, 2);
     const auto face = [](Vec3d p) {
@@ -78,8 +78,8 @@ void add_bone(Scene& scene) {
         const double chin = capsule(q, {27, -24, -58}, {5, -38, -57}, 5.2, 6);
         return std::min({cheek, rim, upper, wings, jaw, side, chin});
     };
-    scene.add(face, dense, 1.1);
-    scene.add([=](Vec3d p) { return face(p) + 1.6; }, spongy, 1.1);
+    stack.add(face, dense, 1.1);
+    stack.add([=](Vec3d p) { return face(p) + 1.6; }, spongy, 1.1);
     // the base around the sphenoid, with the clivus and the temporal bones
     const auto base = [](Vec3d p) {
         const Vec3d q = mirrored_x(p);
@@ -88,9 +88,9 @@ void add_bone(Scene& scene) {
         const double temporal = capsule(q, {20, 38, 2}, {50, 40, 4}, 7, 11);
         return smooth_union(smooth_union(middle, clivus, 4), temporal, 4);
     };
-    scene.add(base, dense);
-    scene.add([=](Vec3d p) { return base(p) + 1.8; }, spongy);
-    scene.add(
+    stack.add(base, dense);
+    stack.add([=](Vec3d p) { return base(p) + 1.8; }, spongy);
+    stack.add(
         [](Vec3d p) {
             const Vec3d q = mirrored_x(p);
             double cells = 1e9;
@@ -100,17 +100,17 @@ void add_bone(Scene& scene) {
             return cells;
         },
         uniform(-900));
-    scene.add(skull, dense, 1.1);
-    scene.add([](Vec3d p) { return skull(p) + 1.4; }, spongy, 1.1);
-    scene.add([](Vec3d p) { return cranium(p, 2.0); }, dense, 2);
+    stack.add(skull, dense, 1.1);
+    stack.add([](Vec3d p) { return skull(p) + 1.4; }, spongy, 1.1);
+    stack.add([](Vec3d p) { return cranium(p, 2.0); }, dense, 2);
 }
 
-void add_mouth(Scene& scene) {
+void add_mouth(LayerStack& stack) {
     const auto gap = [](Vec3d p) {
         const double dome = p.z + 34 + 0.012 * (p.x * p.x + 0.5 * (p.y + 8) * (p.y + 8));
         return std::max(0.9 * (std::abs(dome) - 0.7), ellipsoid(p, {0, -8, -36}, {15, 20, 16}));
     };
-    scene.add(gap, uniform(kAirHu), 1.2);
+    stack.add(gap, uniform(kAirHu), 1.2);
     constexpr double kArch[7][2] = {{3, -34},    {8.5, -32.5}, {13, -29.5}, {16.5, -25},
                                     {19, -19.5}, {20.8, -13},  {22, -6}};
     for (const auto& at : kArch) {
@@ -122,13 +122,13 @@ void add_mouth(Scene& scene) {
             return capsule(mirrored_x(p), {0.95 * x, y + 1, -60}, {0.95 * x, y + 1, -48.5}, 1.2,
                            2.5);
         };
-        scene.add(upper, [](Vec3d p) { return 1250 + 700 * ramp(36, 40, -p.z); });
-        scene.add(lower, [](Vec3d p) { return 1250 + 700 * ramp(54, 50, -p.z); });
+        stack.add(upper, [](Vec3d p) { return 1250 + 700 * ramp(36, 40, -p.z); });
+        stack.add(lower, [](Vec3d p) { return 1250 + 700 * ramp(54, 50, -p.z); });
     }
 }
 
-void add_brain(Scene& scene) {
-    scene.add([](Vec3d p) { return cranium(p, 0); }, tissue(12, 7), 2);
+void add_brain(LayerStack& stack) {
+    stack.add([](Vec3d p) { return cranium(p, 0); }, tissue(12, 7), 2);
     const auto brain = [](Vec3d p) {
         // folds: a sheet that winds through space, deep at the brain's surface only
         const Vec3d q =
@@ -141,13 +141,13 @@ void add_brain(Scene& scene) {
         const double gap = 1.0 - std::abs(p.x);
         return std::max({room, 0.45 * sulcus, gap});
     };
-    scene.add(
+    stack.add(
         brain,
         [](Vec3d p) {
             return 36 + 3 * value_noise(p * 0.2, 86) + 6 * value_noise(p * (1 / 1.3), 11);
         },
         2);
-    scene.add(
+    stack.add(
         [](Vec3d p) {
             const Vec3d q = mirrored_x(p);
             return smooth_union(capsule(q, {7, 8, 50}, {10, 45, 56}, 3.4, 4.4),
@@ -155,37 +155,37 @@ void add_brain(Scene& scene) {
         },
         tissue(8, 6));
     // the sella with the gland, its stalk, and the carotid arteries at both sides
-    scene.add([](Vec3d p) { return ellipsoid(p, {0, 25, 20.5}, {7.4, 6, 6.2}); }, tissue(62, 8));
-    scene.add([](Vec3d p) { return capsule(p, {0, 25, 24}, {0, 23, 34}, 1.2, 1); }, tissue(60, 8));
-    const Field carotid = row_of_capsules(smooth_row({{{17, 32, -64}, 2.6},
-                                                      {{17, 33, -6}, 2.6},
-                                                      {{14.5, 29, 10}, 2.4},
-                                                      {{11.5, 20, 17}, 2.3},
-                                                      {{11, 19, 25}, 2.2},
-                                                      {{14, 26, 30}, 2}},
-                                                     5));
-    scene.add([=](Vec3d p) { return carotid(mirrored_x(p)); }, tissue(110, 8));
+    stack.add([](Vec3d p) { return ellipsoid(p, {0, 25, 20.5}, {7.4, 6, 6.2}); }, tissue(62, 8));
+    stack.add([](Vec3d p) { return capsule(p, {0, 25, 24}, {0, 23, 34}, 1.2, 1); }, tissue(60, 8));
+    const ScalarField carotid = row_of_capsules(smooth_row({{{17, 32, -64}, 2.6},
+                                                            {{17, 33, -6}, 2.6},
+                                                            {{14.5, 29, 10}, 2.4},
+                                                            {{11.5, 20, 17}, 2.3},
+                                                            {{11, 19, 25}, 2.2},
+                                                            {{14, 26, 30}, 2}},
+                                                           5));
+    stack.add([=](Vec3d p) { return carotid(mirrored_x(p)); }, tissue(110, 8));
 }
 
-void add_eyes(Scene& scene) {
-    scene.add([](Vec3d p) { return std::max(orbit(p) - 1.1, -30 - p.y); }, tissue(560, 25), 1.2);
-    scene.add([](Vec3d p) { return std::max(orbit(p), head(p) + 2); }, tissue(-92, 9), 1.2);
+void add_eyes(LayerStack& stack) {
+    stack.add([](Vec3d p) { return std::max(orbit(p) - 1.1, -30 - p.y); }, tissue(560, 25), 1.2);
+    stack.add([](Vec3d p) { return std::max(orbit(p), head(p) + 2); }, tissue(-92, 9), 1.2);
     const Vec3d globe{30, -34, 14};
     const Vec3d apex{18, 3, 13};
     for (const Vec3d& muscle : {Vec3d{10.5, 0, 0}, {-9.5, 0, 0}, {0, 0, 10.5}, {0, 0, -10.5}})
-        scene.add(
+        stack.add(
             [=](Vec3d p) {
                 return capsule(mirrored_x(p), globe + muscle + Vec3d{0, 3, 0}, apex, 1.5, 1.1);
             },
             tissue(58, 8));
-    scene.add(
+    stack.add(
         [=](Vec3d p) {
             return capsule(mirrored_x(p), globe + Vec3d{-2, 11, 0}, apex, 1.9, 1.7);
         },
         tissue(38, 8));
-    scene.add([=](Vec3d p) { return sphere(mirrored_x(p), globe, 11.4); }, tissue(66, 8));
-    scene.add([=](Vec3d p) { return sphere(mirrored_x(p), globe, 10.3); }, tissue(12, 6));
-    scene.add(
+    stack.add([=](Vec3d p) { return sphere(mirrored_x(p), globe, 11.4); }, tissue(66, 8));
+    stack.add([=](Vec3d p) { return sphere(mirrored_x(p), globe, 10.3); }, tissue(12, 6));
+    stack.add(
         [=](Vec3d p) {
             return ellipsoid(mirrored_x(p), globe + Vec3d{0, -7.4, 0}, {4.2, 1.9, 4.2});
         },
@@ -194,12 +194,12 @@ void add_eyes(Scene& scene) {
 
 }  // namespace
 
-void add_head(Scene& scene) {
-    add_skin(scene);
-    add_bone(scene);
-    add_mouth(scene);
-    add_brain(scene);
-    add_eyes(scene);
+void add_head(LayerStack& stack) {
+    add_skin(stack);
+    add_bone(stack);
+    add_mouth(stack);
+    add_brain(stack);
+    add_eyes(stack);
 }
 
 }  // namespace pliant::phantom

@@ -5,11 +5,11 @@
 
 #pragma once
 
-#include "volume/phantom_scene.h"
+#include "volume/layer_stack.h"
 
 namespace pliant::phantom {
 
 /// Adds everything except the air spaces and the structures in them.
-void add_head(Scene& scene);
+void add_head(LayerStack& stack);
 
 }  // namespace pliant::phantom

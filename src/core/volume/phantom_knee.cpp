@@ -6,8 +6,8 @@
 // usual bone threshold of 300 HU and don't move, and the tissue around them is soft: the case that
 // [Choi2004, 4.2.2] deforms by a control lattice.
 
+#include "volume/layer_stack.h"
 #include "volume/phantom_noise.h"
-#include "volume/phantom_scene.h"
 
 namespace pliant::phantom {
 namespace {
@@ -39,16 +39,16 @@ double patella(Vec3d p) {
 }
 
 /// Spongy bone in a dense shell.
-void add_bone(Scene& scene, const Field& shape, double shell_mm) {
-    scene.add(shape, tissue(1150, 30, 60, 4));
-    scene.add([=](Vec3d p) { return shape(p) + shell_mm; }, tissue(430, 25, 50, 2));
+void add_bone(LayerStack& stack, const ScalarField& shape, double shell_mm) {
+    stack.add(shape, tissue(1150, 30, 60, 4));
+    stack.add([=](Vec3d p) { return shape(p) + shell_mm; }, tissue(430, 25, 50, 2));
 }
 
-void add_soft_parts(Scene& scene) {
-    scene.add(leg, tissue(25, 8));
-    scene.add([](Vec3d p) { return leg(p) + 1.8; }, tissue(-100, 9, 7, 5));
-    const auto muscle = [&scene](Vec3d a, Vec3d b, double ra, double rb) {
-        scene.add(
+void add_soft_parts(LayerStack& stack) {
+    stack.add(leg, tissue(25, 8));
+    stack.add([](Vec3d p) { return leg(p) + 1.8; }, tissue(-100, 9, 7, 5));
+    const auto muscle = [&stack](Vec3d a, Vec3d b, double ra, double rb) {
+        stack.add(
             [=](Vec3d p) {
                 const double folds = 0.5 * value_noise({p.x * 0.25, p.y * 0.25, p.z * 0.05}, 71);
                 return 0.85 * (capsule(p, a, b, ra, rb) + folds);
@@ -61,11 +61,13 @@ void add_soft_parts(Scene& scene) {
         muscle({side * 21, 40, 26}, {side * 20, 34, -130}, 8, 21);    // of the calf
     }
     muscle({-24, -6, -44}, {-26, -10, -130}, 7, 14);
-    const Field artery = [](Vec3d p) { return capsule(p, {4, 40, 130}, {2, 36, -130}, 3.4, 3); };
-    scene.add([=](Vec3d p) { return artery(p) - 1; }, tissue(60, 9));
-    scene.add(artery, tissue(45, 9));
-    const auto tendon = [&scene](Vec3d a, Vec3d b, double ra, double rb) {
-        scene.add([=](Vec3d p) { return capsule(p, a, b, ra, rb); }, tissue(105, 9));
+    const ScalarField artery = [](Vec3d p) {
+        return capsule(p, {4, 40, 130}, {2, 36, -130}, 3.4, 3);
+    };
+    stack.add([=](Vec3d p) { return artery(p) - 1; }, tissue(60, 9));
+    stack.add(artery, tissue(45, 9));
+    const auto tendon = [&stack](Vec3d a, Vec3d b, double ra, double rb) {
+        stack.add([=](Vec3d p) { return capsule(p, a, b, ra, rb); }, tissue(105, 9));
     };
     tendon({0, -40, 34}, {0, -34, 120}, 7, 10);
     tendon({0, -42, 0}, {0, -30, -46}, 6, 7);
@@ -78,19 +80,19 @@ void add_soft_parts(Scene& scene) {
 Model make_knee_model() {
     Model model;
     model.extent_mm = {160, 160, 200};
-    Scene& scene = model.scene;
-    add_soft_parts(scene);
+    LayerStack& stack = model.stack;
+    add_soft_parts(stack);
     // Cartilage between adjacent bones, and the menisci.
-    scene.add([](Vec3d p) { return smooth_intersection(femur(p) - 2.4, p.z - 22, 3); },
+    stack.add([](Vec3d p) { return smooth_intersection(femur(p) - 2.4, p.z - 22, 3); },
               tissue(115, 9));
-    scene.add([](Vec3d p) { return smooth_intersection(tibia(p) - 2.2, -p.z - 17, 3); },
+    stack.add([](Vec3d p) { return smooth_intersection(tibia(p) - 2.2, -p.z - 17, 3); },
               tissue(115, 9));
-    scene.add([](Vec3d p) { return torus(mirrored_x(p), {21, 5, -8}, 15, 3.6); }, tissue(85, 9));
-    scene.add([](Vec3d p) { return patella(p) - 2; }, tissue(115, 9));
-    add_bone(scene, femur, 2.6);
-    add_bone(scene, tibia, 2.6);
-    add_bone(scene, fibula, 1.8);
-    add_bone(scene, patella, 2);
+    stack.add([](Vec3d p) { return torus(mirrored_x(p), {21, 5, -8}, 15, 3.6); }, tissue(85, 9));
+    stack.add([](Vec3d p) { return patella(p) - 2; }, tissue(115, 9));
+    add_bone(stack, femur, 2.6);
+    add_bone(stack, tibia, 2.6);
+    add_bone(stack, fibula, 1.8);
+    add_bone(stack, patella, 2);
 
     // Pushes from outside; views from the front.
     const auto skin = [](Vec3d from, Vec3d towards) {
@@ -98,8 +100,8 @@ Model make_knee_model() {
     };
     const auto add_landmark = [&](const char* name, Vec3d from, Vec3d push) {
         const Vec3d way = normalized(push);
-        const Vec3d place = skin(from, way) + 3.0 * way;
-        model.landmarks.push_back({name, place, push, place - 40.0 * way, way});
+        const Vec3d position = skin(from, way) + 3.0 * way;
+        model.landmarks.push_back({name, position, push, position - 40.0 * way, way});
     };
     add_landmark("fat_pad", {14, -120, -22}, {0, 9, 0});
     add_landmark("thigh", {-30, -130, 70}, {0, 12, 0});

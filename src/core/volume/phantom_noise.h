@@ -59,11 +59,11 @@ class Chance {
 };
 
 /// Constant value [HU].
-inline Field uniform(double hu) {
+inline ScalarField uniform(double hu) {
     return [hu](Vec3d) { return hu; };
 }
 /// A value [HU] with fine scanner noise and coarser mottle of the tissue.
-inline Field tissue(double hu, double grain_hu, double mottle_hu = 0, double mottle_mm = 4) {
+inline ScalarField tissue(double hu, double grain_hu, double mottle_hu = 0, double mottle_mm = 4) {
     return [=](Vec3d p) {
         double value = hu;
         if (grain_hu > 0) value += grain_hu * value_noise(p * (1 / 1.3), 11);

@@ -20,7 +20,7 @@
 namespace pliant::phantom {
 
 /// A number at each world point [mm, LPS]: a signed distance [mm], or a value [HU].
-using Field = std::function<double(Vec3d)>;
+using ScalarField = std::function<double(Vec3d)>;
 
 inline double clamp01(double t) {
     return std::clamp(t, 0.0, 1.0);

@@ -106,25 +106,25 @@ double middle_turbinate(Vec3d p) {
     return 0.9 * smooth_union(body, stalk, 1.5);
 }
 
-void add_air_spaces(Scene& scene) {
+void add_air_spaces(LayerStack& stack) {
     const auto shell = [](Vec3d p) { return air_spaces(p) - kBone_mm; };
-    scene.add([=](Vec3d p) { return std::max(shell(p), -40 - p.y); }, tissue(640, 25, 60, 3), 1.2);
+    stack.add([=](Vec3d p) { return std::max(shell(p), -40 - p.y); }, tissue(640, 25, 60, 3), 1.2);
     const auto breathing = [](Vec3d p) {
         return std::min({air_spaces(p), nostrils(p), pharynx(p)});
     };
-    scene.add([=](Vec3d p) { return breathing(p) - kMucosa_mm; }, tissue(42, 9), 1.2);
-    scene.add(breathing, uniform(kAirHu), 1.2);
+    stack.add([=](Vec3d p) { return breathing(p) - kMucosa_mm; }, tissue(42, 9), 1.2);
+    stack.add(breathing, uniform(kAirHu), 1.2);
 }
 
-void add_inside_nose(Scene& scene) {
-    scene.add([](Vec3d p) { return septum(p, 1.9); }, tissue(44, 9), 1.2);
-    scene.add([](Vec3d p) { return septum(p, 0.75); },
+void add_inside_nose(LayerStack& stack) {
+    stack.add([](Vec3d p) { return septum(p, 1.9); }, tissue(44, 9), 1.2);
+    stack.add([](Vec3d p) { return septum(p, 0.75); },
               [](Vec3d p) { return 125 + 330 * ramp(-20, -12, p.y) + 10 * value_noise(p, 76); },
               1.2);
-    scene.add(inferior_turbinate, tissue(52, 9), 1.2);
-    scene.add(middle_turbinate, tissue(50, 9), 1.2);
+    stack.add(inferior_turbinate, tissue(52, 9), 1.2);
+    stack.add(middle_turbinate, tissue(50, 9), 1.2);
     // Conchal bone is thin and porous: it is below the bone threshold.
-    scene.add(
+    stack.add(
         [](Vec3d p) {
             const Vec3d q = mirrored_x(p);
             const double curl = std::abs(ellipsoid(q, {10, -12, -13.5}, {2.6, 20, 4.4})) - 0.35;
@@ -160,9 +160,9 @@ PhantomLandmark wall_landmark(const std::string& name, Vec3d eye, Vec3d towards,
 Model make_sinus_model() {
     Model model;
     model.extent_mm = {128, 128, 128};
-    add_head(model.scene);
-    add_air_spaces(model.scene);
-    add_inside_nose(model.scene);
+    add_head(model.stack);
+    add_air_spaces(model.stack);
+    add_inside_nose(model.stack);
     model.landmarks = {landmark("septum", {5.5, -42, -3}, {0, -27, -4}, {-3, 0, 0}),
                        landmark("turbinate", {4.5, -42.5, -8}, {8, -33, -14}, {3, 2, 0}),
                        wall_landmark("sphenoid_wall", {3.5, -13, 6.5}, {4.2, 7, 6}, {0, 4, 0})};

@@ -21,25 +21,25 @@ namespace {
 constexpr std::size_t kChunk = 4;  // pieces
 
 /// Surfaces of one tube at a point, without fillets.
-TubePlace place_in(const Tube& tube, const TubeRow::Nearest& n, Vec3d p) {
-    TubePlace place;
+TubePosition position_in(const Tube& tube, const TubeRow::Nearest& n, Vec3d p) {
+    TubePosition position;
     const double out = std::max(n.axis_mm, 1e-6);
-    place.back = dot(n.out, tube.back) / out;
-    const double flat = tube.flatness * n.radius_mm * ramp(0.25, 0.95, place.back);
-    place.smooth_mm = n.distance_mm + flat;
-    place.outer_mm = place.smooth_mm - tube.wall_mm;
-    place.lumen_mm = place.smooth_mm;
-    if (tube.ring_mm <= 0) return place;
+    position.back = dot(n.out, tube.back) / out;
+    const double flat = tube.flatness * n.radius_mm * ramp(0.25, 0.95, position.back);
+    position.smooth_mm = n.distance_mm + flat;
+    position.outer_mm = position.smooth_mm - tube.wall_mm;
+    position.lumen_mm = position.smooth_mm;
+    if (tube.ring_mm <= 0) return position;
     const double uneven = 0.16 * value_noise(p * 0.11, 21);
-    place.ring = wave(n.along_mm / tube.ring_mm + uneven);
-    const double horseshoe = 1 - ramp(0.35, 0.75, place.back);
-    const double ring = 0.5 * tube.ring_depth_mm * (1 + place.ring) * horseshoe;
+    position.ring = wave(n.along_mm / tube.ring_mm + uneven);
+    const double horseshoe = 1 - ramp(0.35, 0.75, position.back);
+    const double ring = 0.5 * tube.ring_depth_mm * (1 + position.ring) * horseshoe;
     const Vec3d side = cross(tube.back, n.axis);
     const double fold = 0.45 * tube.ring_depth_mm * (1 - horseshoe) *
                         (1 + wave(dot(n.out, side) / (0.42 * n.radius_mm)));
     // Rings fade out towards the axis, where the direction is undefined.
-    place.lumen_mm += (ring + fold) * ramp(0.2, 0.6, n.axis_mm / n.radius_mm);
-    return place;
+    position.lumen_mm += (ring + fold) * ramp(0.2, 0.6, n.axis_mm / n.radius_mm);
+    return position;
 }
 
 /// Fillet term of a tube that is `further_mm` farther away than the nearest.
@@ -49,18 +49,18 @@ double fillet(double further_mm, double k) {
 }
 
 /// Blends the surfaces of several tubes, with the ring of the nearest one.
-TubePlace blended(std::span<const TubePlace> near, const TubePlace& best, double k) {
-    TubePlace result = best;
-    for (const TubePlace& place : near) {
-        result.lumen_mm = std::min(result.lumen_mm, place.lumen_mm);
-        result.outer_mm = std::min(result.outer_mm, place.outer_mm);
+TubePosition blended(std::span<const TubePosition> near, const TubePosition& best, double k) {
+    TubePosition result = best;
+    for (const TubePosition& position : near) {
+        result.lumen_mm = std::min(result.lumen_mm, position.lumen_mm);
+        result.outer_mm = std::min(result.outer_mm, position.outer_mm);
     }
     const double own = fillet(0, k);  // of the nearest tube, which is excluded
     double lumen = -own, smooth = -own, outer = -own;
-    for (const TubePlace& place : near) {
-        lumen += fillet(place.lumen_mm - result.lumen_mm, k);
-        smooth += fillet(place.smooth_mm - result.smooth_mm, k);
-        outer += fillet(place.outer_mm - result.outer_mm, k);
+    for (const TubePosition& position : near) {
+        lumen += fillet(position.lumen_mm - result.lumen_mm, k);
+        smooth += fillet(position.smooth_mm - result.smooth_mm, k);
+        outer += fillet(position.outer_mm - result.outer_mm, k);
     }
     result.lumen_mm -= lumen;
     result.smooth_mm -= smooth;
@@ -137,11 +137,11 @@ TubeTree::TubeTree(std::vector<Tube> tubes, double fillet_mm)
     for (const Tube& tube : m_tubes) m_rows.emplace_back(tube.points);
 }
 
-TubePlace TubeTree::find(Vec3d p) const {
+TubePosition TubeTree::find(Vec3d p) const {
     struct Answer {
         std::uint64_t identity = 0;
         Vec3d p{0, 0, 0};
-        TubePlace place;
+        TubePosition position;
     };
     thread_local std::array<Answer, 32> answers;
     const std::uint64_t bits = std::bit_cast<std::uint64_t>(p.x) * 0x9e3779b97f4a7c15ULL ^
@@ -149,45 +149,45 @@ TubePlace TubeTree::find(Vec3d p) const {
                                std::bit_cast<std::uint64_t>(p.z) * 0xa0761d6478bd642fULL;
     Answer& answer = answers[(bits ^ bits >> 29) * 0x9e3779b97f4a7c15ULL >> 59];
     if (answer.identity != m_identity || !(answer.p == p)) answer = {m_identity, p, find_anew(p)};
-    return answer.place;
+    return answer.position;
 }
 
-TubePlace TubeTree::find_anew(Vec3d p) const {
+TubePosition TubeTree::find_anew(Vec3d p) const {
     constexpr std::size_t kNear = 6;
     constexpr double kWalls_mm = 2;  // maximum difference between walls
     constexpr double kCapped_mm = kFar_mm + 1;
-    TubePlace near[kNear], best;
+    TubePosition near[kNear], best;
     std::size_t count = 0;
     for (std::size_t n = 0; n < m_tubes.size(); ++n) {
         const double reach = best.smooth_mm + 2 * m_fillet_mm + kWalls_mm;
         const double least = m_rows[n].least_distance(p);
         if (least > reach) continue;
-        TubePlace place;
+        TubePosition position;
         if (least > kFar_mm) {
-            place.lumen_mm = place.smooth_mm = least;
-            place.outer_mm = least - m_tubes[n].wall_mm;
+            position.lumen_mm = position.smooth_mm = least;
+            position.outer_mm = least - m_tubes[n].wall_mm;
         } else {
             const TubeRow::Nearest nearest = m_rows[n].find(p, std::min(reach, kCapped_mm));
             if (nearest.distance_mm >= reach) continue;
-            place = place_in(m_tubes[n], nearest, p);
-            if (place.smooth_mm > kFar_mm) {
-                place.lumen_mm = place.smooth_mm = kFar_mm;
-                place.outer_mm = kFar_mm - m_tubes[n].wall_mm;
+            position = position_in(m_tubes[n], nearest, p);
+            if (position.smooth_mm > kFar_mm) {
+                position.lumen_mm = position.smooth_mm = kFar_mm;
+                position.outer_mm = kFar_mm - m_tubes[n].wall_mm;
             }
         }
-        if (place.smooth_mm < best.smooth_mm) best = place;
+        if (position.smooth_mm < best.smooth_mm) best = position;
         std::size_t slot = count;
         if (count == kNear) {  // full: replaces the farthest
             slot = 0;
             for (std::size_t m = 1; m < kNear; ++m)
                 if (near[m].smooth_mm > near[slot].smooth_mm) slot = m;
-            if (near[slot].smooth_mm <= place.smooth_mm) continue;
+            if (near[slot].smooth_mm <= position.smooth_mm) continue;
         } else {
             ++count;
         }
-        near[slot] = place;
+        near[slot] = position;
     }
-    return blended(std::span<const TubePlace>(near, count), best, m_fillet_mm);
+    return blended(std::span<const TubePosition>(near, count), best, m_fillet_mm);
 }
 
 std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces) {
@@ -212,7 +212,7 @@ std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces)
     return out;
 }
 
-Field row_of_capsules(const std::vector<TubePoint>& row) {
+ScalarField row_of_capsules(const std::vector<TubePoint>& row) {
     return [tube = TubeRow(row)](Vec3d p) {
         const double least = tube.least_distance(p);
         if (least > TubeTree::kFar_mm) return least;

@@ -34,7 +34,7 @@ struct Tube {
 };
 
 /// Position relative to the nearest tube.
-struct TubePlace {
+struct TubePosition {
     double lumen_mm = 1e9;   ///< signed distance to the lumen with rings, membrane and folds
     double smooth_mm = 1e9;  ///< the same without the rings and folds
     double outer_mm = 1e9;   ///< distance to the outside of the wall
@@ -87,14 +87,14 @@ class TubeTree {
 
     /// Distances beyond kFar_mm may be underestimated, but never overestimated or too steep. The
     /// latest results are cached, because wall, cartilage and lumen query the same points.
-    TubePlace find(Vec3d p) const;
+    TubePosition find(Vec3d p) const;
     double lumen(Vec3d p) const { return find(p).lumen_mm; }
     double outer(Vec3d p) const { return find(p).outer_mm; }
 
     static constexpr double kFar_mm = 8;
 
   private:
-    TubePlace find_anew(Vec3d p) const;
+    TubePosition find_anew(Vec3d p) const;
 
     std::vector<Tube> m_tubes;
     std::vector<TubeRow> m_rows;  ///< one per tube
@@ -106,6 +106,6 @@ class TubeTree {
 std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces);
 
 /// Distance to a row of capsules; a lower bound beyond TubeTree::kFar_mm.
-Field row_of_capsules(const std::vector<TubePoint>& row);
+ScalarField row_of_capsules(const std::vector<TubePoint>& row);
 
 }  // namespace pliant::phantom

@@ -38,7 +38,7 @@ std::uint64_t bytes_per_file(const ImageHeader& header) {
 
 }  // namespace
 
-Status check_data_files(const fs::path& path, const DataPlace& data) {
+Status check_data_files(const fs::path& path, const DataLocation& data) {
     const auto count = std::int64_t(data.files.size());
     if (count == 0) return unreadable(path, "names 0 data files, expected one or more");
     std::error_code error;
@@ -54,7 +54,7 @@ Status check_data_files(const fs::path& path, const DataPlace& data) {
 
 Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& header,
                                       const fs::path& name) {
-    const DataPlace& data = header.data;
+    const DataLocation& data = header.data;
     const std::string what = name == path ? "the file" : "its data file " + shown_name(name);
     std::error_code error;
     const std::uint64_t length = fs::file_size(name, error);

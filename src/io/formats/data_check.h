@@ -10,7 +10,7 @@
 namespace pliant {
 
 /// Checks that there are data files, and that each is a regular file.
-Status check_data_files(const std::filesystem::path& path, const DataPlace& data);
+Status check_data_files(const std::filesystem::path& path, const DataLocation& data);
 
 /// Checks that the data files can hold all numbers: raw files are long enough; compressed files and
 /// text can be.

@@ -125,7 +125,7 @@ class DataStream::Source {
 /// An array of VTK's XML files.
 class DataStream::VtkSource final : public DataStream::Source {
   public:
-    VtkSource(const fs::path& path, std::uint64_t start, const DataPlace& data,
+    VtkSource(const fs::path& path, std::uint64_t start, const DataLocation& data,
               std::uint64_t expected)
         : m_array(path, start, data.vtk, data.swapped != (std::endian::native == std::endian::big),
                   expected) {}
@@ -282,7 +282,7 @@ DataStream::DataStream(const fs::path& path, const ImageHeader& header)
 DataStream::~DataStream() = default;
 
 Status DataStream::open_next() {
-    const DataPlace& data = m_header.data;
+    const DataLocation& data = m_header.data;
     const auto start = find_data_start(m_path, m_header, data.files[m_next]);
     if (!start) return start.error();
     const bool deflated = data.encoding == DataEncoding::Deflated;

@@ -210,27 +210,27 @@ Status check_memory(const fs::path& folder, const Grid& grid) {
 }
 
 /// Reads the pixels of a series.
-Result<Volume> read_series(const fs::path& place, std::vector<DicomSlice> slices,
+Result<Volume> read_series(const fs::path& path, std::vector<DicomSlice> slices,
                            const ReadOptions& options, ReadNotes& notes,
                            const DecoderChoice& decoder) {
     auto volumes = split_volumes(std::move(slices));
     if (volumes.size() == 1 && options.frame && *options.frame != 0)
         return Error{ErrorCode::InvalidArgument,
                      "--frame: found " + std::to_string(*options.frame) + ", expected none for " +
-                         place.string() + ", which holds one image"};
-    if (Status status = check_frame(place, std::int64_t(volumes.size()), options.frame); !status)
+                         path.string() + ", which holds one image"};
+    if (Status status = check_frame(path, std::int64_t(volumes.size()), options.frame); !status)
         return status.error();
     slices = std::move(volumes[std::size_t(options.frame.value_or(0))]);
     if (slices.size() > 1 && slices.front().is_spaced_by_thickness)
         notes.notes.push_back("the frames' thickness of " +
                               short_text(slices.front().thickness_mm) +
                               " mm is taken as their distance");
-    auto stack = stack_slices(place, slices, options.straighten, notes.notes);
+    auto stack = stack_slices(path, slices, options.straighten, notes.notes);
     if (!stack) return stack.error();
     const Grid& grid = stack->grid;
-    if (Status status = check_size(place, {grid.size.x, grid.size.y, grid.size.z}); !status)
+    if (Status status = check_size(path, {grid.size.x, grid.size.y, grid.size.z}); !status)
         return status.error();
-    if (Status status = check_memory(place, grid); !status) return status.error();
+    if (Status status = check_memory(path, grid); !status) return status.error();
     notes.format = "DICOM";
     notes.modality = slices.front().modality;
     notes.rescale_type = slices.front().rescale_type;
@@ -250,13 +250,13 @@ Result<Volume> read_series(const fs::path& place, std::vector<DicomSlice> slices
     DicomPixelReader reader(slices, decoder);
     double done = 0;
     for (const DicomSlice& slice : slices) {
-        if (Status status = go_on(place, options, done++ / double(slices.size())); !status)
+        if (Status status = go_on(path, options, done++ / double(slices.size())); !status)
             return status.error();
         if (Status status = reader.read(slice, voxels); !status) return status.error();
     }
     Volume volume{grid, voxels.finish(notes.notes), {}};
     if (!stack->irregular) return volume;
-    return straightened(place, volume, *stack->irregular, options, notes.notes);
+    return straightened(path, volume, *stack->irregular, options, notes.notes);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ namespace {
 constexpr double kMaxGapDeviation = 0.05;
 /// Alternatively, maximum distance of a slice from its position in a regular stack [mm, fraction of
 /// the gap].
-constexpr double kMaxOffPlaceMm = 0.1, kMaxOffPlace = 0.2;
+constexpr double kMaxOffsetMm = 0.1, kMaxOffset = 0.2;
 /// Sideways shift without a note [mm], tolerated lean [mm per mm, 0.06 degrees], and maximum shift
 /// otherwise [pixels].
 constexpr double kSmallShiftMm = 0.02, kMaxLean = 1e-3, kMaxShiftPixels = 0.25;
@@ -53,7 +53,7 @@ bool is_regular(const std::vector<double>& heights) {
     const double gap = (heights.back() - heights.front()) / double(heights.size() - 1);
     for (std::size_t n = 0; n < heights.size(); ++n)
         if (std::abs(heights[n] - heights.front() - double(n) * gap) >
-            std::min(kMaxOffPlaceMm, kMaxOffPlace * gap))
+            std::min(kMaxOffsetMm, kMaxOffset * gap))
             return false;
     return true;
 }

@@ -63,9 +63,9 @@ std::string describe_transfer_syntax(std::string_view uid) {
     const auto named = std::find_if(std::begin(kRefused), std::end(kRefused), [&](const Name& row) {
         return uid == row.uid || (uid.starts_with(row.uid) && uid.size() == row.uid.size() + 1);
     });
-    const std::string place = "transfer syntax " + shown(uid);
-    if (named == std::end(kRefused)) return place;
-    return std::string(named->name) + " (" + place + ")";
+    const std::string syntax = "transfer syntax " + shown(uid);
+    if (named == std::end(kRefused)) return syntax;
+    return std::string(named->name) + " (" + syntax + ")";
 }
 
 bool has_plain_elements(std::string_view uid) {

@@ -19,18 +19,18 @@ namespace pliant {
 namespace {
 
 /// Numbers the different heights along the common normal. @returns one number for each slice
-std::vector<std::size_t> places_of(const std::vector<DicomSlice>& slices) {
+std::vector<std::size_t> positions_of(const std::vector<DicomSlice>& slices) {
     const Vec3d normal = cross(slices.front().row, slices.front().column);
     std::vector<double> heights;
     for (const DicomSlice& slice : slices) heights.push_back(dot(slice.position, normal));
-    std::vector<std::size_t> order(slices.size()), places(slices.size());
+    std::vector<std::size_t> order(slices.size()), positions(slices.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return heights[a] < heights[b]; });
     for (std::size_t n = 1; n < order.size(); ++n)
-        places[order[n]] = places[order[n - 1]] +
-                           (heights[order[n]] - heights[order[n - 1]] >= kSameSliceMm ? 1 : 0);
-    return places;
+        positions[order[n]] = positions[order[n - 1]] +
+                              (heights[order[n]] - heights[order[n - 1]] >= kSameSliceMm ? 1 : 0);
+    return positions;
 }
 
 bool have_same_axes(const std::vector<DicomSlice>& slices) {
@@ -43,11 +43,11 @@ bool have_same_axes(const std::vector<DicomSlice>& slices) {
 
 /// Whether a number differs between slices at the same position.
 bool counts_volumes(std::size_t number, const std::vector<DicomSlice>& slices,
-                    const std::vector<std::size_t>& places) {
+                    const std::vector<std::size_t>& positions) {
     std::map<std::size_t, std::uint32_t> first;
     for (std::size_t n = 0; n < slices.size(); ++n) {
         const std::uint32_t own = slices[n].numbers[number];
-        if (first.emplace(places[n], own).first->second != own) return true;
+        if (first.emplace(positions[n], own).first->second != own) return true;
     }
     return false;
 }
@@ -65,10 +65,10 @@ std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slice
     for (const DicomSlice& slice : slices)
         if (slice.numbers.size() != count) return whole();
     if (count == 0 || !have_same_axes(slices)) return whole();
-    const std::vector<std::size_t> places = places_of(slices);
+    const std::vector<std::size_t> positions = positions_of(slices);
     std::vector<std::size_t> kept;
     for (std::size_t number = 0; number < count; ++number)
-        if (counts_volumes(number, slices, places)) kept.push_back(number);
+        if (counts_volumes(number, slices, positions)) kept.push_back(number);
     std::map<std::vector<std::uint32_t>, std::vector<std::size_t>> volumes;
     for (std::size_t n = 0; n < slices.size(); ++n) {
         std::vector<std::uint32_t> key;
@@ -77,7 +77,7 @@ std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slice
     }
     for (const auto& [key, members] : volumes) {
         std::vector<std::size_t> own;
-        for (const std::size_t n : members) own.push_back(places[n]);
+        for (const std::size_t n : members) own.push_back(positions[n]);
         std::sort(own.begin(), own.end());
         if (std::adjacent_find(own.begin(), own.end()) != own.end()) return whole();
     }

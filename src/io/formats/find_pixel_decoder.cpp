@@ -16,12 +16,11 @@ namespace {
 
 /// Adds the folder of a program or library, and an installation's locations relative to bin, lib,
 /// lib/ARCHITECTURE or the folder of the Python module.
-void add_places_near(const fs::path& folder, std::vector<fs::path>& positions) {
+void add_paths_near(const fs::path& folder, std::vector<fs::path>& paths) {
     for (const char* way :
          {".", "bin", "../libexec/pliant", "../lib/pliant", "../../libexec/pliant"}) {
-        const fs::path place = (folder / way / kDecoderName).lexically_normal();
-        if (std::find(positions.begin(), positions.end(), place) == positions.end())
-            positions.push_back(place);
+        const fs::path path = (folder / way / kDecoderName).lexically_normal();
+        if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
     }
 }
 
@@ -46,24 +45,23 @@ bool is_own_program(const fs::path& file) {
 
 }  // namespace
 
-std::vector<fs::path> decoder_places() {
-    std::vector<fs::path> positions;
+std::vector<fs::path> decoder_paths() {
+    std::vector<fs::path> paths;
     std::error_code error;
     const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    if (!error && program.is_absolute()) add_places_near(program.parent_path(), positions);
+    if (!error && program.is_absolute()) add_paths_near(program.parent_path(), paths);
     if (const fs::path library = folder_of_library(); !library.empty())
-        add_places_near(library, positions);
+        add_paths_near(library, paths);
     const fs::path installed = fs::path(PLIANT_DECODER_FOLDER) / kDecoderName;
-    if (std::find(positions.begin(), positions.end(), installed) == positions.end())
-        positions.push_back(installed);
-    return positions;
+    if (std::find(paths.begin(), paths.end(), installed) == paths.end()) paths.push_back(installed);
+    return paths;
 }
 
-Result<fs::path> find_pixel_decoder(const std::vector<fs::path>& positions) {
+Result<fs::path> find_pixel_decoder(const std::vector<fs::path>& paths) {
     std::string list;
-    for (const fs::path& place : positions) {
-        if (is_own_program(place)) return place;
-        list += (list.empty() ? "" : ", ") + place.parent_path().string();
+    for (const fs::path& path : paths) {
+        if (is_own_program(path)) return path;
+        list += (list.empty() ? "" : ", ") + path.parent_path().string();
     }
     return Error{ErrorCode::NotFound, "the program " + std::string(kDecoderName) +
                                           " that decodes them is missing (looked for in " + list +

@@ -46,7 +46,7 @@ struct VtkArray {
 };
 
 /// Location of the data: one file, or several consecutive files with equal parts.
-struct DataPlace {
+struct DataLocation {
     std::vector<std::filesystem::path> files;
     std::int64_t expected_files = 0;  ///< required number of files; 0: any number that divides the
                                       ///< voxels
@@ -75,7 +75,7 @@ struct ImageHeader {
     Grid grid;                            ///< LPS; its size is set if sizes are three valid numbers
     KeyValues key_values;
     std::vector<std::string> notes;
-    DataPlace data;
+    DataLocation data;
     /// Signs that convert the components of the file's vectors to LPS.
     Vec3d vector_sign{1, 1, 1};
     bool turned_vectors = false;  ///< vectors have a separate measurement frame

@@ -206,7 +206,7 @@ Status read_spacing(const fs::path& path, const Fields& fields, ImageHeader& hea
     return Ok{};
 }
 
-Status read_place(const fs::path& path, const Fields& fields, ImageHeader& header) {
+Status read_placement(const fs::path& path, const Fields& fields, ImageHeader& header) {
     // The first present field counts.
     const auto origin_text = fields.value({"ImagePosition", "Origin", "Offset", "Position"});
     const auto origin = numbers_from(origin_text);
@@ -238,7 +238,7 @@ Status read_place(const fs::path& path, const Fields& fields, ImageHeader& heade
 }
 
 void find_data(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    DataPlace& data = header.data;
+    DataLocation& data = header.data;
     const std::string_view binary = fields.value({"BinaryData"});
     if (fields.is_true("CompressedData"))
         data.encoding = DataEncoding::Deflated;
@@ -294,7 +294,7 @@ Result<ImageHeader> read_meta_header(const fs::path& path) {
     if (Status status = read_sizes(path, *fields, header); !status) return status.error();
     if (Status status = read_type(path, *fields, header); !status) return status.error();
     if (Status status = read_spacing(path, *fields, header); !status) return status.error();
-    if (Status status = read_place(path, *fields, header); !status) return status.error();
+    if (Status status = read_placement(path, *fields, header); !status) return status.error();
     find_data(path, *fields, header);
     header.key_values = std::move(fields->others);
     note_what_is_left_out(*fields, header);

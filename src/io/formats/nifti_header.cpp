@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 348, kHeaderBytes2 = 540;
 /// Tolerance of positions due to rounding to 32-bit floats [mm].
-constexpr double kSamePlaceMm = 0.01;
+constexpr double kSamePositionMm = 0.01;
 
 /// The header's bytes with typed access by offset.
 struct HeaderBytes {
@@ -271,16 +271,16 @@ void note_orientation(const NiftiFields& fields, ImageHeader& header) {
     const Grid& grid = header.grid;
     Grid by_qform = grid;
     place_grid(other, by_qform);
-    bool same = norm(by_qform.origin_mm - grid.origin_mm) <= kSamePlaceMm;
+    bool same = norm(by_qform.origin_mm - grid.origin_mm) <= kSamePositionMm;
     for (int a = 0; a < 3; ++a) {
         const Vec3d difference = by_qform.spacing_mm[a] * by_qform.direction.columns[a] -
                                  grid.spacing_mm[a] * grid.direction.columns[a];
-        same = same && norm(difference) * grid.size[a] <= kSamePlaceMm;
+        same = same && norm(difference) * grid.size[a] <= kSamePositionMm;
     }
     if (!same) header.notes.push_back("the sform is used; the qform differs from it");
 }
 
-Status find_data(const fs::path& path, const NiftiFields& fields, DataPlace& data) {
+Status find_data(const fs::path& path, const NiftiFields& fields, DataLocation& data) {
     const double offset = fields.vox_offset, least = fields.version == 2 ? 544 : 352;
     if (!(offset >= least && offset < 1e9))
         return unreadable(
@@ -298,7 +298,7 @@ Status find_data(const fs::path& path, const NiftiFields& fields, DataPlace& dat
 }
 
 /// Reads slope and intercept if they are meaningful. @pre check_geometry succeeded
-void read_rescale(const NiftiFields& fields, DataPlace& data) {
+void read_rescale(const NiftiFields& fields, DataLocation& data) {
     constexpr double kNothing = std::numeric_limits<double>::epsilon();
     double slope = fields.slope, intercept = fields.intercept;
     if (!std::isfinite(slope) || std::abs(slope) < kNothing) slope = 1;

@@ -236,7 +236,7 @@ Status place_grid(const fs::path& path, const NrrdFields& fields, const Axes& ax
     return place_by_spacings(path, fields, axes, header);
 }
 
-Status find_encoding(const fs::path& path, const NrrdFields& fields, DataPlace& data) {
+Status find_encoding(const fs::path& path, const NrrdFields& fields, DataLocation& data) {
     const std::string encoding = lower_case(fields.field("encoding"));
     if (encoding == "raw") {
         data.encoding = DataEncoding::Raw;
@@ -251,7 +251,7 @@ Status find_encoding(const fs::path& path, const NrrdFields& fields, DataPlace& 
     return Ok{};
 }
 
-Status find_skips(const fs::path& path, const NrrdFields& fields, DataPlace& data) {
+Status find_skips(const fs::path& path, const NrrdFields& fields, DataLocation& data) {
     const std::string_view line_text = fields.field("line skip");
     const std::string_view byte_text = fields.field("byte skip");
     const auto line_skip = line_text.empty() ? 0 : whole_number_from(line_text);
@@ -273,7 +273,7 @@ Status find_skips(const fs::path& path, const NrrdFields& fields, DataPlace& dat
 /// Number of data files: one for each part of the dimension given by the last word, or for parts of
 /// one dimension less than the image. Slabs of the whole dimension have equal sizes.
 Status find_file_count(const fs::path& path, const Axes& axes, std::string_view dimension,
-                       DataPlace& data) {
+                       DataLocation& data) {
     const auto count = std::int64_t(axes.sizes.size());
     const auto given = dimension.empty() ? count - 1 : whole_number_from(dimension);
     if (!given || *given < (dimension.empty() ? 0 : 1) || *given > count)
@@ -286,7 +286,7 @@ Status find_file_count(const fs::path& path, const Axes& axes, std::string_view 
 }
 
 Status find_data(const fs::path& path, const NrrdFields& fields, const Axes& axes,
-                 DataPlace& data) {
+                 DataLocation& data) {
     if (Status status = find_encoding(path, fields, data); !status) return status;
     if (Status status = find_skips(path, fields, data); !status) return status;
     const std::string_view name = fields.field("data file");

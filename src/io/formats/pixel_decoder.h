@@ -34,12 +34,12 @@ struct DecoderLimits {
 /// Candidate paths of the decoder program, in order: beside the running program; libexec/pliant and
 /// lib/pliant above it; the same for the shared library that contains Pliant; the installation path
 /// of this build.
-std::vector<std::filesystem::path> decoder_places();
+std::vector<std::filesystem::path> decoder_paths();
 
 /// Finds the first valid candidate. Programs of users other than this one and root, or with write
 /// permission for all, are ignored. @returns NotFound with all paths
 Result<std::filesystem::path> find_pixel_decoder(
-    const std::vector<std::filesystem::path>& positions = decoder_places());
+    const std::vector<std::filesystem::path>& paths = decoder_paths());
 
 class PixelDecoder {
   public:

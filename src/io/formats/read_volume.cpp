@@ -145,7 +145,7 @@ constexpr std::size_t kMinMappedBytes = 1 << 20;
 /// Computes slope · number + intercept in double precision, rounded to a float if the number was an
 /// integer or a float [NIfTI2007]. Integers are converted to floats first, as in ITK.
 template <class T>
-void rescale(const DataPlace& data, const std::vector<double>& piece, std::size_t count,
+void rescale(const DataLocation& data, const std::vector<double>& piece, std::size_t count,
              VoxelBuilder& voxels, std::vector<double>& scaled) {
     using Out = std::conditional_t<std::is_same_v<T, double>, double, float>;
     const T* in = reinterpret_cast<const T*>(piece.data());
@@ -280,7 +280,7 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
 template <class T>
 std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader& header,
                                         std::int64_t frame) {
-    const DataPlace& data = header.data;
+    const DataLocation& data = header.data;
     const std::size_t count = voxel_count(header.grid);
     if (data.encoding != DataEncoding::Raw || data.files.size() != 1 || data.swapped ||
         data.rescaled || (header.components > 1 && data.voxels_before_component != count))

@@ -279,7 +279,7 @@ Status take_type(const fs::path& path, const PointArray& array, ImageHeader& hea
 }
 
 Status take_encoding(const fs::path& path, const VtiFile& vti, const PointArray& array,
-                     DataPlace& data) {
+                     DataLocation& data) {
     data.files = {path};
     const std::string_view order = vti.file.value("byte_order"),
                            counts = vti.file.value("header_type"),
@@ -317,7 +317,7 @@ Status take_encoding(const fs::path& path, const VtiFile& vti, const PointArray&
 
 /// Raw appended numbers without compression are in memory's layout, behind their length.
 Status skip_length(const fs::path& path, ImageHeader& header) {
-    DataPlace& data = header.data;
+    DataLocation& data = header.data;
     if (data.encoding != DataEncoding::VtkArray || data.vtk.base64 ||
         data.vtk.codec != VtkArray::Codec::None)
         return Ok{};

@@ -47,7 +47,7 @@ class Msh {
                count <= std::int64_t(m_text.rest().size()) / (m_binary ? bytes : 2) + 1;
     }
     Status read_format();
-    Status read_place(std::int64_t node);
+    Status read_position(std::int64_t node);
     Status read_nodes_2();
     Status read_nodes_4();
     Status read_elements_1();
@@ -88,7 +88,7 @@ Status Msh::read_format() {
 }
 
 /// Reads a position. Stops at a missing number, so that no more nodes are stored than the file has.
-Status Msh::read_place(std::int64_t node) {
+Status Msh::read_position(std::int64_t node) {
     for (int a = 0; a < 3; ++a) {
         m_positions.push_back(real());
         if (!std::isfinite(m_positions.back()))
@@ -104,7 +104,7 @@ Status Msh::read_nodes_2() {
     if (!can_follow(count, 28)) return unreadable("$Nodes is shorter than it says");
     for (std::int64_t n = 0; n < count; ++n) {
         m_numbers.emplace_back(integer(), n);
-        if (const Status s = read_place(n); !s) return s;
+        if (const Status s = read_position(n); !s) return s;
     }
     return Ok{};
 }
@@ -128,7 +128,7 @@ Status Msh::read_nodes_4() {
             m_numbers.emplace_back(size(), first + n);
         for (std::int64_t n = 0; n < own; ++n) {
             if (m_is_4_0) m_numbers.emplace_back(integer(), first + n);
-            if (const Status s = read_place(first + n); !s) return s;
+            if (const Status s = read_position(first + n); !s) return s;
             for (int a = 0; parametric && a < dimension; ++a) real();
         }
     }

@@ -140,13 +140,13 @@ Status Ply::read_element(const PlyElement& element) {
     if (element.properties.empty()) return Ok{};
     // Each property needs at least a byte, so that a wrong count ends soon.
     for (std::int64_t n = 0; n < element.count; ++n) {
-        double place[3] = {NAN, NAN, NAN};
+        double position[3] = {NAN, NAN, NAN};
         for (const PlyProperty& p : element.properties) {
             if (!p.length) {
                 const auto number = value(p.type);
                 if (!number) return number.error();
                 if (p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z')
-                    place[p.name[0] - 'x'] = *number;
+                    position[p.name[0] - 'x'] = *number;
                 continue;
             }
             const auto length = value(*p.length);
@@ -161,7 +161,7 @@ Status Ply::read_element(const PlyElement& element) {
             if (element.name == "face" && (p.name == "vertex_indices" || p.name == "vertex_index"))
                 m_faces.add(m_list);
         }
-        if (element.name == "vertex") m_positions.insert(m_positions.end(), place, place + 3);
+        if (element.name == "vertex") m_positions.insert(m_positions.end(), position, position + 3);
     }
     return Ok{};
 }

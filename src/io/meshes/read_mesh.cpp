@@ -4,17 +4,15 @@
 // Choice of the reader, and checks common to all.
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <new>
-#include <numeric>
 #include <stdexcept>
-#include <tuple>
 
 #include "meshes/file_numbers.h"
 
@@ -156,9 +154,8 @@ Status check_distances(const MeshData& mesh) {
     for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n) {
         const Vec3d p = mesh.nodes_mm[n];
         if (dot(p, p) <= kMaxNodeDistanceMm * kMaxNodeDistanceMm) continue;
-        char found[64];
-        std::snprintf(found, sizeof found, "%.6g", std::hypot(p.x, p.y, p.z));
-        return Error{ErrorCode::LimitExceeded, "node " + std::to_string(n) + " is " + found +
+        return Error{ErrorCode::LimitExceeded, "node " + std::to_string(n) + " is " +
+                                                   short_text(std::hypot(p.x, p.y, p.z)) +
                                                    " mm from the origin, expected up to " +
                                                    std::to_string(std::lround(kMaxNodeDistanceMm)) +
                                                    "; lengths are in millimetres"};
@@ -198,30 +195,6 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
     } catch (const std::length_error&) {
         return too_large();
     }
-}
-
-TriangleMesh joined(const TriangleMesh& surface) {
-    // Sorted by position, then by number: the first of equal nodes represents all.
-    std::vector<std::int32_t> order(surface.nodes_mm.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto key = [&](std::int32_t n) {
-        const Vec3d p = surface.nodes_mm[std::size_t(n)];
-        return std::tuple(p.x, p.y, p.z);
-    };
-    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-        return key(a) != key(b) ? key(a) < key(b) : a < b;
-    });
-    std::vector<std::int32_t> same(order.size());
-    for (std::size_t n = 0; n < order.size(); ++n)
-        same[std::size_t(order[n])] = n > 0 && key(order[n]) == key(order[n - 1])
-                                          ? same[std::size_t(order[n - 1])]
-                                          : order[n];
-    std::vector<std::array<std::int32_t, 3>> triangles;
-    for (auto t : surface.cells) {
-        for (std::int32_t& n : t) n = same[std::size_t(n)];
-        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
-    }
-    return part_of(surface.nodes_mm, triangles);
 }
 
 Result<TriangleMesh> read_surface(const std::filesystem::path& path) {

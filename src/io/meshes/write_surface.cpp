@@ -4,11 +4,11 @@
 // Writers of surfaces, curves and series. Each file declares LPS if the format allows: 3D Slicer
 // looks for SPACE=LPS.
 
+#include <pliant/core/text.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
 
 #include <bit>
-#include <charconv>
 #include <cstring>
 
 #include "meshes/vtk_document.h"
@@ -16,19 +16,6 @@
 namespace pliant {
 namespace {
 
-/// Appends the shortest text that round-trips.
-void append_number(std::string& text, double value) {
-    char buffer[32];
-    const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-    text.append(buffer, std::size_t(end - buffer));
-}
-void append_place(std::string& text, Vec3d p) {
-    for (int a = 0; a < 3; ++a) {
-        if (a) text += ' ';
-        append_number(text, p[a]);
-    }
-    text += '\n';
-}
 template <class T>
 void append_little_endian(std::string& bytes, T value) {
     char copy[sizeof value];
@@ -84,10 +71,8 @@ std::string stl_of(const TriangleMesh& surface) {
 
 std::string obj_of(const TriangleMesh& surface) {
     std::string text = "# Pliant, millimetres, SPACE=LPS\n";
-    for (const Vec3d& p : surface.nodes_mm) {
-        text += "v ";
-        append_place(text, p);
-    }
+    for (const Vec3d& p : surface.nodes_mm)
+        text += "v " + text_of(p.x) + " " + text_of(p.y) + " " + text_of(p.z) + "\n";
     for (const auto& t : surface.cells)
         text += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " +
                 std::to_string(t[2] + 1) + "\n";
@@ -169,11 +154,9 @@ Status write_pvd(const std::filesystem::path& path, std::span<const SeriesFile> 
     std::string text =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n"
         "<Collection>\n";
-    for (const SeriesFile& f : files) {
-        text += "<DataSet timestep=\"";
-        append_number(text, f.time_s);
-        text += "\" group=\"\" part=\"0\" file=\"" + escaped(f.file) + "\"/>\n";
-    }
+    for (const SeriesFile& f : files)
+        text += "<DataSet timestep=\"" + text_of(f.time_s) + "\" group=\"\" part=\"0\" file=\"" +
+                escaped(f.file) + "\"/>\n";
     return mesh::write_file(path, text + "</Collection>\n</VTKFile>\n");
 }
 

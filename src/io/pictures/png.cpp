@@ -35,9 +35,9 @@ Status write_png(const std::filesystem::path& path, const Image& image) {
                          " pixels, expected " + std::to_string(image.width) + "×" +
                          std::to_string(image.height)};
     StagedFiles staged;
-    const auto place = staged.stage(path);
-    if (!place) return place.error();
-    std::unique_ptr<std::FILE, CloseFile> file(std::fopen(place->c_str(), "wb"));
+    const auto temporary = staged.stage(path);
+    if (!temporary) return temporary.error();
+    std::unique_ptr<std::FILE, CloseFile> file(std::fopen(temporary->c_str(), "wb"));
     if (!file) return unwritable(path, std::string("can't be opened: ") + std::strerror(errno));
 
     png_image png{};

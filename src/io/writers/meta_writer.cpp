@@ -62,7 +62,7 @@ MetaWriter::MetaWriter(const fs::path& path, const NrrdLayout& layout, Encoding 
     header += std::string("CompressedData = ") + (compressed ? "True" : "False") + "\n";
     if (compressed && !detached) {
         header += "CompressedDataSize = ";
-        m_size_place = header.size();
+        m_size_offset = header.size();
         header += std::string(kSizeDigits, '0') + "\n";
     }
     header += meta_geometry(layout);
@@ -87,9 +87,9 @@ MetaWriter::MetaWriter(const fs::path& path, const NrrdLayout& layout, Encoding 
 
 Status MetaWriter::finish() {
     m_sink.end_numbers();
-    if (m_size_place) {
+    if (m_size_offset) {
         const std::string size = std::to_string(m_sink.bytes_written() - m_header_bytes);
-        m_sink.write_at(m_size_place, std::string(kSizeDigits - size.size(), '0') + size);
+        m_sink.write_at(m_size_offset, std::string(kSizeDigits - size.size(), '0') + size);
     }
     return m_sink.finish();
 }

@@ -31,7 +31,7 @@ class MetaWriter {
   private:
     ImageSink m_sink;
     std::uint64_t m_header_bytes = 0;
-    std::uint64_t m_size_place = 0;  ///< of the compressed data's length; 0: none
+    std::uint64_t m_size_offset = 0;  ///< of the compressed data's length; 0: none
 };
 
 }  // namespace pliant

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <bit>
-#include <charconv>
 #include <fstream>
 
 namespace pliant {
@@ -14,12 +14,7 @@ namespace {
 
 std::string numbers(std::initializer_list<double> values) {
     std::string text;
-    for (const double v : values) {
-        char buffer[32];
-        const auto end = std::to_chars(buffer, buffer + sizeof buffer, v).ptr;
-        if (!text.empty()) text += ' ';
-        text.append(buffer, std::size_t(end - buffer));
-    }
+    for (const double v : values) text += (text.empty() ? "" : " ") + text_of(v);
     return text;
 }
 

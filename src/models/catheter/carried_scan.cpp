@@ -68,10 +68,10 @@ void CarriedScan::Impl::weigh(double reach) {
                     if (!(distance2 < reach * reach)) continue;
                     auto& list = near[std::size_t(at)];
                     if (list.size() == kNearest && list.back().distance2 <= distance2) continue;
-                    const auto place = std::upper_bound(
+                    const auto before = std::upper_bound(
                         list.begin(), list.end(), distance2,
                         [](double value, const Nearest& x) { return value < x.distance2; });
-                    list.insert(place, {std::int32_t(n), distance2});
+                    list.insert(before, {std::int32_t(n), distance2});
                     if (list.size() > kNearest) list.pop_back();
                 }
     }

@@ -17,7 +17,7 @@ using pbd::GhostSurface;
 constexpr double kAlike = 0.95;
 constexpr std::size_t kMaxOfOne = 4;
 /// Sample points of a segment for the depth.
-constexpr int kPlaces = 3;
+constexpr int kPositions = 3;
 
 std::array<Vec3d, 3> corners_of(const GhostSurface& ghost, std::int32_t triangle) {
     const auto& t = ghost.triangles()[std::size_t(triangle)];
@@ -40,7 +40,7 @@ SegmentOutside outside_of(const Wire& wire, std::int32_t segment) {
     const auto s = std::size_t(segment);
     const bool is_first = segment == wire.first();
     const double along = is_first ? wire.guide_end() : 0;
-    const auto &x = wire.positions(), &before = wire.places_before();
+    const auto &x = wire.positions(), &before = wire.positions_before();
     return {segment,  is_first,
             along,    (1 - along) * x[s] + along * x[s + 1],
             x[s + 1], {before[s], before[s + 1]}};
@@ -88,7 +88,7 @@ void NearWall::look(Vec3d a, Vec3d b, double moves, const WallContactSettings& s
 bool NearWall::is_nearest(Vec3d on_wire, double distance, const GhostSurface& ghost) const {
     return std::all_of(m_pairs.begin(), m_pairs.end(), [&](const Pair& other) {
         const auto p = corners_of(ghost, other.triangle);
-        return norm(on_wire - mesh::nearest_on_triangle(on_wire, p[0], p[1], p[2]).place) >=
+        return norm(on_wire - mesh::nearest_on_triangle(on_wire, p[0], p[1], p[2]).position) >=
                distance - 1e-9;
     });
 }
@@ -124,7 +124,7 @@ void NearWall::consider(const SegmentOutside& segment, const Spot& spot,
     if (f.gap > kOpen) return;
     // The connecting direction is accurate unless the distance is tiny.
     const Vec3d normal = distance > 1e-3 || out == Vec3d{0, 0, 0} ? (1 / height) * d : out;
-    f.place = spot.on_wall;
+    f.position = spot.on_wall;
     f.triangle = spot.triangle;
     WireContact& c = f.contact;
     c.segment = segment.number;
@@ -168,7 +168,7 @@ void NearWall::find(const SegmentOutside& segment, double nearer,
     for (const std::int32_t t : m_triangles) {
         const auto p = corners_of(ghost, t);
         const auto nearest = mesh::nearest_on_triangle(segment.end, p[0], p[1], p[2]);
-        consider(segment, {1, segment.end, nearest.place, t, nearest.feature}, settings, ghost);
+        consider(segment, {1, segment.end, nearest.position, t, nearest.feature}, settings, ghost);
     }
     keep_some(0);
     const std::size_t from = m_found.size();
@@ -189,8 +189,8 @@ double NearWall::depth(const SegmentOutside& segment, double nearer, double radi
                        const GhostSurface& ghost) const {
     double most = -kLook;
     if (m_pairs.empty()) return most;
-    for (int k = segment.is_first ? 0 : 1; k <= kPlaces; ++k) {
-        const double along = double(k) / kPlaces;
+    for (int k = segment.is_first ? 0 : 1; k <= kPositions; ++k) {
+        const double along = double(k) / kPositions;
         const Vec3d p = (1 - along) * segment.begin + along * segment.end;
         // The nearest triangle determines the side.
         double least = 1e300;
@@ -200,13 +200,13 @@ double NearWall::depth(const SegmentOutside& segment, double nearer, double radi
             if (!(pair.distance - nearer < least)) break;
             const auto c = corners_of(ghost, pair.triangle);
             const auto found = mesh::nearest_on_triangle(p, c[0], c[1], c[2]);
-            const double distance = norm(p - found.place);
+            const double distance = norm(p - found.position);
             if (!(distance < least)) continue;
             least = distance;
             triangle = pair.triangle;
             nearest = found;
         }
-        const bool beyond = dot(p - nearest.place, ghost.normal(triangle, nearest.feature)) < 0;
+        const bool beyond = dot(p - nearest.position, ghost.normal(triangle, nearest.feature)) < 0;
         most = std::max(most, radius_mm - (beyond ? -least : least));
     }
     return most;

@@ -54,7 +54,7 @@ class NearWall {
     struct Found {
         WireContact contact;
         double gap;
-        Vec3d place;
+        Vec3d position;
         std::int32_t triangle;
     };
 

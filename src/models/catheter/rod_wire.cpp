@@ -151,9 +151,9 @@ double RodWire::touch(WireContact& c) const {
     c.force = {0, 0, 0};
     if (c.segment < m_first) return 0;
     const auto i = std::size_t(c.segment);
-    const Vec3d place = (1 - c.along) * m_x[i] + c.along * m_x[i + 1];
+    const Vec3d position = (1 - c.along) * m_x[i] + c.along * m_x[i + 1];
     const Vec3d turned = turn_of(m_q[i] * inverse_of(m_old_q[i]));
-    return c.touch(place, place - c.sticks - c.yielded + cross(turned, c.lever));
+    return c.touch(position, position - c.sticks - c.yielded + cross(turned, c.lever));
 }
 
 void RodWire::add_contact(WireContact& c) {

@@ -12,11 +12,6 @@
 #include "pbd/volume_change.h"
 
 namespace pliant {
-namespace {
-
-constexpr double kNanojoules = 1e6;  ///< nJ per mJ
-
-}  // namespace
 
 CatheterEntry entry_at(const VesselEnd& end, double inwards) {
     return {end.centre_mm - inwards * end.radius_mm * end.outward, -end.outward, 5};
@@ -42,7 +37,7 @@ std::vector<std::string> warnings_of(const CatheterMeasures& m) {
 /// Calls work with a function from a particle to its position: from a copy of all positions, or
 /// without memory for that, one by one.
 template <class Work>
-void CatheterScene::Impl::with_places(const Work& work) const {
+void CatheterScene::Impl::with_positions(const Work& work) const {
     const auto count = std::size_t(body.particle_count());
     const std::unique_ptr<Vec3d[]> copied(new (std::nothrow) Vec3d[count]);
     if (!copied) return work([&](std::int32_t n) { return body.position(n); });
@@ -50,41 +45,41 @@ void CatheterScene::Impl::with_places(const Work& work) const {
     work([&](std::int32_t n) { return copied[std::size_t(n)]; });
 }
 
-template <class Place>
-bool CatheterScene::Impl::has_moved(const Cell& cell, const Place& place) const {
+template <class Position>
+bool CatheterScene::Impl::has_moved(const Cell& cell, const Position& position) const {
     return std::any_of(cell.begin(), cell.end(),
-                       [&](std::int32_t n) { return place(n) != rest_place(n); });
+                       [&](std::int32_t n) { return position(n) != rest_position(n); });
 }
 
-template <class Place>
-std::int64_t CatheterScene::Impl::inverted_in_wall(const Place& place) const {
+template <class Position>
+std::int64_t CatheterScene::Impl::inverted_in_wall(const Position& position) const {
     std::int64_t inverted = 0;
     for (const Cell& cell : wall.mesh.cells)
-        inverted += has_moved(cell, place) && !(pbd::volume_at(cell, place) > 0);
+        inverted += has_moved(cell, position) && !(pbd::volume_at(cell, position) > 0);
     return inverted;
 }
 
-template <class Place>
-double CatheterScene::Impl::wall_energy(const Place& place) const {
+template <class Position>
+double CatheterScene::Impl::wall_energy(const Position& position) const {
     double elastic = 0;
     const bool has_energy = settings.wall.model == WallModel::Solid;
     const double e = settings.wall.young_modulus_pa, nu = settings.wall.poisson_ratio;
     const double mu = e / (2 * (1 + nu)), lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
     for (const Cell& cell : wall.mesh.cells) {
-        if (!has_energy || !has_moved(cell, place)) continue;
+        if (!has_energy || !has_moved(cell, position)) continue;
         const auto edges = [&](const auto& x) {
             const Vec3d from = x(cell[0]);
             return Mat3d{{x(cell[1]) - from, x(cell[2]) - from, x(cell[3]) - from}};
         };
-        const Mat3d at_rest = edges([&](std::int32_t n) { return rest_place(n); }),
-                    f = edges(place) * inverse(at_rest);
+        const Mat3d at_rest = edges([&](std::int32_t n) { return rest_position(n); }),
+                    f = edges(position) * inverse(at_rest);
         const double j = determinant(f), volume = determinant(at_rest) / 6;
         double squares = 0;
         for (const Vec3d& c : f.columns) squares += dot(c, c);
         elastic += volume * 0.5 * (mu * (squares - 4 * j + j * j) + lambda * (j - 1) * (j - 1));
     }
     for (const PbdAttachment& at : body.parts().attachments) {
-        const Vec3d off = place(at.nodes[0]) - at.target;
+        const Vec3d off = position(at.nodes[0]) - at.target;
         elastic += 0.5 * dot(off, off) / at.compliance;
     }
     return elastic;
@@ -183,7 +178,7 @@ CatheterMeasures CatheterScene::quick_measures() const noexcept {
     m.contact_n = i.now.contact / kMicronewtonsPerNewton;
     m.depth_mm = i.now.depth;
     m.left_end = i.now.left_end;
-    m.wire_energy_mj = i.wire.elastic_energy() / kNanojoules;
+    m.wire_energy_mj = i.wire.elastic_energy() / kNanojoulesPerMillijoule;
     m.active_tetrahedra = std::max(0, i.now.awake);
     m.sub_steps = i.now.sub_steps;
     return m;
@@ -199,13 +194,13 @@ CatheterMeasures CatheterScene::measures() const noexcept {
         const Vec3d v = i.body.velocity(std::int32_t(n));
         if (w > 0) kinetic += 0.5 * dot(v, v) / w;
     }
-    m.kinetic_energy_mj = kinetic / kNanojoules;
-    i.with_places([&](const auto& place) {
+    m.kinetic_energy_mj = kinetic / kNanojoulesPerMillijoule;
+    i.with_positions([&](const auto& position) {
         for (std::size_t n = 0; n < rest.size(); ++n)
-            m.wall_moved_mm = std::max(m.wall_moved_mm, norm(place(std::int32_t(n)) - rest[n]));
-        m.wall_energy_mj = i.wall_energy(place) / kNanojoules;
-        m.inverted = i.wire.inverted() + i.inverted_in_wall(place);
-        m.volume = pbd::volume_change_of(i.body.parts(), place);
+            m.wall_moved_mm = std::max(m.wall_moved_mm, norm(position(std::int32_t(n)) - rest[n]));
+        m.wall_energy_mj = i.wall_energy(position) / kNanojoulesPerMillijoule;
+        m.inverted = i.wire.inverted() + i.inverted_in_wall(position);
+        m.volume = pbd::volume_change_of(i.body.parts(), position);
     });
     return m;
 }
@@ -213,7 +208,7 @@ CatheterMeasures CatheterScene::measures() const noexcept {
 std::int64_t CatheterScene::inverted_tetrahedra() const noexcept {
     const Impl& i = *m_impl;
     std::int64_t inverted = i.wire.inverted();
-    i.with_places([&](const auto& place) { inverted += i.inverted_in_wall(place); });
+    i.with_positions([&](const auto& position) { inverted += i.inverted_in_wall(position); });
     return inverted;
 }
 
@@ -240,7 +235,7 @@ std::vector<Vec3d> CatheterScene::wall_positions() const {
 std::vector<Vec3d> CatheterScene::ghost_positions() const {
     const TetMesh now{wall_positions(), m_impl->wall.mesh.cells};
     std::vector<Vec3d> positions;
-    for (const Embedded& e : m_impl->wall.ghost_positions) positions.push_back(place_of(e, now));
+    for (const Embedded& e : m_impl->wall.ghost_positions) positions.push_back(position_of(e, now));
     return positions;
 }
 const PbdBody& CatheterScene::body() const {

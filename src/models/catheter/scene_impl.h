@@ -75,16 +75,16 @@ struct CatheterScene::Impl {
     std::vector<Vec3d> positions;
 
     using Cell = std::array<std::int32_t, 4>;
-    Vec3d rest_place(std::int32_t node) const { return wall.mesh.nodes_mm[std::size_t(node)]; }
+    Vec3d rest_position(std::int32_t node) const { return wall.mesh.nodes_mm[std::size_t(node)]; }
     // Measures (scene.cpp).
     template <class Work>
-    void with_places(const Work& work) const;
-    template <class Place>
-    bool has_moved(const Cell& cell, const Place& place) const;
-    template <class Place>
-    std::int64_t inverted_in_wall(const Place& place) const;
-    template <class Place>
-    double wall_energy(const Place& place) const;
+    void with_positions(const Work& work) const;
+    template <class Position>
+    bool has_moved(const Cell& cell, const Position& position) const;
+    template <class Position>
+    std::int64_t inverted_in_wall(const Position& position) const;
+    template <class Position>
+    double wall_energy(const Position& position) const;
 
     bool is_rigid() const { return settings.wall.model == WallModel::Rigid; }
     catheter::WallContactSettings contact_settings() const {

@@ -37,7 +37,7 @@ class StateNumbers {
         if (!(std::abs(number) < kLargest)) m_good = false;
         if (m_good) v = Whole(number);
     }
-    void place(Vec3d& v) {
+    void position(Vec3d& v) {
         for (int c = 0; c < 3; ++c) {
             value(v[c]);
             if (!(std::abs(v[c]) <= kFarthest)) m_good = false;
@@ -50,7 +50,7 @@ class StateNumbers {
     }
     /// Exchanges all elements; the count is fixed.
     void positions(std::vector<Vec3d>& all) {
-        for (Vec3d& v : all) place(v);
+        for (Vec3d& v : all) position(v);
     }
     /// Exchanges all remaining numbers.
     template <class Whole>

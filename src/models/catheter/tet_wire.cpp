@@ -192,13 +192,13 @@ double TetWire::touch(WireContact& c, const Weights& w) const {
     if (c.segment < m_first) return 0;
     const auto i = std::size_t(c.segment);
     const Vec3d before = (1 - c.along) * m_old_x[i] + c.along * m_old_x[i + 1];
-    Vec3d place{0, 0, 0}, slid = before - c.sticks - c.yielded;
+    Vec3d position{0, 0, 0}, slid = before - c.sticks - c.yielded;
     for (std::size_t n = 0; n < 2 * kRing; ++n) {
         const Vec3d x = m_nodes[kRing * i + n];
-        place = place + w.push[n] * x;
+        position = position + w.push[n] * x;
         slid = slid + w.friction[n] * (x - m_old_nodes[kRing * i + n]);
     }
-    return c.touch(place, slid);
+    return c.touch(position, slid);
 }
 
 void TetWire::add_contact(WireContact& c) {

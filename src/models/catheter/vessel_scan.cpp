@@ -42,13 +42,13 @@ class Around {
         return Around(std::move(*boundary), std::move(*lumen));
     }
 
-    struct Place {
+    struct Position {
         double wall_mm, lumen_mm;  ///< negative inside
         bool is_far(double reach_mm) const {
             return std::abs(wall_mm) > reach_mm && std::abs(lumen_mm) > reach_mm;
         }
     };
-    Place at(Vec3d p) const { return {m_boundary.signed_mm(p), m_lumen.signed_mm(p)}; }
+    Position at(Vec3d p) const { return {m_boundary.signed_mm(p), m_lumen.signed_mm(p)}; }
 
   private:
     Around(SurfaceDistance boundary, SurfaceDistance lumen)
@@ -56,10 +56,11 @@ class Around {
     SurfaceDistance m_boundary, m_lumen;
 };
 
-double value_at(Vec3d p, const Around::Place& place, double voxel) {
-    const double around =
-        place.lumen_mm < 0 ? kLumenHu : kTissueHu + kPatternHu * wave(p.x) * wave(p.y) * wave(p.z);
-    const double share = std::clamp(0.5 - place.wall_mm / voxel, 0.0, 1.0);
+double value_at(Vec3d p, const Around::Position& position, double voxel) {
+    const double around = position.lumen_mm < 0
+                              ? kLumenHu
+                              : kTissueHu + kPatternHu * wave(p.x) * wave(p.y) * wave(p.z);
+    const double share = std::clamp(0.5 - position.wall_mm / voxel, 0.0, 1.0);
     return std::round(share * kWallHu + (1 - share) * around);
 }
 
@@ -72,7 +73,7 @@ Result<Volume> fill_scan(const VesselWall& wall, const TaskArena& arena) {
     const double voxel = volume.grid.spacing_mm.x;
     volume.voxels = filled(
         volume.grid, arena, [&](Vec3d p) { return around->at(p); },
-        [&](Vec3d p, const Around::Place& place) { return value_at(p, place, voxel); });
+        [&](Vec3d p, const Around::Position& position) { return value_at(p, position, voxel); });
     return volume;
 }
 

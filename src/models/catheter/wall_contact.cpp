@@ -87,7 +87,7 @@ void WallContact::look_anew(const Wire& wire, const PbdBody& body, double durati
         find_near_nodes();
         m_ghost.mark();
     }
-    m_places_seen = x;
+    m_positions_seen = x;
     m_wall_moved = 0;
 }
 
@@ -112,7 +112,7 @@ void WallContact::find_near_nodes() {
 /// Upper bound of the approach of a segment and a triangle since `look`.
 double WallContact::moved(const Wire& wire, std::int32_t segment) const {
     const auto s = std::size_t(segment);
-    const auto of = [&](std::size_t n) { return norm(wire.positions()[n] - m_places_seen[n]); };
+    const auto of = [&](std::size_t n) { return norm(wire.positions()[n] - m_positions_seen[n]); };
     return m_wall_moved + std::max(of(s), of(s + 1));
 }
 
@@ -167,8 +167,9 @@ std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body
 /// Computes the particles that bear a contact, and their unconstrained motion.
 void WallContact::rest_on(const NearWall::Found& found, const PbdBody& body, double h) {
     const auto& t = m_ghost.triangles()[std::size_t(found.triangle)];
-    const auto place = [&](std::size_t k) { return m_ghost.positions()[std::size_t(t[k])]; };
-    const auto weights = mesh::weights_on_triangle(found.place, place(0), place(1), place(2));
+    const auto position = [&](std::size_t k) { return m_ghost.positions()[std::size_t(t[k])]; };
+    const auto weights =
+        mesh::weights_on_triangle(found.position, position(0), position(1), position(2));
     const std::size_t start = m_bearings.size();
     m_bearing_starts.push_back(std::int32_t(start));
     Vec3d moved{0, 0, 0};

@@ -103,11 +103,11 @@ class WallContact {
     std::uint32_t m_turn = 0;
     std::vector<NearWall> m_near;  ///< [segment − m_first]
     std::int32_t m_first = 0;
-    int m_age = 0, m_kept_age = 0;     ///< of the broad phase, in steps
-    bool m_is_new = false;             ///< persistent state changed since keep()
-    std::vector<double> m_moves;       ///< [segment − m_first]: motion allowed by `look` [mm]
-    std::vector<double> m_depths;      ///< [segment − m_first]
-    std::vector<Vec3d> m_places_seen;  ///< positions of the wire in `look`
+    int m_age = 0, m_kept_age = 0;        ///< of the broad phase, in steps
+    bool m_is_new = false;                ///< persistent state changed since keep()
+    std::vector<double> m_moves;          ///< [segment − m_first]: motion allowed by `look` [mm]
+    std::vector<double> m_depths;         ///< [segment − m_first]
+    std::vector<Vec3d> m_positions_seen;  ///< positions of the wire in `look`
     double m_pushed_mm = 0;
     double m_wall_moved = 0;  ///< largest displacement of a node near the wire since then
     std::vector<WireContact> m_contacts;

@@ -8,9 +8,9 @@
 
 namespace pliant::catheter {
 
-double WireContact::touch(Vec3d place, Vec3d slid) {
+double WireContact::touch(Vec3d position, Vec3d slid) {
     force = {0, 0, 0};
-    const double depth = least + dot(normal, yielded) - dot(normal, place);
+    const double depth = least + dot(normal, yielded) - dot(normal, position);
     const double push = pushed + depth / compliance;
     if (!(push > 0)) return 0;
     slid = slid - dot(slid, normal) * normal;

@@ -58,10 +58,10 @@ struct WireContact {
     Vec3d yielded{0, 0, 0};
 
     /// Computes the force. Friction is complete from a sliding distance of `sticking_mm` on.
-    /// @param place  position on the axis
+    /// @param position  position on the axis
     /// @param slid  sliding distance of the contact point, as a vector
     /// @returns stiffness of the friction; 0 with a force of 0 for an open contact
-    double touch(Vec3d place, Vec3d slid);
+    double touch(Vec3d position, Vec3d slid);
 };
 
 class Wire {
@@ -88,7 +88,7 @@ class Wire {
 
     /// Positions of the nodes along the axis.
     const std::vector<Vec3d>& positions() const { return m_x; }
-    const std::vector<Vec3d>& places_before() const { return m_old_x; }
+    const std::vector<Vec3d>& positions_before() const { return m_old_x; }
     const std::vector<Vec3d>& velocities() const { return m_v; }
     /// Frame of the tip: the third axis points ahead, the tip bends about the first two.
     virtual Rotation tip_frame() const = 0;

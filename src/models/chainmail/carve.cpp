@@ -24,15 +24,15 @@ struct Capsule {
     Vec3d from, along;
     double radius;
 
-    bool holds(Place p) const {
+    bool holds(Position p) const {
         const Vec3d away{double(p.x) - from.x, double(p.y) - from.y, double(p.z) - from.z};
         const double length = dot(along, along);
         const double t = length > 0 ? std::clamp(dot(away, along) / length, 0.0, 1.0) : 0;
         const Vec3d apart = away - t * along;
         return dot(apart, apart) <= radius * radius;
     }
-    PlaceBox box() const {
-        PlaceBox box{};
+    PositionBox box() const {
+        PositionBox box{};
         for (int a = 0; a < 3; ++a) {
             const double low = from[a] + std::min(along[a], 0.0) - radius;
             const double high = from[a] + std::max(along[a], 0.0) + radius;
@@ -70,7 +70,8 @@ void carve_brick(const Lattice& lattice, Vec3i coord, const Capsule& tool, bool 
     std::int64_t carved = 0;
     for (std::size_t n = 0; n < edits.size(); ++n) {
         const Vec3i e = lattice.element_of(coord, int(n));
-        if (!tool.holds(moved_place(rest_place(lattice.grid(), e), lattice.displacement_at(e))))
+        if (!tool.holds(
+                moved_position(rest_position(lattice.grid(), e), lattice.displacement_at(e))))
             continue;
         const MaterialId material = lattice.material_at(e);
         if (material == kVoidMaterial) continue;
@@ -118,7 +119,7 @@ Result<CarveReport> ChainMail::Impl::carve(const CarveTool& tool) {
                          " elements, expected a smaller one or a larger [lattice] max_elements");
     Operation step(*this, {.step = "carve", .ends_drag = true});
     Carving carving;
-    search.for_each_brick(capsule->box(), [&](Vec3i coord, const PlaceBox&) {
+    search.for_each_brick(capsule->box(), [&](Vec3i coord, const PositionBox&) {
         carve_brick(lattice, coord, *capsule, tool.spare_fixed, carving);
     });
     forget_void(plastic_rest, carving);

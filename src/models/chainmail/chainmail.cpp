@@ -280,8 +280,8 @@ Result<std::vector<Vec3i>> ChainMail::Impl::elements_at(const Push& push) const 
     if (push.shape)
         std::erase_if(grabbed, [&](Vec3i e) {
             const Vec3d rest = world_from_voxel(volume.grid, {e.x * 1.0, e.y * 1.0, e.z * 1.0});
-            const Vec3d place = rest + deformation.displacement_mm(e);
-            return !push.shape->contains(place - push.point_mm);
+            const Vec3d position = rest + deformation.displacement_mm(e);
+            return !push.shape->contains(position - push.point_mm);
         });
     return grabbed;
 }

@@ -148,9 +148,9 @@ void ChainMail::Impl::let_go() noexcept {
     history.end();
 }
 
-Result<GrabReport> ChainMail::grab(const Push& place, double reach_mm) {
+Result<GrabReport> ChainMail::grab(const Push& position, double reach_mm) {
     return attempt([&]() -> Result<GrabReport> {
-        const Result<std::vector<Vec3i>> elements = m_impl->elements_at(place);
+        const Result<std::vector<Vec3i>> elements = m_impl->elements_at(position);
         if (!elements.ok()) return elements.error();
         return m_impl->grab(*elements, reach_mm);
     });

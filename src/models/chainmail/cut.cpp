@@ -35,8 +35,8 @@ class BrickCutter {
         for (int z = 0; z < m_row; ++z)
             for (int y = 0; y < m_row; ++y)
                 for (int x = 0; x < m_row; ++x)
-                    m_positions.push_back(moved_place(
-                        rest_place(lattice.grid(), m_block.first_element() + Vec3i{x, y, z}),
+                    m_positions.push_back(moved_position(
+                        rest_position(lattice.grid(), m_block.first_element() + Vec3i{x, y, z}),
                         m_block.displacement(m_block.index(x, y, z))));
         m_sides.resize(m_positions.size());
     }
@@ -76,7 +76,7 @@ class BrickCutter {
     CellBlock m_block;
     int m_row = 0;
     BrickEdits m_edits;
-    std::vector<Place> m_positions;
+    std::vector<Position> m_positions;
     std::vector<std::int8_t> m_sides;
     std::int64_t m_count = 0;
 };
@@ -88,7 +88,7 @@ struct Candidate {
 };
 
 /// Whether the plane passes through the box, or can do so by a rounding error.
-bool passes_through(const BladePlane& plane, const PlaceBox& box) {
+bool passes_through(const BladePlane& plane, const PositionBox& box) {
     double nearest = 0, size = 0;
     for (int a = 0; a < 3; ++a) {
         const double n = double(plane.normal[a]);
@@ -99,9 +99,9 @@ bool passes_through(const BladePlane& plane, const PlaceBox& box) {
     return std::abs(nearest) <= size * (1 + 1e-9);
 }
 
-PlaceBox box_of(const Triangle& t) {
-    PlaceBox box{t[0], t[0]};
-    for (const Place& p : t)
+PositionBox box_of(const Triangle& t) {
+    PositionBox box{t[0], t[0]};
+    for (const Position& p : t)
         for (int a = 0; a < 3; ++a) {
             box.low[a] = std::min(box.low[a], p[a]);
             box.high[a] = std::max(box.high[a], p[a]);
@@ -120,11 +120,11 @@ bool find_candidates(const Lattice& lattice, std::span<const Triangle> ribbon,
         if (plane.is_flat()) continue;
         looked_at += search.brick_count(box_of(ribbon[t]));
         if (looked_at > 64 * max_bricks) return false;
-        const auto visit = [&](Vec3i coord, const PlaceBox& box) {
+        const auto visit = [&](Vec3i coord, const PositionBox& box) {
             if (passes_through(plane, box)) candidates.push_back({coord, int(t)});
         };
         search.for_each_brick(box_of(ribbon[t]), visit,
-                              [&](const PlaceBox& box) { return passes_through(plane, box); });
+                              [&](const PositionBox& box) { return passes_through(plane, box); });
         if (std::int64_t(candidates.size()) > max_bricks) return false;
     }
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& p, const Candidate& q) {
@@ -136,7 +136,7 @@ bool find_candidates(const Lattice& lattice, std::span<const Triangle> ribbon,
 
 }  // namespace
 
-Place rest_place(const Grid& grid, Vec3i ijk) {
+Position rest_position(const Grid& grid, Vec3i ijk) {
     const Vec3d h = grid.spacing_mm;
     return {std::llround(h.x * ijk.x * kUnitsPerMm), std::llround(h.y * ijk.y * kUnitsPerMm),
             std::llround(h.z * ijk.z * kUnitsPerMm)};
@@ -147,20 +147,20 @@ Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surf
         return about("cut", ErrorCode::InvalidArgument,
                      "expected a line of two or more points, found " +
                          std::to_string(surface.line_mm.size()));
-    const auto place_of = [&](Vec3d mm) {
-        return Place{std::llround(mm.x * kUnitsPerMm), std::llround(mm.y * kUnitsPerMm),
-                     std::llround(mm.z * kUnitsPerMm)};
+    const auto position_of = [&](Vec3d mm) {
+        return Position{std::llround(mm.x * kUnitsPerMm), std::llround(mm.y * kUnitsPerMm),
+                        std::llround(mm.z * kUnitsPerMm)};
     };
     const Vec3d depth_mm = lattice_from_world_vector(grid, surface.depth_mm);
-    std::vector<Place> line;
+    std::vector<Position> line;
     for (const Vec3d& point : surface.line_mm) {
         const Vec3d mm = lattice_from_world_vector(grid, point - grid.origin_mm);
         if (!(norm(mm) <= kFarthestMm && norm(depth_mm) <= kFarthestMm))
             return about("cut", ErrorCode::InvalidArgument,
                          "expected points and a depth within 100000 mm, found others");
-        line.push_back(place_of(mm));
+        line.push_back(position_of(mm));
     }
-    const Place depth = place_of(depth_mm);
+    const Position depth = position_of(depth_mm);
     std::vector<Triangle> ribbon;
     for (std::size_t n = 0; n + 1 < line.size(); ++n) {
         const auto [first, second] = swept(line[n], line[n + 1], depth);

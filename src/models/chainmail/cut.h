@@ -24,8 +24,8 @@
 namespace pliant {
 
 /// Rest position of an element.
-Place rest_place(const Grid& grid, Vec3i ijk);
-inline Place moved_place(Place rest, Vec3<Fixed> u) {
+Position rest_position(const Grid& grid, Vec3i ijk);
+inline Position moved_position(Position rest, Vec3<Fixed> u) {
     return {rest.x + u.x, rest.y + u.y, rest.z + u.z};
 }
 

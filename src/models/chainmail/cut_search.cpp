@@ -21,7 +21,7 @@ BrickSearch::BrickSearch(const Lattice& lattice) : m_lattice(lattice) {
     }
 }
 
-BrickSearch::Range BrickSearch::bricks_near(const PlaceBox& box) const {
+BrickSearch::Range BrickSearch::bricks_near(const PositionBox& box) const {
     const Grid& grid = m_lattice.grid();
     Vec3i low{}, high{};
     for (int a = 0; a < 3; ++a) {
@@ -40,28 +40,28 @@ BrickSearch::Range BrickSearch::bricks_near(const PlaceBox& box) const {
     return range;
 }
 
-std::int64_t BrickSearch::brick_count(const PlaceBox& box) const {
+std::int64_t BrickSearch::brick_count(const PositionBox& box) const {
     const Range range = bricks_near(box);
     return std::int64_t(dense_count(range.end - range.begin));
 }
 
-void BrickSearch::for_each_brick(const PlaceBox& box,
-                                 const std::function<void(Vec3i, const PlaceBox&)>& visit,
-                                 const std::function<bool(const PlaceBox&)>& may_meet) const {
+void BrickSearch::for_each_brick(const PositionBox& box,
+                                 const std::function<void(Vec3i, const PositionBox&)>& visit,
+                                 const std::function<bool(const PositionBox&)>& may_meet) const {
     const Range range = bricks_near(box);
     const Vec3i layers{m_lattice.brick_size(), m_lattice.brick_size(), m_lattice.brick_size()};
     for (int z = range.begin.z; z < range.end.z; ++z)
         for (int y = range.begin.y; y < range.end.y; ++y)
             for (int x = range.begin.x; x < range.end.x; ++x) {
                 const Vec3i first = m_lattice.brick_size() * Vec3i{x, y, z};
-                const Place low = rest_place(m_lattice.grid(), first);
-                const Place high = rest_place(m_lattice.grid(), first + layers);
+                const Position low = rest_position(m_lattice.grid(), first);
+                const Position high = rest_position(m_lattice.grid(), first + layers);
                 if (may_meet &&
-                    !may_meet({moved_place(low, m_lowest), moved_place(high, m_highest)}))
+                    !may_meet({moved_position(low, m_lowest), moved_position(high, m_highest)}))
                     continue;
                 Vec3<Fixed> lowest, highest;
                 bound_block(m_lattice, {x, y, z}, lowest, highest);
-                const PlaceBox own{moved_place(low, lowest), moved_place(high, highest)};
+                const PositionBox own{moved_position(low, lowest), moved_position(high, highest)};
                 bool meets = true;
                 for (int a = 0; a < 3; ++a)
                     meets &= own.low[a] <= box.high[a] && own.high[a] >= box.low[a];

@@ -14,8 +14,8 @@
 namespace pliant {
 
 /// Closed box of positions.
-struct PlaceBox {
-    Place low, high;
+struct PositionBox {
+    Position low, high;
 };
 
 class BrickSearch {
@@ -24,21 +24,21 @@ class BrickSearch {
     explicit BrickSearch(const Lattice& lattice);
 
     /// Number of bricks that for_each_brick examines.
-    std::int64_t brick_count(const PlaceBox& box) const;
+    std::int64_t brick_count(const PositionBox& box) const;
     /// Visits the bricks that have a part in the box: an element or a link that starts in them.
     /// @param visit     coordinate, and bounds of all positions of the brick's elements and the
     ///                  next layer on the high sides
     /// @param may_meet  tests wider bounds, found without reading displacements; false skips the
     ///                  brick; empty: no brick is skipped
-    void for_each_brick(const PlaceBox& box,
-                        const std::function<void(Vec3i, const PlaceBox&)>& visit,
-                        const std::function<bool(const PlaceBox&)>& may_meet = {}) const;
+    void for_each_brick(const PositionBox& box,
+                        const std::function<void(Vec3i, const PositionBox&)>& visit,
+                        const std::function<bool(const PositionBox&)>& may_meet = {}) const;
 
   private:
     struct Range {
         Vec3i begin, end;
     };
-    Range bricks_near(const PlaceBox& box) const;
+    Range bricks_near(const PositionBox& box) const;
 
     const Lattice& m_lattice;
     Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};  ///< of all displacements

@@ -26,9 +26,9 @@ Status check_options(const RelaxOptions& o) {
     for (const RelaxTool& tool : o.tools) {
         if (!(tool.radius_mm > 0 && tool.radius_mm <= kMaxToolMm))
             return wrong("tools: radius_mm", "more than 0, up to 100000", tool.radius_mm);
-        for (const Vec3d place : {tool.from_mm, tool.to_mm})
-            if (!(norm(place) <= kMaxToolMm))
-                return wrong("tools", "positions up to 100000 mm from the origin", norm(place));
+        for (const Vec3d position : {tool.from_mm, tool.to_mm})
+            if (!(norm(position) <= kMaxToolMm))
+                return wrong("tools", "positions up to 100000 mm from the origin", norm(position));
     }
     return Ok{};
 }

@@ -84,7 +84,7 @@ class Slide {
             return about("slide", ErrorCode::InvalidArgument, "threshold_hu: expected a number");
         for (const double share : {0.0, 1.0})
             if (const auto found =
-                    m_tissue.elements_at({place(share), {0, 0, 0}, m_path.sphere_radius_mm});
+                    m_tissue.elements_at({position(share), {0, 0, 0}, m_path.sphere_radius_mm});
                 !found.ok())
                 return renamed(found.error(), "slide");
         return Ok{};
@@ -99,7 +99,7 @@ class Slide {
             if (const Status status = make_way(share_of(done + 1)); !status.ok())
                 return status.error();
             if (m_report.limited_by != LimitedBy::None) break;
-            if (is_in_tissue(place(share_of(done + 1)))) {
+            if (is_in_tissue(position(share_of(done + 1)))) {
                 m_report.limited_by = LimitedBy::Wall;
                 break;
             }
@@ -123,7 +123,7 @@ class Slide {
 
   private:
     double share_of(int step) const { return double(step) / m_steps; }
-    Vec3d place(double share) const { return m_path.point_mm + share * m_path.push_mm; }
+    Vec3d position(double share) const { return m_path.point_mm + share * m_path.push_mm; }
 
     bool is_in_tissue(Vec3d position_mm) const {
         return shows_tissue(lattice_of(m_tissue), m_tissue.volume(),
@@ -132,7 +132,7 @@ class Slide {
 
     /// Moves tissue out of the sphere at a fraction of its way.
     Status make_way(double share) {
-        const Vec3d centre = voxel_from_world(m_grid, place(share));
+        const Vec3d centre = voxel_from_world(m_grid, position(share));
         const Vec3d ahead = normalized(lattice_from_world_vector(m_grid, m_path.push_mm));
         for (int turn = 0; turn < kMaxTurns && m_report.limited_by == LimitedBy::None; ++turn) {
             const Touch touch = touch_sphere(lattice_of(m_tissue), m_tissue.volume(), centre,
@@ -154,15 +154,15 @@ class Slide {
         const double spacing_mm =
             std::max({m_grid.spacing_mm.x, m_grid.spacing_mm.y, m_grid.spacing_mm.z});
         int free = done;
-        while (free > 0 && is_in_tissue(place(share_of(free)))) --free;
+        while (free > 0 && is_in_tissue(position(share_of(free)))) --free;
         m_report.way_fraction = share_of(free);
-        m_report.end_mm = place(share_of(free));
+        m_report.end_mm = position(share_of(free));
         if (is_in_tissue(m_report.end_mm)) {
             m_report.way_fraction = share_of(done);
             const auto nearby =
-                free_place_near(place(share_of(done)), m_path.sphere_radius_mm + spacing_mm);
+                free_position_near(position(share_of(done)), m_path.sphere_radius_mm + spacing_mm);
             m_report.ends_in_tissue = !nearby;
-            m_report.end_mm = nearby.value_or(place(share_of(done)));
+            m_report.end_mm = nearby.value_or(position(share_of(done)));
         }
         m_report.inside_elements = elements_inside(m_report.end_mm);
     }
@@ -173,7 +173,7 @@ class Slide {
                                 .size());
     }
 
-    std::optional<Vec3d> free_place_near(Vec3d position_mm, double reach_mm) const {
+    std::optional<Vec3d> free_position_near(Vec3d position_mm, double reach_mm) const {
         constexpr int kShells = 12;
         const std::vector<Vec3d> directions = cube_directions();
         for (int shell = 1; shell <= kShells; ++shell)

@@ -70,7 +70,7 @@ Status check_gauss_points(const HexMesh& mesh) {
         for (std::size_t c = 0; c < 8; ++c)
             corners[c] = mesh.nodes_mm[std::size_t(mesh.cells[cell][c])];
         for (int g = -1; g < 8; ++g)
-            if (!(hex_point(corners, g < 0 ? Vec3d{0, 0, 0} : gauss_place(g)).weight > 0))
+            if (!(hex_point(corners, g < 0 ? Vec3d{0, 0, 0} : gauss_point(g)).weight > 0))
                 return invalid("mesh: cell " + std::to_string(cell) +
                                " is inverted inside, expected a convex one");
     }

@@ -34,7 +34,7 @@ Result<std::vector<ElasticState>> elastic_states(const ElasticSolid& solid,
             return hex_modes(corners, law, element, displacement);
         });
         for (int g = 0; g < 8; ++g) {
-            const HexPoint p = hex_point(corners, gauss_place(g));
+            const HexPoint p = hex_point(corners, gauss_point(g));
             ElasticState& state = states[8 * cell + std::size_t(g)];
             state.position_mm = {0, 0, 0};
             for (std::size_t c = 0; c < 8; ++c)

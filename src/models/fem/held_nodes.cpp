@@ -66,18 +66,18 @@ Status check_rigid_motions(const SolidShape& shape, const HeldNodes& held) {
     for (std::size_t n = 0; n < held.axes.size(); ++n) {
         Piece& piece = found[piece_number(n)];
         if (piece.nodes++ == 0) piece.first_node = std::int32_t(n);
-        piece.sum = piece.sum + shape.place(std::int32_t(n));
+        piece.sum = piece.sum + shape.position(std::int32_t(n));
     }
     for (std::size_t n = 0; n < held.axes.size(); ++n) {
         Piece& piece = found[piece_number(n)];
-        piece.reach = std::max(piece.reach, norm(shape.place(std::int32_t(n)) - piece.middle()));
+        piece.reach = std::max(piece.reach, norm(shape.position(std::int32_t(n)) - piece.middle()));
     }
     for (std::size_t n = 0; n < held.axes.size(); ++n)
         for (int a = 0; a < 3; ++a)
             if (held.holds(n, a)) {
                 Piece& piece = found[piece_number(n)];
                 piece.motions.forbid(
-                    a, (1 / piece.reach) * (shape.place(std::int32_t(n)) - piece.middle()));
+                    a, (1 / piece.reach) * (shape.position(std::int32_t(n)) - piece.middle()));
             }
     for (Piece& piece : found)
         if (const int rank = piece.motions.rank(); rank < 6)
@@ -111,14 +111,14 @@ Result<HeldNodes> hold(const SolidShape& shape, std::span<const Support> support
         for (int a = 0; a < 3; ++a) {
             if (!support.held[std::size_t(a)]) continue;
             const double u = support.displacement_mm[a];
-            double& place = held.displacement_mm.component(a)[node];
+            double& position = held.displacement_mm.component(a)[node];
             if (!std::isfinite(u))
                 return invalid(name + ": displacement_mm." + "xyz"[a] + " is not finite");
-            if (held.holds(node, a) && u != place)
+            if (held.holds(node, a) && u != position)
                 return invalid(name + ": brings node " + std::to_string(node) + " to " +
                                std::to_string(u) + " mm along " + "xyz"[a] +
-                               ", where another support brings it to " + std::to_string(place));
-            place = u;
+                               ", where another support brings it to " + std::to_string(position));
+            position = u;
             held.axes[node] = std::uint8_t(held.axes[node] | 1 << a);
         }
     }

@@ -69,7 +69,7 @@ InnerModes inner_modes(const HexCorners& corners, const Law& m) {
     InnerModes modes;
     const double centre_weight = hex_point(corners, {0, 0, 0}).weight;
     for (int g = 0; g < 8; ++g) {
-        const HexPoint p = hex_point(corners, gauss_place(g));
+        const HexPoint p = hex_point(corners, gauss_point(g));
         // The factor centre weight / weight makes the integral of the modes' gradients zero.
         Vec3d gradients[3];
         for (int n = 0; n < 3; ++n) gradients[n] = (centre_weight / p.weight) * p.mode_gradients[n];
@@ -118,7 +118,7 @@ template <class Law>
 HexStiffness stiffness_of(const HexCorners& corners, const Law& m, HexElement element) {
     HexStiffness k{};
     for (int g = 0; g < 8; ++g) {
-        const HexPoint p = hex_point(corners, gauss_place(g));
+        const HexPoint p = hex_point(corners, gauss_point(g));
         for (std::size_t a = 0; a < 8; ++a)
             for (std::size_t b = 0; b <= a; ++b)
                 add_block(&k[3 * a * 24 + 3 * b], 24, p.gradients[a], p.gradients[b], m, p.weight);

@@ -69,7 +69,7 @@ struct HexPoint {
 /// @param natural  r, s, t in −1…1
 HexPoint hex_point(const HexCorners& corners, Vec3d natural);
 /// Natural coordinates of Gauss point g, r fastest.
-inline Vec3d gauss_place(int g) {
+inline Vec3d gauss_point(int g) {
     return {g & 1 ? kGauss : -kGauss, g & 2 ? kGauss : -kGauss, g & 4 ? kGauss : -kGauss};
 }
 

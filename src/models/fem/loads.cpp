@@ -29,7 +29,7 @@ void add_surface(const SolidShape& shape, const SurfaceLoad& load, NodeVector& f
         const double r = g & 1 ? kGauss : -kGauss, s = g & 2 ? kGauss : -kGauss;
         Vec3d along_r{0, 0, 0}, along_s{0, 0, 0};
         for (int c = 0; c < 4; ++c) {
-            const Vec3d x = shape.place(at[c]);
+            const Vec3d x = shape.position(at[c]);
             along_r = along_r + (kSigns[c][0] * (1 + kSigns[c][1] * s) / 4) * x;
             along_s = along_s + (kSigns[c][1] * (1 + kSigns[c][0] * r) / 4) * x;
         }
@@ -45,7 +45,7 @@ void add_gravity(const SolidShape& shape, std::int32_t cell, double density, Vec
     const auto nodes = shape.nodes_of(cell);
     const HexCorners corners = shape.corners_of(cell);
     for (int g = 0; g < 8; ++g) {
-        const HexPoint p = hex_point(corners, gauss_place(g));
+        const HexPoint p = hex_point(corners, gauss_point(g));
         for (std::size_t c = 0; c < 8; ++c)
             add(forces, nodes[c], (kPerCubicMm * density * p.weight * p.values[c]) * gravity);
     }

@@ -23,7 +23,7 @@ class SolidShape {
     std::int64_t cell_count() const {
         return m_mesh ? std::int64_t(m_mesh->cells.size()) : pliant::cell_count(*m_lattice);
     }
-    Vec3d place(std::int32_t node) const {
+    Vec3d position(std::int32_t node) const {
         return m_mesh ? m_mesh->nodes_mm[std::size_t(node)] : node_position_mm(*m_lattice, node);
     }
     std::array<std::int32_t, 8> nodes_of(std::int32_t cell) const {
@@ -32,7 +32,7 @@ class SolidShape {
     HexCorners corners_of(std::int32_t cell) const {
         HexCorners corners;
         const auto nodes = nodes_of(cell);
-        for (std::size_t c = 0; c < 8; ++c) corners[c] = place(nodes[c]);
+        for (std::size_t c = 0; c < 8; ++c) corners[c] = position(nodes[c]);
         return corners;
     }
     /// Piece of each node; empty: one piece.

@@ -44,7 +44,7 @@ std::array<int, 6> BrickIndex::find_neighbours(Vec3i coord) const {
         for (int side = 0; side < 6; ++side) found[std::size_t(side)] = find(next(side));
         return found;
     }
-    const int* at = m_inside.get() + place_of(coord);
+    const int* at = m_inside.get() + index_of(coord);
     const auto row = std::ptrdiff_t(m_size.x), slice = row * m_size.y;
     found = {at[-1] - 1, at[1] - 1, at[-row] - 1, at[row] - 1, at[-slice] - 1, at[slice] - 1};
     return found;
@@ -52,7 +52,7 @@ std::array<int, 6> BrickIndex::find_neighbours(Vec3i coord) const {
 
 void BrickIndex::insert(Vec3i coord, int brick) {
     if (is_inside(coord)) {
-        m_inside.get()[place_of(coord)] = brick + 1;
+        m_inside.get()[index_of(coord)] = brick + 1;
         return;
     }
     reserve_outside(m_outside_count + 1);
@@ -64,7 +64,7 @@ void BrickIndex::insert(Vec3i coord, int brick) {
 
 void BrickIndex::erase(Vec3i coord) {
     if (is_inside(coord)) {
-        m_inside.get()[place_of(coord)] = 0;
+        m_inside.get()[index_of(coord)] = 0;
         return;
     }
     const std::size_t mask = m_slots.size() - 1;

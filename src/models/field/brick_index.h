@@ -24,7 +24,7 @@ class BrickIndex {
 
     /// @returns −1 if there is none
     int find(Vec3i coord) const {
-        if (is_inside(coord)) return m_inside.get()[place_of(coord)] - 1;
+        if (is_inside(coord)) return m_inside.get()[index_of(coord)] - 1;
         return find_outside(coord);
     }
     /// Neighbours of a coordinate: −x, +x, −y, +y, −z, +z; −1 for none.
@@ -53,7 +53,7 @@ class BrickIndex {
         void operator()(int* memory) const { std::free(memory); }
     };
 
-    std::size_t place_of(Vec3i c) const {
+    std::size_t index_of(Vec3i c) const {
         return std::size_t(c.x) + std::size_t(m_size.x) *
                                       (std::size_t(c.y) + std::size_t(m_size.y) * std::size_t(c.z));
     }

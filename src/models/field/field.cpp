@@ -114,8 +114,8 @@ void Field::place_at_rest(FieldBrick& brick) const {
 }
 
 FieldBrick& Field::take_brick(Vec3i coord) {
-    const int place = m_spare_at.find(coord);
-    FieldBrick& taken = place >= 0        ? take_spare(place)
+    const int index = m_spare_at.find(coord);
+    FieldBrick& taken = index >= 0        ? take_spare(index)
                         : m_spare.empty() ? carve_brick()
                                           : take_spare(int(m_spare.size()) - 1);
     taken.coord = coord;
@@ -125,18 +125,18 @@ FieldBrick& Field::take_brick(Vec3i coord) {
     taken.is_unplaced = true;
     taken.changed_at = m_clock;
     taken.u_min = taken.u_max = {0, 0, 0};
-    begin_brick(taken, place < 0);
+    begin_brick(taken, index < 0);
     return taken;
 }
 
-FieldBrick& Field::take_spare(int place) {
+FieldBrick& Field::take_spare(int index) {
     FieldBrick* last = m_spare.back();
     m_spare.pop_back();
-    FieldBrick*& slot = place < int(m_spare.size()) ? m_spare[std::size_t(place)] : last;
+    FieldBrick*& slot = index < int(m_spare.size()) ? m_spare[std::size_t(index)] : last;
     m_spare_at.erase(slot->coord);
     if (slot == last) return *last;
     m_spare_at.erase(last->coord);
-    m_spare_at.insert(last->coord, place);
+    m_spare_at.insert(last->coord, index);
     return *std::exchange(slot, last);
 }
 
@@ -261,8 +261,8 @@ void Field::drop_all_edits() noexcept {
 
 void Field::edits_changed(Vec3i brick_coord) noexcept {
     count_links_change();
-    if (const int place = m_spare_at.find(brick_coord); place >= 0)
-        forget_dropped(*m_spare[std::size_t(place)]);
+    if (const int index = m_spare_at.find(brick_coord); index >= 0)
+        forget_dropped(*m_spare[std::size_t(index)]);
     const int index = find_brick(brick_coord);
     if (index < 0) return;
     FieldBrick& edited = brick_to_write(index);

@@ -224,7 +224,7 @@ class Field {
     void drop_brick(int index) noexcept;
     void edits_changed(Vec3i brick_coord) noexcept;
     FieldBrick& take_brick(Vec3i coord);
-    FieldBrick& take_spare(int place);
+    FieldBrick& take_spare(int index);
     void keep_spare(FieldBrick& dropped);
     void take_slab();
     FieldBrick& carve_brick();

@@ -131,8 +131,8 @@ class CellPlanes {
     /// Whether a point may lie in the cell.
     bool may_hold(Vec3d point) const {
         for (std::size_t k = 0; k < 3; ++k) {
-            const double place = dot(m_normal[k], point);
-            if (place < m_low[k] || place > m_high[k]) return false;
+            const double position = dot(m_normal[k], point);
+            if (position < m_low[k] || position > m_high[k]) return false;
         }
         return true;
     }

@@ -46,15 +46,15 @@ Result<std::vector<std::int32_t>> loaded_nodes(const FitBox& box, const FitBoxLo
     const int axis = axis_of(load.face);
     const int first = axis == 0 ? 1 : 0, second = axis == 2 ? 1 : 2;
     int begin[2];
-    for (const auto& [n, place, along] :
+    for (const auto& [n, position, along] :
          {std::tuple(0, load.across, first), std::tuple(1, load.along, second)}) {
-        if (!(place >= 0 && place <= 1))
+        if (!(position >= 0 && position <= 1))
             return bad_box("load " + load.name + ": expected a position from 0 to 1 on the face");
         if (load.nodes_across < 1 || load.nodes_across > box.size[along])
             return bad_box("load " + load.name + ": expected 1 to " +
                            std::to_string(box.size[along]) + " nodes across, found " +
                            std::to_string(load.nodes_across));
-        const double middle = place * (box.size[along] - 1);
+        const double middle = position * (box.size[along] - 1);
         begin[n] = std::clamp(int(std::lround(middle - 0.5 * (load.nodes_across - 1))), 0,
                               box.size[along] - load.nodes_across);
     }

@@ -50,19 +50,19 @@ int DissectedCholesky::add_block(std::span<const std::int32_t> nodes, std::vecto
 /// @param next  next position in the order. @returns the last block of this part
 int DissectedCholesky::dissect(const Graph& graph, std::vector<std::int32_t> nodes, int& next) {
     if (nodes.size() <= kBlockNodes) return add_block(nodes, {}, next);
-    const auto place = [&](std::int32_t n) { return graph.positions[std::size_t(n)]; };
-    Vec3d low = place(nodes[0]), high = low;
+    const auto position = [&](std::int32_t n) { return graph.positions[std::size_t(n)]; };
+    Vec3d low = position(nodes[0]), high = low;
     for (const std::int32_t n : nodes)
         for (int a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], place(n)[a]);
-            high[a] = std::max(high[a], place(n)[a]);
+            low[a] = std::min(low[a], position(n)[a]);
+            high[a] = std::max(high[a], position(n)[a]);
         }
     const Vec3d extent = high - low;
     const int axis =
         extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
     if (!(extent[axis] > 0)) return add_block(nodes, {}, next);
     std::vector<double> along;
-    for (const std::int32_t n : nodes) along.push_back(place(n)[axis]);
+    for (const std::int32_t n : nodes) along.push_back(position(n)[axis]);
     std::nth_element(along.begin(), along.begin() + std::ptrdiff_t(along.size() / 2), along.end());
     double cut = along[along.size() / 2];
     if (cut == low[axis]) {  // most nodes are there: use the next plane
@@ -72,7 +72,8 @@ int DissectedCholesky::dissect(const Graph& graph, std::vector<std::int32_t> nod
     }
     enum : std::uint8_t { kElsewhere, kLeft, kRight };
     std::vector<std::uint8_t> side(graph.positions.size(), kElsewhere);
-    for (const std::int32_t n : nodes) side[std::size_t(n)] = place(n)[axis] < cut ? kLeft : kRight;
+    for (const std::int32_t n : nodes)
+        side[std::size_t(n)] = position(n)[axis] < cut ? kLeft : kRight;
     std::vector<std::int32_t> left, right, separator;
     for (const std::int32_t n : nodes) {
         const auto& beside = graph.neighbours[std::size_t(n)];
@@ -111,24 +112,24 @@ std::unique_ptr<DissectedCholesky::Factor> DissectedCholesky::factor(const Matri
                                                                      double least_pivot) const {
     auto made = std::make_unique<Factor>(m_blocks.size());
     std::vector<Eigen::MatrixXd> updates(m_blocks.size());  // for the parents
-    std::vector<int> place(std::size_t(lower.rows()));      // index in the front
+    std::vector<int> position(std::size_t(lower.rows()));   // index in the front
     for (std::size_t b = 0; b < m_blocks.size(); ++b) {
         const Block& block = m_blocks[b];
         const int own = block.end - block.begin, later = int(block.rows.size());
-        for (int n = 0; n < own; ++n) place[std::size_t(block.begin + n)] = n;
-        for (int n = 0; n < later; ++n) place[std::size_t(block.rows[std::size_t(n)])] = own + n;
+        for (int n = 0; n < own; ++n) position[std::size_t(block.begin + n)] = n;
+        for (int n = 0; n < later; ++n) position[std::size_t(block.rows[std::size_t(n)])] = own + n;
         Eigen::MatrixXd front = Eigen::MatrixXd::Zero(own + later, own + later);
         for (int n = 0; n < own; ++n)
             for (Matrix::InnerIterator at(lower, block.begin + n); at; ++at)
-                front(place[std::size_t(at.row())], n) += at.value();
+                front(position[std::size_t(at.row())], n) += at.value();
         for (const int child : block.children) {
             // Rows ascend in both, so the lower triangle is preserved.
             const std::vector<int>& rows = m_blocks[std::size_t(child)].rows;
             Eigen::MatrixXd& update = updates[std::size_t(child)];
             for (int c = 0; c < int(rows.size()); ++c)
                 for (int r = c; r < int(rows.size()); ++r)
-                    front(place[std::size_t(rows[std::size_t(r)])],
-                          place[std::size_t(rows[std::size_t(c)])]) += update(r, c);
+                    front(position[std::size_t(rows[std::size_t(r)])],
+                          position[std::size_t(rows[std::size_t(c)])]) += update(r, c);
             update.resize(0, 0);
         }
         if (own > 0) {

@@ -104,9 +104,9 @@ std::vector<int> LinearNetwork::minimum_degree(const SpringParts& parts) const {
     lower.setFromTriplets(all.begin(), all.end());
     Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
     Eigen::AMDOrdering<int>()(lower.selfadjointView<Eigen::Lower>(), order);
-    std::vector<int> place(std::size_t(m.count), 0);
-    for (int n = 0; n < m.count; ++n) place[std::size_t(order.indices()[n])] = n;
-    return place;
+    std::vector<int> index(std::size_t(m.count), 0);
+    for (int n = 0; n < m.count; ++n) index[std::size_t(order.indices()[n])] = n;
+    return index;
 }
 
 /// Elimination order by nested dissection.
@@ -124,10 +124,10 @@ std::vector<int> LinearNetwork::dissect(const SpringParts& parts,
     for (const SpringCell& cell : parts.cells)
         joined.emplace_back(cell.nodes.begin(), cell.nodes.begin() + cell.node_count);
     m.dissection.emplace(positions, joined, free);
-    std::vector<int> place;
+    std::vector<int> index;
     for (std::size_t u = 0; u < m.unknowns.size(); ++u)
-        if (m.unknowns[u] >= 0) place.push_back(3 * m.dissection->order()[u / 3] + int(u % 3));
-    return place;
+        if (m.unknowns[u] >= 0) index.push_back(3 * m.dissection->order()[u / 3] + int(u % 3));
+    return index;
 }
 
 LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup> groups,
@@ -137,10 +137,10 @@ LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup>
     m.unknowns.resize(3 * parts.nodes.size());
     for (std::size_t n = 0; n < m.unknowns.size(); ++n)
         m.unknowns[n] = held[n / 3] ? -1 : m.count++;
-    const std::vector<int> place =
+    const std::vector<int> index =
         std::size_t(m.count) / 3 > most_simple_nodes ? dissect(parts, held) : minimum_degree(parts);
     for (int& unknown : m.unknowns)
-        if (unknown >= 0) unknown = place[std::size_t(unknown)];
+        if (unknown >= 0) unknown = index[std::size_t(unknown)];
     std::vector<std::size_t> link_group(parts.links.size(), groups.size());
     std::vector<std::size_t> cell_group(parts.cells.size(), groups.size());
     for (std::size_t g = 0; g < groups.size(); ++g) {

@@ -18,7 +18,6 @@
 namespace pliant {
 namespace {
 
-constexpr double kGramsPerMm3 = 1e-6;  ///< of 1 kg/m³
 constexpr double kModulusShare = 0.4;  ///< µ/E of links alone, whose Poisson's ratio is 1/4
 constexpr double kMinVolumePoisson = 0.25;
 
@@ -137,7 +136,7 @@ Result<std::vector<FitPointTarget>> points_of(const FitMeshLoad& load, const Tet
         double sum = 0;
         for (double& w : at.weights) sum += w = std::max(0.0, w);
         for (double& w : at.weights) w /= sum;
-        const double away = norm(positions[p] - place_of(at, mesh));
+        const double away = norm(positions[p] - position_of(at, mesh));
         if (!(away <= reach_mm))
             return expected_error(
                 "load " + load.name,

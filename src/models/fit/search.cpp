@@ -16,10 +16,7 @@ constexpr double kOnBound = 1e-4;  ///< tolerance of a logarithm
 }  // namespace
 
 Search::Search(const FitProblem& problem, const TaskArena& arena)
-    : m_face(problem),
-      m_problem(problem.impl()),
-      m_arena(arena),
-      m_begin(std::chrono::steady_clock::now()) {
+    : m_face(problem), m_problem(problem.impl()), m_arena(arena) {
     for (const FitGroup& group : m_problem.groups) {
         m_low.push_back(std::log(group.low));
         m_high.push_back(std::log(group.high));
@@ -71,13 +68,11 @@ void Search::note(const Point& point, double cost) {
     }
     if (!m_result.trace.empty() && cost >= m_result.trace.back().cost) return;
     m_best = point;
-    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - m_begin;
-    m_result.trace.push_back({m_result.evaluations, cost, passed.count()});
+    m_result.trace.push_back({m_result.evaluations, cost, m_watch.s()});
 }
 
 Result<FitResult> Search::finish(const Point& point) {
-    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - m_begin;
-    m_result.seconds = passed.count();
+    m_result.seconds = m_watch.s();
     m_result.values = values(point);
     for (std::size_t g = 0; g < point.size(); ++g)
         m_result.at_bound.push_back(point[g] <= m_low[g] + kOnBound    ? FitBound::Low

@@ -7,8 +7,7 @@
 
 #pragma once
 
-#include <chrono>
-
+#include "base/stopwatch.h"
 #include "fit/problem_impl.h"
 
 namespace pliant {
@@ -46,7 +45,7 @@ class Search {
     const TaskArena& m_arena;
     Point m_low, m_high, m_best;
     FitResult m_result;
-    std::chrono::steady_clock::time_point m_begin;
+    Stopwatch m_watch;
 };
 
 Result<FitResult> search_gauss_newton(Search& search, const GaussNewton& settings);

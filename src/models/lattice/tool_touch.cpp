@@ -221,10 +221,10 @@ class ShownVoxels {
         for (std::size_t c = 0; c < 8; ++c) {
             if (!m_open[c]) continue;
             if (m_claim[c] && comes_before(*m_claim[c], cell.lowest)) continue;
-            const Vec3d place = as_real(voxel(c) - cell.lowest);
-            if (!planes.may_hold(place)) continue;
+            const Vec3d position = as_real(voxel(c) - cell.lowest);
+            if (!planes.may_hold(position)) continue;
             if (!map) map.emplace(cell.corners);
-            const auto t = map->locate(place);
+            const auto t = map->locate(position);
             if (!t || !is_whole(m_lattice, cell)) continue;
             const std::array<double, 8> values = m_values.at_corners(cell);
             for (const double value : values) m_range.include(value);

@@ -177,15 +177,15 @@ void BodySurface::nearest_in_patch(std::size_t patch, Vec3d p, std::span<const V
         const auto& nodes = m_triangles[std::size_t(t)];
         const auto found = mesh::nearest_on_triangle(
             p, x[std::size_t(nodes[0])], x[std::size_t(nodes[1])], x[std::size_t(nodes[2])]);
-        const Vec3d d = p - found.place;
+        const Vec3d d = p - found.position;
         if (!(dot(d, d) < best.distance2)) continue;
-        best = {t, found.feature, found.place, dot(d, d)};
+        best = {t, found.feature, found.position, dot(d, d)};
     }
 }
 
 /// The normal is needed only if the adjacent faces disagree.
 double BodySurface::side(Vec3d p, const SurfacePoint& nearest, std::span<const Vec3d> x) const {
-    const Vec3d d = p - nearest.place;
+    const Vec3d d = p - nearest.position;
     const auto is_inside = [&](std::int32_t t) { return dot(d, face_area(t, x)) < 0; };
     const bool inside = is_inside(nearest.triangle);
     bool agree = true;

@@ -35,7 +35,7 @@ struct Patch {
 struct SurfacePoint {
     std::int32_t triangle = -1;  ///< −1: none
     int feature = 6;             ///< as in mesh::NearestOnTriangle
-    Vec3d place{0, 0, 0};
+    Vec3d position{0, 0, 0};
     double distance2 = 0;
 };
 
@@ -74,7 +74,7 @@ class BodySurface {
     /// Nearest point among the triangles of a patch, if it is nearer than `best`.
     void nearest_in_patch(std::size_t patch, Vec3d p, std::span<const Vec3d> x,
                           SurfacePoint& best) const;
-    /// Side of p − nearest.place: 1 outside, −1 inside. @pre found on these positions
+    /// Side of p − nearest.position: 1 outside, −1 inside. @pre found on these positions
     double side(Vec3d p, const SurfacePoint& nearest, std::span<const Vec3d> x) const;
     /// Distance from the surface, negative inside. @pre found on these positions
     double signed_distance(Vec3d p, const SurfacePoint& nearest, std::span<const Vec3d> x) const;

@@ -24,10 +24,10 @@ void for_each_box(Vec3i low, Vec3i high, const Body& body) {
 
 }  // namespace
 
-Vec3i PbdBoxes::box_at(Vec3d place) const {
+Vec3i PbdBoxes::box_at(Vec3d position) const {
     Vec3i box{};
     for (int c = 0; c < 3; ++c)
-        box[c] = int(std::clamp(std::floor((place[c] - m_low[c]) / m_settings.side), 0.0,
+        box[c] = int(std::clamp(std::floor((position[c] - m_low[c]) / m_settings.side), 0.0,
                                 double(m_counts[c] - 1)));
     return box;
 }

@@ -109,13 +109,13 @@ double GhostSurface::update_some(const PbdBody& body, std::size_t count, const T
             for (std::size_t at = begin; at < std::min(count, begin + kNodeGrain); ++at) {
                 const std::size_t n = node_of(at);
                 const Ride& ride = m_rides[n];
-                Vec3d place{0, 0, 0};
+                Vec3d position{0, 0, 0};
                 for (std::size_t k = 0; k < 4; ++k)
                     if (ride.weights[k] != 0)
-                        place = place + ride.weights[k] * body.position(ride.particles[k]);
-                moved = std::max(moved, norm(place - since[n]));
-                from_grid = std::max(from_grid, norm(place - m_in_grid[n]));
-                m_positions[n] = place;
+                        position = position + ride.weights[k] * body.position(ride.particles[k]);
+                moved = std::max(moved, norm(position - since[n]));
+                from_grid = std::max(from_grid, norm(position - m_in_grid[n]));
+                m_positions[n] = position;
             }
             m_moved[2 * p] = moved;
             m_moved[2 * p + 1] = from_grid;

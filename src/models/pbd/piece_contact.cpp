@@ -196,7 +196,7 @@ void PieceContact::list(const BodySurface& surface, std::size_t patch, Partner& 
             const Vec3d d = p - mesh::nearest_on_triangle(p, x[std::size_t(corners[0])],
                                                           x[std::size_t(corners[1])],
                                                           x[std::size_t(corners[2])])
-                                    .place;
+                                    .position;
             const double distance = norm(d);
             least = std::min(least, distance);
             if (distance <= least + 2 * span)
@@ -299,12 +299,12 @@ SurfacePoint PieceContact::nearest(const BodySurface& surface, std::span<const V
             const auto& t = surface.triangles()[std::size_t(c->triangle)];
             const auto found = mesh::nearest_on_triangle(
                 p, x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])]);
-            const Vec3d d = p - found.place;
+            const Vec3d d = p - found.position;
             const double distance2 = dot(d, d);
             if (distance2 > best.distance2 ||
                 (distance2 == best.distance2 && best.triangle >= 0 && c->triangle > best.triangle))
                 continue;
-            best = {c->triangle, found.feature, found.place, distance2};
+            best = {c->triangle, found.feature, found.position, distance2};
             distance = std::sqrt(distance2);
         }
     }
@@ -315,7 +315,7 @@ SurfacePoint PieceContact::nearest(const BodySurface& surface, std::span<const V
 Vec3d PieceContact::normal_at(const BodySurface& surface, std::span<const Vec3d> x,
                               std::int32_t node, const SurfacePoint& point, double side) const {
     const double distance = std::sqrt(point.distance2);
-    if (distance > m_tiny) return (side / distance) * (x[std::size_t(node)] - point.place);
+    if (distance > m_tiny) return (side / distance) * (x[std::size_t(node)] - point.position);
     return surface.normal(point.triangle, point.feature, x);
 }
 
@@ -330,7 +330,7 @@ PieceTouch PieceContact::touch_of(const BodySurface& surface, const Positions& x
                      limit_of(near.node, surface.piece_of(point.triangle)),
                      {}};
     touch.weights =
-        mesh::weights_on_triangle(point.place, x[time][std::size_t(t[0])],
+        mesh::weights_on_triangle(point.position, x[time][std::size_t(t[0])],
                                   x[time][std::size_t(t[1])], x[time][std::size_t(t[2])]);
     touch.apart = x[kStart][std::size_t(near.node)];
     for (std::size_t k = 0; k < 3; ++k)

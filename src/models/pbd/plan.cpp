@@ -25,13 +25,13 @@ struct Cells {
     Vec3d low{0, 0, 0}, per_length{0, 0, 0};
     Vec3i count{1, 1, 1};
 
-    std::int64_t operator()(Vec3d place, int phase) const {
+    std::int64_t operator()(Vec3d position, int phase) const {
         std::int64_t cell = 0;
         for (int a = 2; a >= 0; --a) {
             std::int64_t along = 0;
             if (count[a] > 1)
                 along = std::clamp<std::int64_t>(
-                    std::int64_t((place[a] - low[a]) * per_length[a] + kShifts[phase]), 0,
+                    std::int64_t((position[a] - low[a]) * per_length[a] + kShifts[phase]), 0,
                     count[a]);
             cell = cell * (count[a] + 1) + along;
         }

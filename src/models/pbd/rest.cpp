@@ -11,7 +11,7 @@
 namespace pliant::pbd {
 namespace {
 
-Vec3d place(const PbdParts& parts, std::int32_t node) {
+Vec3d position(const PbdParts& parts, std::int32_t node) {
     return parts.positions[std::size_t(node)];
 }
 
@@ -25,14 +25,14 @@ double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes,
 
 double rest_length(const PbdParts& parts, const PbdDistance& d) {
     return d.rest_length >= 0 ? d.rest_length
-                              : norm(place(parts, d.nodes[0]) - place(parts, d.nodes[1]));
+                              : norm(position(parts, d.nodes[0]) - position(parts, d.nodes[1]));
 }
 
 double rest_angle(const PbdParts& parts, const PbdBend& bend) {
     if (!std::isnan(bend.rest_angle)) return bend.rest_angle;
     Corner<double> p[4];
     for (std::size_t n = 0; n < 4; ++n) {
-        const Vec3d at = place(parts, bend.nodes[n]);
+        const Vec3d at = position(parts, bend.nodes[n]);
         p[n] = {{at.x, at.y, at.z}, 1};
     }
     return bend_constraint(p, 0.0).value;
@@ -44,10 +44,10 @@ double rest_volume(const PbdParts& parts, const PbdVolume& volume) {
 }
 
 SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid) {
-    const Vec3d origin = place(parts, solid.nodes[0]);
+    const Vec3d origin = position(parts, solid.nodes[0]);
     Mat3d edges{};
     for (std::size_t n = 0; n < 3; ++n)
-        edges.columns[n] = place(parts, solid.nodes[n + 1]) - origin;
+        edges.columns[n] = position(parts, solid.nodes[n + 1]) - origin;
     const Mat3d inverse = pliant::inverse(edges);
     const double volume = determinant(edges) / 6, nu = solid.poisson_ratio;
     const double mu = solid.young_modulus / (2 * (1 + nu));

@@ -65,12 +65,12 @@ inline NearestPair nearest_pair(Vec3d p, Vec3d end, Vec3d a, Vec3d b, Vec3d c) {
         return {through, x, x, 6};
     }
     const auto first = mesh::nearest_on_triangle(p, a, b, c);
-    NearestPair best{0, p, first.place, first.feature};
+    NearestPair best{0, p, first.position, first.feature};
     const auto take = [&](const NearestPair& pair) {
         if (distance2(pair) < distance2(best)) best = pair;
     };
     const auto last = mesh::nearest_on_triangle(end, a, b, c);
-    take({1, end, last.place, last.feature});
+    take({1, end, last.position, last.feature});
     const Vec3d corners[3] = {a, b, c};
     for (int k = 0; k < 3; ++k) {
         const Vec3d from = corners[k], edge = corners[(k + 1) % 3] - from;

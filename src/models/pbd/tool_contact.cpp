@@ -94,7 +94,7 @@ ToolDepth depth_of(const BodySurface& surface, const PatchBoxes& boxes, std::spa
     for (int n = 0; n <= samples; ++n) {
         const Vec3d p = tool.from + (samples > 0 ? double(n) / samples : 0) * (tool.to - tool.from);
         const double d = signed_distance_at(surface, boxes, x, p, nearest), size = std::abs(d);
-        const Vec3d away = size > 0 ? (1 / size) * (p - nearest.place)
+        const Vec3d away = size > 0 ? (1 / size) * (p - nearest.position)
                                     : surface.normal(nearest.triangle, nearest.feature, x);
         if (d < inmost) {
             inmost = d;

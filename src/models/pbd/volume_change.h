@@ -12,19 +12,20 @@
 
 namespace pliant::pbd {
 
-/// @param place  position of a particle
-template <class Place>
-double volume_at(const std::array<std::int32_t, 4>& nodes, const Place& place) {
-    const Vec3d corners[] = {place(nodes[0]), place(nodes[1]), place(nodes[2]), place(nodes[3])};
+/// @param position  position of a particle
+template <class Position>
+double volume_at(const std::array<std::int32_t, 4>& nodes, const Position& position) {
+    const Vec3d corners[] = {position(nodes[0]), position(nodes[1]), position(nodes[2]),
+                             position(nodes[3])};
     return tetrahedron_volume({0, 1, 2, 3}, corners);
 }
 
-template <class Place>
-VolumeChange volume_change_of(const PbdParts& parts, const Place& place) {
+template <class Position>
+VolumeChange volume_change_of(const PbdParts& parts, const Position& position) {
     VolumeChange change;
     double rest_sum = 0, sum = 0, count = 0;
     const auto add = [&](const std::array<std::int32_t, 4>& nodes, double rest) {
-        const double now = volume_at(nodes, place);
+        const double now = volume_at(nodes, position);
         const double relative = std::abs(now - rest) / rest;
         rest_sum += rest;
         sum += now;

@@ -164,13 +164,13 @@ Vec3d Drag::farthest(const FieldBrick& field, const Frame& frame, unsigned axes)
     return farthest;
 }
 
-BrickMotion Drag::motion_of(std::size_t place, const Frame& frame, unsigned axes) const {
-    const FieldBrick& field = m_bricks[place];
+BrickMotion Drag::motion_of(std::size_t index, const Frame& frame, unsigned axes) const {
+    const FieldBrick& field = m_bricks[index];
     BrickMotion motion{};
     for (int a = 0; a < 3; ++a) {
         const auto c = std::size_t(a);
         const bool moves = axes >> a & 1;
-        motion[c] = {field.brick->u[c], moves ? m_arrays[place][frame.direction[c]] : nullptr,
+        motion[c] = {field.brick->u[c], moves ? m_arrays[index][frame.direction[c]] : nullptr,
                      frame.left[c], frame.sign[c]};
     }
     return motion;
@@ -211,9 +211,9 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
     return limit;
 }
 
-int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned moving_axes,
+int Drag::move_brick(Lattice& lattice, std::size_t index, const Frame& frame, unsigned moving_axes,
                      std::size_t next, MoveDragged move_dragged) {
-    FieldBrick& field = m_bricks[place];
+    FieldBrick& field = m_bricks[index];
     Brick& brick = *field.brick;
     std::array<DraggedComponent, 3> components;
     std::array<int, 3> axes;
@@ -225,7 +225,7 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
         if (!(moving_axes >> a & 1)) continue;
         const auto c = std::size_t(a);
         components[count] = {.u = brick.u[c],
-                             .raised = m_arrays[place][frame.direction[c]],
+                             .raised = m_arrays[index][frame.direction[c]],
                              .left = frame.left[c],
                              .sign = frame.sign[c],
                              .lowest = lowest_of(field, frame, a),

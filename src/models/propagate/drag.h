@@ -92,9 +92,9 @@ class Drag {
     static unsigned moving(const FieldBrick& field, const Frame& frame);
     /// Largest distance from rest that the brick's elements may reach along each axis.
     static Vec3d farthest(const FieldBrick& field, const Frame& frame, unsigned axes);
-    BrickMotion motion_of(std::size_t place, const Frame& frame, unsigned axes) const;
+    BrickMotion motion_of(std::size_t index, const Frame& frame, unsigned axes) const;
     /// @param next  position of the brick whose arrays are prefetched meanwhile
-    int move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned axes,
+    int move_brick(Lattice& lattice, std::size_t index, const Frame& frame, unsigned axes,
                    std::size_t next, MoveDragged move_dragged);
 
     Fixed m_reach = 0;

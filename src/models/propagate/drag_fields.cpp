@@ -49,7 +49,7 @@ class DragFields::Solver {
             BrickFields& fields = of(element.brick);
             if (!fields.of[0]) begin(brick, fields, alike && is_symmetric(brick));
             for (std::size_t d = 0; d < kDirections; ++d)
-                fields.of[d][element.index] = m_reach + place(element, d) - m_fields.m_ahead[d];
+                fields.of[d][element.index] = m_reach + position(element, d) - m_fields.m_ahead[d];
             m_rounds.wake(element.brick, m_reach).own_news = kAllFields;
         }
     }
@@ -68,7 +68,7 @@ class DragFields::Solver {
     BrickFields& of(int index) { return m_fields.m_bricks[std::size_t(index)]; }
     void make_room() { m_fields.m_bricks.resize(std::size_t(m_lattice.brick_index_bound())); }
     static bool is_symmetric(const Brick& brick) { return !(brick.traits & kAsymmetric); }
-    Fixed place(const ElementRef& element, std::size_t d) const {
+    Fixed position(const ElementRef& element, std::size_t d) const {
         const Fixed* u = m_lattice.brick(element.brick).u[d / 2];
         return m_pushes[d].sign * u[element.index];
     }
@@ -79,10 +79,10 @@ class DragFields::Solver {
         m_at_rest = true;
         for (std::size_t d = 0; d < kDirections; ++d) {
             Fixed& ahead = m_fields.m_ahead[d];
-            ahead = place(grabbed[0], d);
+            ahead = position(grabbed[0], d);
             for (const ElementRef& element : grabbed) {
-                alike &= place(element, d) == place(grabbed[0], d);
-                ahead = std::max(ahead, place(element, d));
+                alike &= position(element, d) == position(grabbed[0], d);
+                ahead = std::max(ahead, position(element, d));
             }
         }
         Fixed farthest = 0;
@@ -337,9 +337,9 @@ Fixed* DragFields::take_arrays(std::size_t count) {
     if (m_used == m_slabs.size() * per_slab) {
         m_slabs.push_back(allocate_aligned<Fixed>(per_slab * m_array_bytes, 64));
     }
-    const std::size_t slab = m_used / per_slab, place = m_used % per_slab;
+    const std::size_t slab = m_used / per_slab, position = m_used % per_slab;
     m_used += count;
-    return m_slabs[slab].get() + place * (m_array_bytes / sizeof(Fixed));
+    return m_slabs[slab].get() + position * (m_array_bytes / sizeof(Fixed));
 }
 
 }  // namespace pliant

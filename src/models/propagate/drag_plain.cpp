@@ -28,10 +28,10 @@ DraggedBrick move(std::span<DraggedComponent> components, int count, bool /*know
             bool rose = false;
             for (std::size_t k = 0; k < components.size(); ++k) {
                 const DraggedComponent& c = components[k];
-                const Fixed before = c.sign * c.u[n], place = c.raised[n] - c.left;
-                rose |= place > before;
-                c.u[n] = c.sign * std::max(before, place);
-                lowest[k] = std::min(lowest[k], std::max(before, place));
+                const Fixed before = c.sign * c.u[n], position = c.raised[n] - c.left;
+                rose |= position > before;
+                c.u[n] = c.sign * std::max(before, position);
+                lowest[k] = std::min(lowest[k], std::max(before, position));
             }
             result.moved += rose;
         }

@@ -78,12 +78,12 @@ HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
         if (!kOneField || c == 0) __builtin_prefetch(rises[c].next_raised + n);
         __builtin_prefetch(rises[c].next_u + n, 1);
     }
-    Line place[kCount];
+    Line position[kCount];
     for (std::size_t c = 0; c < kCount; ++c)
-        place[c] = kOneField && c > 0 ? place[0] : load_line(rises[c].raised + n);
+        position[c] = kOneField && c > 0 ? position[0] : load_line(rises[c].raised + n);
     M may = hn::FirstN(D(), 0);
     for (std::size_t c = 0; c < kCount; ++c)
-        for (V& part : place[c].part) {
+        for (V& part : position[c].part) {
             part = hn::Sub(part, rises[c].left);
             may = hn::Or(may, hn::Gt(part, rises[c].lowest));
         }
@@ -98,7 +98,7 @@ HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
         for (std::size_t c = 0; c < kCount; ++c) {
             Rise& rise = rises[c];
             const V old = hn::Xor(before[c].part[p], rise.flip);
-            const V now = hn::Max(old, place[c].part[p]);
+            const V now = hn::Max(old, position[c].part[p]);
             rose = hn::Or(rose, hn::Gt(now, old));
             rise.low = hn::Min(rise.low, now);
             hn::Store(hn::Xor(now, rise.flip), D(), rise.u + n + p * kLanes);

@@ -200,7 +200,7 @@ class RoundedSolver {
         const auto w = halo.around(halo.now, at);
         Fixed& here = halo.now[at];
         if (*std::max_element(w.begin(), w.end()) <= here) return false;
-        const Fixed raised = least_rounded_place(halo.links[n], w, halo.bound[n], here);
+        const Fixed raised = least_rounded_position(halo.links[n], w, halo.bound[n], here);
         if (raised == here) return false;
         here = raised;
         for (int b = 0; b < 3; ++b) {
@@ -215,14 +215,14 @@ class RoundedSolver {
     bool sweep(Halo& halo, unsigned order) const {
         bool changed = false;
         const int last = m_size - 1;
-        const auto place = [&](int k, int axis) { return order >> axis & 1 ? last - k : k; };
+        const auto position = [&](int k, int axis) { return order >> axis & 1 ? last - k : k; };
         for (int k = 0; k < m_size; ++k)
             for (int j = 0; j < m_size; ++j) {
-                const int y = place(j, 1), z = place(k, 2);
+                const int y = position(j, 1), z = position(k, 2);
                 const std::size_t first = halo.index({0, y, z});
                 const std::size_t own = std::size_t(m_size) * std::size_t(y + m_size * z);
                 for (int i = 0; i < m_size; ++i) {
-                    const auto x = std::size_t(place(i, 0));
+                    const auto x = std::size_t(position(i, 0));
                     if (!halo.waiting[first + x]) continue;
                     halo.waiting[first + x] = 0;
                     changed |= update(halo, first + x, own + x);

@@ -94,8 +94,8 @@ inline double rounded_rise(const RoundedLinks& links, const std::array<Fixed, 6>
 
 /// Least position at or above v that satisfies every link's lag and the bound of the sum.
 /// @pre bound ≥ 1
-inline Fixed least_rounded_place(const RoundedLinks& links, const std::array<Fixed, 6>& w,
-                                 double bound, Fixed v) {
+inline Fixed least_rounded_position(const RoundedLinks& links, const std::array<Fixed, 6>& w,
+                                    double bound, Fixed v) {
     for (std::size_t s = 0; s < 6; ++s) v = std::max(v, w[s] - links.lag[s]);
     if (!(lag_sum(links, w, v) > bound)) return v;
     const Fixed lowest = v;

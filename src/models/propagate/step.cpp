@@ -37,7 +37,7 @@ double fraction_within(Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift, double li
     for (int a = 0; a < 3; ++a)
         if (shift[a] != 0) starts[a + 1] = 1 - raise[a] / std::abs(double(shift[a]));
     std::sort(starts, starts + 5);
-    const auto place = [&](double f) {
+    const auto position = [&](double f) {
         Vec3d p = start;
         for (int a = 0; a < 3; ++a) {
             const double amount = std::abs(double(shift[a]));
@@ -49,7 +49,7 @@ double fraction_within(Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift, double li
     for (int piece = 0; piece < 4; ++piece) {
         const double begin = starts[piece], end = starts[piece + 1];
         if (end <= begin) continue;
-        const Vec3d p = place(begin), q = place(end);
+        const Vec3d p = position(begin), q = position(end);
         if (dot(q, q) <= bound) continue;  // convex: the whole piece is inside
         // |p + t (q − p)|² = bound, the root with t ≥ 0.
         const Vec3d d = q - p;

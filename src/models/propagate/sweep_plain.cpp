@@ -129,9 +129,9 @@ MoveResult move(const std::array<MovingComponent, 3>& components, int count, boo
         for (const MovingComponent& c : components) {
             if (!c.raised) continue;
             const Fixed before = from_rest ? 0 : c.sign * c.u[n];
-            const Fixed place = std::max(before, c.raised[n] - c.left);
-            c.u[n] = c.sign * place;
-            any |= place != before;
+            const Fixed position = std::max(before, c.raised[n] - c.left);
+            c.u[n] = c.sign * position;
+            any |= position != before;
         }
         result.moved += any;
     }

@@ -429,11 +429,11 @@ struct Motion {
         const WideD d;
         const Wide old = kFromRest ? hn::Zero(d) : hn::Load(d, u + n);
         const Wide before = kFromRest ? old : hn::Sub(hn::Xor(old, flip), flip);
-        const Wide place = hn::Max(before, hn::Sub(hn::Load(d, raised + n), left));
-        low = hn::Min(low, place);
-        high = hn::Max(high, place);
-        hn::Store(hn::Sub(hn::Xor(place, flip), flip), d, u + n);
-        return hn::Xor(place, before);
+        const Wide position = hn::Max(before, hn::Sub(hn::Load(d, raised + n), left));
+        low = hn::Min(low, position);
+        high = hn::Max(high, position);
+        hn::Store(hn::Sub(hn::Xor(position, flip), flip), d, u + n);
+        return hn::Xor(position, before);
     }
     HWY_INLINE void bounds(Fixed& u_min, Fixed& u_max) const {
         const bool negative = hn::GetLane(flip) != 0;

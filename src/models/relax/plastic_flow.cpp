@@ -32,7 +32,7 @@ std::vector<HalfLimits> yield_limits(const MaterialTable& materials) {
 /// An element away from its rest position: its index, and its index in the copy with a layer around
 /// it.
 struct Mover {
-    int index, place;
+    int index, at;
 };
 
 /// Largest excess of sign·e of an element over its neighbour's, by the link's side.
@@ -101,12 +101,12 @@ class Flow {
             bool moved = false;
             for (std::size_t a = 0; a < 3; ++a)
                 moved |= brick.u[a][n] != 0 || (flow.imprint[a] && flow.imprint[a][n] != 0);
-            if (moved) flow.movers.push_back({n, place_of(m_lattice.element_of({0, 0, 0}, n))});
+            if (moved) flow.movers.push_back({n, index_of(m_lattice.element_of({0, 0, 0}, n))});
         }
     }
 
     /// Index in the copy of a brick. @param local  −1…size along each axis
-    int place_of(Vec3i local) const {
+    int index_of(Vec3i local) const {
         const int row = m_lattice.brick_size() + 2;
         return local.x + 1 + row * (local.y + 1 + row * (local.z + 1));
     }
@@ -169,7 +169,7 @@ class Flow {
         const int row = m_lattice.brick_size() + 2;
         const std::array<int, 6> to = {-1, 1, -row, row, -row * row, row * row};
         const auto lower = [&](std::size_t m) {
-            Fixed* own = w.data() + flow.movers[m].place;
+            Fixed* own = w.data() + flow.movers[m].at;
             std::int64_t lowest = *own;
             for (std::size_t side = 0; side < 6; ++side)
                 lowest = std::min(lowest, std::int64_t(own[to[side]]) + flow.rooms[m][side]);
@@ -183,7 +183,7 @@ class Flow {
             changed_ever |= changed;
         }
         for (const Mover& mover : flow.movers)
-            flow.envelope[std::size_t(mover.index)] = w[std::size_t(mover.place)];
+            flow.envelope[std::size_t(mover.index)] = w[std::size_t(mover.at)];
         return changed_ever;
     }
 
@@ -195,7 +195,7 @@ class Flow {
         for (int z = 0; z < size; ++z)
             for (int y = 0; y < size; ++y)
                 std::copy_n(own.begin() + size * (y + size * z), size,
-                            copy.begin() + place_of({0, y, z}));
+                            copy.begin() + index_of({0, y, z}));
         for (int side = 0; side < 6; ++side) {
             const int beside = m_lattice.brick(index).neighbours[std::size_t(side)];
             if (beside < 0) continue;
@@ -204,7 +204,7 @@ class Flow {
             for (const int n : m_lattice.face(b, side % 2 == 0)) {
                 Vec3i local = m_lattice.element_of({0, 0, 0}, n);
                 local[b] += across;
-                copy[std::size_t(place_of(local))] = other[std::size_t(n)];
+                copy[std::size_t(index_of(local))] = other[std::size_t(n)];
             }
         }
         return copy;

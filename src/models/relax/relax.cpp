@@ -120,7 +120,7 @@ void Relaxation::make_lists() {
     mark_held();
     m_wanted.reserve(bricks_per_look());
     // Finds the stop of the last slice by coordinate: indices may have changed.
-    m_at.cursor = m_at.is_cut_short ? place_of(m_at.stopped_at) : 0;
+    m_at.cursor = m_at.is_cut_short ? index_of(m_at.stopped_at) : 0;
     m_has_lists = true;
 }
 
@@ -131,14 +131,14 @@ void Relaxation::begin_anew() {
     wake_all();
 }
 
-std::size_t Relaxation::place_of(Vec3i coord) const {
+std::size_t Relaxation::index_of(Vec3i coord) const {
     const auto begin = m_bricks.begin(), odd = begin + std::ptrdiff_t(m_first_odd);
     const auto from = is_odd(coord) ? odd : begin, to = is_odd(coord) ? m_bricks.end() : odd;
-    const auto place = std::lower_bound(from, to, coord, [&](int index, Vec3i sought) {
+    const auto found = std::lower_bound(from, to, coord, [&](int index, Vec3i sought) {
         const Vec3i c = m_lattice.brick(index).coord;
         return std::tie(c.z, c.y, c.x) < std::tie(sought.z, sought.y, sought.x);
     });
-    return std::size_t(place - begin);
+    return std::size_t(found - begin);
 }
 
 /// Whether an element beyond a face of the brick may start. (A step is at most twice the largest

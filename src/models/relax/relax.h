@@ -50,7 +50,7 @@ class Relaxation {
   private:
     using Clock = std::chrono::steady_clock;
     /// State from which the next slice continues.
-    struct Place {
+    struct Pass {
         std::size_t cursor = 0;         ///< position in m_bricks at which the pass continues
         bool is_cut_short = false;      ///< in the middle of a pass
         Vec3i stopped_at{0, 0, 0};      ///< brick at the cursor, at the end of the last slice
@@ -85,7 +85,7 @@ class Relaxation {
     void list_bricks();
     void forget_dropped() noexcept;
     std::size_t bricks_per_look() const;
-    std::size_t place_of(Vec3i coord) const;
+    std::size_t index_of(Vec3i coord) const;
     void make_all_links();
     void hold_around_tools();
     void mark_held();
@@ -109,10 +109,10 @@ class Relaxation {
     std::uint64_t m_clock = 0;  ///< the lattice's clock at the end of the last slice
     bool m_has_begun = false;
     bool m_has_lists = false;
-    Place m_at;
+    Pass m_at;
     Conditions m_under;
     // State before begin.
-    Place m_was_at;
+    Pass m_was_at;
     Conditions m_was_under;
     bool m_went_on = false, m_is_under_others = false;
     std::vector<Vec3i> m_around_tools;  ///< held elements between which tissue could pass a tool

@@ -14,7 +14,7 @@ Vec3d in_lattice(const Grid& grid, Vec3d x_mm) {
     return lattice_from_world_vector(grid, x_mm - grid.origin_mm);
 }
 
-Vec3d rest_place(const Grid& grid, Vec3i ijk) {
+Vec3d rest_position(const Grid& grid, Vec3i ijk) {
     const Vec3d h = grid.spacing_mm;
     return {h.x * ijk.x, h.y * ijk.y, h.z * ijk.z};
 }
@@ -102,20 +102,21 @@ Fixed BrickGuard::halved_until_allowed(Vec3d rest_mm, Vec3<Fixed> from, int axis
 
 Vec3<Fixed> BrickGuard::admit(int index, Vec3<Fixed> from, Vec3<Fixed> to) const {
     const std::int64_t limit = square(m_lattice.materials()[m_brick.material[index]].max_movement);
-    const Vec3d rest_mm = rest_place(m_lattice.grid(), m_lattice.element_of(m_brick.coord, index));
+    const Vec3d rest_mm =
+        rest_position(m_lattice.grid(), m_lattice.element_of(m_brick.coord, index));
     // Other elements of the brick determine whether the guard is called, and must not influence its
     // result. So a position within the limit is admitted even if the path to it, axis by axis, is
     // not.
     const bool is_inside = square(to.x) + square(to.y) + square(to.z) <= limit;
-    Vec3<Fixed> place = from;
+    Vec3<Fixed> position = from;
     for (int a = 0; a < 3; ++a) {
         const std::int64_t others =
-            square(place.x) + square(place.y) + square(place.z) - square(place[a]);
+            square(position.x) + square(position.y) + square(position.z) - square(position[a]);
         const Fixed most = std::max(square_root(limit - others), std::abs(from[a]));
         const Fixed end = is_inside ? to[a] : std::clamp(to[a], -most, most);
-        place[a] = m_tools.empty() ? end : halved_until_allowed(rest_mm, place, a, end);
+        position[a] = m_tools.empty() ? end : halved_until_allowed(rest_mm, position, a, end);
     }
-    return place;
+    return position;
 }
 
 bool may_meet_tool(const Lattice& lattice, const Brick& brick, const ToolContact& tools) {
@@ -131,8 +132,8 @@ bool may_meet_tool(const Lattice& lattice, const Brick& brick, const ToolContact
     for (const int index : brick.neighbours)
         if (index >= 0) include(lattice.brick(index));
     const int size = lattice.brick_size();
-    Vec3d first = rest_place(lattice.grid(), size * brick.coord);
-    Vec3d last = rest_place(lattice.grid(), size * brick.coord + Vec3i{size, size, size});
+    Vec3d first = rest_position(lattice.grid(), size * brick.coord);
+    Vec3d last = rest_position(lattice.grid(), size * brick.coord + Vec3i{size, size, size});
     for (int a = 0; a < 3; ++a) {
         // A step is at most twice the largest difference of neighbours.
         const double reach = 2 * (mm_from_units(high[a]) - mm_from_units(low[a]));

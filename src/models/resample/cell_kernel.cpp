@@ -259,7 +259,7 @@ HWY_INLINE void solve(int first, int count, Work& work) {
     const Vec s1 = mul_add(
         steps.x, at.vec(kRowJ),
         mul_add(steps.y, at.vec(kRowJ + 3), mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
-    if (!to.is_inside) active = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), active);
+    if (!to.is_inside) active = hn::AndNot(outside(sum(at.vec(kRowPosition), steps), to), active);
     Vec s;
     const M moving = settle(at, s1, active, s);
     const V least = hn::Min(hn::Min(s.x, s.y), s.z);
@@ -339,7 +339,7 @@ StripTarget target_of(const StripNodes& strip, const CellTarget& target, CellFac
 
 /// Cells (x…x + 7, y, z).
 struct HalfGroup {
-    Vec3i place;
+    Vec3i position;
     unsigned use;  ///< bit: lane
 };
 
@@ -349,8 +349,9 @@ HWY_INLINE V coordinate(const HalfGroup& low, const HalfGroup& high, unsigned la
     const D d;
     const bool is_x = kAxis == &Vec3i::x;
     const V along = is_x ? hn::Iota(d, float(lane)) : hn::Zero(d);
-    const V below = hn::Add(along, hn::Set(d, float(low.place.*kAxis)));
-    const V above = hn::Add(along, hn::Set(d, float(high.place.*kAxis - (is_x ? kHalfGroup : 0))));
+    const V below = hn::Add(along, hn::Set(d, float(low.position.*kAxis)));
+    const V above =
+        hn::Add(along, hn::Set(d, float(high.position.*kAxis - (is_x ? kHalfGroup : 0))));
 #if HWY_TARGET <= HWY_AVX3
     return hn::ConcatUpperLower(d, above, below);
 #else
@@ -364,7 +365,7 @@ HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Wor
     constexpr unsigned kAllLanes = (1u << kLanes) - 1;
     const D d;
     const auto number = [&](const HalfGroup& half) {
-        return work.strip.index(half.place.x, half.place.y, half.place.z);
+        return work.strip.index(half.position.x, half.position.y, half.position.z);
     };
     const int low_cell = number(low), high_cell = number(high);
     const unsigned slot = work.group % kKeptGroups, first_lane = slot * kCellGroup;
@@ -444,7 +445,7 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
                 }
                 write_group(low, high, work);
             }
-    if (alone.use) write_group(alone, {alone.place, 0}, work);
+    if (alone.use) write_group(alone, {alone.position, 0}, work);
     for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
     write_last(work);
 }
@@ -454,8 +455,8 @@ struct Extent {
     V least, most;
 };
 
-/// @param n  number of the first cell. @param place  of the cells' lowest corners
-HWY_INLINE Extent extent_of(const StripNodes& strip, std::size_t n, int axis, V place) {
+/// @param n  number of the first cell. @param position  of the cells' lowest corners
+HWY_INLINE Extent extent_of(const StripNodes& strip, std::size_t n, int axis, V position) {
     const D d;
     const std::size_t step[3] = {1, std::size_t(strip.row()), std::size_t(strip.slice())};
     const std::size_t one = step[(axis + 1) % 3], other = step[(axis + 2) % 3];
@@ -468,8 +469,8 @@ HWY_INLINE Extent extent_of(const StripNodes& strip, std::size_t n, int axis, V 
         side[s] = {hn::Min(hn::Min(a, b), hn::Min(e, f)), hn::Max(hn::Max(a, b), hn::Max(e, f))};
     }
     const V eight = hn::Set(d, 8), whole = hn::Set(d, 0.125f);
-    return {mul_add(eight, hn::Min(side[0].least, hn::Add(side[1].least, whole)), place),
-            mul_add(eight, hn::Max(side[0].most, hn::Add(side[1].most, whole)), place)};
+    return {mul_add(eight, hn::Min(side[0].least, hn::Add(side[1].least, whole)), position),
+            mul_add(eight, hn::Max(side[0].most, hn::Add(side[1].most, whole)), position)};
 }
 
 bool keep_near(const StripNodes& strip, std::span<const Box3i> boxes, std::span<RowBits> use) {

@@ -33,14 +33,14 @@ inline constexpr std::size_t kFlatSteps = 2;
 
 /// Data of a cell during the solution of its voxels: the rows of CellRows.
 enum Row {
-    kRowJ = 0,       ///< J⁻¹, by columns
-    kRowG = 9,       ///< coefficients of G: xy, xz, yz, xyz, each with three components
-    kRowS = 21,      ///< s₁ of the first grid point in the bounding box
-    kRowBend = 24,   ///< bound of |G|
-    kRowValue = 25,  ///< original values at the corners
-    kRowBegin = 33,  ///< the same point, from the cell's lowest corner on
-    kRowPlace = 36,  ///< the same point, from the strip's origin on
-    kRowVoxel = 39,  ///< its voxel's index, bits of a whole number
+    kRowJ = 0,          ///< J⁻¹, by columns
+    kRowG = 9,          ///< coefficients of G: xy, xz, yz, xyz, each with three components
+    kRowS = 21,         ///< s₁ of the first grid point in the bounding box
+    kRowBend = 24,      ///< bound of |G|
+    kRowValue = 25,     ///< original values at the corners
+    kRowBegin = 33,     ///< the same point, from the cell's lowest corner on
+    kRowPosition = 36,  ///< the same point, from the strip's origin on
+    kRowVoxel = 39,     ///< its voxel's index, bits of a whole number
     kRowCount = 40,
 };
 

@@ -18,25 +18,25 @@ constexpr double kUnitsPerVoxel = 1 << 20;
 /// Largest distance of a corner from voxel 0 [voxels].
 constexpr double kFarthest = 1e5;
 
-Place place_of(Vec3d voxel) {
+Position position_of(Vec3d voxel) {
     return {std::llround(voxel.x * kUnitsPerVoxel), std::llround(voxel.y * kUnitsPerVoxel),
             std::llround(voxel.z * kUnitsPerVoxel)};
 }
 
-Place place_of(Vec3i voxel) {
-    return place_of(Vec3d{double(voxel.x), double(voxel.y), double(voxel.z)});
+Position position_of(Vec3i voxel) {
+    return position_of(Vec3d{double(voxel.x), double(voxel.y), double(voxel.z)});
 }
 
-bool are_apart(Place low, Place high, Place other_low, Place other_high) {
+bool are_apart(Position low, Position high, Position other_low, Position other_high) {
     for (int a = 0; a < 3; ++a)
         if (low[a] > other_high[a] || high[a] < other_low[a]) return true;
     return false;
 }
 
-Place least(Place p, Place q) {
+Position least(Position p, Position q) {
     return {std::min(p.x, q.x), std::min(p.y, q.y), std::min(p.z, q.z)};
 }
-Place most(Place p, Place q) {
+Position most(Position p, Position q) {
     return {std::max(p.x, q.x), std::max(p.y, q.y), std::max(p.z, q.z)};
 }
 
@@ -50,20 +50,20 @@ std::int32_t ControlCuts::node_at(Vec3i n) const {
     return std::int32_t(dense_index(n, m_control.size));
 }
 
-Vec3i ControlCuts::place_of(std::int32_t node) const {
+Vec3i ControlCuts::position_of(std::int32_t node) const {
     const Vec3i n = m_control.size;
     return {node % n.x, node / n.x % n.y, node / (n.x * n.y)};
 }
 
-Place ControlCuts::voxel_of(Vec3i node) const {
+Position ControlCuts::voxel_of(Vec3i node) const {
     Vec3i voxel;
     for (int a = 0; a < 3; ++a) voxel[a] = m_control.first[a] + m_control.cell[a] * node[a];
-    return pliant::place_of(voxel);
+    return pliant::position_of(voxel);
 }
 
-bool ControlCuts::crosses_one_of(std::span<const std::int32_t> triangles, Place from,
-                                 Place to) const {
-    const Place low = least(from, to), high = most(from, to);
+bool ControlCuts::crosses_one_of(std::span<const std::int32_t> triangles, Position from,
+                                 Position to) const {
+    const Position low = least(from, to), high = most(from, to);
     return std::any_of(triangles.begin(), triangles.end(), [&](std::int32_t t) {
         const Box& box = m_boxes[std::size_t(t)];
         // The blade is moved by an infinitely small vector: touching boxes may cross.
@@ -73,8 +73,8 @@ bool ControlCuts::crosses_one_of(std::span<const std::int32_t> triangles, Place 
 }
 
 bool ControlCuts::is_between(Vec3d from, Vec3d to) const {
-    const Place a = pliant::place_of(from), b = pliant::place_of(to);
-    const Place low = least(a, b), high = most(a, b);
+    const Position a = pliant::position_of(from), b = pliant::position_of(to);
+    const Position low = least(a, b), high = most(a, b);
     for (std::size_t t = 0; t < m_triangles.size(); ++t)
         if (!are_apart(low, high, m_boxes[t].low, m_boxes[t].high) && crosses(m_triangles[t], a, b))
             return true;
@@ -129,7 +129,7 @@ void ControlCuts::find_ghosts() {
                 hidden[node_at(q)].insert(node_at(p));
             }
     const auto distance = [&](std::int32_t p, std::int32_t q) {
-        const Vec3i away = place_of(p) - place_of(q);
+        const Vec3i away = position_of(p) - position_of(q);
         return Vec3i{std::abs(away.x), std::abs(away.y), std::abs(away.z)};
     };
     const auto sees = [&](std::int32_t p, std::int32_t q) {
@@ -171,17 +171,17 @@ void ControlCuts::look_from_elements(CrossedCell& crossed) const {
     crossed.corners.resize(8 * dense_count(wide));
     crossed.edits.assign(dense_count(wide), 0);
     std::array<std::int32_t, 8> corner_nodes;
-    std::array<Place, 8> corner_places;
+    std::array<Position, 8> corner_positions;
     for (int c = 0; c < 8; ++c) {
         corner_nodes[std::size_t(c)] = node_at(crossed.cell + corner(c));
-        corner_places[std::size_t(c)] = voxel_of(crossed.cell + corner(c));
+        corner_positions[std::size_t(c)] = voxel_of(crossed.cell + corner(c));
     }
     for_each_in({{0, 0, 0}, wide}, [&](Vec3i at) {
         const std::size_t n = dense_index(at, wide);
-        const Place from = corner_places[0] + pliant::place_of(at);
+        const Position from = corner_positions[0] + pliant::position_of(at);
         std::array<bool, 8> seen;
         for (std::size_t c = 0; c < 8; ++c)
-            seen[c] = !crosses_one_of(crossed.triangles, from, corner_places[c]);
+            seen[c] = !crosses_one_of(crossed.triangles, from, corner_positions[c]);
         for (std::size_t c = 0; c < 8; ++c) {
             std::int32_t& follows = crossed.corners[8 * n + c];
             follows = corner_nodes[c];
@@ -197,7 +197,8 @@ void ControlCuts::look_from_elements(CrossedCell& crossed) const {
             if (at[a] == m_control.cell[a]) continue;
             Vec3i next = at;
             ++next[a];
-            if (crosses_one_of(crossed.triangles, from, corner_places[0] + pliant::place_of(next)))
+            if (crosses_one_of(crossed.triangles, from,
+                               corner_positions[0] + pliant::position_of(next)))
                 crossed.edits[n] = std::uint8_t(crossed.edits[n] | kCutX << a);
         }
     });
@@ -237,7 +238,7 @@ Result<ControlCuts> ControlCuts::create(const Grid& scan, const ControlGrid& con
             if (!(norm(voxel) <= kFarthest))
                 return about("cut", ErrorCode::InvalidArgument,
                              "expected points within 100000 voxels, found others");
-            triangle[c] = pliant::place_of(voxel);
+            triangle[c] = pliant::position_of(voxel);
         }
         cuts.m_boxes.push_back({least(least(triangle[0], triangle[1]), triangle[2]),
                                 most(most(triangle[0], triangle[1]), triangle[2])});

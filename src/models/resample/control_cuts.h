@@ -61,13 +61,13 @@ class ControlCuts {
         std::vector<std::uint8_t> edits{};    ///< [element]
     };
     struct Box {
-        Place low, high;
+        Position low, high;
     };
 
     std::int32_t node_at(Vec3i n) const;
-    Vec3i place_of(std::int32_t node) const;
-    Place voxel_of(Vec3i node) const;
-    bool crosses_one_of(std::span<const std::int32_t> triangles, Place from, Place to) const;
+    Vec3i position_of(std::int32_t node) const;
+    Position voxel_of(Vec3i node) const;
+    bool crosses_one_of(std::span<const std::int32_t> triangles, Position from, Position to) const;
     void find_cells();
     void find_ghosts();
     void look_from_elements(CrossedCell& cell) const;

@@ -34,7 +34,7 @@ struct InCell {
     int cell;
     double t;
 };
-InCell place_of(int element, int first, int cell, int nodes) {
+InCell in_cell_of(int element, int first, int cell, int nodes) {
     const int from = element - first;
     const int at = std::min(from / cell, nodes - 2);
     return {at, double(from - at * cell) / cell};
@@ -70,7 +70,7 @@ struct ControlLattice::Impl {
     void write_row(FieldBrick& brick, int row, Vec3i from, int width) const;
     void write_cut_cells(FieldBrick& brick, int row, Vec3i from, int width) const;
     std::size_t node_count() const { return dense_count(grid.size); }
-    Vec3i node_place(std::int32_t node) const {
+    Vec3i node_position(std::int32_t node) const {
         return {node % grid.size.x, node / grid.size.x % grid.size.y,
                 node / (grid.size.x * grid.size.y)};
     }
@@ -149,11 +149,11 @@ void ControlLattice::Impl::list_bricks_at(Vec3i node) {
 }
 
 void ControlLattice::Impl::write_row(FieldBrick& brick, int row, Vec3i from, int width) const {
-    const InCell y = place_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
-    const InCell z = place_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
+    const InCell y = in_cell_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
+    const InCell z = in_cell_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
     std::array<InCell, kBrickSize> along;
     for (int x = 0; x < width; ++x)
-        along[std::size_t(x)] = place_of(from.x + x, grid.first.x, grid.cell.x, grid.size.x);
+        along[std::size_t(x)] = in_cell_of(from.x + x, grid.first.x, grid.cell.x, grid.size.x);
     const int first = along[0].cell, last = along[std::size_t(width - 1)].cell + 1;
     const std::size_t up = std::size_t(grid.size.x), over = up * std::size_t(grid.size.y);
     const std::size_t low = node_at({0, y.cell, z.cell});
@@ -178,10 +178,10 @@ void ControlLattice::Impl::write_row(FieldBrick& brick, int row, Vec3i from, int
 /// Elements of a row that follow ghosts.
 void ControlLattice::Impl::write_cut_cells(FieldBrick& brick, int row, Vec3i from,
                                            int width) const {
-    const InCell y = place_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
-    const InCell z = place_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
+    const InCell y = in_cell_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
+    const InCell z = in_cell_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
     for (int i = 0; i < width; ++i) {
-        const InCell x = place_of(from.x + i, grid.first.x, grid.cell.x, grid.size.x);
+        const InCell x = in_cell_of(from.x + i, grid.first.x, grid.cell.x, grid.size.x);
         const Vec3i cell{x.cell, y.cell, z.cell};
         Vec3i at = from + Vec3i{i, 0, 0} - grid.first;
         for (int a = 0; a < 3; ++a) at[a] -= cell[a] * grid.cell[a];
@@ -285,7 +285,7 @@ Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
             if (has_moved(node_at(ijk))) list_bricks_at(ijk);
         });
         for (std::size_t n = 0; n < cuts.ghosts().size(); ++n)
-            if (has_moved(node_count() + n)) list_bricks_at(node_place(cuts.ghosts()[n].node));
+            if (has_moved(node_count() + n)) list_bricks_at(node_position(cuts.ghosts()[n].node));
     });
     for (std::size_t n = 0; n < along->size(); ++n)
         for (int a = 0; a < 3; ++a) units[std::size_t(a)][n] = kUnitsPerMm * (*along)[n][a];
@@ -312,7 +312,7 @@ Status ControlLattice::Impl::set_cuts(std::span<const CutTriangle> triangles_mm)
         list_bricks([&] {
             for (const ControlCuts* own : {&cuts, &*made})
                 for (const ControlCuts::Ghost& ghost : own->ghosts())
-                    list_bricks_at(node_place(ghost.node));
+                    list_bricks_at(node_position(ghost.node));
         });
     } catch (...) {
         field.finish_edits(edits);
@@ -356,10 +356,10 @@ std::array<Vec3d, 8> ControlLattice::Impl::corners(Vec3i cell, const Shift& shif
     return positions;
 }
 
-std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
+std::optional<ControlPosition> ControlLattice::find(Vec3d point_mm) const {
     const Impl& m = *m_impl;
     const Vec3d point = voxel_from_world(m.scan.grid, point_mm);
-    std::optional<ControlPlace> found;
+    std::optional<ControlPosition> found;
     for_each_in({{0, 0, 0}, m.grid.size - Vec3i{1, 1, 1}}, [&](Vec3i cell) {
         if (found) return;
         const std::array<Vec3d, 8> positions =
@@ -371,7 +371,7 @@ std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
         }
         const auto at = TrilinearCell(positions).locate(point);
         if (!at) return;
-        found = ControlPlace{{}, *at};
+        found = ControlPosition{{}, *at};
         for (int c = 0; c < 8; ++c)
             found->nodes[std::size_t(c)] =
                 std::int32_t(m.node_at(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2}));
@@ -413,7 +413,7 @@ std::int32_t ControlLattice::node_count() const {
 }
 Vec3d ControlLattice::node_mm(std::int32_t node) const {
     const ControlGrid& g = m_impl->grid;
-    const Vec3i n = m_impl->node_place(node);
+    const Vec3i n = m_impl->node_position(node);
     Vec3d ijk;
     for (int a = 0; a < 3; ++a) ijk[a] = g.first[a] + double(g.cell[a]) * n[a];
     return world_from_voxel(m_impl->scan.grid, ijk);

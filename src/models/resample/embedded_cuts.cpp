@@ -32,7 +32,7 @@ constexpr std::int64_t kCutBricks = 4;  ///< per task
 /// Tetrahedra between two neighbouring voxels, at most; beyond that they count as linked.
 constexpr int kMaxWay = 64;
 
-Vec3i place_in_brick(int index) {
+Vec3i position_in_brick(int index) {
     return {index % kBrickEdge, index / kBrickEdge % kBrickEdge, index / (kBrickEdge * kBrickEdge)};
 }
 
@@ -158,7 +158,7 @@ class CutFinder {
             }
             for (int n = 0; n < run.count; ++n) {
                 const auto index = std::uint16_t(run.first + n);
-                const Vec3i p = first + place_in_brick(index);
+                const Vec3i p = first + position_in_brick(index);
                 EmbeddedScan::add_inside(
                     brick, index,
                     m_mesh.copy_of(run.tetrahedron,
@@ -186,7 +186,7 @@ class CutFinder {
         for (int index = 0; index < kVoxels; ++index) {
             const Carrier from = m_carriers[brick][std::size_t(index)];
             if (!is_near(from)) continue;
-            const Vec3i at = place_in_brick(index);
+            const Vec3i at = position_in_brick(index);
             for (int a = 0; a < 3; ++a) {
                 Vec3i next = at, next_brick = coord;
                 if (++next[a] == kBrickEdge) {

@@ -73,7 +73,7 @@ class Surfaces {
 
     struct Nearest {
         std::int64_t face = -1;
-        Vec3d place{0, 0, 0};
+        Vec3d position{0, 0, 0};
         double squared = 0;
     };
     /// @param candidates  faces, in their order; the first of several wins
@@ -117,7 +117,7 @@ class Surfaces {
         const auto near = mesh::nearest_on_triangle(x, m_mesh.nodes_mm[std::size_t(t[0])],
                                                     m_mesh.nodes_mm[std::size_t(t[1])],
                                                     m_mesh.nodes_mm[std::size_t(t[2])]);
-        return {face, near.place, dot(x - near.place, x - near.place)};
+        return {face, near.position, dot(x - near.position, x - near.position)};
     }
 
     const TetMesh& m_mesh;
@@ -159,7 +159,7 @@ class Followed {
         const auto nearest = m_surfaces.nearest(x, near->faces, m_reach);
         if (nearest.face < 0) return {};
         const double share = std::sqrt(nearest.squared) / m_reach;
-        const Vec3d q = voxel_from_world(m_grid, nearest.place);
+        const Vec3d q = voxel_from_world(m_grid, nearest.position);
         return Found{m_surfaces.tetrahedron(nearest.face),
                      float((1 - share * share) * (1 - share * share)),
                      {float(q.x), float(q.y), float(q.z)}};

@@ -37,8 +37,8 @@ void OpenMap::set_brick_size(int size) {
 
 Box3i OpenMap::box_of(std::size_t brick) const {
     const Vec3i n = m_brick_count, size{m_size, m_size, m_size};
-    const auto place = int(brick);
-    const Vec3i first = m_size * Vec3i{place % n.x, place / n.x % n.y, place / (n.x * n.y)};
+    const auto index = int(brick);
+    const Vec3i first = m_size * Vec3i{index % n.x, index / n.x % n.y, index / (n.x * n.y)};
     return overlap({first, first + size}, {{0, 0, 0}, m_voxel_count});
 }
 

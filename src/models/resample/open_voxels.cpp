@@ -137,15 +137,15 @@ void open_brick(const ScatterJob& job, const CellTarget& target, const BitLayout
     AnyBrickBits now_bits;
     BitWord* now = now_bits.data();
     const Box3i box = box_of_brick(job.original.grid, brick.coord, size);
-    const std::size_t place = dense_index(brick.coord, job.bricks);
-    OpenMap::State& state = map.state(place);
+    const std::size_t index = dense_index(brick.coord, job.bricks);
+    OpenMap::State& state = map.state(index);
     const Share share = job.touched.changeable(brick.coord, now);
     brick.opened = 0;
     brick.open = kNothing;
     brick.was_changed = state != OpenMap::State::AsScan;
     if (share == Share::None && !brick.was_changed) return;
     clip(layout, box.end - box.begin, now);
-    BitWord* before = map.bits(place);
+    BitWord* before = map.bits(index);
     if (brick.was_changed && share != Share::All)
         put_back(target, job.original, box, layout, before, now);
     const bool is_open = state == OpenMap::State::Open;
@@ -175,11 +175,11 @@ void open_again(const ScatterJob& job, const CellTarget& target, OpenMap& map,
     const BitLayout<int> layout{job.field.brick_size()};
     for (const Box3i& box : boxes) {
         const Vec3i brick = job.field.brick_of(box.begin);
-        const std::size_t place = dense_index(brick, job.bricks);
-        if (map.state(place) != OpenMap::State::Open) continue;
+        const std::size_t index = dense_index(brick, job.bricks);
+        if (map.state(index) != OpenMap::State::Open) continue;
         for_each_in(box, [&](Vec3i p) {
             const Vec3i local = p - layout.size * brick;
-            if (layout.row(map.bits(place), local.y, local.z) >> local.x & 1)
+            if (layout.row(map.bits(index), local.y, local.z) >> local.x & 1)
                 put(*open_at(target, p), target.turn.shared());
         });
     }
@@ -248,15 +248,15 @@ std::int64_t fill_gaps(const CellTarget& target, std::span<const DirtyBrick> bri
 bool OpenBoxes::list(std::span<const DirtyBrick> dirty, Vec3i bricks, int brick_size) {
     m_brick_size = brick_size;
     m_boxes.clear();
-    for (const std::size_t place : m_set) m_at[place] = -1;
+    for (const std::size_t index : m_set) m_at[index] = -1;
     m_set.clear();
     if (m_at.size() != dense_count(bricks)) m_at.assign(dense_count(bricks), -1);
     m_bricks = bricks;
     for (const DirtyBrick& brick : dirty) {
         if (is_empty(brick.open)) continue;
-        const std::size_t place = dense_index(brick.coord, bricks);
-        m_set.push_back(place);
-        m_at[place] = std::int32_t(m_boxes.size());
+        const std::size_t index = dense_index(brick.coord, bricks);
+        m_set.push_back(index);
+        m_at[index] = std::int32_t(m_boxes.size());
         m_boxes.push_back(brick.open);
     }
     return !m_boxes.empty();

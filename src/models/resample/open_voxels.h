@@ -26,7 +26,7 @@ inline std::ptrdiff_t voxel_at(const CellTarget& target, Vec3i p) {
     return p.x +
            std::ptrdiff_t(target.grid_size.x) * (p.y + std::ptrdiff_t(target.grid_size.y) * p.z);
 }
-inline Vec3i voxel_place(const CellTarget& target, std::ptrdiff_t voxel) {
+inline Vec3i voxel_position(const CellTarget& target, std::ptrdiff_t voxel) {
     const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
     return {int(voxel % nx), int(voxel / nx % ny), int(voxel / (nx * ny))};
 }

@@ -222,8 +222,8 @@ void Scatter::list_boxes(int brick_size) {
     m_boxes.clear();
     if (m_has_put_back)
         for_each_in({{0, 0, 0}, count}, [&](Vec3i brick) {
-            const std::size_t place = dense_index(brick, count);
-            if (m_differs[place] || m_put_back[place]) add_box(brick, brick_size);
+            const std::size_t index = dense_index(brick, count);
+            if (m_differs[index] || m_put_back[index]) add_box(brick, brick_size);
         });
     else
         for (const DirtyBrick& brick : m_dirty.bricks())

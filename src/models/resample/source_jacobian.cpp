@@ -30,15 +30,15 @@ SourceJacobian::SourceJacobian(const Field& field, const Snapshot& snapshot)
       m_scale(voxels_per_unit(field.grid())),
       m_may_have_gaps(snapshot.has_edits() || field.is_bounded()) {}
 
-double SourceJacobian::at(Vec3d place) {
+double SourceJacobian::at(Vec3d position) {
     for (int a = 0; a < 3; ++a) {
-        const double whole = std::round(place[a]);
-        if (std::abs(place[a] - whole) < kNearFace) place[a] = whole;
+        const double whole = std::round(position[a]);
+        if (std::abs(position[a] - whole) < kNearFace) position[a] = whole;
     }
-    const Vec3d low{std::floor(place.x), std::floor(place.y), std::floor(place.z)};
+    const Vec3d low{std::floor(position.x), std::floor(position.y), std::floor(position.z)};
     const Vec3i cell{int(low.x), int(low.y), int(low.z)};
-    if (m_may_have_gaps) return beside_gaps(cell, place - low);
-    return in_cell(corners_of(cell), place - low);
+    if (m_may_have_gaps) return beside_gaps(cell, position - low);
+    return in_cell(corners_of(cell), position - low);
 }
 
 /// Value in the first whole cell that holds the position.

@@ -21,8 +21,8 @@ class SourceJacobian {
     /// Keeps references; for one thread.
     SourceJacobian(const Field& field, const Snapshot& snapshot);
 
-    /// @param place  position at rest [voxels]. @returns 1 if there is no whole cell
-    double at(Vec3d place);
+    /// @param position  position at rest [voxels]. @returns 1 if there is no whole cell
+    double at(Vec3d position);
 
   private:
     struct Corner {

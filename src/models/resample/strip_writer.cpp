@@ -197,7 +197,7 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
         }
         for (std::size_t c = count; c < m_left.claims.size(); ++c) {
             const Claim& claim = m_left.claims[c];
-            if (!claim.is_edge) m_first.note(voxel_place(part, claim.voxel), claim.cell);
+            if (!claim.is_edge) m_first.note(voxel_position(part, claim.voxel), claim.cell);
         }
         write_leftovers(job, part, pass.mapping);
     }
@@ -212,7 +212,7 @@ void StripWriter::write_leftovers(const ScatterJob& job, const CellTarget& targe
     }
     CellTarget one = target;
     for (const Leftovers::Unsettled& left : m_left.unsettled) {
-        const Vec3i voxel = voxel_place(target, left.voxel);
+        const Vec3i voxel = voxel_position(target, left.voxel);
         one.box = {voxel, voxel + Vec3i{1, 1, 1}};
         write_cell(job, one, mapping, left.cell);
     }
@@ -287,12 +287,12 @@ void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Ma
     const bool claims = m_left.writes == Writes::None;
     for_each_in(candidates, [&](Vec3i p) {
         const Vec3i d = p - first;
-        const Vec3d place{double(d.x), double(d.y), double(d.z)};
+        const Vec3d position{double(d.x), double(d.y), double(d.z)};
         const Open open = *open_at(target, p);
         if (!target.turn.is_open(open) || (only_shared && open != target.turn.shared()) ||
-            (claims && m_first.is_before(p, cell)) || !planes.may_hold(place))
+            (claims && m_first.is_before(p, cell)) || !planes.may_hold(position))
             return;
-        const auto source = find_source(points, map, job.original, first, place, mapping);
+        const auto source = find_source(points, map, job.original, first, position, mapping);
         if (!source) return;
         const Claim claim{
             voxel_at(target, p),

@@ -73,17 +73,17 @@ class FirstCells {
         m_cell.assign(count <= kMostVoxels ? count : 0, INT32_MAX);
     }
     /// @pre p is in the box
-    bool is_before(Vec3i p, int cell) const { return !m_cell.empty() && m_cell[place(p)] < cell; }
+    bool is_before(Vec3i p, int cell) const { return !m_cell.empty() && m_cell[index(p)] < cell; }
     void note(Vec3i p, int cell) {
         if (m_cell.empty()) return;
-        std::int32_t& first = m_cell[place(p)];
+        std::int32_t& first = m_cell[index(p)];
         first = std::min(first, cell);
     }
 
   private:
     static constexpr std::size_t kMostVoxels = 1 << 17;
 
-    std::size_t place(Vec3i p) const {
+    std::size_t index(Vec3i p) const {
         return dense_index(p - m_box.begin, m_box.end - m_box.begin);
     }
 

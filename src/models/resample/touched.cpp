@@ -55,21 +55,21 @@ void TouchedCells::find(const Snapshot& snapshot, int brick_size, const TaskAren
 
 void TouchedCells::list_bricks(const Snapshot& snapshot) {
     m_bricks.clear();
-    m_place_of.clear();
+    m_index_of.clear();
     m_box = {};
     if (snapshot.records().empty()) return;
     m_box = {snapshot.box().begin - Vec3i{1, 1, 1}, snapshot.box().end};
     const Vec3i n = m_box.end - m_box.begin;
-    m_place_of.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z), -1);
+    m_index_of.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z), -1);
     for (const BrickRecord& record : snapshot.records())
         for (int c = 0; c < 8; ++c)
-            m_place_of[slot_of(record.coord - Vec3i{c & 1, c >> 1 & 1, c >> 2})] = 0;
+            m_index_of[slot_of(record.coord - Vec3i{c & 1, c >> 1 & 1, c >> 2})] = 0;
     std::size_t slot = 0;
     for (int z = m_box.begin.z; z < m_box.end.z; ++z)
         for (int y = m_box.begin.y; y < m_box.end.y; ++y)
             for (int x = m_box.begin.x; x < m_box.end.x; ++x, ++slot) {
-                if (m_place_of[slot] < 0) continue;
-                m_place_of[slot] = std::int32_t(m_bricks.size());
+                if (m_index_of[slot] < 0) continue;
+                m_index_of[slot] = std::int32_t(m_bricks.size());
                 m_bricks.push_back({x, y, z});
             }
 }
@@ -86,8 +86,8 @@ TouchedCells::Bounds TouchedCells::bounds_of(const BlockRecords& records) {
 
 CellReach TouchedCells::reach(const Grid& grid, Vec3i first, int bricks) const {
     const auto bounds_at = [&](int x) {
-        const int place = find(first + Vec3i{x, 0, 0});
-        return place < 0 ? Bounds{} : m_bounds[std::size_t(place)];
+        const int index = find(first + Vec3i{x, 0, 0});
+        return index < 0 ? Bounds{} : m_bounds[std::size_t(index)];
     };
     Bounds all = bounds_at(0);
     for (int x = 1; x < bricks; ++x) {
@@ -112,10 +112,10 @@ Share TouchedCells::changeable(Vec3i brick, BitWord* voxels) const {
     bool full = true;
     int own = -1;
     for (int c = 0; c < 8; ++c) {
-        const int place = find(brick - Vec3i{c & 1, c >> 1 & 1, c >> 2});
-        if (c == 0) own = place;
-        cells[std::size_t(c)] = place < 0 ? kNone.data() : bits_of(place);
-        full &= place >= 0 && m_is_full[std::size_t(place)];
+        const int index = find(brick - Vec3i{c & 1, c >> 1 & 1, c >> 2});
+        if (c == 0) own = index;
+        cells[std::size_t(c)] = index < 0 ? kNone.data() : bits_of(index);
+        full &= index >= 0 && m_is_full[std::size_t(index)];
     }
     return with_bit_layout(m_size, [&](auto layout) {
         const int words = layout.words();

@@ -54,14 +54,14 @@ class TouchedCells {
         return std::size_t(p.x) +
                std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
     }
-    int find(Vec3i brick) const { return contains(m_box, brick) ? m_place_of[slot_of(brick)] : -1; }
-    const BitWord* bits_of(int place) const {
-        return m_cells.data() + std::size_t(place) * m_words_per_brick;
+    int find(Vec3i brick) const { return contains(m_box, brick) ? m_index_of[slot_of(brick)] : -1; }
+    const BitWord* bits_of(int index) const {
+        return m_cells.data() + std::size_t(index) * m_words_per_brick;
     }
 
     int m_size = 0;
     Box3i m_box{};
-    std::vector<std::int32_t> m_place_of;  ///< [slot of m_box]; −1: no touched cells
+    std::vector<std::int32_t> m_index_of;  ///< [slot of m_box]; −1: no touched cells
     std::vector<Vec3i> m_bricks;
     std::vector<BitWord> m_cells;
     std::size_t m_words_per_brick = 0;

@@ -38,14 +38,14 @@ void AssembledEuler::prepare(const SpringNetwork& network, double time_step) {
     const auto count = std::size_t(network.node_count());
     make_pattern(network);
     for (AlignedArray* all :
-         {&m_place, &m_velocity, &m_residual, &m_direction, &m_image, &m_scaled})
+         {&m_position, &m_velocity, &m_residual, &m_direction, &m_image, &m_scaled})
         all->assign(4 * count, 0);
     m_inverse.assign(12 * count, 0);
     m_matrix.diagonal.assign(12 * count, 0);
     m_matrix.moves.resize(count);
     for (std::size_t n = 0; n < count; ++n) {
         m_matrix.moves[n] = !network.nodes()[n].fixed;
-        for (int c = 0; c < 3; ++c) m_place[4 * n + std::size_t(c)] = network.nodes()[n].rest[c];
+        for (int c = 0; c < 3; ++c) m_position[4 * n + std::size_t(c)] = network.nodes()[n].rest[c];
     }
     assemble(network, time_step);
     m_coarse.prepare(network, m_matrix);
@@ -151,7 +151,7 @@ void AssembledEuler::add_links(const SpringNetwork& network, double time_step) n
         if (m_link_blocks[l] < 0) continue;
         const SpringLink& link = network.links()[l];
         const Vec3d r =
-            vector_at(m_place, std::size_t(link.a)) - vector_at(m_place, std::size_t(link.b));
+            vector_at(m_position, std::size_t(link.a)) - vector_at(m_position, std::size_t(link.b));
         const double length = norm(r);
         if (!(length > 0)) continue;  // undefined direction
         const Vec3d n = (1 / length) * r;
@@ -198,11 +198,11 @@ void AssembledEuler::add_cells(const SpringNetwork& network) noexcept {
 /// Computes ∂V/∂corner. @returns the volume
 double AssembledEuler::find_gradients(const SpringCell& cell,
                                       Vec3d (&gradients)[8]) const noexcept {
-    const auto place = [&](std::int32_t n) { return vector_at(m_place, std::size_t(n)); };
-    const Vec3d origin = place(cell.nodes[0]);
+    const auto position = [&](std::int32_t n) { return vector_at(m_position, std::size_t(n)); };
+    const Vec3d origin = position(cell.nodes[0]);
     if (cell.node_count == 4) {
-        const Vec3d a = place(cell.nodes[1]) - origin, b = place(cell.nodes[2]) - origin,
-                    c = place(cell.nodes[3]) - origin;
+        const Vec3d a = position(cell.nodes[1]) - origin, b = position(cell.nodes[2]) - origin,
+                    c = position(cell.nodes[3]) - origin;
         gradients[1] = (1.0 / 6) * cross(b, c);
         gradients[2] = (1.0 / 6) * cross(c, a);
         gradients[3] = (1.0 / 6) * cross(a, b);
@@ -211,8 +211,8 @@ double AssembledEuler::find_gradients(const SpringCell& cell,
     }
     double volume = 0;
     for (int k = 0; k < cell.node_count; ++k) {
-        gradients[k] = volume_gradient(cell, k, place);
-        volume += dot(place(cell.nodes[std::size_t(k)]) - origin, gradients[k]);
+        gradients[k] = volume_gradient(cell, k, position);
+        volume += dot(position(cell.nodes[std::size_t(k)]) - origin, gradients[k]);
     }
     return volume / 3;
 }
@@ -250,7 +250,7 @@ std::int32_t AssembledEuler::step(const SpringNetwork& network, SpringState& sta
     const std::size_t count = moves.size();
     std::copy(moves.begin(), moves.end(), m_matrix.moves.begin());
     for (std::size_t n = 0; n < count; ++n)
-        for (int c = 0; c < 3; ++c) m_place[4 * n + std::size_t(c)] = state.x[c][n];
+        for (int c = 0; c < 3; ++c) m_position[4 * n + std::size_t(c)] = state.x[c][n];
     assemble(network, h);
     LaneSum scale;
     for (std::size_t n = 0; n < count; ++n) {

@@ -64,7 +64,7 @@ class AssembledEuler {
     std::vector<std::int32_t> m_cell_blocks;  ///< of each cell, its pairs of corners
     std::vector<double> m_rest_volumes;       ///< [cell]; 0: without volume energy, or cut
     CoarseSpace m_coarse;
-    AlignedArray m_place;            ///< [4 · node] x, y, z, 0, as all below
+    AlignedArray m_position;         ///< [4 · node] x, y, z, 0, as all below
     AlignedVector<float> m_inverse;  ///< [12 · node] of the blocks on the diagonal
     AlignedArray m_velocity, m_residual, m_direction, m_image, m_scaled;
 };

@@ -24,10 +24,10 @@ inline constexpr int kFacesAt[8][3][3] = {
 /// Face opposite to a tetrahedron's corner, with its normal towards the corner.
 inline constexpr int kFaceOpposite[4][3] = {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
 
-/// ∂V/∂corner. @param place  position of a node: Vec3d(std::int32_t)
-template <class Place>
-Vec3d volume_gradient(const SpringCell& cell, int corner, Place&& place) {
-    const auto at = [&](int n) { return place(cell.nodes[std::size_t(n)]); };
+/// ∂V/∂corner. @param position  position of a node: Vec3d(std::int32_t)
+template <class Position>
+Vec3d volume_gradient(const SpringCell& cell, int corner, Position&& position) {
+    const auto at = [&](int n) { return position(cell.nodes[std::size_t(n)]); };
     const Vec3d here = at(corner);
     if (cell.node_count == 4) {
         const auto& face = kFaceOpposite[corner];
@@ -43,18 +43,18 @@ Vec3d volume_gradient(const SpringCell& cell, int corner, Place&& place) {
     return (1.0 / 12) * sum;
 }
 
-/// Change of ∂V/∂corner for a small motion of all corners. @param move  like place
-template <class Place, class Move>
-Vec3d volume_gradient_change(const SpringCell& cell, int corner, Place&& place, Move&& move) {
+/// Change of ∂V/∂corner for a small motion of all corners. @param move  like position
+template <class Position, class Move>
+Vec3d volume_gradient_change(const SpringCell& cell, int corner, Position&& position, Move&& move) {
     struct Edge {
-        Vec3d place, move;
+        Vec3d position, move;
     };
     const auto edge = [&](int n) {
         const std::int32_t from = cell.nodes[std::size_t(corner)], to = cell.nodes[std::size_t(n)];
-        return Edge{place(to) - place(from), move(to) - move(from)};
+        return Edge{position(to) - position(from), move(to) - move(from)};
     };
     const auto change = [](const Edge& a, const Edge& b) {
-        return cross(a.move, b.place) + cross(a.place, b.move);
+        return cross(a.move, b.position) + cross(a.position, b.move);
     };
     if (cell.node_count == 4) {
         // Relative to the corner, for a common form: (b − a)×(c − a) = a×b + b×c + c×a.
@@ -71,10 +71,10 @@ Vec3d volume_gradient_change(const SpringCell& cell, int corner, Place&& place, 
 }
 
 /// Six times the volume of the tetrahedron of the edges at a corner; its sign is their orientation.
-template <class Place>
-double corner_volume(const SpringCell& cell, int corner, Place&& place) {
+template <class Position>
+double corner_volume(const SpringCell& cell, int corner, Position&& position) {
     const auto edge = [&](int n) {
-        return place(cell.nodes[std::size_t(n)]) - place(cell.nodes[std::size_t(corner)]);
+        return position(cell.nodes[std::size_t(n)]) - position(cell.nodes[std::size_t(corner)]);
     };
     if (cell.node_count == 4) {
         const auto& face = kFaceOpposite[corner];
@@ -84,12 +84,13 @@ double corner_volume(const SpringCell& cell, int corner, Place&& place) {
     return dot(edge(faces[0][0]), cross(edge(faces[1][0]), edge(faces[2][0])));
 }
 
-template <class Place>
-double cell_volume(const SpringCell& cell, Place&& place) {
-    const Vec3d origin = place(cell.nodes[0]);
+template <class Position>
+double cell_volume(const SpringCell& cell, Position&& position) {
+    const Vec3d origin = position(cell.nodes[0]);
     double volume = 0;
     for (int n = 1; n < cell.node_count; ++n)
-        volume += dot(place(cell.nodes[std::size_t(n)]) - origin, volume_gradient(cell, n, place));
+        volume +=
+            dot(position(cell.nodes[std::size_t(n)]) - origin, volume_gradient(cell, n, position));
     return volume / 3;
 }
 

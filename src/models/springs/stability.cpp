@@ -31,13 +31,13 @@ struct Bounds {
 
 Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const Vec3d> positions) {
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
-    const auto place = [&](std::int32_t n) {
+    const auto position = [&](std::int32_t n) {
         return positions.empty() ? rest(n) : positions[std::size_t(n)];
     };
     Bounds bounds;
     for (const auto& neighbour : network.neighbours(i)) {
         const SpringLink& link = network.links()[std::size_t(neighbour.link)];
-        const Vec3d r = place(i) - place(neighbour.node);
+        const Vec3d r = position(i) - position(neighbour.node);
         const double length = norm(r);
         // In the fastest motion a branch acts with its whole stiffness (MaxwellBranch).
         const double stiffness = link.stiffness + link.branch_stiffness;
@@ -55,7 +55,7 @@ Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const V
         if (network.is_cell_cut(std::size_t(c)) || cell.bulk == 0) continue;
         const int corner =
             int(std::find(cell.nodes.begin(), cell.nodes.end(), i) - cell.nodes.begin());
-        add_outer(bounds.stiffness, volume_gradient(cell, corner, place),
+        add_outer(bounds.stiffness, volume_gradient(cell, corner, position),
                   cell.node_count * cell.bulk / cell_volume(cell, rest));
     }
     return bounds;

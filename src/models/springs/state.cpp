@@ -30,7 +30,7 @@ void renew_touched(SpringState& state) noexcept {
 namespace {
 
 double stretch_of(const SpringState& state, const SpringLink& link) {
-    return norm(state.place(link.a) - state.place(link.b)) - link.rest_length;
+    return norm(state.position(link.a) - state.position(link.b)) - link.rest_length;
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ Vec3d branches_force(const SpringNetwork& network, const SpringState& state, std
     Vec3d force{0, 0, 0};
     if (state.branch.empty()) return force;
     for (const auto& neighbour : network.neighbours(node)) {
-        const Vec3d r = state.place(node) - state.place(neighbour.node);
+        const Vec3d r = state.position(node) - state.position(neighbour.node);
         const double length = norm(r);
         if (!(length > 0)) continue;  // undefined direction
         force = force -
@@ -66,16 +66,16 @@ Vec3d branches_force(const SpringNetwork& network, const SpringState& state, std
 }
 
 Vec3d static_force(const SpringNetwork& network, const SpringState& state, std::int32_t node) {
-    const Vec3d here = state.place(node);
+    const Vec3d here = state.position(node);
     Vec3d force{0, 0, 0};
     for (const auto& neighbour : network.neighbours(node)) {
         const SpringLink& link = network.links()[std::size_t(neighbour.link)];
-        const Vec3d r = here - state.place(neighbour.node);
+        const Vec3d r = here - state.position(neighbour.node);
         const double length = norm(r);
         if (!(length > 0)) continue;  // undefined direction
         force = force - (link.stiffness * (length - link.rest_length) / length) * r;
     }
-    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto position = [&](std::int32_t n) { return state.position(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
     for (const std::int32_t c : network.cells_of(node)) {
         const SpringCell& cell = network.cells()[std::size_t(c)];
@@ -83,8 +83,8 @@ Vec3d static_force(const SpringNetwork& network, const SpringState& state, std::
         const double rest_volume = cell_volume(cell, rest);
         const int corner =
             int(std::find(cell.nodes.begin(), cell.nodes.end(), node) - cell.nodes.begin());
-        force = force - (cell.bulk * (cell_volume(cell, place) / rest_volume - 1)) *
-                            volume_gradient(cell, corner, place);
+        force = force - (cell.bulk * (cell_volume(cell, position) / rest_volume - 1)) *
+                            volume_gradient(cell, corner, position);
     }
     return force;
 }

@@ -41,11 +41,11 @@ struct SpringState {
     std::vector<std::int32_t> loaded, held;
     std::vector<std::uint8_t> is_held, is_touched;  ///< [node]; touched: loaded or held
 
-    Vec3d place(std::int32_t node) const {
+    Vec3d position(std::int32_t node) const {
         const auto n = std::size_t(node);
         return {x[0][n], x[1][n], x[2][n]};
     }
-    Vec3d place_before(std::int32_t node) const {
+    Vec3d position_before(std::int32_t node) const {
         const auto n = std::size_t(node);
         return {before[0][n], before[1][n], before[2][n]};
     }
@@ -53,11 +53,11 @@ struct SpringState {
         const auto n = std::size_t(node);
         return {load[0][n], load[1][n], load[2][n]};
     }
-    void put(std::int32_t node, Vec3d place) {
-        for (int c = 0; c < 3; ++c) x[c][std::size_t(node)] = place[c];
+    void put(std::int32_t node, Vec3d position) {
+        for (int c = 0; c < 3; ++c) x[c][std::size_t(node)] = position[c];
     }
-    void put_before(std::int32_t node, Vec3d place) {
-        for (int c = 0; c < 3; ++c) before[c][std::size_t(node)] = place[c];
+    void put_before(std::int32_t node, Vec3d position) {
+        for (int c = 0; c < 3; ++c) before[c][std::size_t(node)] = position[c];
     }
     bool moves(const SpringNetwork& network, std::int32_t node) const {
         return !network.nodes()[std::size_t(node)].fixed && !is_held[std::size_t(node)];

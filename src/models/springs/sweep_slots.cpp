@@ -125,9 +125,9 @@ std::uint32_t SweepPlanner::block_of(const SpringNetwork& network,
     const auto is_equal = [&](std::uint32_t b) {
         return std::memcmp(plan.blocks.data() + b * size, block, size * sizeof(double)) == 0;
     };
-    const std::size_t place = plan.slots.size() - plan.packs.back().begin;
-    if (m_last_block.size() <= place) m_last_block.resize(place + 1, 0);
-    if (!plan.blocks.empty() && is_equal(m_last_block[place])) return m_last_block[place];
+    const std::size_t index = plan.slots.size() - plan.packs.back().begin;
+    if (m_last_block.size() <= index) m_last_block.resize(index + 1, 0);
+    if (!plan.blocks.empty() && is_equal(m_last_block[index])) return m_last_block[index];
     Hash64 hash;
     hash.add(std::span<const double>(block, size));
     const auto fresh = std::uint32_t(plan.blocks.size() / size);
@@ -136,7 +136,7 @@ std::uint32_t SweepPlanner::block_of(const SpringNetwork& network,
         plan.blocks.insert(plan.blocks.end(), block, block + size);
         entry->second = fresh;
     }
-    return m_last_block[place] = entry->second;
+    return m_last_block[index] = entry->second;
 }
 
 void SweepPlanner::add_rows(const SpringNetwork& network, double time_step, SweepPlan& plan) {

@@ -97,8 +97,8 @@ HWY_INLINE Branches branches_at(const SweepArrays& a, std::size_t at) {
     return {};
 }
 
-template <int Terms, int N, class Place>
-HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&positions)[N],
+template <int Terms, int N, class Position>
+HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Position (&positions)[N],
                           const double* const (&blocks)[N], const Branches& branches) {
     const D d;
     V dx[N], dy[N], dz[N], y[N];

@@ -30,7 +30,7 @@ void Tangent::renew(const SpringNetwork& network, const SpringState& state,
                     std::span<const std::uint8_t> moves, TangentKind kind, double inertia,
                     double drag, double links) {
     const auto count = std::size_t(network.node_count());
-    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto position = [&](std::int32_t n) { return state.position(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
     m_links.resize(network.links().size());
     m_precondition.assign(count, Mat3d{});
@@ -42,7 +42,7 @@ void Tangent::renew(const SpringNetwork& network, const SpringState& state,
     }
     for (std::size_t l = 0; l < m_links.size(); ++l) {
         const SpringLink& link = network.links()[l];
-        const Vec3d r = place(link.a) - place(link.b);
+        const Vec3d r = position(link.a) - position(link.b);
         const double length = norm(r);
         m_links[l] = {};
         if (network.is_cut(l) || !(length > 0)) continue;
@@ -62,17 +62,17 @@ void Tangent::renew(const SpringNetwork& network, const SpringState& state,
     m_cell.assign(network.has_volume_energy() ? network.cells().size() : 0, 0);
     m_gradient.resize(8 * m_cell.size());
     m_pressure.assign(kind == TangentKind::Exact ? m_cell.size() : 0, 0);
-    m_place.resize(m_pressure.empty() ? 0 : count);
-    for (std::size_t n = 0; n < m_place.size(); ++n) m_place[n] = place(std::int32_t(n));
+    m_position.resize(m_pressure.empty() ? 0 : count);
+    for (std::size_t n = 0; n < m_position.size(); ++n) m_position[n] = position(std::int32_t(n));
     for (std::size_t c = 0; c < m_cell.size(); ++c) {
         const SpringCell& cell = network.cells()[c];
         if (cell.bulk == 0 || network.is_cell_cut(c)) continue;
         const double rest_volume = cell_volume(cell, rest);
         m_cell[c] = cell.bulk / rest_volume;
         if (!m_pressure.empty())
-            m_pressure[c] = m_cell[c] * (cell_volume(cell, place) - rest_volume);
+            m_pressure[c] = m_cell[c] * (cell_volume(cell, position) - rest_volume);
         for (int n = 0; n < cell.node_count; ++n) {
-            const Vec3d g = volume_gradient(cell, n, place);
+            const Vec3d g = volume_gradient(cell, n, position);
             m_gradient[8 * c + std::size_t(n)] = g;
             add_outer(m_precondition[std::size_t(cell.nodes[std::size_t(n)])], g, m_cell[c]);
         }
@@ -113,11 +113,11 @@ void Tangent::multiply_cells(const SpringNetwork& network, std::span<const Vec3d
         if (m_pressure.empty()) continue;
         for (int n = 0; n < cell.node_count; ++n) {
             Vec3d& to = out[std::size_t(cell.nodes[std::size_t(n)])];
-            to =
-                to + m_pressure[c] *
-                         volume_gradient_change(
-                             cell, n, [&](std::int32_t node) { return m_place[std::size_t(node)]; },
-                             [&](std::int32_t node) { return v[std::size_t(node)]; });
+            to = to + m_pressure[c] *
+                          volume_gradient_change(
+                              cell, n,
+                              [&](std::int32_t node) { return m_position[std::size_t(node)]; },
+                              [&](std::int32_t node) { return v[std::size_t(node)]; });
         }
     }
 }

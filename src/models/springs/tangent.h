@@ -65,7 +65,7 @@ class Tangent {
     std::vector<Vec3d> m_gradient;   ///< [8 · cell + corner]
     std::vector<double> m_cell;      ///< bulk/V₀; 0: none
     std::vector<double> m_pressure;  ///< [cell]: bulk (V − V₀)/V₀; empty unless Exact
-    std::vector<Vec3d> m_place;      ///< [node]; empty unless Exact
+    std::vector<Vec3d> m_position;   ///< [node]; empty unless Exact
     std::vector<double> m_diagonal;  ///< inertia·m + drag·d
     std::vector<Mat3d> m_precondition;
     std::vector<std::uint8_t> m_moves;

@@ -156,7 +156,7 @@ Status SpringTissue::Impl::hold(std::span<const std::int32_t> nodes) {
     state.held.assign(nodes.begin(), nodes.end());
     for (const std::int32_t n : state.held) {
         state.is_held[std::size_t(n)] = 1;
-        state.put_before(n, state.place(n));
+        state.put_before(n, state.position(n));
     }
     renew_touched(state);
     return Ok{};
@@ -169,8 +169,9 @@ Status SpringTissue::move_held(std::span<const Vec3d> positions) noexcept {
             return invalid("move_held: expected a position for each of " +
                            std::to_string(state.held.size()) + " held nodes, found " +
                            std::to_string(positions.size()));
-        for (const Vec3d place : positions)
-            if (!is_finite(place)) return invalid("move_held: expected positions of three numbers");
+        for (const Vec3d position : positions)
+            if (!is_finite(position))
+                return invalid("move_held: expected positions of three numbers");
         return Ok{};
     });
     if (!status.ok()) return status;
@@ -186,8 +187,8 @@ Status SpringTissue::shift_held(Vec3d shift) noexcept {
         return attempt([]() -> Status { return invalid("shift_held: expected three numbers"); });
     SpringState& state = m_impl->current();
     for (const std::int32_t n : state.held) {
-        state.put(n, state.place(n) + shift);
-        state.put_before(n, state.place(n));
+        state.put(n, state.position(n) + shift);
+        state.put_before(n, state.position(n));
     }
     return Ok{};
 }
@@ -200,12 +201,12 @@ Status SpringTissue::set_depth(std::int32_t depth) noexcept {
 
 Vec3d SpringTissue::position(std::int32_t node) const {
     PLIANT_ASSERT(node >= 0 && node < m_impl->network.node_count());
-    return m_impl->current().place(node);
+    return m_impl->current().position(node);
 }
 Vec3d SpringTissue::velocity(std::int32_t node) const {
     PLIANT_ASSERT(node >= 0 && node < m_impl->network.node_count());
     const SpringState& state = m_impl->current();
-    return (1 / m_impl->time_step) * (state.place(node) - state.place_before(node));
+    return (1 / m_impl->time_step) * (state.position(node) - state.position_before(node));
 }
 Vec3d SpringTissue::displacement(std::int32_t node) const {
     return position(node) - m_impl->network.nodes()[std::size_t(node)].rest;

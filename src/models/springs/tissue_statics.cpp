@@ -25,14 +25,14 @@ constexpr double kRounding = 4e-16;
 /// @param shifted  [node]
 Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state, double time_step,
                      std::span<const std::int32_t> nodes, std::span<const std::uint8_t> shifted) {
-    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto position = [&](std::int32_t n) { return state.position(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
     Mat3d stiffness{};
     for (const std::int32_t n : nodes) {
         for (const auto& neighbour : network.neighbours(n)) {
             if (shifted[std::size_t(neighbour.node)]) continue;
             const SpringLink& link = network.links()[std::size_t(neighbour.link)];
-            const Vec3d r = place(n) - place(neighbour.node);
+            const Vec3d r = position(n) - position(neighbour.node);
             const double length = norm(r);
             if (!(length > 0)) continue;
             double along = link.stiffness;
@@ -56,7 +56,7 @@ Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state, dou
             if (cell.nodes[std::size_t(first)] != n) continue;  // once per cell
             Vec3d gradient{0, 0, 0};
             for (int k = first; k < cell.node_count; ++k)
-                if (is_shifted(k)) gradient = gradient + volume_gradient(cell, k, place);
+                if (is_shifted(k)) gradient = gradient + volume_gradient(cell, k, position);
             add_outer(stiffness, gradient, -cell.bulk / cell_volume(cell, rest));
         }
     }
@@ -79,20 +79,20 @@ double SpringTissue::elastic_energy() const {
 /// Energy of links, without their branches, and volumes.
 double SpringTissue::Impl::static_energy() {
     current();
-    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto position = [&](std::int32_t n) { return state.position(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
     double energy = 0;
     for (std::size_t l = 0; l < network.links().size(); ++l) {
         const SpringLink& link = network.links()[l];
         if (network.is_cut(l)) continue;
-        const double stretch = norm(place(link.a) - place(link.b)) - link.rest_length;
+        const double stretch = norm(position(link.a) - position(link.b)) - link.rest_length;
         energy += 0.5 * link.stiffness * stretch * stretch;
     }
     for (std::size_t c = 0; c < network.cells().size(); ++c) {
         const SpringCell& cell = network.cells()[c];
         if (cell.bulk == 0 || network.is_cell_cut(c)) continue;
         const double rest_volume = cell_volume(cell, rest);
-        const double swell = cell_volume(cell, place) - rest_volume;
+        const double swell = cell_volume(cell, position) - rest_volume;
         energy += 0.5 * cell.bulk * swell * swell / rest_volume;
     }
     return energy;
@@ -117,7 +117,7 @@ Vec3d SpringTissue::momentum() const {
 std::int64_t SpringTissue::folded_cells() const {
     const SpringNetwork& network = m_impl->network;
     const SpringState& state = m_impl->current();
-    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto position = [&](std::int32_t n) { return state.position(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
     std::int64_t folded = 0;
     for (std::size_t c = 0; c < network.cells().size(); ++c) {
@@ -125,7 +125,7 @@ std::int64_t SpringTissue::folded_cells() const {
         if (network.is_cell_cut(c)) continue;
         bool any = false;
         for (int corner = 0; corner < cell.node_count; ++corner)
-            any |= corner_volume(cell, corner, place) * corner_volume(cell, corner, rest) <= 0;
+            any |= corner_volume(cell, corner, position) * corner_volume(cell, corner, rest) <= 0;
         folded += any;
     }
     return folded;
@@ -164,7 +164,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance,
     }
     const auto potential = [&] {
         double work = 0;
-        for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
+        for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.position(n));
         return static_energy() - work;
     };
     double radius = farthest;  // trust radius of a node's motion in a step
@@ -187,7 +187,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance,
         tangent.renew(network, state, movable, TangentKind::Exact, 0, 0, 0);
         // Far away a rough direction suffices; nearby the convergence is quadratic.
         const double accuracy = std::clamp(left / scale, 1e-12, 1e-2);
-        for (std::size_t n = 0; n < count; ++n) start[n] = state.place(std::int32_t(n));
+        for (std::size_t n = 0; n < count; ++n) start[n] = state.position(std::int32_t(n));
         const double before = potential();
         for (int halving = 0; halving < kHalvings; ++halving, radius /= 4) {
             const double expected = tangent.descend(

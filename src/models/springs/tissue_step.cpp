@@ -40,7 +40,8 @@ Result<SpringStep> SpringTissue::Impl::step_explicit(std::int32_t count, const T
 /// Error about a step that was undone.
 Error SpringTissue::Impl::unstable() {
     std::vector<Vec3d> positions(std::size_t(network.node_count()));
-    for (std::size_t n = 0; n < positions.size(); ++n) positions[n] = state.place(std::int32_t(n));
+    for (std::size_t n = 0; n < positions.size(); ++n)
+        positions[n] = state.position(std::int32_t(n));
     const double longest = pliant::stable_time_step(network, positions);
     if (longest < time_step)
         return {ErrorCode::InvalidArgument,
@@ -75,7 +76,7 @@ void SpringTissue::Impl::step_once_implicit(SpringStep& report) {
         velocity[n] = {0, 0, 0};
         right[n] = {0, 0, 0};
         if (!movable[n]) continue;
-        velocity[n] = (1 / h) * (state.place(node) - state.place_before(node));
+        velocity[n] = (1 / h) * (state.position(node) - state.position_before(node));
         right[n] = (1 / h) * (state.load_of(node) + static_force(network, state, node)) +
                    (network.nodes()[n].mass / (h * h)) * velocity[n];
     }
@@ -84,7 +85,7 @@ void SpringTissue::Impl::step_once_implicit(SpringStep& report) {
     for (std::size_t n = 0; n < velocity.size(); ++n) {
         const auto node = std::int32_t(n);
         if (!movable[n]) continue;
-        const Vec3d now = state.place(node);
+        const Vec3d now = state.position(node);
         state.put_before(node, now);
         state.put(node, now + h * velocity[n]);
     }

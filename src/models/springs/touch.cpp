@@ -71,7 +71,7 @@ struct Approach {
     Vec3d normal;  ///< unit
 };
 Approach approach(Vec3d p, const std::array<Vec3d, 3>& x, double tiny) {
-    const Vec3d away = p - mesh::nearest_on_triangle(p, x[0], x[1], x[2]).place;
+    const Vec3d away = p - mesh::nearest_on_triangle(p, x[0], x[1], x[2]).position;
     const double distance = norm(away);
     return {distance, distance > tiny ? (1 / distance) * away : normal_of(x)};
 }

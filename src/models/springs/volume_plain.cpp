@@ -8,7 +8,7 @@ namespace pliant {
 namespace {
 
 void add_cells(const SweepPlan& plan, const VolumeArrays& a, std::int64_t begin, std::int64_t end) {
-    const auto place = [&](std::int32_t local) {
+    const auto position = [&](std::int32_t local) {
         const double* const at = a.seen + 4 * std::size_t(local);
         return Vec3d{at[0], at[1], at[2]};
     };
@@ -20,12 +20,12 @@ void add_cells(const SweepPlan& plan, const VolumeArrays& a, std::int64_t begin,
             const auto corner = [&](int n) { return std::size_t(pack.first + kPack * n + lane); };
             for (int n = 0; n < pack.node_count; ++n)
                 cell.nodes[std::size_t(n)] = plan.cell_nodes[corner(n)];
-            const Vec3d origin = place(cell.nodes[0]);
+            const Vec3d origin = position(cell.nodes[0]);
             Vec3d force[8];
             double volume = 0;
             for (int n = 0; n < pack.node_count; ++n) {
-                force[n] = volume_gradient(cell, n, place);
-                volume += dot(place(cell.nodes[std::size_t(n)]) - origin, force[n]);
+                force[n] = volume_gradient(cell, n, position);
+                volume += dot(position(cell.nodes[std::size_t(n)]) - origin, force[n]);
             }
             const double pressure = values[lane] * (volume / 3 / values[kPack + lane] - 1);
             for (int n = 0; n < pack.node_count; ++n)

@@ -36,10 +36,10 @@ Result<PushReport> ChainMailTissue::push(std::uint32_t tool, const Push& push) n
     });
 }
 
-Result<GrabReport> ChainMailTissue::grab(std::uint32_t tool, const Push& place,
+Result<GrabReport> ChainMailTissue::grab(std::uint32_t tool, const Push& position,
                                          double reach_mm) noexcept {
     return attempt([&]() -> Result<GrabReport> {
-        auto report = m_model.grab(place, reach_mm);
+        auto report = m_model.grab(position, reach_mm);
         if (report.ok()) m_contacts.erase(tool);
         return report;
     });

@@ -21,7 +21,7 @@ class ChainMailTissue final : public Tissue {
 
     TissueTraits traits() const noexcept override;
     Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept override;
-    Result<GrabReport> grab(std::uint32_t tool, const Push& place,
+    Result<GrabReport> grab(std::uint32_t tool, const Push& position,
                             double reach_mm) noexcept override;
     Result<PushReport> drag_to(Vec3d offset_mm) noexcept override;
     void let_go() noexcept override { m_model.let_go(); }

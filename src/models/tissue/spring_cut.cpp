@@ -54,18 +54,18 @@ std::vector<Vec3d> refined(std::span<const Vec3d> line, double step) {
 
 /// Position at rest of a point of the deformed scan. @param shift  used where there is no tissue
 Vec3d SpringScanTissue::rest_of(Vec3d point_mm, Vec3d& shift) const {
-    if (const auto place = control().find(point_mm)) shift = rest_of(*place) - point_mm;
+    if (const auto position = control().find(point_mm)) shift = rest_of(*position) - point_mm;
     return point_mm + shift;
 }
 
-Vec3d SpringScanTissue::rest_of(const ControlPlace& place) const {
+Vec3d SpringScanTissue::rest_of(const ControlPosition& position) const {
     const ControlGrid& grid = control().grid();
-    const std::int32_t node = place.nodes[0];
+    const std::int32_t node = position.nodes[0];
     const Vec3i n{node % grid.size.x, node / grid.size.x % grid.size.y,
                   node / (grid.size.x * grid.size.y)};
     Vec3d voxel;
     for (int a = 0; a < 3; ++a)
-        voxel[a] = grid.first[a] + grid.cell[a] * (double(n[a]) + place.at[a]);
+        voxel[a] = grid.first[a] + grid.cell[a] * (double(n[a]) + position.at[a]);
     return world_from_voxel(control().volume().grid, voxel);
 }
 

@@ -25,9 +25,9 @@ Result<DepthFound> SpringScanTissue::find_depth(double threshold_mm, std::int32_
     auto trial = SpringTissue::create(m_tissue.network(), {.time_step = m_tissue.time_step()});
     if (!trial.ok()) return trial.error();
     if (const Status s = trial->hold(m_held); !s.ok()) return s.error();
-    std::vector<Vec3d> places;
-    for (const std::int32_t n : m_held) places.push_back(m_tissue.position(n));
-    if (const Status s = trial->move_held(places); !s.ok()) return s.error();
+    std::vector<Vec3d> positions;
+    for (const std::int32_t n : m_held) positions.push_back(m_tissue.position(n));
+    if (const Status s = trial->move_held(positions); !s.ok()) return s.error();
     DepthFound found;
     std::vector<Vec3d> last;
     for (std::int32_t depth = 1; depth <= max_depth + 1; ++depth) {

@@ -81,16 +81,16 @@ MeshTissue::Rules SpringScanTissue::rules(const Push&) const {
 
 Status SpringScanTissue::check_push(const Push& push) {
     if (const Status s = update_deformation(); !s.ok()) return s.error();
-    m_place = control().find(push.point_mm);
-    if (m_place) return Ok{};
+    m_position = control().find(push.point_mm);
+    if (m_position) return Ok{};
     return about("push", ErrorCode::InvalidArgument,
                  "expected a point inside of the control lattice, found " + text_of(push.point_mm));
 }
 
 std::vector<std::int32_t> SpringScanTissue::nodes_around(const Push& push) const {
-    std::vector<std::int32_t> nodes(m_place->nodes.begin(), m_place->nodes.end());
+    std::vector<std::int32_t> nodes(m_position->nodes.begin(), m_position->nodes.end());
     if (push.sphere_radius_mm > 0 || control().cuts_mm().empty()) return nodes;
-    const Vec3d point = rest_of(*m_place);
+    const Vec3d point = rest_of(*m_position);
     const auto is_hidden = [&](std::int32_t n) {
         return control().is_cut(point, m_rest.nodes_mm[std::size_t(n)]);
     };

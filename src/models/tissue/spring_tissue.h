@@ -78,7 +78,7 @@ class SpringScanTissue final : public SpringNodes {
     void settle() noexcept;
     Result<CutReport> cut_along(const CutSurface& surface);
     Result<std::vector<CutTriangle>> ribbon_at_rest(const CutSurface& surface) const;
-    Vec3d rest_of(const ControlPlace& place) const;
+    Vec3d rest_of(const ControlPosition& position) const;
     Vec3d rest_of(Vec3d point_mm, Vec3d& shift) const;
     std::vector<std::int32_t> crossed_links() const;
 
@@ -89,7 +89,7 @@ class SpringScanTissue final : public SpringNodes {
     std::vector<std::int32_t> m_loose;           ///< scratch
     std::vector<Vec3d> m_no_forces, m_moves;     ///< of all nodes; m_moves: as of folded_cells()
     std::vector<std::uint8_t> m_stretched;
-    std::optional<ControlPlace> m_place;  ///< of the present push
+    std::optional<ControlPosition> m_position;  ///< of the present push
     std::int32_t m_active_nodes = 0;
 };
 

@@ -17,9 +17,9 @@ Error not_supported(std::string_view command, const Tissue& tissue) {
 
 }  // namespace
 
-Result<GrabReport> Tissue::grab(std::uint32_t tool, const Push& place, double) noexcept {
+Result<GrabReport> Tissue::grab(std::uint32_t tool, const Push& position, double) noexcept {
     return attempt([&]() -> Result<GrabReport> {
-        Push still = place;
+        Push still = position;
         still.push_mm = {0, 0, 0};
         Result<PushReport> report = push(tool, still);
         if (!report) return report.error();
@@ -34,7 +34,7 @@ Result<GrabReport> Tissue::grab(std::uint32_t tool, const Push& place, double) n
 Result<PushReport> Tissue::drag_to(Vec3d offset_mm) noexcept {
     return attempt([&]() -> Result<PushReport> {
         if (!m_drag) return invalid("drag: expected a grab before it");
-        Push rest = m_drag->place;
+        Push rest = m_drag->position;
         rest.point_mm = rest.point_mm + m_drag->done_mm;
         rest.push_mm = offset_mm - m_drag->done_mm;
         Result<PushReport> report = push(m_drag->tool, rest);

@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "base/units.h"
 #include "tissue/body_tissue.h"
 #include "tissue/chainmail_tissue.h"
 #include "tissue/network_tissue.h"
@@ -16,8 +17,6 @@
 
 namespace pliant {
 namespace {
-
-constexpr double kGramsPerMm3 = 1e-6;  ///< of 1 kg/m³
 
 constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},

@@ -215,7 +215,7 @@ Status VesselTissue::update_deformation() const {
         m_view.wall_moved_mm = farthest(m_now.nodes_mm, rest.mesh.nodes_mm);
         m_view.moved_mm.resize(rest.ghost_positions.size());
         for (std::size_t n = 0; n < rest.ghost_positions.size(); ++n) {
-            const Vec3d by = place_of(rest.ghost_positions[n], m_now) - rest.ghost.nodes_mm[n];
+            const Vec3d by = position_of(rest.ghost_positions[n], m_now) - rest.ghost.nodes_mm[n];
             m_view.moved_mm[n] = {float(by.x), float(by.y), float(by.z)};
         }
         m_view.inverted = m_scene->inverted_tetrahedra();

@@ -99,16 +99,16 @@ void tidy_rims(TriangleMesh& surface) {
     remove_crumbs(surface);
 }
 
-bool is_beside(const Embedded& place, Vec3d ghost_node, const TetMesh& wall) {
+bool is_beside(const Embedded& position, Vec3d ghost_node, const TetMesh& wall) {
     // A point of the tetrahedron that is nearly the nearest.
     Vec3d near{0, 0, 0};
     double sum = 0, longest = 0;
-    for (const double w : place.weights) sum += std::max(0.0, w);
+    for (const double w : position.weights) sum += std::max(0.0, w);
     const auto corner = [&](std::size_t k) {
-        return wall.nodes_mm[std::size_t(wall.cells[std::size_t(place.tetrahedron)][k])];
+        return wall.nodes_mm[std::size_t(wall.cells[std::size_t(position.tetrahedron)][k])];
     };
     for (std::size_t k = 0; k < 4; ++k) {
-        near = near + (std::max(0.0, place.weights[k]) / sum) * corner(k);
+        near = near + (std::max(0.0, position.weights[k]) / sum) * corner(k);
         for (std::size_t other = 0; other < k; ++other)
             longest = std::max(longest, norm(corner(k) - corner(other)));
     }

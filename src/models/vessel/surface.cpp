@@ -16,21 +16,21 @@ namespace pliant {
 namespace {
 
 VesselEnd end_of(const TriangleMesh& surface, const std::vector<std::int32_t>& loop, Vec3d middle) {
-    const auto place = [&](std::size_t n) {
+    const auto position = [&](std::size_t n) {
         return surface.nodes_mm[std::size_t(loop[n % loop.size()])];
     };
     Vec3d area{0, 0, 0};
     double longest = 0;
     for (std::size_t n = 0; n < loop.size(); ++n) {
-        area = area + 0.5 * cross(place(n) - middle, place(n + 1) - middle);
-        longest = std::max(longest, norm(place(n) - middle));
+        area = area + 0.5 * cross(position(n) - middle, position(n + 1) - middle);
+        longest = std::max(longest, norm(position(n) - middle));
     }
     VesselEnd end{middle, {0, 0, 1}, longest};
     if (norm(area) > 0) end.outward = normalized(area);
     // Openings are seldom flat: the cut is placed where the surface is still complete.
     double deepest = 0;
     for (std::size_t n = 0; n < loop.size(); ++n)
-        deepest = std::min(deepest, dot(place(n) - middle, end.outward));
+        deepest = std::min(deepest, dot(position(n) - middle, end.outward));
     end.centre_mm = middle + deepest * end.outward;
     return end;
 }

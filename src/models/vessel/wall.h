@@ -26,10 +26,10 @@ Result<TriangleMesh> ghost_of(const LumenShape& lumen, const WallSettings& setti
 /// Removes triangles connected to a rim by a single node, and small fragments.
 void tidy_rims(TriangleMesh& surface);
 /// Whether a ghost node is farther from its tetrahedron than the tetrahedron's longest edge.
-bool is_beside(const Embedded& place, Vec3d ghost_node, const TetMesh& wall);
+bool is_beside(const Embedded& position, Vec3d ghost_node, const TetMesh& wall);
 /// Trims a ghost surface at the ends to the wall's extent, and embeds its nodes in the wall.
 /// Weights that are rounding errors become 0.
-/// @param[out] ghost, places
+/// @param[out] ghost, positions
 void ride_on(const TetMesh& wall, const std::vector<VesselEnd>& ends, double thickness_mm,
              double cell_mm, const TaskArena& arena, TriangleMesh& ghost,
              std::vector<Embedded>& positions);

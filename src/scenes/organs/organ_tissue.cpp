@@ -15,13 +15,13 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "base/units.h"
 #include "tissue/body_tissue.h"
 #include "tissue/network_tissue.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kGramsPerMm3 = 1e-6;  ///< per kg/m³
 /// Without volume energy an edge network has Poisson's ratio ¼; a smaller one can't be had.
 constexpr double kLeastBulkShare = 0.01;
 
@@ -61,9 +61,9 @@ double held_from(std::span<const Vec3d> positions, double share) {
 }
 
 /// Whether a value above the bound lies within a distance of a position.
-class FixedPlaces {
+class FixedPositions {
   public:
-    FixedPlaces(const Volume& scan, double above_hu, double near_mm)
+    FixedPositions(const Volume& scan, double above_hu, double near_mm)
         : m_scan(scan), m_above(above_hu), m_near(near_mm) {}
     bool hold(Vec3d p) const {
         const Vec3d at = voxel_from_world(m_scan.grid, p);
@@ -104,7 +104,7 @@ bool lies_in_box(Vec3d p, std::span<const Vec3d> corners) {
 /// Whether nodes of an organ don't move.
 class HeldNodes {
   public:
-    HeldNodes(const OrganSettings& settings, const FixedPlaces& fixed,
+    HeldNodes(const OrganSettings& settings, const FixedPositions& fixed,
               std::span<const Vec3d> positions)
         : m_settings(settings),
           m_fixed(fixed),
@@ -115,12 +115,12 @@ class HeldNodes {
 
   private:
     const OrganSettings& m_settings;
-    const FixedPlaces& m_fixed;
+    const FixedPositions& m_fixed;
     double m_held_mm;
 };
 
 /// Adds an organ's particles and constraints.
-Status add(const Organ& organ, const FixedPlaces& fixed, PbdParts& parts, TetMesh& mesh) {
+Status add(const Organ& organ, const FixedPositions& fixed, PbdParts& parts, TetMesh& mesh) {
     const OrganSettings& s = organ.settings;
     if (const Status checked = check(s, organ_rows()); !checked.ok())
         return within(organ.name, checked.error());
@@ -210,7 +210,7 @@ Result<std::unique_ptr<MeshTissue>> network_of(const MadeOrgans& made, const Vol
                                                 .density = kGramsPerMm3 * s.density_kg_m3,
                                                 .bulk = std::max(0.0, material.bulk)});
     if (!parts) return within(organ.name, parts.error());
-    const FixedPlaces fixed(scan, file.fixed_hu, file.fixed_near_mm);
+    const FixedPositions fixed(scan, file.fixed_hu, file.fixed_near_mm);
     const HeldNodes held(s, fixed, organ.mesh.nodes_mm);
     for (SpringNode& node : parts->nodes) {
         node.fixed = held.hold(node.rest);
@@ -228,7 +228,7 @@ Result<std::unique_ptr<MeshTissue>> tissue_of(const MadeOrgans& made, const Volu
     if (std::any_of(made.organs.begin(), made.organs.end(),
                     [](const Organ& organ) { return organ.settings.law == BodyLaw::Springs; }))
         return network_of(made, scan, arena);
-    const FixedPlaces fixed(scan, file.fixed_hu, file.fixed_near_mm);
+    const FixedPositions fixed(scan, file.fixed_hu, file.fixed_near_mm);
     PbdParts parts;
     TetMesh mesh;
     BodyPlan plan;

@@ -210,15 +210,15 @@ std::string read_groups(const Json& file, std::vector<NetworkGroup>& groups) {
 
 /// @returns the fault; empty: none
 std::string read_nodes(Table table, NetworkFile& network) {
-    const auto places = table.points("position_mm");
-    const auto masses = table.numbers("mass_g", places.size(), 0, kMaxNumber);
-    const auto damping = table.numbers("damping_g_s", places.size(), 0, kMaxNumber);
-    const auto fixed = table.indices("fixed", {}, 0, places.size());
-    network.node_groups = table.indices("group", places.size(), -1, network.groups.size());
+    const auto positions = table.points("position_mm");
+    const auto masses = table.numbers("mass_g", positions.size(), 0, kMaxNumber);
+    const auto damping = table.numbers("damping_g_s", positions.size(), 0, kMaxNumber);
+    const auto fixed = table.indices("fixed", {}, 0, positions.size());
+    network.node_groups = table.indices("group", positions.size(), -1, network.groups.size());
     if (!table.fault().empty()) return table.fault();
-    for (std::size_t n = 0; n < places.size(); ++n)
+    for (std::size_t n = 0; n < positions.size(); ++n)
         network.parts.nodes.push_back(
-            {.rest = places[n], .mass = masses[n], .damping = damping[n]});
+            {.rest = positions[n], .mass = masses[n], .damping = damping[n]});
     for (const std::int32_t n : fixed) network.parts.nodes[std::size_t(n)].fixed = true;
     return {};
 }
@@ -291,16 +291,16 @@ Result<NetworkFile> parse(const std::string& text) {
 }
 
 Json columns_of_nodes(const NetworkFile& network) {
-    Json places = Json::array(), masses = Json::array(), damping = Json::array(),
+    Json positions = Json::array(), masses = Json::array(), damping = Json::array(),
          fixed = Json::array();
     for (std::size_t n = 0; n < network.parts.nodes.size(); ++n) {
         const SpringNode& node = network.parts.nodes[n];
-        places.push_back({node.rest.x, node.rest.y, node.rest.z});
+        positions.push_back({node.rest.x, node.rest.y, node.rest.z});
         masses.push_back(node.mass);
         damping.push_back(node.damping);
         if (node.fixed) fixed.push_back(n);
     }
-    return {{"position_mm", std::move(places)},
+    return {{"position_mm", std::move(positions)},
             {"mass_g", std::move(masses)},
             {"damping_g_s", std::move(damping)},
             {"fixed", std::move(fixed)},
@@ -430,9 +430,9 @@ Status write_network(const std::filesystem::path& path, const NetworkFile& netwo
             return expected_error("network", "a file of up to 64 MiB",
                                   std::to_string(text.size()) + " bytes", ErrorCode::LimitExceeded);
         StagedFiles files;
-        const auto place = files.stage(path);
-        if (!place.ok()) return place.error();
-        std::ofstream file(*place, std::ios::binary);
+        const auto staged = files.stage(path);
+        if (!staged.ok()) return staged.error();
+        std::ofstream file(*staged, std::ios::binary);
         file << text;
         file.close();
         if (!file) return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};

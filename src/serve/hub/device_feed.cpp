@@ -163,7 +163,7 @@ bool DeviceFeed::follow(std::span<const Box3i> boxes) {
 void DeviceFeed::refresh() {
     if (m_session && m_session->suits(m_host.scene())) m_session->feel(m_host.scene());
     if (!m_session && m_version == 0) return;
-    HapticState state = m_session ? m_session->state(m_host.scene()) : HapticState{};
+    HapticStatus state = m_session ? m_session->state(m_host.scene()) : HapticStatus{};
     state.on = m_session && !m_session->is_ending();
     state.why = m_why;
     std::string text = haptics_text(state);

@@ -75,7 +75,7 @@ Result<OpenedDevice> HapticDevices::open(const std::string& name) const {
     if (name == kSpaceMouse || std::find(kVirtual.begin(), kVirtual.end(), name) != kVirtual.end())
         return opened(open_haptic_device(name));
     if (name == kBrowser) {
-        auto positions = std::make_shared<PosedPlaces>();
+        auto positions = std::make_shared<PosedPositions>();
         return OpenedDevice{make_posed_device(positions), positions};
     }
     for (const std::string& given : m_given)
@@ -275,23 +275,23 @@ void HapticSession::measure() {
                     .age_ms = std::round(10 * std::exchange(m_age_ms, 0)) / 10};
 }
 
-HapticState HapticSession::state(const Scene& scene) {
+HapticStatus HapticSession::state(const Scene& scene) {
     measure();
-    HapticState state{.on = true,
-                      .client = m_client,
-                      .tool = m_tool,
-                      .device = m_device,
-                      .scale = m_wish.scale,
-                      .stopped = m_is_stopped,
-                      .contact = (m_now.flags & kHapticContact) != 0,
-                      .lost = (m_now.flags & kHapticDeviceLost) != 0,
-                      .position_mm = m_now.position_mm,
-                      .proxy_mm = m_now.proxy_mm,
-                      .force_n = m_now.force_n,
-                      .largest_n = std::exchange(m_largest_n, 0),
-                      .largest_force_n = m_largest_force_n,
-                      .servo = m_statistics,
-                      .note = m_servo->note()};
+    HapticStatus state{.on = true,
+                       .client = m_client,
+                       .tool = m_tool,
+                       .device = m_device,
+                       .scale = m_wish.scale,
+                       .stopped = m_is_stopped,
+                       .contact = (m_now.flags & kHapticContact) != 0,
+                       .lost = (m_now.flags & kHapticDeviceLost) != 0,
+                       .position_mm = m_now.position_mm,
+                       .proxy_mm = m_now.proxy_mm,
+                       .force_n = m_now.force_n,
+                       .largest_n = std::exchange(m_largest_n, 0),
+                       .largest_force_n = m_largest_force_n,
+                       .servo = m_statistics,
+                       .note = m_servo->note()};
     state.holds_catheter = m_grip.has_value();
     if (m_grip && !is_ending() && suits(scene))
         state.depth_mm = m_grip->ahead_mm(m_now, *scene.tissue().drivable());

@@ -24,15 +24,15 @@
 #include "haptics/posed_device.h"
 #include "hub/catheter_grip.h"
 #include "hub/client.h"
-#include "protocol/haptic_state.h"
+#include "protocol/haptic_status.h"
 #include "session/scene.h"
 
 namespace pliant::serve {
 
 struct OpenedDevice {
     std::unique_ptr<HapticDevice> device;
-    std::shared_ptr<PosedPlaces> positions;  ///< set if the client supplies the position; null for
-                                             ///< others
+    /// Set if the client supplies the position; null for others.
+    std::shared_ptr<PosedPositions> positions;
 };
 
 /// Devices that a client may choose by name: built-in ones, and those on the command line. So a
@@ -81,7 +81,7 @@ class HapticSession {
     bool is_ending() const { return m_is_ending; }
     bool is_over(Clock::time_point now) const { return is_ending() && now > m_over_at; }
 
-    HapticState state(const Scene& scene);
+    HapticStatus state(const Scene& scene);
     ToolPose pose_of_tool() const;
 
   private:
@@ -96,7 +96,7 @@ class HapticSession {
     HapticsMessage m_wish;
     std::string m_device;
     double m_largest_force_n = 0;
-    std::shared_ptr<PosedPlaces> m_positions;
+    std::shared_ptr<PosedPositions> m_positions;
     std::unique_ptr<HapticServo> m_servo;
     std::unique_ptr<LiveFeel> m_feel;    ///< in a scan; null in a vessel
     std::optional<CatheterGrip> m_grip;  ///< in a vessel

@@ -10,6 +10,7 @@
 #include <new>
 #include <thread>
 
+#include "base/stopwatch.h"
 #include "protocol/limits.h"
 #include "session/guarded.h"
 #include "session/replay.h"
@@ -132,9 +133,9 @@ void Hub::carry_out_commands() {
             if (!client.commands.empty() && (!next || client.spent_ms < next->spent_ms))
                 next = &client;
         if (!next) return;
-        const Clock::time_point begin = Clock::now();
+        const Stopwatch watch;
         if (!guarded("owner", [&] { carry_out(*next); })) next->lose();
-        next->spent_ms += ms_between(begin, Clock::now());
+        next->spent_ms += watch.ms();
     }
 }
 

@@ -85,7 +85,7 @@ void Hub::admit(ConnectionId connection, const HelloMessage& hello) {
                          "hello: protocol: expected " + std::to_string(kProtocolVersion) +
                              ", found " + std::to_string(hello.protocol));
     Client* client = m_roster.returning(hello.resume);
-    if (!m_roster.has_place() && (!client || !client->connection))
+    if (!m_roster.has_seat() && (!client || !client->connection))
         return turn_away(connection, kCloseFull, "expected up to 32 clients, found more");
     if (!client)
         client = &m_roster.add(m_scene->info().grid.size);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/stopwatch.h"
 #include "protocol/half.h"
 #include "volume/boxes.h"
 
@@ -36,11 +37,11 @@ std::optional<Delivery> OverlayFeed::start_delivery() {
 }
 
 void OverlayFeed::add(Client& client, std::vector<Outgoing>& batch) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const std::size_t before = batch.size();
     BoxFeed::add(client, batch);
     if (batch.size() == before) return;
-    m_step_ms += ms_between(start, Clock::now());
+    m_step_ms += watch.ms();
     m_last_ms = m_step_ms;
 }
 

@@ -134,9 +134,9 @@ void PlaybackFeed::show_tool(const SessionCommand& command) {
         else if (before != m_tools.end())
             pose.direction = before->second.direction;
     } else if (const auto* grab = std::get_if<GrabCommand>(&command.action)) {
-        pose.position_mm = in_floats(grab->place.point_mm);
-        pose.radius_mm = float(grab->place.sphere_radius_mm);
-        m_grabbed_mm = grab->place.point_mm;
+        pose.position_mm = in_floats(grab->position.point_mm);
+        pose.radius_mm = float(grab->position.sphere_radius_mm);
+        m_grabbed_mm = grab->position.point_mm;
     } else if (const auto* drag = std::get_if<DragCommand>(&command.action)) {
         if (before == m_tools.end()) return;
         pose = before->second;

@@ -51,7 +51,7 @@ void Recorder::write() {
     const bool is_due = m_now - m_written_at >= kPause;
     if (!m_is_recorded && !is_due) return;
     Status s = m_log->flush();
-    if (s.ok() && is_due) s = m_log->check_place();
+    if (s.ok() && is_due) s = m_log->check_path();
     if (is_due) m_written_at = m_now;
     if (s.ok() == m_is_recorded) return;
     m_is_recorded = s.ok();

@@ -57,7 +57,7 @@ Client* Roster::returning(const std::string& secret) {
     return nullptr;
 }
 
-bool Roster::has_place() const {
+bool Roster::has_seat() const {
     return std::count_if(m_clients.begin(), m_clients.end(),
                          [](const Client& client) { return client.connection != 0; }) < kMaxClients;
 }
@@ -67,7 +67,7 @@ Client& Roster::add(Vec3i volume_size) {
     Client& client = added.emplace_back(volume_size);
     client.resume = random_text();
     client.info.number = ++m_last_number;
-    if (m_clients.size() >= kMaxPlaces)
+    if (m_clients.size() >= kMaxSeats)
         m_clients.erase(std::min_element(m_clients.begin(), m_clients.end(),
                                          [](const Client& a, const Client& b) {
                                              return std::pair(a.connection != 0, a.since) <

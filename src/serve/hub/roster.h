@@ -44,9 +44,9 @@ class Roster {
     /// The client that comes back with its secret; null: none.
     Client* returning(const std::string& secret);
     /// Whether another client can be connected.
-    bool has_place() const;
+    bool has_seat() const;
     /// Adds a client with a number and a secret. If there are too many, the one with the longest
-    /// absence is removed. @pre has_place()
+    /// absence is removed. @pre has_seat()
     Client& add(Vec3i volume_size);
     /// Connects a client. @pre has_newcomer(connection)
     void connect(Client& client, ConnectionId connection, const HelloMessage& hello);

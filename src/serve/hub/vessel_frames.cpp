@@ -26,7 +26,7 @@ template <class T>
 void put_raw(std::string& bytes, T value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
-void put_raw_place(std::string& bytes, Vec3d p) {
+void put_raw_position(std::string& bytes, Vec3d p) {
     for (int a = 0; a < 3; ++a) put_raw(bytes, float(p[a]));
 }
 
@@ -57,7 +57,7 @@ std::shared_ptr<const std::string> VesselFrames::surface(const Drivable& cathete
     std::string frame(kFrameHeaderBytes, '\0');
     put_raw(frame, std::uint32_t(wall.nodes_mm.size()));
     put_raw(frame, std::uint32_t(wall.cells.size()));
-    for (const Vec3d p : wall.nodes_mm) put_raw_place(frame, p);
+    for (const Vec3d p : wall.nodes_mm) put_raw_position(frame, p);
     for (const auto& cell : wall.cells)
         for (const std::int32_t n : cell) put_raw(frame, std::uint32_t(n));
     put_frame_header(frame,
@@ -83,7 +83,7 @@ std::shared_ptr<const std::string> VesselFrames::since(std::uint64_t version, st
     put_raw(frame, float(m_radius_mm));
     put_raw(frame, std::uint32_t(m_catheter_mm.size()));
     put_raw(frame, std::uint32_t(runs.size()));
-    for (const Vec3d p : m_catheter_mm) put_raw_place(frame, p);
+    for (const Vec3d p : m_catheter_mm) put_raw_position(frame, p);
     for (const Run& run : runs) {
         put_raw(frame, run.first);
         put_raw(frame, run.count);

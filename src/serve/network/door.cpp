@@ -129,7 +129,7 @@ bool is_same_secret(std::string_view a, std::string_view b) {
     return difference == 0;
 }
 
-bool Allowance::take(std::size_t bytes, std::chrono::steady_clock::time_point now) {
+bool TokenBucket::take(std::size_t bytes, std::chrono::steady_clock::time_point now) {
     const double seconds = std::chrono::duration<double>(now - m_at).count();
     m_at = now;
     m_messages = std::min(m_messages + seconds * kMessagesPerSecond, kMessageBurst) - 1;

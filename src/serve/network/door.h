@@ -54,10 +54,10 @@ class OwnOrigins {
 /// Constant-time comparison.
 bool is_same_secret(std::string_view a, std::string_view b);
 
-/// Rate limiter of a connection: a token bucket that refills with time.
-class Allowance {
+/// Rate limiter of a connection; it refills with time.
+class TokenBucket {
   public:
-    explicit Allowance(std::chrono::steady_clock::time_point now) : m_at(now) {}
+    explicit TokenBucket(std::chrono::steady_clock::time_point now) : m_at(now) {}
     /// @returns whether the message is within the limits
     bool take(std::size_t bytes, std::chrono::steady_clock::time_point now);
 

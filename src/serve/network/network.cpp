@@ -86,7 +86,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
           m_socket(std::move(stream)),
           m_force(network.context),
           m_again(network.context),
-          m_allowance(std::chrono::steady_clock::now()) {}
+          m_bucket(std::chrono::steady_clock::now()) {}
 
     void accept(const Request& request) {
         beast::get_lowest_layer(m_socket).expires_never();
@@ -176,7 +176,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         const std::string_view text(static_cast<const char*>(data.data()), data.size());
         if (!m_socket.got_text())
             return close(kCloseProtocol, "expected text messages, found a binary one");
-        if (!m_allowance.take(text.size(), std::chrono::steady_clock::now()))
+        if (!m_bucket.take(text.size(), std::chrono::steady_clock::now()))
             return close(kCloseFlood,
                          "expected up to 240 messages and 1 MiB per second, found more");
         auto parsed = parse_message(text);
@@ -224,7 +224,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     beast::flat_buffer m_buffer;
     asio::steady_timer m_force, m_again;
     std::deque<Outgoing> m_queue;  ///< the first one is being written
-    Allowance m_allowance;
+    TokenBucket m_bucket;
     int m_untaken = 0;
     bool m_paused = false;
     bool m_open = false, m_writing = false, m_is_batch = false;
@@ -401,10 +401,10 @@ std::string host_of(const asio::ip::address& address) {
     return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
 }
 
-std::string page_url(const std::string& url, const Tls* tls, const asio::ip::address& place,
+std::string page_url(const std::string& url, const Tls* tls, const asio::ip::address& ip,
                      int port) {
     if (!url.empty()) return url.ends_with('/') ? url : url + "/";
-    std::string host = place.is_unspecified() ? "127.0.0.1" : host_of(place);
+    std::string host = ip.is_unspecified() ? "127.0.0.1" : host_of(ip);
     if (tls && !tls->names().empty()) host = tls->names().front();
     return (tls ? "https://" : "http://") + host + ":" + std::to_string(port) + "/";
 }
@@ -414,19 +414,19 @@ std::string page_url(const std::string& url, const Tls* tls, const asio::ip::add
 Result<std::unique_ptr<Network>> Network::listen(Address address, Tokens tokens, Hub& hub,
                                                  TransferSettings transfers) {
     error_code error;
-    const asio::ip::address place = asio::ip::make_address(address.host, error);
+    const asio::ip::address ip = asio::ip::make_address(address.host, error);
     if (error)
         return about(
             "host", ErrorCode::InvalidArgument,
             "expected an address of this machine, such as 0.0.0.0 for all, found " + address.host);
-    if (!place.is_loopback() && !address.tls)
+    if (!ip.is_loopback() && !address.tls)
         return about("host", ErrorCode::InvalidArgument,
                      "expected a certificate too, since links are secrets, found " + address.host +
                          " without one");
     const bool has_tls = address.tls != nullptr;
     auto impl = std::make_unique<Impl>(hub, std::move(tokens), std::move(transfers),
                                        std::move(address.tls));
-    const tcp::endpoint endpoint(place, std::uint16_t(address.port));
+    const tcp::endpoint endpoint(ip, std::uint16_t(address.port));
     impl->acceptor.open(endpoint.protocol(), error);
     if (!error) impl->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error) impl->acceptor.bind(endpoint, error);
@@ -438,7 +438,7 @@ Result<std::unique_ptr<Network>> Network::listen(Address address, Tokens tokens,
     impl->port = impl->acceptor.local_endpoint(error).port();
     const char* const scheme = has_tls ? "https" : "http";
     impl->own.emplace(scheme, impl->port);
-    if (!place.is_unspecified()) impl->own->add(scheme, host_of(place), impl->port);
+    if (!ip.is_unspecified()) impl->own->add(scheme, host_of(ip), impl->port);
     if (has_tls)
         for (const std::string& name : impl->tls->names()) impl->own->add(scheme, name, impl->port);
     if (!address.url.empty() && !impl->own->add_url(address.url))
@@ -448,7 +448,7 @@ Result<std::unique_ptr<Network>> Network::listen(Address address, Tokens tokens,
         if (!impl->own->add_frame(origin))
             return about("embed_in", ErrorCode::InvalidArgument,
                          "expected http(s)://name[:port], found " + origin);
-    impl->url = page_url(address.url, impl->tls.get(), place, impl->port);
+    impl->url = page_url(address.url, impl->tls.get(), ip, impl->port);
     impl->accept();
     return std::unique_ptr<Network>(new Network(std::move(impl)));
 }

@@ -100,9 +100,9 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const ScanWish& 
     const fs::path before = upload.root();
     const auto kept = upload.keep();
     if (!kept.ok()) return kept.error();
-    const fs::path place = upload.root() / scan.lexically_relative(before);
+    const fs::path stored = upload.root() / scan.lexically_relative(before);
     NewScene opened{std::move(*scene), {}};
-    opened.recorded = {{.file = recorded_name(upload.root(), place, upload.root() != before),
+    opened.recorded = {{.file = recorded_name(upload.root(), stored, upload.root() != before),
                         .series = wish.series,
                         .frame = wish.frame},
                        opened.scene->scan_hash()};

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "base/descriptor.h"
+#include "base/stopwatch.h"
 #include "network/hidden_boost.h"
 
 #include <array>
@@ -111,7 +112,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     bool m_is_labels = false;             ///< a label map instead of a scan
     bool m_is_state = false;              ///< a state of the tissue instead of a scan
     std::atomic<bool> m_is_gone = false;  ///< the client hung up while its scan was read
-    std::chrono::steady_clock::time_point m_begin = std::chrono::steady_clock::now();
+    Stopwatch m_watch;                    ///< of the transfer
 };
 
 template <class There, class Here>

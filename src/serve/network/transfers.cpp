@@ -124,9 +124,8 @@ std::string Transfer::parameter(std::string_view key) const {
 }
 
 bool Transfer::is_too_slow() const {
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - m_begin;
     const std::chrono::duration<double> grace = kTransferGrace;
-    return spent.count() > grace.count() + double(m_moved) / kTransferBytesPerSecond;
+    return m_watch.s() > grace.count() + double(m_moved) / kTransferBytesPerSecond;
 }
 
 // Out.
@@ -151,7 +150,7 @@ void Transfer::make_file(SaveKind kind, Result<FileWriter> writer) {
     on_disk(
         [this, kind, write = std::move(*writer)] {
             const std::string failure = make_nameless(kind, write, m_file);
-            m_begin = std::chrono::steady_clock::now();
+            m_watch = Stopwatch();
             return failure;
         },
         [this, kind](const std::string& failure) { send_header(kind, failure); });

@@ -168,12 +168,12 @@ Result<fs::path> Upload::keep() {
     if (!m_settings.keeps) return scan_folder();
     std::error_code error;
     for (int n = 1; n < 100'000; ++n) {
-        const fs::path place = m_settings.folder / std::to_string(n);
+        const fs::path folder = m_settings.folder / std::to_string(n);
         // Creating the folder claims the number; rename() may replace an empty folder.
-        if (!fs::create_directory(place, error)) continue;
-        fs::rename(m_root, place, error);
+        if (!fs::create_directory(folder, error)) continue;
+        fs::rename(m_root, folder, error);
         if (error) break;
-        m_root = place;
+        m_root = folder;
         m_is_kept = true;
         return scan_folder();
     }

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "protocol/frames.h"
-#include "protocol/haptic_state.h"
+#include "protocol/haptic_status.h"
 #include "protocol/tissue_choice.h"
 
 namespace pliant::serve {
@@ -42,7 +42,7 @@ struct PushCommand {
     std::uint32_t stroke = 0;  ///< pushes of one stroke form one step of undo; 0: none
 };
 struct GrabCommand {
-    Push place{};
+    Push position{};
     double reach_mm = 20;
 };
 struct DragCommand {

@@ -22,7 +22,7 @@ using Json = nlohmann::json;
 
 constexpr int kMaxNesting = 4;
 constexpr std::size_t kMaxLinePoints = 1000;
-constexpr double kMaxPlaceMm = 1e5;
+constexpr double kMaxPositionMm = 1e5;
 
 /// @returns whether brackets are nested too deep; checks nothing else
 bool is_too_deep(std::string_view text) {
@@ -102,7 +102,7 @@ class Fields {
         return vector_of(key, *value, longest);
     }
     Vec3d direction(const char* key) {
-        const Vec3d v = vector(key, kMaxPlaceMm);
+        const Vec3d v = vector(key, kMaxPositionMm);
         if (!m_failure && !(norm(v) > 1e-6)) out_of_range(key, "a direction", m_object[key]);
         return v;
     }
@@ -116,7 +116,7 @@ class Fields {
             return out_of_range(key, std::to_string(least) + "…" + std::to_string(most) + " points",
                                 *value),
                    points;
-        for (const Json& point : *value) points.push_back(vector_of(key, point, kMaxPlaceMm));
+        for (const Json& point : *value) points.push_back(vector_of(key, point, kMaxPositionMm));
         return points;
     }
     /// @returns index of the text in the list
@@ -222,20 +222,20 @@ class Fields {
 
 /// @param least_mm  minimum radius; 0 allows the cell around the point
 Action read_push(Fields& f, bool slide, double least_mm) {
-    return PushCommand{.push = {.point_mm = f.vector("point", kMaxPlaceMm),
+    return PushCommand{.push = {.point_mm = f.vector("point", kMaxPositionMm),
                                 .push_mm = f.vector("push", 500),
                                 .sphere_radius_mm = f.number("radius", least_mm, 100)},
                        .slide = slide,
                        .stroke = f.whole("stroke", 1, 0)};
 }
 Action read_grab(Fields& f) {
-    return GrabCommand{.place = {.point_mm = f.vector("point", kMaxPlaceMm),
-                                 .sphere_radius_mm = f.number("radius", 0, 100)},
+    return GrabCommand{.position = {.point_mm = f.vector("point", kMaxPositionMm),
+                                    .sphere_radius_mm = f.number("radius", 0, 100)},
                        .reach_mm = f.number("reach", 0, 500, 20)};
 }
 Action read_carve(Fields& f) {
-    return CarveCommand{.tool = {.from_mm = f.vector("from", kMaxPlaceMm),
-                                 .to_mm = f.vector("to", kMaxPlaceMm),
+    return CarveCommand{.tool = {.from_mm = f.vector("from", kMaxPositionMm),
+                                 .to_mm = f.vector("to", kMaxPositionMm),
                                  .radius_mm = f.number("radius", 0.1, 100),
                                  .spare_fixed = f.flag("spare_fixed", false)},
                         .stroke = f.whole("stroke", 1, 0)};
@@ -267,7 +267,7 @@ Action read_tissue(Fields& f) {
         return tissue;
     }
     tissue.is_centred = f.has("centre");
-    if (tissue.is_centred) choice.centre_mm = f.vector("centre", kMaxPlaceMm);
+    if (tissue.is_centred) choice.centre_mm = f.vector("centre", kMaxPositionMm);
     f.settings(tissue_rows(), choice);
     f.settings(spring_rows(), choice.springs);
     f.flag(kExplicit, false);
@@ -304,9 +304,9 @@ Action read_tool(Fields& f) {
     tool.pose.kind = ToolKind(f.choice("kind", {"none", "endoscope", "sphere"}));
     f.allow({"position", "direction", "up", "radius"});
     if (tool.pose.kind == ToolKind::None) return tool;
-    tool.pose.position_mm = float_vector(f.vector("position", kMaxPlaceMm));
-    tool.pose.direction = float_vector(f.vector("direction", kMaxPlaceMm));
-    tool.pose.up = float_vector(f.vector("up", kMaxPlaceMm, Vec3d{0, 0, 0}));
+    tool.pose.position_mm = float_vector(f.vector("position", kMaxPositionMm));
+    tool.pose.direction = float_vector(f.vector("direction", kMaxPositionMm));
+    tool.pose.up = float_vector(f.vector("up", kMaxPositionMm, Vec3d{0, 0, 0}));
     tool.pose.radius_mm = float(f.number("radius", 0, 100, 0));
     return tool;
 }
@@ -320,7 +320,7 @@ Action read_seen(Fields& f) {
 Action read_camera(Fields& f) {
     f.allow({"look", "up"});
     if (!f.has("eye")) return CameraMessage{};
-    return CameraMessage{CameraMessage::Pose{.eye_mm = f.vector("eye", kMaxPlaceMm),
+    return CameraMessage{CameraMessage::Pose{.eye_mm = f.vector("eye", kMaxPositionMm),
                                              .look = f.direction("look"),
                                              .up = f.direction("up")}};
 }
@@ -335,8 +335,8 @@ Action read_overlay(Fields& f) {
     return OverlayMessage{OverlayKind(f.choice("kind", {"none", "displacement", "jacobian"}))};
 }
 Action read_path(Fields& f) {
-    PathMessage path{.from_mm = f.vector("from", kMaxPlaceMm),
-                     .to_mm = f.vector("to", kMaxPlaceMm),
+    PathMessage path{.from_mm = f.vector("from", kMaxPositionMm),
+                     .to_mm = f.vector("to", kMaxPositionMm),
                      .reach_mm = f.number("reach", 0, 50, 5)};
     const Action wall = read_iso(f);
     path.iso_hu = std::get_if<IsoCommand>(&wall)->iso_hu;
@@ -349,7 +349,7 @@ Action read_haptics(Fields& f) {
     f.allow({"device", "position", "look", "up", "scale", "radius"});
     if (haptics.wish != HapticWish::Start) return haptics;
     haptics.device = f.text("device", 200, {});
-    haptics.position_mm = f.vector("position", kMaxPlaceMm);
+    haptics.position_mm = f.vector("position", kMaxPositionMm);
     haptics.look = f.direction("look");
     haptics.up = f.direction("up");
     haptics.scale = f.number("scale", 0.05, 20, haptics.scale);
@@ -384,7 +384,7 @@ Action nothing(Fields&) {
 const std::array<std::pair<const char*, Reader>, 35> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false, 0); }},
     {"grab", read_grab},
-    {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
+    {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPositionMm)}; }},
     {"let_go", nothing<LetGoCommand>},
     {"cut",
      [](Fields& f) -> Action {
@@ -395,7 +395,7 @@ const std::array<std::pair<const char*, Reader>, 35> kReaders = {{
     {"release", nothing<ReleaseCommand>},
     {"eye",
      [](Fields& f) -> Action {
-         return EyeCommand{f.vector("position", kMaxPlaceMm), f.number("radius", 0, 100)};
+         return EyeCommand{f.vector("position", kMaxPositionMm), f.number("radius", 0, 100)};
      }},
     {"reset", nothing<ResetCommand>},
     {"materials", read_materials},
@@ -445,8 +445,8 @@ void write(Json& o, const PushCommand& c) {
     if (c.stroke) o["stroke"] = c.stroke;
 }
 void write(Json& o, const GrabCommand& c) {
-    o["point"] = json_of(c.place.point_mm);
-    o["radius"] = c.place.sphere_radius_mm;
+    o["point"] = json_of(c.position.point_mm);
+    o["radius"] = c.position.sphere_radius_mm;
     o["reach"] = c.reach_mm;
 }
 void write(Json& o, const DragCommand& c) {

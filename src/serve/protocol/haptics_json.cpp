@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "protocol/haptic_state.h"
+#include "protocol/haptic_status.h"
 
 namespace pliant::serve {
 namespace {
@@ -22,7 +22,7 @@ nlohmann::json short_vector(Vec3d v, double per_unit) {
 
 }  // namespace
 
-std::string haptics_text(const HapticState& s) {
+std::string haptics_text(const HapticStatus& s) {
     nlohmann::json json = {{"t", "haptics"}, {"on", s.on}};
     if (!s.why.empty()) json["why"] = s.why;
     if (s.on && s.holds_catheter) json["holds"] = "catheter";

@@ -22,7 +22,7 @@ inline constexpr int kCloseReplaced = 4005;
 
 // Clients.
 inline constexpr int kMaxClients = 32;                ///< connected
-inline constexpr std::size_t kMaxPlaces = 64;         ///< including clients that may come back
+inline constexpr std::size_t kMaxSeats = 64;          ///< including clients that may come back
 inline constexpr std::size_t kMaxWaiting = 64;        ///< waiting commands of a client
 inline constexpr std::size_t kMaxWaitingCameras = 8;  ///< texts before which none is added
 inline constexpr std::size_t kMaxTexts = 1000;        ///< unread answers of a client

@@ -79,12 +79,12 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     auto loaded = load_scan(source, loading, give_up);
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made at their final address.
-    auto place = std::make_shared<LoadedScan>(std::move(*loaded));
+    auto scan = std::make_shared<LoadedScan>(std::move(*loaded));
     TissueChoice choice;
-    if (!place->own_tissues.empty()) choice.model = place->own_tissues.rbegin()->first;
-    auto tissue = make_tissue(choice, *place, arena);
+    if (!scan->own_tissues.empty()) choice.model = scan->own_tissues.rbegin()->first;
+    auto tissue = make_tissue(choice, *scan, arena);
     if (!tissue.ok()) return tissue.error();
-    std::unique_ptr<Scene> scene(new Scene(std::move(place), choice, std::move(*tissue)));
+    std::unique_ptr<Scene> scene(new Scene(std::move(scan), choice, std::move(*tissue)));
     auto live = LiveDeformation::create(*scene->m_tissue);
     if (!live.ok()) return live.error();
     scene->m_live.emplace(std::move(*live));

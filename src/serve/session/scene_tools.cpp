@@ -106,7 +106,7 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
                            std::to_string(m_holder)};
     if (!tissue().traits().takes_pushes) return not_with(m_choice, "grab", "chainmail or springs");
     begin_step("drag", client, 0);
-    auto report = tissue().grab(client, command.place, command.reach_mm);
+    auto report = tissue().grab(client, command.position, command.reach_mm);
     if (!report.ok()) {
         end_step();
         return refused(report.error());
@@ -193,8 +193,8 @@ bool Scene::may_close_over(Vec3d position_mm, double radius_mm) const {
     if (traits.keeps_imprints) return true;
     const Volume& scan = m_loaded->volume;
     const TissueValues shown{m_iso_hu, m_polarity == Polarity::Rising};
-    const auto is_tissue = [&](Vec3d place) {
-        return shown.hold(sample_linear(scan, voxel_from_world(scan.grid, place)));
+    const auto is_tissue = [&](Vec3d position) {
+        return shown.hold(sample_linear(scan, voxel_from_world(scan.grid, position)));
     };
     // Tests the centre and three spheres, towards the faces, edges and corners of a cube.
     for (int n = 0; n < 27; ++n) {

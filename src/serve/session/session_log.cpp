@@ -274,7 +274,7 @@ int SessionLog::write_buffer() {
     return error;
 }
 
-Status SessionLog::check_place() const {
+Status SessionLog::check_path() const {
     if (is_nameless()) return Ok{};
     struct stat open_one {};
     struct stat named {};

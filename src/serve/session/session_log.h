@@ -159,7 +159,7 @@ class SessionLog {
     ///          ends its recording
     Status flush();
     /// @returns Unwritable if the file was moved or deleted
-    Status check_place() const;
+    Status check_path() const;
     /// Whether the reserved memory for records is used up. Then no command may be carried out.
     bool is_full() const;
     const std::string& path() const { return m_path; }

@@ -221,10 +221,10 @@ struct CatheterArena::Impl {
                 --at;
             }
             const double length = at > 0 ? norm(nodes[at - 1] - nodes[at]) : 0;
-            const Vec3d place =
+            const Vec3d position =
                 length > 0 ? nodes[at] + (left / length) * (nodes[at - 1] - nodes[at]) : nodes[at];
             before = at > 0 ? left : 0;
-            const gym::Projected projected = roadmap->rays.project(place);
+            const gym::Projected projected = roadmap->rays.project(position);
             *to++ = float(projected.right_mm);
             *to++ = float(projected.up_mm);
         }

@@ -4,6 +4,7 @@
 // Built-in devices, and the syntax of device names. Plug-ins are in plugin_device.cpp.
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/view/haptics.h>
 
 #include <algorithm>
@@ -62,11 +63,11 @@ class RealTimeVirtualDevice : public HapticDevice {
 /// Positions from a file, one per period; it stays at the last one.
 class ReplayDevice : public HapticDevice {
   public:
-    struct Place {
+    struct Position {
         Vec3d position_mm{0, 0, 0};
         double roll_rad = 0;
     };
-    explicit ReplayDevice(std::vector<Place> positions) : m_positions(std::move(positions)) {}
+    explicit ReplayDevice(std::vector<Position> positions) : m_positions(std::move(positions)) {}
 
     std::string name() const override { return "replay"; }
     static constexpr double kFarthest_mm = 500;  ///< along an axis
@@ -83,7 +84,7 @@ class ReplayDevice : public HapticDevice {
     bool write(Vec3d) noexcept override { return true; }
 
   private:
-    std::vector<Place> m_positions;
+    std::vector<Position> m_positions;
     std::size_t m_at = 0;
 };
 
@@ -120,7 +121,7 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
     std::ifstream stream(file);
     if (!stream)
         return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");
-    std::vector<ReplayDevice::Place> positions;
+    std::vector<ReplayDevice::Position> positions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {
         if (line.empty() || line[0] == '#') continue;
@@ -134,14 +135,15 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
             if (error != std::errc{}) break;
             at = next;
         }
-        const Vec3d place{values[1], values[2], values[3]};
-        const double farthest = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
-        if (count < 4 || at != end || !is_finite(place) || !(std::abs(values[4]) <= 4) ||
+        const Vec3d position{values[1], values[2], values[3]};
+        const double farthest =
+            std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
+        if (count < 4 || at != end || !is_finite(position) || !(std::abs(values[4]) <= 4) ||
             farthest > ReplayDevice::kFarthest_mm)
             return wrong(ErrorCode::Unreadable,
                          "line " + std::to_string(number) +
                              ": expected time_ns x y z [roll], within 500 mm and 4 rad");
-        positions.push_back({place, values[4]});
+        positions.push_back({position, values[4]});
     }
     if (positions.empty()) return wrong(ErrorCode::Unreadable, "expected positions, found none");
     return std::unique_ptr<HapticDevice>(std::make_unique<ReplayDevice>(std::move(positions)));
@@ -175,14 +177,10 @@ Status write_haptic_recording(const std::filesystem::path& path,
     std::ofstream stream(*staged, std::ios::binary);
     stream << "# pliant haptics: time_ns x y z [mm] roll [rad], of the device\n";
     for (const HapticRecord& r : records) {
-        char line[192];
-        char* at = std::to_chars(line, line + sizeof line, r.time_ns).ptr;
-        for (const double value : {r.device_mm.x, r.device_mm.y, r.device_mm.z, r.roll_rad}) {
-            *at++ = ' ';
-            at = std::to_chars(at, line + sizeof line, value).ptr;
-        }
-        *at++ = '\n';
-        stream.write(line, at - line);
+        stream << std::to_string(r.time_ns);
+        for (const double value : {r.device_mm.x, r.device_mm.y, r.device_mm.z, r.roll_rad})
+            stream << ' ' << text_of(value);
+        stream << '\n';
     }
     stream.close();
     if (!stream)

@@ -16,13 +16,13 @@ constexpr std::int64_t kLost_ns = 500'000'000;
 
 class PosedDevice : public HapticDevice {
   public:
-    PosedDevice(std::shared_ptr<PosedPlaces> positions, const char* name)
+    PosedDevice(std::shared_ptr<PosedPositions> positions, const char* name)
         : m_positions(std::move(positions)), m_name(name) {}
 
     std::string name() const override { return m_name; }
     HapticLimits limits() const override { return {8, 1000, 5, {200, 200, 200}}; }
     bool read(HapticReading& reading) noexcept override {
-        if (const PosedPlace* said = m_positions->read()) m_said = *said;
+        if (const PosedPosition* said = m_positions->read()) m_said = *said;
         const std::int64_t now = steady_now_ns();
         if (m_said.said_ns == 0 || now - m_said.said_ns > kLost_ns) return false;
         if (m_last_ns == 0) {
@@ -41,9 +41,9 @@ class PosedDevice : public HapticDevice {
     bool write(Vec3d) noexcept override { return true; }
 
   private:
-    std::shared_ptr<PosedPlaces> m_positions;
+    std::shared_ptr<PosedPositions> m_positions;
     const char* m_name;
-    PosedPlace m_said;
+    PosedPosition m_said;
     Vec3d m_position_mm{0, 0, 0};
     double m_roll_rad = 0;
     std::int64_t m_last_ns = 0;
@@ -55,7 +55,7 @@ Vec3d posed_step(Vec3d from_mm, Vec3d to_mm, double passed_s) {
     return from_mm + (1 - std::exp(-passed_s / kSmooth_s)) * (to_mm - from_mm);
 }
 
-std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> positions,
+std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPositions> positions,
                                                 const char* name) {
     return std::make_unique<PosedDevice>(std::move(positions), name);
 }

@@ -16,7 +16,7 @@
 #pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
-struct PosedPlace {
+struct PosedPosition {
     std::int64_t said_ns = 0;  ///< time of arrival, steady_now_ns(); 0: none yet
     Vec3d position_mm{0, 0, 0};
     double roll_rad = 0;  ///< accumulated over full turns
@@ -24,10 +24,10 @@ struct PosedPlace {
 };
 
 /// Written by the supplier's thread, read by the device on the servo's thread.
-using PosedPlaces = TripleBuffer<PosedPlace>;
+using PosedPositions = TripleBuffer<PosedPosition>;
 
 /// @param name  of the device; a string literal
-std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> positions,
+std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPositions> positions,
                                                 const char* name = "browser");
 
 /// Smoothed motion towards the last supplied position. @param passed_s  since the last step

@@ -26,24 +26,24 @@ class RecordRing {
     /// Appends a record. One writer thread only.
     void write(const T& record) {
         const std::uint64_t n = m_written.load(std::memory_order_relaxed);
-        Place& place = (*m_positions)[n % kCount];
+        Slot& slot = (*m_slots)[n % kCount];
         std::uint64_t words[kWords];
         std::memcpy(words, &record, sizeof record);
-        place.number.store(2 * n + 1, std::memory_order_relaxed);
+        slot.number.store(2 * n + 1, std::memory_order_relaxed);
         for (std::size_t w = 0; w < kWords; ++w)
-            place.words[w].store(words[w], std::memory_order_release);
-        place.number.store(2 * n + 2, std::memory_order_release);
+            slot.words[w].store(words[w], std::memory_order_release);
+        slot.number.store(2 * n + 2, std::memory_order_release);
         m_written.store(n + 1, std::memory_order_release);
     }
     std::uint64_t written() const { return m_written.load(std::memory_order_acquire); }
     /// Reads record n, from 0. @returns false if it isn't written yet or already overwritten
     bool read(std::uint64_t n, T& record) const {
-        const Place& place = (*m_positions)[n % kCount];
-        if (place.number.load(std::memory_order_acquire) != 2 * n + 2) return false;
+        const Slot& slot = (*m_slots)[n % kCount];
+        if (slot.number.load(std::memory_order_acquire) != 2 * n + 2) return false;
         std::uint64_t words[kWords];
         for (std::size_t w = 0; w < kWords; ++w)
-            words[w] = place.words[w].load(std::memory_order_acquire);
-        if (place.number.load(std::memory_order_relaxed) != 2 * n + 2) return false;
+            words[w] = slot.words[w].load(std::memory_order_acquire);
+        if (slot.number.load(std::memory_order_relaxed) != 2 * n + 2) return false;
         std::memcpy(&record, words, sizeof record);
         return true;
     }
@@ -51,13 +51,13 @@ class RecordRing {
 
   private:
     static constexpr std::size_t kWords = sizeof(T) / 8;
-    struct Place {
+    struct Slot {
         std::atomic<std::uint64_t> number{0};
         std::array<std::atomic<std::uint64_t>, kWords> words{};
     };
 
-    std::unique_ptr<std::array<Place, kCount>> m_positions =
-        std::make_unique<std::array<Place, kCount>>();
+    std::unique_ptr<std::array<Slot, kCount>> m_slots =
+        std::make_unique<std::array<Slot, kCount>>();
     std::atomic<std::uint64_t> m_written{0};
     static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
 };

@@ -82,16 +82,16 @@ class SpaceMouse : public HapticDevice {
   private:
     /// Reads libspnav's socket, which the servo's thread must not do.
     void follow() {
-        CapPlace place;
+        CapPosition position;
         CapMotion motion;
         std::uint32_t buttons = 0;
         for (std::int64_t last = steady_now_ns(); !m_quit.load(std::memory_order_relaxed);) {
             SpnavEvent event{};
             while (m_poll(&event) != 0) take(event, motion, buttons);
             const std::int64_t now = steady_now_ns();
-            place = cap_moved(place, motion, 1e-9 * double(now - last));
+            position = cap_moved(position, motion, 1e-9 * double(now - last));
             last = now;
-            m_positions->write({now, place.position_mm, place.roll_rad, buttons});
+            m_positions->write({now, position.position_mm, position.roll_rad, buttons});
             std::this_thread::sleep_for(kBeat);
         }
     }
@@ -108,7 +108,7 @@ class SpaceMouse : public HapticDevice {
     void* m_library;
     Poll m_poll;
     Close m_close;
-    std::shared_ptr<PosedPlaces> m_positions = std::make_shared<PosedPlaces>();
+    std::shared_ptr<PosedPositions> m_positions = std::make_shared<PosedPositions>();
     std::unique_ptr<HapticDevice> m_device = make_posed_device(m_positions, "SpaceMouse");
     std::atomic<bool> m_quit{false};
     std::thread m_thread;
@@ -128,11 +128,11 @@ void* load(const std::string& library, std::string& why) {
 
 }  // namespace
 
-CapPlace cap_moved(const CapPlace& from, const CapMotion& motion, double passed_s) {
+CapPosition cap_moved(const CapPosition& from, const CapMotion& motion, double passed_s) {
     // libspnav's third axis points away from the user; its helper moves objects that way.
     const Vec3d speed =
         kFastest_mm_s * Vec3d{curved(motion.x), curved(motion.y), -curved(motion.z)};
-    CapPlace to = from;
+    CapPosition to = from;
     for (int a = 0; a < 3; ++a)
         to.position_mm[a] =
             std::clamp(from.position_mm[a] + passed_s * speed[a], -kFarthest_mm, kFarthest_mm);

@@ -22,11 +22,11 @@ Result<std::unique_ptr<HapticDevice>> open_space_mouse(const std::string& librar
 struct CapMotion {
     double x = 0, y = 0, z = 0, roll = 0;
 };
-struct CapPlace {
+struct CapPosition {
     Vec3d position_mm{0, 0, 0};
     double roll_rad = 0;
 };
 /// Integrates the motion, within 100 mm of the middle.
-CapPlace cap_moved(const CapPlace& from, const CapMotion& motion, double passed_s);
+CapPosition cap_moved(const CapPosition& from, const CapMotion& motion, double passed_s);
 
 }  // namespace pliant

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "render/field.h"
+#include "render/voxel_field.h"
 
 namespace pliant::render {
 namespace {
@@ -209,13 +209,13 @@ bool is_clear(const LumenTiles& tiles, Vec3d a, Vec3d b) {
     });
 }
 
-std::vector<Vec3i> clear_corners(const LumenTiles& tiles, Vec3d place) {
+std::vector<Vec3i> clear_corners(const LumenTiles& tiles, Vec3d position) {
     std::vector<Vec3i> corners;
     for (int n = 0; n < 8; ++n) {
-        const Vec3i voxel = corner(cell_of(place), n);
-        const Vec3d d = to_double(voxel) - place;
+        const Vec3i voxel = corner(cell_of(position), n);
+        const Vec3d d = to_double(voxel) - position;
         if (std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}) < 1 && tiles.is_inside(voxel) &&
-            is_clear(tiles, place, to_double(voxel)))
+            is_clear(tiles, position, to_double(voxel)))
             corners.push_back(voxel);
     }
     return corners;

@@ -22,7 +22,7 @@ namespace pliant::render {
 bool is_clear(const LumenTiles& tiles, Vec3d a, Vec3d b);
 
 /// Voxels around a position in the lumen, with a free line to it: starting points of a path.
-std::vector<Vec3i> clear_corners(const LumenTiles& tiles, Vec3d place);
+std::vector<Vec3i> clear_corners(const LumenTiles& tiles, Vec3d position);
 
 /// @param from, to  voxel space; the front has come from clear_corners(to) to clear_corners(from)
 /// @returns from, …, to in voxel space, each with a free line to the previous one; empty if there

@@ -19,7 +19,7 @@
 #include "base/text.h"
 #include "path/descent.h"
 #include "path/march.h"
-#include "render/field.h"
+#include "render/voxel_field.h"
 #include "volume/value_unit.h"
 
 namespace pliant {
@@ -40,19 +40,20 @@ struct NearVoxel {
 
 /// Lumen voxel nearest to a position in voxel space.
 std::optional<NearVoxel> nearest_lumen(const Volume& volume, const render::LumenSide& lumen,
-                                       Vec3d place, double within_mm) {
+                                       Vec3d position, double within_mm) {
     const Vec3d s = volume.grid.spacing_mm;
     std::optional<NearVoxel> best;
     Vec3i begin, end;
     for (int a = 0; a < 3; ++a) {
         const double last = volume.grid.size[a] - 1;
-        begin[a] = int(std::ceil(std::clamp(place[a] - within_mm / s[a], 0.0, last)));
-        end[a] = int(std::floor(std::clamp(place[a] + within_mm / s[a], 0.0, last))) + 1;
+        begin[a] = int(std::ceil(std::clamp(position[a] - within_mm / s[a], 0.0, last)));
+        end[a] = int(std::floor(std::clamp(position[a] + within_mm / s[a], 0.0, last))) + 1;
     }
     for (int z = begin.z; z < end.z; ++z)
         for (int y = begin.y; y < end.y; ++y)
             for (int x = begin.x; x < end.x; ++x) {
-                const Vec3d d{(x - place.x) * s.x, (y - place.y) * s.y, (z - place.z) * s.z};
+                const Vec3d d{(x - position.x) * s.x, (y - position.y) * s.y,
+                              (z - position.z) * s.z};
                 const double distance = norm(d);
                 if (distance > within_mm || (best && distance >= best->distance_mm) ||
                     !lumen.contains(double(volume.at({x, y, z}))))
@@ -68,17 +69,17 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
     const Volume& volume = tiles.volume();
     if (!is_finite(point_mm))
         return about(name, ErrorCode::InvalidArgument, "expected finite numbers");
-    Vec3d place = voxel_from_world(volume.grid, point_mm);
+    Vec3d position = voxel_from_world(volume.grid, point_mm);
     for (int a = 0; a < 3; ++a) {
         const double last = volume.grid.size[a] - 1;
-        if (!(place[a] >= -0.5 && place[a] <= last + 0.5))
+        if (!(position[a] >= -0.5 && position[a] <= last + 0.5))
             return about(name, ErrorCode::InvalidArgument,
                          "expected a position in the scan, found " + short_text(point_mm));
-        place[a] = std::clamp(place[a], 0.0, last);
+        position[a] = std::clamp(position[a], 0.0, last);
     }
-    if (!render::clear_corners(tiles, place).empty()) return place;
+    if (!render::clear_corners(tiles, position).empty()) return position;
     const auto near =
-        nearest_lumen(volume, tiles.lumen(), place, std::max(kTellWithinMm, reach_mm));
+        nearest_lumen(volume, tiles.lumen(), position, std::max(kTellWithinMm, reach_mm));
     if (near && near->distance_mm <= reach_mm) {
         const Vec3d at{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
         // Beside a NaN voxel, a lumen voxel has no clear corner.
@@ -121,14 +122,14 @@ std::vector<Vec3d> thinned(const render::LumenTiles& tiles, const std::vector<Ve
 /// Distance to the nearest crossing of the wall between neighbours, by exhaustive search of nearby
 /// voxels.
 /// @param at_least, at_most  known bounds of it [mm]
-double wall_distance_at(const Volume& volume, const render::LumenSide& lumen, Vec3d place,
+double wall_distance_at(const Volume& volume, const render::LumenSide& lumen, Vec3d position,
                         double at_least, double at_most) {
     const Vec3d s = volume.grid.spacing_mm;
     Vec3i begin, end;
     for (int a = 0; a < 3; ++a) {
         const double last = volume.grid.size[a] - 1;
-        begin[a] = int(std::clamp(place[a] - at_most / s[a], 0.0, last));
-        end[a] = int(std::ceil(std::clamp(place[a] + at_most / s[a], 0.0, last))) + 1;
+        begin[a] = int(std::clamp(position[a] - at_most / s[a], 0.0, last));
+        end[a] = int(std::ceil(std::clamp(position[a] + at_most / s[a], 0.0, last))) + 1;
     }
     double nearest = at_most;
     const double longest = std::max({s.x, s.y, s.z});
@@ -136,7 +137,8 @@ double wall_distance_at(const Volume& volume, const render::LumenSide& lumen, Ve
         for (int y = begin.y; y < end.y; ++y)
             for (int x = begin.x; x < end.x; ++x) {
                 const Vec3i p{x, y, z};
-                const Vec3d off{(x - place.x) * s.x, (y - place.y) * s.y, (z - place.z) * s.z};
+                const Vec3d off{(x - position.x) * s.x, (y - position.y) * s.y,
+                                (z - position.z) * s.z};
                 const double far = norm(off);
                 if (far + longest < at_least || far - longest > nearest) continue;
                 const double v = double(volume.at(p));
@@ -171,11 +173,11 @@ LumenPath path_along(render::LumenTiles& tiles, const std::vector<Vec3d>& points
     return path;
 }
 
-void seed(render::March& march, render::LumenTiles& tiles, Vec3d place) {
+void seed(render::March& march, render::LumenTiles& tiles, Vec3d position) {
     const Vec3d s = tiles.volume().grid.spacing_mm;
-    for (const Vec3i& voxel : render::clear_corners(tiles, place)) {
-        const Vec3d d{(voxel.x - place.x) * s.x, (voxel.y - place.y) * s.y,
-                      (voxel.z - place.z) * s.z};
+    for (const Vec3i& voxel : render::clear_corners(tiles, position)) {
+        const Vec3d d{(voxel.x - position.x) * s.x, (voxel.y - position.y) * s.y,
+                      (voxel.z - position.z) * s.z};
         if (tiles.tile_of(voxel)) march.seed(voxel, norm(d) * march.cost(tiles.wall_mm(voxel)));
     }
 }
@@ -207,33 +209,34 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
 }
 
 /// Lower bound of the distance to the wall at a position, from the voxels around it.
-double room_at(render::LumenTiles& tiles, Vec3d place) {
+double room_at(render::LumenTiles& tiles, Vec3d position) {
     const Vec3d s = tiles.volume().grid.spacing_mm;
     double room = 0;
     for (int n = 0; n < 8; ++n) {
-        const Vec3i q{int(std::floor(place.x)) + (n & 1), int(std::floor(place.y)) + (n >> 1 & 1),
-                      int(std::floor(place.z)) + (n >> 2 & 1)};
+        const Vec3i q{int(std::floor(position.x)) + (n & 1),
+                      int(std::floor(position.y)) + (n >> 1 & 1),
+                      int(std::floor(position.z)) + (n >> 2 & 1)};
         if (!tiles.is_inside(q)) continue;
-        const Vec3d d{(q.x - place.x) * s.x, (q.y - place.y) * s.y, (q.z - place.z) * s.z};
+        const Vec3d d{(q.x - position.x) * s.x, (q.y - position.y) * s.y, (q.z - position.z) * s.z};
         room = std::max(room, tiles.wall_mm(q) - norm(d));
     }
     return room;
 }
 
-void open_ball(render::LumenTiles& tiles, Vec3d place, double radius_mm) {
+void open_ball(render::LumenTiles& tiles, Vec3d position, double radius_mm) {
     const Grid& grid = tiles.volume().grid;
     Vec3i begin, end;
     for (int a = 0; a < 3; ++a) {
         const double voxels = radius_mm / grid.spacing_mm[a], last = grid.size[a] - 1;
-        begin[a] = int(std::ceil(std::clamp(place[a] - voxels, 0.0, last)));
-        end[a] = int(std::floor(std::clamp(place[a] + voxels, 0.0, last))) + 1;
+        begin[a] = int(std::ceil(std::clamp(position[a] - voxels, 0.0, last)));
+        end[a] = int(std::floor(std::clamp(position[a] + voxels, 0.0, last))) + 1;
     }
     const Vec3d s = grid.spacing_mm;
     for (int z = begin.z; z < end.z; ++z)
         for (int y = begin.y; y < end.y; ++y)
             for (int x = begin.x; x < end.x; ++x)
-                if (norm({(x - place.x) * s.x, (y - place.y) * s.y, (z - place.z) * s.z}) <=
-                    radius_mm)
+                if (norm({(x - position.x) * s.x, (y - position.y) * s.y,
+                          (z - position.z) * s.z}) <= radius_mm)
                     tiles.open({x, y, z});
 }
 

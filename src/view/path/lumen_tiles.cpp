@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/field.h"
+#include "render/voxel_field.h"
 #include "volume/boxes.h"
 
 namespace pliant::render {
@@ -95,7 +95,7 @@ bool LumenTiles::fill(const Box3i& box, LumenTile& tile, double margin_mm, bool 
                                     std::size_t(n.x) *
                                         (std::size_t(q.y) + std::size_t(n.y) * std::size_t(q.z))];
             enough = enough && double(d) <= margin_mm;
-            tile.wall_mm[place_in_tile(p)] = std::min(d, float(margin_mm));
+            tile.wall_mm[index_in_tile(p)] = std::min(d, float(margin_mm));
         });
     });
     return enough || last;

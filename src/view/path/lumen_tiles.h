@@ -51,7 +51,7 @@ class LumenTiles {
         LumenTile* tile = m_tiles[tile_index(voxel)].get();
         return tile ? tile : make(voxel);
     }
-    static std::size_t place_in_tile(Vec3i voxel) {
+    static std::size_t index_in_tile(Vec3i voxel) {
         constexpr int kMask = kSide - 1;
         return std::size_t(voxel.x & kMask) +
                kSide * (std::size_t(voxel.y & kMask) + kSide * std::size_t(voxel.z & kMask));
@@ -61,20 +61,20 @@ class LumenTiles {
     double arrival(Vec3i voxel) const {
         if (!is_inside(voxel)) return std::numeric_limits<double>::infinity();
         const LumenTile* tile = m_tiles[tile_index(voxel)].get();
-        return tile ? tile->arrival[place_in_tile(voxel)] : std::numeric_limits<double>::infinity();
+        return tile ? tile->arrival[index_in_tile(voxel)] : std::numeric_limits<double>::infinity();
     }
     /// Distance to the wall; 0 in the tissue, and in tiles that can't be made. @pre inside the
     /// volume
     double wall_mm(Vec3i voxel) {
         const LumenTile* tile = tile_of(voxel);
-        return tile ? double(tile->wall_mm[place_in_tile(voxel)]) : 0;
+        return tile ? double(tile->wall_mm[index_in_tile(voxel)]) : 0;
     }
 
     double far_mm() const { return m_far_voxels * m_unit_mm; }
     /// Resets all arrivals and closes all voxels; open() opens single ones.
     void close();
     void open(Vec3i voxel) {
-        if (LumenTile* tile = tile_of(voxel)) tile->set[place_in_tile(voxel)] = kOpen;
+        if (LumenTile* tile = tile_of(voxel)) tile->set[index_in_tile(voxel)] = kOpen;
     }
 
   private:

@@ -53,10 +53,10 @@ Vec3i March::voxel_of(std::size_t index) const {
 void March::seed(Vec3i voxel, double arrival) {
     LumenTile* tile = m_tiles.tile_of(voxel);
     if (!tile) return;
-    double& known = tile->arrival[LumenTiles::place_in_tile(voxel)];
+    double& known = tile->arrival[LumenTiles::index_in_tile(voxel)];
     if (!(arrival < known)) return;
     known = arrival;
-    tile->set[LumenTiles::place_in_tile(voxel)] = kOpen;
+    tile->set[LumenTiles::index_in_tile(voxel)] = kOpen;
     wait(voxel, arrival);
 }
 
@@ -76,7 +76,7 @@ double March::final_arrival(Vec3i voxel) {
     if (!m_tiles.is_inside(voxel)) return kNone;
     const LumenTile* tile = m_tiles.tile_of(voxel);
     if (!tile) return kNone;
-    const std::size_t at = LumenTiles::place_in_tile(voxel);
+    const std::size_t at = LumenTiles::index_in_tile(voxel);
     return tile->set[at] == kFinal ? tile->arrival[at] : kNone;
 }
 
@@ -84,7 +84,7 @@ double March::final_arrival(Vec3i voxel) {
 bool March::reach(Vec3i voxel) {
     LumenTile* tile = m_tiles.tile_of(voxel);
     if (!tile) return false;
-    const std::size_t at = LumenTiles::place_in_tile(voxel);
+    const std::size_t at = LumenTiles::index_in_tile(voxel);
     if (tile->set[at] != kOpen || !m_tiles.lumen().contains(double(m_tiles.volume().at(voxel))))
         return true;
     Vec3d arrival{};
@@ -117,7 +117,7 @@ MarchEnd March::run(std::span<const Vec3i> goals, const std::function<bool()>& g
         const Vec3i voxel = voxel_of(m_waiting.top().second);
         m_waiting.pop();
         LumenTile* tile = m_tiles.tile_of(voxel);
-        const std::size_t at = LumenTiles::place_in_tile(voxel);
+        const std::size_t at = LumenTiles::index_in_tile(voxel);
         if (!tile || tile->set[at] != kOpen) continue;  // already reached by an earlier path
         tile->set[at] = kFinal;
         if (m_passed_count++ % kAskEvery == 0 && give_up && give_up()) return MarchEnd::GivenUp;

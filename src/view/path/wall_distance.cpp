@@ -14,7 +14,7 @@
 #include <cmath>
 #include <limits>
 
-#include "render/field.h"
+#include "render/voxel_field.h"
 #include "volume/line_transform.h"
 
 namespace pliant::render {

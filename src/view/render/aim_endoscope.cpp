@@ -73,8 +73,8 @@ double free_score(const Aim& aim, Vec3d eye_mm) {
     int free = 0;
     for (int i = 0; i < kSteps; ++i) {
         const double share = 0.3 + 0.7 * i / (kSteps - 1);
-        const Vec3d place = aim.target_mm + share * (eye_mm - aim.target_mm);
-        free += aim.rays.sample(place) < kAirwayHu ? 1 : 0;
+        const Vec3d position = aim.target_mm + share * (eye_mm - aim.target_mm);
+        free += aim.rays.sample(position) < kAirwayHu ? 1 : 0;
     }
     return 0.2 + 0.8 * free / kSteps;
 }

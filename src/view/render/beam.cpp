@@ -42,8 +42,8 @@ HWY_INLINE Reach reach_of(double eye, const Slopes& slopes, double near, double 
 template <class T>
 class Beam {
   public:
-    HWY_INLINE Beam(const BeamScene<T>& scene, Rays& rays) : m_scene(scene), m_rays(rays) {
-        const Vec3i n = scene.size;
+    HWY_INLINE Beam(const BeamInput<T>& input, Rays& rays) : m_input(input), m_rays(rays) {
+        const Vec3i n = input.size;
         m_cells = {n.x - 1, n.y - 1, n.z - 1};
         m_stride[0] = 1;
         m_stride[1] = n.x;
@@ -60,7 +60,7 @@ class Beam {
         m_axis[2] = (m_axis[0] + 2) % 3;
         for (int a = 0; a < 3; ++a) m_forward[a] = middle[a] > 0;
         const int main = m_axis[0];
-        const double eye = m_scene.eye[main];
+        const double eye = m_input.eye[main];
         const int cells = m_cells[main];
         if (m_forward[main] ? !(eye < cells) : !(eye > 0)) return;
         const int from = m_forward[main]
@@ -71,8 +71,8 @@ class Beam {
 
   private:
     /// Distance from the eye to a plane across the main axis, forwards, at least 0.
-    HWY_INLINE double ahead(int place) const {
-        const double d = place - m_scene.eye[m_axis[0]];
+    HWY_INLINE double ahead(int position) const {
+        const double d = position - m_input.eye[m_axis[0]];
         return std::max(m_forward[m_axis[0]] ? d : -d, 0.0);
     }
 
@@ -91,17 +91,17 @@ class Beam {
         const Slopes sv = m_rays.slopes(v, main, m_forward[main], first, end);
         const double steepest = std::max({-su.least, su.most, -sv.least, sv.most, 1.0});
         const double across_per_slice = std::ceil(steepest);
-        const Vec3i bricks = m_scene.leaps->size;
+        const Vec3i bricks = m_input.leaps->size;
         const std::ptrdiff_t brick_stride[3] = {1, bricks.x, std::ptrdiff_t(bricks.x) * bricks.y};
         const int step = m_forward[main] ? 1 : -1;
         while (brick >= 0 && brick < bricks[main]) {
             const Slab slab = slab_of(brick, kFineCells);
             const Reach ru =
-                reach_of(m_scene.eye[u], su, slab.near, slab.far, kFineCells, bricks[u]);
+                reach_of(m_input.eye[u], su, slab.near, slab.far, kFineCells, bricks[u]);
             const Reach rv =
-                reach_of(m_scene.eye[v], sv, slab.near, slab.far, kFineCells, bricks[v]);
+                reach_of(m_input.eye[v], sv, slab.near, slab.far, kFineCells, bricks[v]);
             int least = LeapMap::kFarthest;
-            const std::uint8_t* codes = m_scene.leaps->codes.data() + brick * brick_stride[main];
+            const std::uint8_t* codes = m_input.leaps->codes.data() + brick * brick_stride[main];
             for (int j = rv.first; j <= rv.last; ++j)
                 for (int i = ru.first; i <= ru.last; ++i)
                     least = std::min(
@@ -135,8 +135,8 @@ class Beam {
             cell[main] = m_forward[main] ? low + s : high - 1 - s;
             const Slab slab = slab_of(cell[main], 1);
             if (!(slab.near < slab.far)) continue;  // behind the eye
-            const Reach ru = reach_of(m_scene.eye[u], su, slab.near, slab.far, 1, m_cells[u]);
-            const Reach rv = reach_of(m_scene.eye[v], sv, slab.near, slab.far, 1, m_cells[v]);
+            const Reach ru = reach_of(m_input.eye[u], su, slab.near, slab.far, 1, m_cells[u]);
+            const Reach rv = reach_of(m_input.eye[v], sv, slab.near, slab.far, 1, m_cells[v]);
             bool ended = false;
             for (int j = rv.first; j <= rv.last; ++j)
                 for (int i = ru.first; i <= ru.last; ++i) {
@@ -152,10 +152,10 @@ class Beam {
     /// Intersects the rays with a cell if it contains the threshold. @returns whether some of them
     /// ended
     HWY_INLINE bool in_cell(std::size_t first, std::size_t end, Vec3i cell) {
-        const T* p = m_scene.voxels + cell.x + cell.y * m_stride[1] + cell.z * m_stride[2];
+        const T* p = m_input.voxels + cell.x + cell.y * m_stride[1] + cell.z * m_stride[2];
         const T* q = p + m_stride[2];
         const std::ptrdiff_t row = m_stride[1];
-        const T threshold = m_scene.threshold;
+        const T threshold = m_input.threshold;
         const int above = int(p[0] >= threshold) + int(p[1] >= threshold) +
                           int(p[row] >= threshold) + int(p[row + 1] >= threshold) +
                           int(q[0] >= threshold) + int(q[1] >= threshold) +
@@ -164,11 +164,11 @@ class Beam {
         const CellForm form(
             CellCorners{{double(p[0]), double(p[1]), double(p[row]), double(p[row + 1]),
                          double(q[0]), double(q[1]), double(q[row]), double(q[row + 1])}});
-        return m_rays.try_cell(form, cell, m_forward, m_scene.eye, m_scene.iso, m_scene.rising,
+        return m_rays.try_cell(form, cell, m_forward, m_input.eye, m_input.iso, m_input.rising,
                                first, end);
     }
 
-    const BeamScene<T>& m_scene;
+    const BeamInput<T>& m_input;
     Rays& m_rays;
     Vec3i m_cells;
     std::ptrdiff_t m_stride[3];
@@ -177,26 +177,26 @@ class Beam {
 };
 
 template <class T>
-HWY_INLINE void cast_all(const BeamScene<T>& scene, std::span<const Vec3d> directions,
+HWY_INLINE void cast_all(const BeamInput<T>& input, std::span<const Vec3d> directions,
                          double* distances) {
     Rays rays;
     for (std::size_t begin = 0; begin < directions.size(); begin += kRaysOfBeam) {
         const std::size_t count = std::min(kRaysOfBeam, directions.size() - begin);
-        rays.set(directions.data() + begin, count, scene.voxel_from_world);
+        rays.set(directions.data() + begin, count, input.voxel_from_world);
         const std::size_t vectors = (count + kLanes - 1) / kLanes;
-        Beam<T> beam(scene, rays);
+        Beam<T> beam(input, rays);
         while (rays.choose_octant(vectors)) beam.cast(0, vectors);
         std::copy_n(rays.hit, count, distances + begin);
     }
 }
 
-void cast_16_bits(const BeamScene<std::int16_t>& scene, std::span<const Vec3d> directions,
+void cast_16_bits(const BeamInput<std::int16_t>& input, std::span<const Vec3d> directions,
                   double* distances) {
-    cast_all(scene, directions, distances);
+    cast_all(input, directions, distances);
 }
-void cast_floats(const BeamScene<float>& scene, std::span<const Vec3d> directions,
+void cast_floats(const BeamInput<float>& input, std::span<const Vec3d> directions,
                  double* distances) {
-    cast_all(scene, directions, distances);
+    cast_all(input, directions, distances);
 }
 
 }  // namespace
@@ -211,13 +211,13 @@ HWY_EXPORT(cast_16_bits);
 HWY_EXPORT(cast_floats);
 }  // namespace
 
-void cast_beams(const BeamScene<std::int16_t>& scene, std::span<const Vec3d> directions,
+void cast_beams(const BeamInput<std::int16_t>& input, std::span<const Vec3d> directions,
                 double* distances) {
-    HWY_DYNAMIC_DISPATCH(cast_16_bits)(scene, directions, distances);
+    HWY_DYNAMIC_DISPATCH(cast_16_bits)(input, directions, distances);
 }
-void cast_beams(const BeamScene<float>& scene, std::span<const Vec3d> directions,
+void cast_beams(const BeamInput<float>& input, std::span<const Vec3d> directions,
                 double* distances) {
-    HWY_DYNAMIC_DISPATCH(cast_floats)(scene, directions, distances);
+    HWY_DYNAMIC_DISPATCH(cast_floats)(input, directions, distances);
 }
 
 }  // namespace pliant::render

@@ -31,9 +31,9 @@
 
 namespace pliant::render {
 
-/// Scene of a beam: a field with one threshold, seen from one eye.
+/// Input of a beam: a field with one threshold, seen from one eye.
 template <class T>
-struct BeamScene {
+struct BeamInput {
     const T* voxels;
     Vec3i size;            ///< voxels, ≥ 2 on each axis
     const LeapMap* leaps;  ///< of the field's fine bricks
@@ -47,9 +47,9 @@ struct BeamScene {
 /// @param directions  world; finite, with a length
 /// @param[out] distances  in multiples of each direction's length; infinite: no hit; NaN:
 ///                        undecided, use the scalar version
-void cast_beams(const BeamScene<std::int16_t>& scene, std::span<const Vec3d> directions,
+void cast_beams(const BeamInput<std::int16_t>& input, std::span<const Vec3d> directions,
                 double* distances);
-void cast_beams(const BeamScene<float>& scene, std::span<const Vec3d> directions,
+void cast_beams(const BeamInput<float>& input, std::span<const Vec3d> directions,
                 double* distances);
 
 }  // namespace pliant::render

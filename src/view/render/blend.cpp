@@ -47,7 +47,7 @@ Blender::Blender(const VolumeRays& rays, const TransferFunction& transfer, bool 
     const Vec3d s = rays.volume.grid.spacing_mm;
     m_step_mm = 0.5 * std::min({s.x, s.y, s.z});
     if (!may_skip) return;
-    with_field(rays.volume, [&]<class T>(const Field<T>&) {
+    with_field(rays.volume, [&]<class T>(const VoxelField<T>&) {
         const auto& bricks = *std::get_if<Bricks<T>>(&rays.bricks);
         const auto threshold = threshold_of<T>(m_low_hu);
         if (threshold && bricks.cells.x > 0) m_leaps = make_leap_map(bricks.fine, *threshold);
@@ -63,7 +63,7 @@ Vec3d Blender::shaded(Vec3d colour, Vec3d gradient, Vec3d direction) const {
 }
 
 template <class T>
-Blended Blender::through(const Field<T>& field, const VoxelRay& ray, Vec3d direction) const {
+Blended Blender::through(const VoxelField<T>& field, const VoxelRay& ray, Vec3d direction) const {
     Blended result{{0, 0, 0}, 1};
     const Vec3i n = field.size();
     const auto span = clip(ray, {n.x - 1, n.y - 1, n.z - 1});

@@ -33,7 +33,7 @@ class Blender {
 
   private:
     template <class T>
-    Blended through(const Field<T>& field, const VoxelRay& ray, Vec3d direction) const;
+    Blended through(const VoxelField<T>& field, const VoxelRay& ray, Vec3d direction) const;
     Vec3d shaded(Vec3d colour, Vec3d gradient, Vec3d direction) const;
 
     const VolumeRays& m_rays;

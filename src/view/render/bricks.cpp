@@ -26,7 +26,7 @@ BrickLevel<T> empty_level(Vec3i parts, int step) {
 }
 
 template <class T>
-Range<T> range_of_voxels(const Field<T>& field, Vec3i begin, Vec3i last) {
+Range<T> range_of_voxels(const VoxelField<T>& field, Vec3i begin, Vec3i last) {
     Range<T> range{*field.at(begin), *field.at(begin)};
     for (int z = begin.z; z <= last.z; ++z)
         for (int y = begin.y; y <= last.y; ++y) {
@@ -102,7 +102,7 @@ void list_bricks(const BrickLevel<T>& level, std::span<const Box3i> boxes, const
 }  // namespace
 
 template <class T>
-void update_bricks(Bricks<T>& bricks, const Field<T>& field, std::span<const Box3i> boxes,
+void update_bricks(Bricks<T>& bricks, const VoxelField<T>& field, std::span<const Box3i> boxes,
                    std::vector<std::int32_t>& scratch, const TaskArena& arena) {
     if (bricks.fine.ranges.empty()) return;
     // A voxel on the face between two bricks belongs to both.
@@ -134,7 +134,7 @@ void update_bricks(Bricks<T>& bricks, const Field<T>& field, std::span<const Box
 }
 
 template <class T>
-Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena) {
+Bricks<T> make_bricks(const VoxelField<T>& field, const TaskArena& arena) {
     const Vec3i voxels = field.size();
     if (voxels.x < 2 || voxels.y < 2 || voxels.z < 2) return {};
     Bricks<T> bricks;
@@ -149,11 +149,11 @@ Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena) {
     return bricks;
 }
 
-template Bricks<std::int16_t> make_bricks(const Field<std::int16_t>&, const TaskArena&);
-template Bricks<float> make_bricks(const Field<float>&, const TaskArena&);
-template void update_bricks(Bricks<std::int16_t>&, const Field<std::int16_t>&,
+template Bricks<std::int16_t> make_bricks(const VoxelField<std::int16_t>&, const TaskArena&);
+template Bricks<float> make_bricks(const VoxelField<float>&, const TaskArena&);
+template void update_bricks(Bricks<std::int16_t>&, const VoxelField<std::int16_t>&,
                             std::span<const Box3i>, std::vector<std::int32_t>&, const TaskArena&);
-template void update_bricks(Bricks<float>&, const Field<float>&, std::span<const Box3i>,
+template void update_bricks(Bricks<float>&, const VoxelField<float>&, std::span<const Box3i>,
                             std::vector<std::int32_t>&, const TaskArena&);
 
 }  // namespace pliant::render

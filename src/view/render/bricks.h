@@ -17,7 +17,7 @@
 #include <span>
 #include <vector>
 
-#include "render/field.h"
+#include "render/voxel_field.h"
 #include "volume/boxes.h"
 
 namespace pliant::render {
@@ -47,21 +47,21 @@ struct Bricks {
 
 /// @returns bricks without cells if the field is thinner than two voxels
 template <class T>
-Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena);
+Bricks<T> make_bricks(const VoxelField<T>& field, const TaskArena& arena);
 
 /// Updates the bricks that cover changed boxes of voxels. The result equals that of make_bricks.
 /// @param boxes  inside the grid
 /// @param[in,out] scratch  reused by updates to avoid allocations
 template <class T>
-void update_bricks(Bricks<T>& bricks, const Field<T>& field, std::span<const Box3i> boxes,
+void update_bricks(Bricks<T>& bricks, const VoxelField<T>& field, std::span<const Box3i> boxes,
                    std::vector<std::int32_t>& scratch, const TaskArena& arena);
 
-extern template void update_bricks(Bricks<std::int16_t>&, const Field<std::int16_t>&,
+extern template void update_bricks(Bricks<std::int16_t>&, const VoxelField<std::int16_t>&,
                                    std::span<const Box3i>, std::vector<std::int32_t>&,
                                    const TaskArena&);
-extern template void update_bricks(Bricks<float>&, const Field<float>&, std::span<const Box3i>,
+extern template void update_bricks(Bricks<float>&, const VoxelField<float>&, std::span<const Box3i>,
                                    std::vector<std::int32_t>&, const TaskArena&);
-extern template Bricks<std::int16_t> make_bricks(const Field<std::int16_t>&, const TaskArena&);
-extern template Bricks<float> make_bricks(const Field<float>&, const TaskArena&);
+extern template Bricks<std::int16_t> make_bricks(const VoxelField<std::int16_t>&, const TaskArena&);
+extern template Bricks<float> make_bricks(const VoxelField<float>&, const TaskArena&);
 
 }  // namespace pliant::render

@@ -41,12 +41,12 @@ class Camera {
 
     /// Unit direction of the ray through a point of the picture [pixels, from the top left corner].
     Vec3d direction(double x, double y) const {
-        const Vec2 p = place(x, y);
+        const Vec2 p = position(x, y);
         return through(p.u, p.v);
     }
     /// Converts a point of the picture [pixels, from the top left corner] to halves of its height,
     /// from its centre, to the right and up.
-    Vec2 place(double x, double y) const {
+    Vec2 position(double x, double y) const {
         const double half = 0.5 * m_height;
         return {(x - 0.5 * m_width) / half, (half - y) / half};
     }

@@ -18,7 +18,7 @@
 
 #include "render/bricks.h"
 #include "render/cubic.h"
-#include "render/field.h"
+#include "render/voxel_field.h"
 
 namespace pliant::render {
 
@@ -27,10 +27,10 @@ struct VoxelRay {
     Vec3d origin, direction, inverse;
 
     Vec3d at(double t) const { return origin + t * direction; }
-    /// t at which the ray intersects the plane p[axis] = place; infinite if it is parallel.
-    double meets(int axis, double place) const {
+    /// t at which the ray intersects the plane p[axis] = position; infinite if it is parallel.
+    double meets(int axis, double position) const {
         if (direction[axis] == 0) return std::numeric_limits<double>::infinity();
-        return (place - origin[axis]) * inverse[axis];
+        return (position - origin[axis]) * inverse[axis];
     }
 };
 
@@ -119,7 +119,7 @@ template <class T>
 class Cast {
   public:
     /// @param rising  searches the crossing from below iso to ≥ iso, otherwise the reverse
-    Cast(const Field<T>& field, const Bricks<T>& bricks, const VoxelRay& ray, double iso,
+    Cast(const VoxelField<T>& field, const Bricks<T>& bricks, const VoxelRay& ray, double iso,
          bool rising)
         : m_field(field), m_bricks(bricks), m_ray(ray), m_iso(iso), m_rising(rising) {}
 
@@ -207,7 +207,7 @@ class Cast {
         });
     }
 
-    const Field<T>& m_field;
+    const VoxelField<T>& m_field;
     const Bricks<T>& m_bricks;
     const VoxelRay& m_ray;
     double m_iso;

@@ -104,8 +104,8 @@ class Painter {
   private:
     double field(Point p) const {
         if (!m_real) return 1;
-        const render::Vec2 place = m_camera.place(p.x, p.y);
-        return m_real->field(place.u, place.v);
+        const render::Vec2 position = m_camera.position(p.x, p.y);
+        return m_real->field(position.u, position.v);
     }
 
     static Vec3f to_float(Vec3d v) { return {float(v.x), float(v.y), float(v.z)}; }

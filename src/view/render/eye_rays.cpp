@@ -27,7 +27,7 @@ bool is_usable(Vec3d direction) {
 
 EyeRays::EyeRays(const VolumeRays& rays, Vec3d eye_mm, double iso_hu, Polarity polarity)
     : m_rays(rays), m_eye_mm(eye_mm), m_iso_hu(iso_hu), m_polarity(polarity) {
-    with_field(rays.volume, [&]<class T>(const Field<T>&) {
+    with_field(rays.volume, [&]<class T>(const VoxelField<T>&) {
         const auto& bricks = *std::get_if<Bricks<T>>(&rays.bricks);
         const auto threshold = threshold_of<T>(iso_hu);
         m_hits_nothing = !threshold || bricks.cells.x == 0 || !is_finite(eye_mm);
@@ -39,7 +39,7 @@ template <class T>
 void EyeRays::cast(std::span<const Vec3d> directions, double* distances) const {
     const Volume& volume = m_rays.volume;
     const auto& voxels = *std::get_if<VoxelArray<T>>(&volume.voxels);
-    const BeamScene<T> scene{.voxels = voxels.data(),
+    const BeamInput<T> input{.voxels = voxels.data(),
                              .size = volume.grid.size,
                              .leaps = &m_leaps,
                              .threshold = *threshold_of<T>(m_iso_hu),
@@ -47,7 +47,7 @@ void EyeRays::cast(std::span<const Vec3d> directions, double* distances) const {
                              .rising = m_polarity == Polarity::Rising,
                              .eye = m_rays.to_voxel(m_eye_mm),
                              .voxel_from_world = m_rays.voxel_from_world};
-    cast_beams(scene, directions, distances);
+    cast_beams(input, directions, distances);
 }
 
 void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances) const {

@@ -26,7 +26,7 @@ constexpr double kMinRadiusMm = 2;  // minimum radius for an endoscope
 constexpr double kWideMm = 8;       // larger radii give no higher score
 constexpr double kHallMm = 15;      // from here on it is a hall rather than a tube
 constexpr double kFarMm = 60;       // a sufficient free path
-constexpr int kMaxPlaces = 300;
+constexpr int kMaxPositions = 300;
 constexpr int kLooks = 240;
 constexpr int kFinalists = 12;  // positions for the fine search
 constexpr int kFinalDirections = 1500;
@@ -52,7 +52,7 @@ struct View {
     Vec3d direction{0, 0, 0};
 };
 
-struct Place {
+struct Position {
     std::size_t cell;
     double radius_mm;
     View view = {};
@@ -60,10 +60,10 @@ struct Place {
 };
 
 /// Local maxima of the distance to the wall, widest first, at a minimum distance from each other.
-std::vector<Place> deep_places(const render::CoarseVolume& coarse,
-                               const std::vector<float>& distance_mm, double scale) {
+std::vector<Position> deep_positions(const render::CoarseVolume& coarse,
+                                     const std::vector<float>& distance_mm, double scale) {
     const double wide_mm = scale * kWideMm;
-    std::vector<Place> peaks;
+    std::vector<Position> peaks;
     const Box3i box{{0, 0, 0}, coarse.size};
     for (std::size_t i = 0; i < distance_mm.size(); ++i) {
         const float here = distance_mm[i];
@@ -77,45 +77,46 @@ std::vector<Place> deep_places(const render::CoarseVolume& coarse,
         // Without any wall the distance is infinite.
         if (peak) peaks.push_back({i, std::min(double(here), 1e3), {}});
     }
-    std::stable_sort(peaks.begin(), peaks.end(), [&](const Place& a, const Place& b) {
+    std::stable_sort(peaks.begin(), peaks.end(), [&](const Position& a, const Position& b) {
         return std::min(a.radius_mm, wide_mm) > std::min(b.radius_mm, wide_mm);
     });
-    std::vector<Place> places;
+    std::vector<Position> positions;
     const Vec3d s = coarse.spacing_mm;
-    for (const Place& peak : peaks) {
+    for (const Position& peak : peaks) {
         const Vec3i p = coarse.cell(peak.cell);
-        const bool crowded = std::any_of(places.begin(), places.end(), [&](const Place& other) {
-            const Vec3i d = coarse.cell(other.cell) - p;
-            return norm({d.x * s.x, d.y * s.y, d.z * s.z}) < std::min(peak.radius_mm, wide_mm);
-        });
-        if (!crowded) places.push_back(peak);
-        if (places.size() >= std::size_t(kMaxPlaces)) break;
+        const bool crowded =
+            std::any_of(positions.begin(), positions.end(), [&](const Position& other) {
+                const Vec3i d = coarse.cell(other.cell) - p;
+                return norm({d.x * s.x, d.y * s.y, d.z * s.z}) < std::min(peak.radius_mm, wide_mm);
+            });
+        if (!crowded) positions.push_back(peak);
+        if (positions.size() >= std::size_t(kMaxPositions)) break;
     }
-    return places;
+    return positions;
 }
 
 /// Specks of noise have wide and closed views, too, but are smaller than a lumen.
-void prefer_large_parts(const std::vector<std::uint32_t>& sizes, std::vector<Place>& places) {
+void prefer_large_parts(const std::vector<std::uint32_t>& sizes, std::vector<Position>& positions) {
     constexpr double kSpeck = 0.01;  // of the largest part
     std::uint32_t largest = 1;
-    for (const Place& place : places) largest = std::max(largest, sizes[place.cell]);
-    for (Place& place : places)
-        place.preference *= std::min(1.0, double(sizes[place.cell]) / (kSpeck * largest));
+    for (const Position& position : positions) largest = std::max(largest, sizes[position.cell]);
+    for (Position& position : positions)
+        position.preference *= std::min(1.0, double(sizes[position.cell]) / (kSpeck * largest));
 }
 
 /// The air around a patient is closed in by blankets and the table, which are thin.
 void prefer_bodies(const render::CoarseVolume& coarse, double tissue_hu, double scale,
-                   std::vector<Place>& places, const TaskArena& arena) {
+                   std::vector<Position>& positions, const TaskArena& arena) {
     constexpr double kBodyMm = 15, kInside = 0.75;  // of the best position's share
-    std::vector<double> shares(places.size());
-    arena.for_each(std::int64_t(places.size()), 8, [&](auto begin, auto end) {
+    std::vector<double> shares(positions.size());
+    arena.for_each(std::int64_t(positions.size()), 8, [&](auto begin, auto end) {
         for (auto i = std::size_t(begin); i < std::size_t(end); ++i)
-            shares[i] = render::share_behind_tissue(coarse, coarse.cell(places[i].cell), tissue_hu,
-                                                    scale * kBodyMm);
+            shares[i] = render::share_behind_tissue(coarse, coarse.cell(positions[i].cell),
+                                                    tissue_hu, scale * kBodyMm);
     });
     const double best = shares.empty() ? 0 : *std::max_element(shares.begin(), shares.end());
-    for (std::size_t i = 0; i < places.size() && best > 0; ++i)
-        places[i].preference *= std::clamp(std::pow(shares[i] / (kInside * best), 4), 1e-3, 1.0);
+    for (std::size_t i = 0; i < positions.size() && best > 0; ++i)
+        positions[i].preference *= std::clamp(std::pow(shares[i] / (kInside * best), 4), 1e-3, 1.0);
 }
 
 /// Candidate directions; for each the indices of the directions in its picture, and in the middle
@@ -182,31 +183,31 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
 
 /// Scores all positions, and searches around the best ones with more directions.
 std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
-                                std::vector<Place> places, double iso_hu, Polarity polarity) {
+                                std::vector<Position> positions, double iso_hu, Polarity polarity) {
     Endoscope endoscope;
     endoscope.iso_hu = iso_hu;
     endoscope.polarity = polarity;
     endoscope.fog_distance_mm *= length_scale(rays.volume.grid);
     for (const auto& [count, kept] : {std::pair{kLooks, kFinalists}, {kFinalDirections, 1}}) {
         const Directions directions = make_directions(count);
-        const auto eye = [&](const Place& place) {
+        const auto eye = [&](const Position& position) {
             return world_from_voxel(rays.volume.grid,
-                                    voxel_of_cell(coarse, rays.volume.grid, place.cell));
+                                    voxel_of_cell(coarse, rays.volume.grid, position.cell));
         };
-        rays.arena.for_each(std::int64_t(places.size()), 2, [&](auto begin, auto end) {
+        rays.arena.for_each(std::int64_t(positions.size()), 2, [&](auto begin, auto end) {
             for (auto i = std::size_t(begin); i < std::size_t(end); ++i) {
-                places[i].view = best_view(rays, eye(places[i]), places[i].radius_mm, iso_hu,
-                                           polarity, directions);
-                places[i].view.score *= places[i].preference;
+                positions[i].view = best_view(rays, eye(positions[i]), positions[i].radius_mm,
+                                              iso_hu, polarity, directions);
+                positions[i].view.score *= positions[i].preference;
             }
         });
-        std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-            return a.view.score > b.view.score;
-        });
-        if (places.size() > std::size_t(kept)) places.resize(std::size_t(kept));
-        if (places.empty() || !(places[0].view.score > 0)) return std::nullopt;
-        endoscope.eye_mm = eye(places[0]);
-        endoscope.look = places[0].view.direction;
+        std::stable_sort(
+            positions.begin(), positions.end(),
+            [](const Position& a, const Position& b) { return a.view.score > b.view.score; });
+        if (positions.size() > std::size_t(kept)) positions.resize(std::size_t(kept));
+        if (positions.empty() || !(positions[0].view.score > 0)) return std::nullopt;
+        endoscope.eye_mm = eye(positions[0]);
+        endoscope.look = positions[0].view.direction;
     }
     endoscope.up = render::natural_up(endoscope.look);
     return endoscope;
@@ -246,13 +247,13 @@ std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Pol
     for (const Stage& stage : stages(iso_hu, polarity)) {
         const auto mask =
             render::lumen_mask(coarse, stage.threshold_hu, polarity, stage.allow_outside);
-        auto places = deep_places(coarse, render::wall_distance_mm(coarse, mask, arena),
-                                  length_scale(volume.grid));
-        prefer_large_parts(render::part_sizes(coarse, mask), places);
+        auto positions = deep_positions(coarse, render::wall_distance_mm(coarse, mask, arena),
+                                        length_scale(volume.grid));
+        prefer_large_parts(render::part_sizes(coarse, mask), positions);
         // Around a bright lumen all is darker, inside of a body and outside.
         if (polarity == Polarity::Rising)
-            prefer_bodies(coarse, iso_hu, length_scale(volume.grid), places, arena);
-        if (auto found = search(rays, coarse, places, stage.wall_hu, polarity)) {
+            prefer_bodies(coarse, iso_hu, length_scale(volume.grid), positions, arena);
+        if (auto found = search(rays, coarse, positions, stage.wall_hu, polarity)) {
             found->iso_hu = iso_hu;
             return found;
         }

@@ -12,8 +12,8 @@
 #include "render/camera.h"
 #include "render/canvas.h"
 #include "render/detector.h"
-#include "render/field.h"
 #include "render/volume_or_air.h"
+#include "render/voxel_field.h"
 
 namespace pliant {
 namespace {
@@ -182,7 +182,7 @@ double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int wid
 
 std::uint8_t detected(const Fluoroscopy& settings, const Camera& camera, int x, int y,
                       double water_mm, double exposure_mm) {
-    const auto [u, v] = camera.place(x + 0.5, y + 0.5);
+    const auto [u, v] = camera.position(x + 0.5, y + 0.5);
     const double open = collimator(settings.field_stop, camera.aspect(), u, v);
     if (!(open > 0)) return 0;
     double excess = settings.water_per_mm * (water_mm - exposure_mm);
@@ -203,7 +203,7 @@ Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int wi
                        const TaskArena& arena) {
     const render::Camera camera(render::x_ray_source(settings, width, height), width, height);
     const auto open_at = [&](int x, int y) {
-        const auto [u, v] = camera.place(x + 0.5, y + 0.5);
+        const auto [u, v] = camera.position(x + 0.5, y + 0.5);
         return render::collimator(settings.field_stop, camera.aspect(), u, v);
     };
     const std::vector<float> lengths = lengths_of(volume, settings, width, height, arena,

@@ -7,11 +7,10 @@
 //   ──────────┼─────────
 //   coronal   │ sagittal
 
+#include <pliant/core/text.h>
 #include <pliant/data/scan_values.h>
 #include <pliant/view/surface_view.h>
 
-#include <array>
-#include <charconv>
 #include <cmath>
 
 #include "render/camera.h"
@@ -30,14 +29,6 @@ constexpr Rgb8 kInk{235, 235, 235};
 /// Digits behind the point for values under a window of this width.
 int digits_of(double window) {
     return window < 10 ? 3 : 0;
-}
-
-/// Fixed-point text, independent of the locale.
-std::string number(double value, int digits) {
-    std::array<char, 64> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
-                                   std::chars_format::fixed, digits);
-    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : "?";
 }
 
 int label_scale(int panel_height) {
@@ -64,12 +55,12 @@ Image section_panel(const Volume& volume, Section section, Orientation orientati
     const render::SectionStyle style = render::section_style(orientation);
     const int axis = style.axis - 'x';
     label_top(panel, style.name, style.colour);
-    std::string place{style.axis, ' '};
-    place += number(section.point_mm[axis], length_scale(volume.grid) < 0.1 ? 3 : 1);
-    label_top(panel, place + " mm", style.colour, 1);
+    std::string label{style.axis, ' '};
+    label += fixed_text(section.point_mm[axis], length_scale(volume.grid) < 0.1 ? 3 : 1);
+    label_top(panel, label + " mm", style.colour, 1);
     const int digits = digits_of(section.window_hu);
-    label_bottom(panel, "W " + number(section.window_hu, digits) + "  L " +
-                            number(section.level_hu, digits));
+    label_bottom(panel, "W " + fixed_text(section.window_hu, digits) + "  L " +
+                            fixed_text(section.level_hu, digits));
     return panel;
 }
 
@@ -151,7 +142,8 @@ Image four_up_view(const Volume& scan, const FourUp& settings, int width, int he
         RayCaster(volume, arena).endoscope_view(settings.endoscope, panels.left, panels.top);
     label_top(view, "endoscope", kInk);
     label_top(view,
-              "iso " + number(settings.endoscope.iso_hu, digits_of(settings.section.window_hu)) +
+              "iso " +
+                  fixed_text(settings.endoscope.iso_hu, digits_of(settings.section.window_hu)) +
                   value_unit(scan),
               kInk, 1);
     if (!settings.caption.empty()) label_bottom(view, settings.caption);

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "render/field.h"
+#include "render/voxel_field.h"
 #include "volume/line_transform.h"
 
 namespace pliant::render {
@@ -30,7 +30,7 @@ Vec3i steps_for(const Grid& grid) {
 }
 
 template <class T>
-float block_mean(const Field<T>& field, Vec3i begin, Vec3i end) {
+float block_mean(const VoxelField<T>& field, Vec3i begin, Vec3i end) {
     double sum = 0;
     int count = 0;
     for (int z = begin.z; z < end.z; ++z)

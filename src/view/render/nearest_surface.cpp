@@ -33,7 +33,7 @@ struct Candidate {
 template <class T>
 class Search {
   public:
-    Search(const render::VolumeRays& rays, const render::Field<T>& field,
+    Search(const render::VolumeRays& rays, const render::VoxelField<T>& field,
            const render::Bricks<T>& bricks, Vec3d point_mm, double iso)
         : m_field(field),
           m_bricks(bricks),
@@ -115,7 +115,7 @@ class Search {
                 }
     }
 
-    const render::Field<T>& m_field;
+    const render::VoxelField<T>& m_field;
     const render::Bricks<T>& m_bricks;
     Vec3d m_spacing, m_point;
     double m_iso, m_within = 0;
@@ -128,14 +128,14 @@ std::optional<RayHit> RayCaster::nearest_surface(Vec3d point_mm, double within_m
                                                  Polarity polarity) const {
     const render::VolumeRays& rays = m_impl->rays;
     if (!is_finite(point_mm) || !(within_mm >= 0) || !std::isfinite(iso_hu)) return std::nullopt;
-    const auto place = render::with_field(
-        rays.volume, [&]<class T>(const render::Field<T>& field) -> std::optional<Vec3d> {
+    const auto position = render::with_field(
+        rays.volume, [&]<class T>(const render::VoxelField<T>& field) -> std::optional<Vec3d> {
             const auto& bricks = *std::get_if<render::Bricks<T>>(&rays.bricks);
             if (bricks.cells.x == 0) return std::nullopt;
             return Search<T>(rays, field, bricks, point_mm, iso_hu).nearest(within_mm);
         });
-    if (!place) return std::nullopt;
-    const Vec3d surface_mm = world_from_voxel(rays.volume.grid, *place);
+    if (!position) return std::nullopt;
+    const Vec3d surface_mm = world_from_voxel(rays.volume.grid, *position);
     const Vec3d to = surface_mm - point_mm;
     const double distance = norm(to);
     const Vec3d normal = rays.normal(surface_mm, {0, 0, 0}, polarity);

@@ -65,8 +65,8 @@ NoiseTile::Value NoiseTile::at(Vec3d q) const {
     std::size_t low[3], high[3];
     float f[3];
     for (int a = 0; a < 3; ++a) {
-        const double place = q[a] * (kSamples / kCells), whole = std::floor(place);
-        f[a] = float(place - whole);
+        const double position = q[a] * (kSamples / kCells), whole = std::floor(position);
+        f[a] = float(position - whole);
         low[a] = std::size_t(std::int64_t(whole) & (kSamples - 1));
         high[a] = (low[a] + 1) & (kSamples - 1);
     }

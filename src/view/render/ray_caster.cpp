@@ -16,13 +16,14 @@ VolumeRays::VolumeRays(const Volume& scan, const TaskArena& threads)
       voxel_from_world(inverse(volume.grid.direction)) {
     for (Vec3d& column : voxel_from_world.columns)
         for (int a = 0; a < 3; ++a) column[a] /= volume.grid.spacing_mm[a];
-    with_field(volume, [&]<class T>(const Field<T>& field) { bricks = make_bricks(field, arena); });
+    with_field(volume,
+               [&]<class T>(const VoxelField<T>& field) { bricks = make_bricks(field, arena); });
 }
 
 std::optional<double> VolumeRays::hit_distance(Vec3d origin_mm, Vec3d direction, double iso_hu,
                                                Polarity polarity) const {
     const VoxelRay ray = make_voxel_ray(to_voxel(origin_mm), vector_to_voxel(direction));
-    return with_field(volume, [&]<class T>(const Field<T>& field) {
+    return with_field(volume, [&]<class T>(const VoxelField<T>& field) {
         return Cast<T>(field, *std::get_if<Bricks<T>>(&bricks), ray, iso_hu,
                        polarity == Polarity::Rising)
             .first_hit();
@@ -89,7 +90,7 @@ std::optional<RayHit> RayCaster::pick(const Endoscope& endoscope, int width, int
 void RayCaster::update(std::span<const Box3i> boxes) {
     render::VolumeRays& rays = m_impl->rays;
     if (&rays.volume == &render::small_air_volume()) return;
-    render::with_field(rays.volume, [&]<class T>(const render::Field<T>& field) {
+    render::with_field(rays.volume, [&]<class T>(const render::VoxelField<T>& field) {
         render::update_bricks(*std::get_if<render::Bricks<T>>(&rays.bricks), field, boxes,
                               m_impl->scratch, rays.arena);
     });

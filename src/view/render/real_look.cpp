@@ -66,8 +66,8 @@ struct Slit {
 class RawWall {
   public:
     /// @param raw  of the tissue at the hit, above 0
-    RawWall(const LookScene& scene, const VolumeRays& rays, const RestField& rest, double raw)
-        : m_scene(scene), m_rays(rays), m_rest(rest), m_raw(raw) {
+    RawWall(const LookInput& input, const VolumeRays& rays, const RestField& rest, double raw)
+        : m_input(input), m_rays(rays), m_rest(rest), m_raw(raw) {
         const Grid& grid = rays.volume.grid;
         const Vec3d s = grid.spacing_mm;
         m_spacing_mm = std::cbrt(s.x * s.y * s.z);
@@ -79,11 +79,11 @@ class RawWall {
 
   private:
     double tissue_at(Vec3d point_mm) const {
-        const double above = m_rays.sample(point_mm) - m_scene.iso_hu;
-        return std::clamp((m_scene.is_rising ? above : -above) / kFaceSoftHu + 0.5, 0.0, 1.0);
+        const double above = m_rays.sample(point_mm) - m_input.iso_hu;
+        return std::clamp((m_input.is_rising ? above : -above) / kFaceSoftHu + 0.5, 0.0, 1.0);
     }
 
-    const LookScene& m_scene;
+    const LookInput& m_input;
     const VolumeRays& m_rays;
     const RestField& m_rest;
     double m_raw;
@@ -147,7 +147,7 @@ RealLook::RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endosc
                    const Camera& camera)
     : m_rays(rays),
       m_endoscope(endoscope),
-      m_scene{{rays.volume, rays.voxel_from_world},
+      m_input{{rays.volume, rays.voxel_from_world},
               endoscope.iso_hu,
               endoscope.polarity == Polarity::Rising,
               lining_colours(endoscope.lining),
@@ -156,11 +156,11 @@ RealLook::RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endosc
               0},
       m_radius(std::min(1.0, camera.aspect())) {
     for (int n = 0; n < 2; ++n)
-        m_scene.lamps[n] = endoscope.eye_mm +
+        m_input.lamps[n] = endoscope.eye_mm +
                            (n == 0 ? kLampAside_mm : -kLampAside_mm) * camera.right() +
                            kLampAbove_mm * camera.up();
     const Vec3d s = rays.volume.grid.spacing_mm;
-    m_scene.voxel_mm = std::clamp(std::cbrt(s.x * s.y * s.z), 0.4, 1.2);
+    m_input.voxel_mm = std::clamp(std::cbrt(s.x * s.y * s.z), 0.4, 1.2);
 }
 
 Vec3d RealLook::shade(const LookHit& hit) const {
@@ -171,7 +171,7 @@ Vec3d RealLook::shade(const LookHit& hit) const {
 
 Vec3d RealLook::shade(const LookHit& hit, const RestField::Sample& moved) const {
     const PlainScan scan{m_rays};
-    const Light<PlainScan> light(m_scene, scan);
+    const Light<PlainScan> light(m_input, scan);
     const double raw = double(moved.raw);
     const Vec3d rest = hit.point_mm - to_double(moved.offset_mm);
     if (!(raw > 0)) {
@@ -179,7 +179,7 @@ Vec3d RealLook::shade(const LookHit& hit, const RestField::Sample& moved) const 
                                     [](Vec3d&, Vec3d&, double) { return 0.0; });
         return light.shade(hit.t, hit.point_mm, hit.direction, {hit.point_mm, hit.normal}, own);
     }
-    const RawWall wall(m_scene, m_rays, *m_endoscope.rest, raw);
+    const RawWall wall(m_input, m_rays, *m_endoscope.rest, raw);
     const Face face = wall.face(hit);
     // Cut or carved tissue has no lining.
     const auto wounds = [&](Vec3d& colour, Vec3d& normal, double fine) {
@@ -202,7 +202,7 @@ void RealLook::shade(std::span<const LookHit> hits, Vec3d* light) const {
         return;
     }
     const RestField* const rest = m_endoscope.rest;
-    if (!rest || rest->halves().empty()) return shade_hits(m_scene, hits, {}, light);
+    if (!rest || rest->halves().empty()) return shade_hits(m_input, hits, {}, light);
     constexpr std::size_t kChunk = 64;
     for (std::size_t begin = 0; begin < hits.size(); begin += kChunk) {
         const auto chunk = hits.subspan(begin, std::min(kChunk, hits.size() - begin));
@@ -212,7 +212,7 @@ void RealLook::shade(std::span<const LookHit> hits, Vec3d* light) const {
             moved[n] = rest->at(m_rays.to_voxel(chunk[n].point_mm));
             offsets[n] = moved[n].offset_mm;
         }
-        shade_hits(m_scene, chunk, std::span(offsets, chunk.size()), light + begin);
+        shade_hits(m_input, chunk, std::span(offsets, chunk.size()), light + begin);
         for (std::size_t n = 0; n < chunk.size(); ++n)
             if (moved[n].raw > 0) light[begin + n] = shade(chunk[n], moved[n]);
     }
@@ -222,19 +222,19 @@ double RealLook::field(double u, double v) const {
     u /= m_radius;
     v /= m_radius;
     const double round = std::sqrt(u * u + v * v);
-    double place = 0;
+    double radius = 0;
     switch (m_endoscope.field_stop) {
         case FieldStop::Round:
-            place = round;
+            radius = round;
             break;
         case FieldStop::Octagon:
-            place = std::max(
+            radius = std::max(
                 {std::abs(u), std::abs(v), (std::abs(u) + std::abs(v)) * std::numbers::sqrt2 / 2});
             break;
         case FieldStop::Full:
             break;
     }
-    return (1 - 0.35 * smooth_step(0.45, 1.05, round)) * (1 - smooth_step(0.985, 1.005, place));
+    return (1 - 0.35 * smooth_step(0.45, 1.05, round)) * (1 - smooth_step(0.985, 1.005, radius));
 }
 
 }  // namespace pliant::render

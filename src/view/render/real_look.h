@@ -41,14 +41,14 @@ class RealLook {
     /// height, from its centre].
     double field(double u, double v) const;
 
-    double exposure() const { return m_scene.exposure; }
+    double exposure() const { return m_input.exposure; }
 
   private:
     Vec3d shade(const LookHit& hit, const RestField::Sample& moved) const;
 
     const VolumeRays& m_rays;
     const Endoscope& m_endoscope;
-    LookScene m_scene;
+    LookInput m_input;
     double m_radius;  ///< of the field [halves of the picture's height]
 };
 

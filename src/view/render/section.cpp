@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "render/field.h"
 #include "render/volume_or_air.h"
+#include "render/voxel_field.h"
 
 namespace pliant {
 namespace render {
@@ -22,10 +22,10 @@ Bounds world_bounds(const Grid& grid) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     Bounds b{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
     for (int corner = 0; corner < 8; ++corner) {
-        const auto place = [&](int axis) {
+        const auto position = [&](int axis) {
             return corner >> axis & 1 ? grid.size[axis] - 0.5 : -0.5;
         };
-        const Vec3d p = world_from_voxel(grid, {place(0), place(1), place(2)});
+        const Vec3d p = world_from_voxel(grid, {position(0), position(1), position(2)});
         for (int a = 0; a < 3; ++a) {
             b.low[a] = std::min(b.low[a], p[a]);
             b.high[a] = std::max(b.high[a], p[a]);

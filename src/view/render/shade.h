@@ -29,7 +29,7 @@ struct ScanView {
 };
 
 /// All that the light of a wall depends on.
-struct LookScene {
+struct LookInput {
     ScanView scan;
     double iso_hu;
     bool is_rising;
@@ -46,8 +46,8 @@ inline bool is_vectorised(const Volume& volume) {
 
 /// Computes the light of walls at hits, linear, 0…1, as RealLook::shade does for one.
 /// @param rest  offset of each hit's tissue from its position at rest [mm]; empty: none has moved
-/// @pre is_vectorised(scene.scan.volume)
-void shade_hits(const LookScene& scene, std::span<const LookHit> hits, std::span<const Vec3f> rest,
+/// @pre is_vectorised(input.scan.volume)
+void shade_hits(const LookInput& input, std::span<const LookHit> hits, std::span<const Vec3f> rest,
                 Vec3d* light);
 
 /// Computes unit normals at hits, as VolumeRays::normal does for one.

@@ -108,7 +108,7 @@ struct Corners {
     V v[8];
 };
 
-/// Voxels of one type as a continuous field. Same as Field::sample and Field::gradient.
+/// Voxels of one type as a continuous field. Same as VoxelField::sample and VoxelField::gradient.
 template <class T>
 class Voxels {
   public:
@@ -262,8 +262,8 @@ struct VectorScan {
     /// Neighbouring samples on one axis, times their stride, and the position between them.
     static HWY_INLINE void split(V q, std::int32_t* low, std::int32_t* high, float* f, int stride) {
         constexpr int kSamples = NoiseTile::kSamples;
-        const V place = q * (kSamples / NoiseTile::kCells), whole = hn::Floor(place.v);
-        hn::Store(hn::DemoteTo(Floats(), (place - whole).v), Floats(), f);
+        const V position = q * (kSamples / NoiseTile::kCells), whole = hn::Floor(position.v);
+        hn::Store(hn::DemoteTo(Floats(), (position - whole).v), Floats(), f);
         const V periods = hn::Floor((whole * (1.0 / kSamples)).v);  // exact: a power of two
         const V first = whole - periods * kSamples;
         const V next = first + 1;
@@ -320,10 +320,10 @@ HWY_INLINE Triple load_offsets(std::span<const Vec3f> rest, std::size_t begin) {
 }
 
 template <class T>
-HWY_INLINE void shade_all(const LookScene& scene, std::span<const LookHit> hits,
+HWY_INLINE void shade_all(const LookInput& input, std::span<const LookHit> hits,
                           std::span<const Vec3f> rest, const T* voxels, Vec3d* light) {
-    const VectorScan<T> scan{{scene.scan, voxels}, NoiseTile::instance().samples().data()};
-    const Light<VectorScan<T>> look(scene, scan);
+    const VectorScan<T> scan{{input.scan, voxels}, NoiseTile::instance().samples().data()};
+    const Light<VectorScan<T>> look(input, scan);
     for (std::size_t begin = 0; begin < hits.size(); begin += kLanes) {
         const std::size_t count = std::min(kLanes, hits.size() - begin);
         const Pack hit = Pack::load(&hits[begin], count);
@@ -336,13 +336,13 @@ HWY_INLINE void shade_all(const LookScene& scene, std::span<const LookHit> hits,
     }
 }
 
-void shade(const LookScene& scene, std::span<const LookHit> hits, std::span<const Vec3f> rest,
+void shade(const LookInput& input, std::span<const LookHit> hits, std::span<const Vec3f> rest,
            Vec3d* light) {
-    const auto& voxels = scene.scan.volume.voxels;
+    const auto& voxels = input.scan.volume.voxels;
     if (const auto* v = std::get_if<0>(&voxels))
-        shade_all(scene, hits, rest, v->data(), light);
+        shade_all(input, hits, rest, v->data(), light);
     else
-        shade_all(scene, hits, rest, std::get_if<1>(&voxels)->data(), light);
+        shade_all(input, hits, rest, std::get_if<1>(&voxels)->data(), light);
 }
 
 /// Normal of a field with a slope [per mm].
@@ -394,9 +394,9 @@ HWY_EXPORT(shade);
 HWY_EXPORT(normals);
 }  // namespace
 
-void shade_hits(const LookScene& scene, std::span<const LookHit> hits, std::span<const Vec3f> rest,
+void shade_hits(const LookInput& input, std::span<const LookHit> hits, std::span<const Vec3f> rest,
                 Vec3d* light) {
-    HWY_DYNAMIC_DISPATCH(shade)(scene, hits, rest, light);
+    HWY_DYNAMIC_DISPATCH(shade)(input, hits, rest, light);
 }
 void find_normals(const ScanView& scan, Polarity polarity, std::span<LookHit> hits) {
     HWY_DYNAMIC_DISPATCH(normals)(scan, polarity, hits);

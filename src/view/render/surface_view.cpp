@@ -4,6 +4,7 @@
 // Triangles in parallel projection. Opaque parts go through a depth buffer. Translucent triangles
 // in front of them are then blended from the farthest to the nearest. Each pixel has nine samples.
 
+#include <pliant/core/text.h>
 #include <pliant/view/surface_view.h>
 
 #include <algorithm>
@@ -47,7 +48,7 @@ struct Sheet {
     double scale = 1;  ///< samples a millimetre
     int width = 0, height = 0;
 
-    Vec3d place(Vec3d p) const {
+    Vec3d position(Vec3d p) const {
         const Vec3d v = p - middle_mm;
         return {0.5 * width + scale * dot(v, right), 0.5 * height - scale * dot(v, up),
                 dot(v, look)};
@@ -62,7 +63,7 @@ struct Sheet {
 };
 
 struct Corner {
-    Vec3d at;  ///< of Sheet::place
+    Vec3d at;  ///< of Sheet::position
     double value;
 };
 
@@ -111,8 +112,8 @@ class Canvas {
     void draw(const DrawnWire& wire) {
         const double radius = std::max(wire.radius_mm * m_sheet.scale, 1.0);
         for (std::size_t n = 1; n < wire.points_mm.size(); ++n) {
-            const Vec3d a = m_sheet.place(wire.points_mm[n - 1]),
-                        b = m_sheet.place(wire.points_mm[n]);
+            const Vec3d a = m_sheet.position(wire.points_mm[n - 1]),
+                        b = m_sheet.position(wire.points_mm[n]);
             if (!is_finite(a) || !is_finite(b)) continue;
             const int count = std::max(1, int(std::hypot(b.x - a.x, b.y - a.y) / 1.5));
             for (int k = 0; k <= count; ++k) ball(a + (double(k) / count) * (b - a), radius, wire);
@@ -243,12 +244,6 @@ Sheet sheet_of(std::span<const DrawnSurface> surfaces, std::span<const DrawnWire
     return sheet;
 }
 
-std::string digits_of_length(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 /// The largest of 1, 2 and 5 times a power of ten up to a length.
 double round_length(double most) {
     const double power = std::pow(10, std::floor(std::log10(most)));
@@ -268,9 +263,9 @@ void draw_scales(Image& image, const Sheet& sheet, const SurfaceView& view, bool
     render::fill_box(image, {edge, above}, {edge + bar, above + 2 * scale}, kWords);
     for (const int end : {edge, edge + bar - scale})
         render::fill_box(image, {end, above - 3 * scale}, {end + scale, above + 5 * scale}, kWords);
-    render::draw_text(image, {edge, y}, digits_of_length(length) + " mm", kWords, scale);
+    render::draw_text(image, {edge, y}, short_text(length, 3) + " mm", kWords, scale);
     if (view.scale.empty()) return;
-    const std::string low = "0", high = (is_cut ? ">= " : "") + digits_of_length(view.full);
+    const std::string low = "0", high = (is_cut ? ">= " : "") + short_text(view.full, 3);
     const int high_px = render::text_width(high, scale), colours = 120 * scale,
               left = image.width - edge - high_px - 6 * scale - colours;
     for (int x = 0; x < colours; ++x)
@@ -297,7 +292,7 @@ void collect(const DrawnSurface& surface, const Sheet& sheet, std::vector<Layer>
                       is_finite(surface.nodes_mm[node]);
             if (!is_good) break;
             p[n] = surface.nodes_mm[node];
-            layer.corners[n] = {sheet.place(p[n]),
+            layer.corners[n] = {sheet.position(p[n]),
                                 node < surface.values.size() ? surface.values[node] : 0};
             layer.depth += layer.corners[n].at.z / 3;
         }

@@ -43,7 +43,7 @@ struct HapticStatistics {
     friend bool operator==(const HapticStatistics&, const HapticStatistics&) = default;
 };
 
-struct HapticState {
+struct HapticStatus {
     bool on = false;
     std::string why{};         ///< reason why it ended
     std::uint32_t client = 0;  ///< owner of the session
@@ -63,9 +63,9 @@ struct HapticState {
     HapticStatistics servo{};
     std::string note{};  ///< hint for the user
 
-    friend bool operator==(const HapticState&, const HapticState&) = default;
+    friend bool operator==(const HapticStatus&, const HapticStatus&) = default;
 };
 
-std::string haptics_text(const HapticState& state);
+std::string haptics_text(const HapticStatus& state);
 
 }  // namespace pliant::serve

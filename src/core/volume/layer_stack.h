@@ -31,16 +31,16 @@
 namespace pliant::phantom {
 
 struct Layer {
-    Field distance;    ///< signed [mm]
-    Field hu;          ///< value inside [HU]
-    double slope = 1;  ///< Lipschitz constant of the distance [1]
+    ScalarField distance;  ///< signed [mm]
+    ScalarField hu;        ///< value inside [HU]
+    double slope = 1;      ///< Lipschitz constant of the distance [1]
 };
 
-struct Scene {
+struct LayerStack {
     std::vector<Layer> layers;
     double footprint_voxels = 2;
 
-    void add(Field distance, Field hu, double slope = 1) {
+    void add(ScalarField distance, ScalarField hu, double slope = 1) {
         layers.push_back({std::move(distance), std::move(hu), slope});
     }
 };
@@ -48,7 +48,7 @@ struct Scene {
 /// A phantom's shapes and metadata.
 struct Model {
     Vec3d extent_mm{0, 0, 0};
-    Scene scene;
+    LayerStack stack;
     std::vector<PhantomLandmark> landmarks;
     KeyValues key_values;
 };
@@ -56,14 +56,15 @@ struct Model {
 /// Fraction of the unit cube around 0 in which value + gradient·u < 0.
 double plane_share(double value, Vec3d gradient);
 
-/// Samples the scene on a grid. The result is independent of the number of threads.
+/// Samples the stack on a grid. The result is independent of the number of threads.
 /// @param[out] voxels  voxel_count(grid) values [HU]
-void sample_scene(const Scene& scene, const Grid& grid, const TaskArena& arena,
-                  const Progress& progress, std::span<std::int16_t> voxels);
+void sample_layers(const LayerStack& stack, const Grid& grid, const TaskArena& arena,
+                   const Progress& progress, std::span<std::int16_t> voxels);
 
 /// Sphere tracing: the first point along the ray within reach_mm with a distance ≤ 0, or the end of
 /// the reach.
-Vec3d walk_to_surface(const Field& distance, Vec3d origin_mm, Vec3d direction, double reach_mm);
+Vec3d walk_to_surface(const ScalarField& distance, Vec3d origin_mm, Vec3d direction,
+                      double reach_mm);
 
 Model make_cube_model();
 Model make_layers_model();

@@ -6,7 +6,7 @@
 // (then lower layers are hidden), or must be evaluated in the halves. Single voxels evaluate only
 // the few shapes with near surfaces.
 
-#include "volume/phantom_scene.h"
+#include "volume/layer_stack.h"
 
 #include <array>
 
@@ -115,9 +115,9 @@ double composite(const std::vector<ActiveLayer>& active, Vec3d x, const Footprin
 
 class Sampler {
   public:
-    Sampler(const Scene& scene, const Grid& grid, std::span<std::int16_t> voxels)
-        : m_grid(grid), m_footprint(grid, scene.footprint_voxels), m_voxels(voxels) {
-        for (auto layer = scene.layers.rbegin(); layer != scene.layers.rend(); ++layer)
+    Sampler(const LayerStack& stack, const Grid& grid, std::span<std::int16_t> voxels)
+        : m_grid(grid), m_footprint(grid, stack.footprint_voxels), m_voxels(voxels) {
+        for (auto layer = stack.layers.rbegin(); layer != stack.layers.rend(); ++layer)
             m_all.push_back({&*layer, false});
     }
 
@@ -184,11 +184,11 @@ double plane_share(double value, Vec3d gradient) {
     return clamp01(sum / (6 * a * b * c));
 }
 
-void sample_scene(const Scene& scene, const Grid& grid, const TaskArena& arena,
-                  const Progress& progress, std::span<std::int16_t> voxels) {
+void sample_layers(const LayerStack& stack, const Grid& grid, const TaskArena& arena,
+                   const Progress& progress, std::span<std::int16_t> voxels) {
     const auto blocks = [](std::int32_t size) { return (size + kBlock - 1) / kBlock; };
     const Vec3i count{blocks(grid.size.x), blocks(grid.size.y), blocks(grid.size.z)};
-    const Sampler sampler(scene, grid, voxels);
+    const Sampler sampler(stack, grid, voxels);
     for (std::int32_t bk = 0; bk < count.z; ++bk) {
         arena.for_each(std::int64_t(count.x) * count.y, 2,
                        [&](std::int64_t begin, std::int64_t end) {
@@ -202,7 +202,8 @@ void sample_scene(const Scene& scene, const Grid& grid, const TaskArena& arena,
     }
 }
 
-Vec3d walk_to_surface(const Field& distance, Vec3d origin_mm, Vec3d direction, double reach_mm) {
+Vec3d walk_to_surface(const ScalarField& distance, Vec3d origin_mm, Vec3d direction,
+                      double reach_mm) {
     const Vec3d u = normalized(direction);
     constexpr double kStep_mm = 0.02;
     double t = 0;

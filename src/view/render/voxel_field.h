@@ -29,9 +29,9 @@ inline double interpolate(const CellCorners& c, Vec3d f) {
 }
 
 template <class T>
-class Field {
+class VoxelField {
   public:
-    Field(const T* voxels, Vec3i size)
+    VoxelField(const T* voxels, Vec3i size)
         : m_voxels(voxels), m_size(size), m_row(size.x), m_slice(std::ptrdiff_t(size.x) * size.y) {}
 
     Vec3i size() const { return m_size; }
@@ -90,12 +90,12 @@ class Field {
     std::ptrdiff_t m_row, m_slice;
 };
 
-/// Calls body with the volume's Field of either type.
+/// Calls body with the volume's VoxelField of either type.
 template <class Body>
 auto with_field(const Volume& volume, const Body& body) {
     if (const auto* v = std::get_if<0>(&volume.voxels))
-        return body(Field<std::int16_t>(v->data(), volume.grid.size));
-    return body(Field<float>(std::get_if<1>(&volume.voxels)->data(), volume.grid.size));
+        return body(VoxelField<std::int16_t>(v->data(), volume.grid.size));
+    return body(VoxelField<float>(std::get_if<1>(&volume.voxels)->data(), volume.grid.size));
 }
 
 }  // namespace pliant::render

@@ -8,20 +8,20 @@
 #include <cmath>
 
 #include "support/random.h"
+#include "volume/layer_stack.h"
 #include "volume/phantom_noise.h"
-#include "volume/phantom_scene.h"
 
 namespace pliant::phantom {
 namespace {
 
-std::vector<std::int16_t> sample(const Scene& scene, const Grid& grid) {
+std::vector<std::int16_t> sample(const LayerStack& stack, const Grid& grid) {
     std::vector<std::int16_t> voxels(voxel_count(grid));
-    sample_scene(scene, grid, TaskArena(1), {}, voxels);
+    sample_layers(stack, grid, TaskArena(1), {}, voxels);
     return voxels;
 }
 
 /// Share of the box around x where the shape is, by a lattice of 24³ points.
-double counted_share(const Field& shape, const Grid& grid, Vec3d x, double width_voxels) {
+double counted_share(const ScalarField& shape, const Grid& grid, Vec3d x, double width_voxels) {
     constexpr int kPoints = 24;
     int inside = 0;
     for (int n = 0; n < kPoints * kPoints * kPoints; ++n) {
@@ -34,13 +34,13 @@ double counted_share(const Field& shape, const Grid& grid, Vec3d x, double width
     return inside / double(kPoints * kPoints * kPoints);
 }
 
-TEST(PhantomScene, APlanesShareOfACubeIsTheCountedOne) {
+TEST(LayerStack, APlanesShareOfACubeIsTheCountedOne) {
     constexpr std::uint64_t kSeed = 1;
     test::Random random(kSeed);
     for (int n = 0; n < 60; ++n) {
         const Vec3d gradient = random.vector(1);
         const double value = random.real(-0.8, 0.8);
-        const Field plane = [=](Vec3d p) { return value + dot(gradient, p); };
+        const ScalarField plane = [=](Vec3d p) { return value + dot(gradient, p); };
         const double counted = counted_share(plane, Grid{}, {0, 0, 0}, 1);
         EXPECT_NEAR(plane_share(value, gradient), counted, 0.01) << "seed " << kSeed << " " << n;
     }
@@ -49,36 +49,36 @@ TEST(PhantomScene, APlanesShareOfACubeIsTheCountedOne) {
     EXPECT_NEAR(plane_share(0.25, {1, 0, 0}), 0.25, 1e-3);
 }
 
-TEST(PhantomScene, AnObliquePlaneGivesEachVoxelItsShare) {
+TEST(LayerStack, AnObliquePlaneGivesEachVoxelItsShare) {
     constexpr std::uint64_t kSeed = 2;
     test::Random random(kSeed);
     for (int n = 0; n < 4; ++n) {
         const Vec3d normal = normalized(random.vector(1));
-        const Field plane = [=](Vec3d p) { return dot(normal, p) - 0.3; };
-        Scene scene;
-        scene.footprint_voxels = n < 2 ? 1 : 2;
-        scene.add(plane, uniform(1000));
+        const ScalarField plane = [=](Vec3d p) { return dot(normal, p) - 0.3; };
+        LayerStack stack;
+        stack.footprint_voxels = n < 2 ? 1 : 2;
+        stack.add(plane, uniform(1000));
         Grid grid{{9, 9, 9}, {0.7, 1.3, 2.1}, {0, 0, 0}, random.rotation(n % 2 == 1)};
         grid.origin_mm = -(grid.direction * Vec3d{2.8, 5.2, 8.4});
-        const auto voxels = sample(scene, grid);
+        const auto voxels = sample(stack, grid);
         for (int k = 0; k < 9; k += 2)
             for (int j = 0; j < 9; j += 2)
                 for (int i = 0; i < 9; i += 2) {
                     const Vec3d x = world_from_voxel(grid, {double(i), double(j), double(k)});
-                    const double share = counted_share(plane, grid, x, scene.footprint_voxels);
+                    const double share = counted_share(plane, grid, x, stack.footprint_voxels);
                     EXPECT_NEAR(voxels[voxel_index(grid, {i, j, k})], kAirHu + 2000 * share, 25)
                         << "seed " << kSeed << ", plane " << n;
                 }
     }
 }
 
-TEST(PhantomScene, ThinSheetsKeepTheirWeight) {
+TEST(LayerStack, ThinSheetsKeepTheirWeight) {
     for (const double thickness_mm : {0.5, 0.8, 1.2, 2.5}) {
-        Scene scene;
-        scene.add([=](Vec3d p) { return std::abs(p.x - 0.13) - 0.5 * thickness_mm; },
+        LayerStack stack;
+        stack.add([=](Vec3d p) { return std::abs(p.x - 0.13) - 0.5 * thickness_mm; },
                   uniform(1000));
         const Grid grid{{16, 4, 4}, {1, 1, 1}, {-7.5, -1.5, -1.5}, kIdentity3};
-        const auto voxels = sample(scene, grid);
+        const auto voxels = sample(stack, grid);
         double weight = 0;
         for (int i = 0; i < 16; ++i)
             weight += (voxels[voxel_index(grid, {i, 2, 2})] - kAirHu) / 2000.0;
@@ -86,12 +86,12 @@ TEST(PhantomScene, ThinSheetsKeepTheirWeight) {
     }
 }
 
-TEST(PhantomScene, TheIsoSurfaceOfAPlaneEdgeIsWhereThePlaneIs) {
-    Scene scene;
+TEST(LayerStack, TheIsoSurfaceOfAPlaneEdgeIsWhereThePlaneIs) {
+    LayerStack stack;
     const Vec3d normal = normalized({1, 0.07, 0.11});
-    scene.add([=](Vec3d p) { return -dot(normal, p); }, uniform(0));
+    stack.add([=](Vec3d p) { return -dot(normal, p); }, uniform(0));
     const Grid grid{{24, 24, 24}, {1, 1, 1}, {-11.5, -11.5, -11.5}, kIdentity3};
-    const auto voxels = sample(scene, grid);
+    const auto voxels = sample(stack, grid);
     for (int k = 0; k < 24; ++k)
         for (int j = 0; j < 24; ++j)
             for (int i = 0; i + 1 < 24; ++i) {
@@ -104,12 +104,12 @@ TEST(PhantomScene, TheIsoSurfaceOfAPlaneEdgeIsWhereThePlaneIs) {
             }
 }
 
-TEST(PhantomScene, LaterLayersCoverEarlierOnes) {
-    Scene scene;
-    scene.add([](Vec3d p) { return sphere(p, {0, 0, 0}, 9); }, uniform(40));
-    scene.add([](Vec3d p) { return sphere(p, {0, 0, 0}, 5); }, uniform(700));
+TEST(LayerStack, LaterLayersCoverEarlierOnes) {
+    LayerStack stack;
+    stack.add([](Vec3d p) { return sphere(p, {0, 0, 0}, 9); }, uniform(40));
+    stack.add([](Vec3d p) { return sphere(p, {0, 0, 0}, 5); }, uniform(700));
     const Grid grid{{41, 41, 41}, {0.5, 0.5, 0.5}, {-10, -10, -10}, kIdentity3};
-    const auto voxels = sample(scene, grid);
+    const auto voxels = sample(stack, grid);
     for (std::size_t n = 0; n < voxels.size(); ++n) {
         const Vec3i at{int(n % 41), int(n / 41 % 41), int(n / 41 / 41)};
         const double r = norm(world_from_voxel(grid, {double(at.x), double(at.y), double(at.z)}));
@@ -124,7 +124,7 @@ TEST(PhantomScene, LaterLayersCoverEarlierOnes) {
 }
 
 /// A point between a and b where the sign changes. @pre it does
-Vec3d surface_between(const Field& distance, Vec3d a, Vec3d b) {
+Vec3d surface_between(const ScalarField& distance, Vec3d a, Vec3d b) {
     const bool inside = distance(a) < 0;
     for (int n = 0; n < 40; ++n) {
         const Vec3d middle = 0.5 * (a + b);
@@ -133,7 +133,7 @@ Vec3d surface_between(const Field& distance, Vec3d a, Vec3d b) {
     return a;
 }
 
-TEST(PhantomScene, NoSurfaceIsNearerThanItsDistanceSays) {
+TEST(LayerStack, NoSurfaceIsNearerThanItsDistanceSays) {
     constexpr std::uint64_t kSeed = 5;
     test::Random random(kSeed);
     const std::pair<const char*, Model> models[] = {
@@ -142,7 +142,7 @@ TEST(PhantomScene, NoSurfaceIsNearerThanItsDistanceSays) {
         {"vessel", make_vessel_model()}, {"knee", make_knee_model()}};
     for (const auto& [name, model] : models) {
         std::size_t number = 0, found = 0;
-        for (const Layer& layer : model.scene.layers) {
+        for (const Layer& layer : model.stack.layers) {
             double steepest = 0;
             for (int n = 0; n < 1500; ++n) {
                 const Vec3d a = random.vector(0.5 * model.extent_mm.x);
