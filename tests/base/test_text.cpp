@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 
 namespace pliant {
 namespace {
@@ -30,6 +31,22 @@ TEST(Text, NumbersAreWrittenSoThatTheyReadBackTheSame) {
     for (const double number : {0.1, -1.0 / 3, 1e-300, 6.02e23, 0.0, 1.5625})
         EXPECT_EQ(number_from(text_of(number)), number);
     EXPECT_EQ(text_of(0.1), "0.1");
+}
+
+TEST(Text, NumbersHaveTheDigitsOfPrintf) {
+    EXPECT_EQ(short_text(1234567.0), "1.23457e+06");
+    EXPECT_EQ(short_text(0.0625, 2), "0.062");
+    EXPECT_EQ(fixed_text(2.5, 0), "2");  // half to even
+    EXPECT_EQ(fixed_text(-0.001, 2), "-0.00");
+    EXPECT_EQ(fixed_text(1e300, 1), "1.0e+300");
+    for (const double number : {0.1, -1.0 / 3, 1e-300, 6.02e23, 1.5625})
+        for (int digits = 1; digits < 9; ++digits) {
+            char general[64], fixed[64];
+            std::snprintf(general, sizeof general, "%.*g", digits, number);
+            std::snprintf(fixed, sizeof fixed, "%.*f", digits, number);
+            EXPECT_EQ(short_text(number, digits), general);
+            EXPECT_EQ(fixed_text(number, digits), fixed);
+        }
 }
 
 TEST(Text, WhatIsShownOfADamagedFileIsShortAndPrintable) {

@@ -85,29 +85,7 @@ bool parse_as(std::string_view text, std::byte* out) {
 
 bool parse_number(Component type, std::string_view text, std::byte* out) {
     if (text.starts_with('+')) text.remove_prefix(1);
-    switch (type) {
-        case Component::Int8:
-            return parse_as<std::int8_t>(text, out);
-        case Component::UInt8:
-            return parse_as<std::uint8_t>(text, out);
-        case Component::Int16:
-            return parse_as<std::int16_t>(text, out);
-        case Component::UInt16:
-            return parse_as<std::uint16_t>(text, out);
-        case Component::Int32:
-            return parse_as<std::int32_t>(text, out);
-        case Component::UInt32:
-            return parse_as<std::uint32_t>(text, out);
-        case Component::Int64:
-            return parse_as<std::int64_t>(text, out);
-        case Component::UInt64:
-            return parse_as<std::uint64_t>(text, out);
-        case Component::Float32:
-            return parse_as<float>(text, out);
-        case Component::Float64:
-            return parse_as<double>(text, out);
-    }
-    return false;
+    return with_type(type, [&]<class T>(T) { return parse_as<T>(text, out); });
 }
 
 }  // namespace

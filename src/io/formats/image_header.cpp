@@ -34,11 +34,6 @@ std::string_view name_of(Component component) {
     return kNames[int(component)];
 }
 
-std::size_t size_of(Component component) {
-    constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
-    return kSizes[int(component)];
-}
-
 void note_lean(const Grid& grid, std::vector<std::string>& notes) {
     constexpr double kRounding = 1e-4;  // of numbers with five digits
     constexpr double kDegrees = 57.29577951308232;

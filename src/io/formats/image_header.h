@@ -17,18 +17,17 @@
 #include <string_view>
 #include <vector>
 
+#include "base/number_type.h"
 #include "volume/grid_limits.h"
 
 namespace pliant {
 
 enum class ImageFormat { Nrrd, MetaImage, Nifti, Vti, Vtk };
 
-/// Type of a stored number.
-enum class Component { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64 };
+using Component = NumberType;  ///< of a stored number
 
 std::string_view name_of(ImageFormat format);
 std::string_view name_of(Component component);
-std::size_t size_of(Component component);
 
 enum class DataEncoding {
     Raw,

@@ -158,29 +158,8 @@ void rescale(const DataLocation& data, const std::vector<double>& piece, std::si
 /// Adds a piece of stored numbers, with slope and intercept applied.
 void add_rescaled(const ImageHeader& header, const std::vector<double>& piece, std::size_t count,
                   VoxelBuilder& voxels, std::vector<double>& scaled) {
-    const auto with = [&]<class T>(T) { rescale<T>(header.data, piece, count, voxels, scaled); };
-    switch (header.stored) {
-        case Component::Int8:
-            return with(std::int8_t());
-        case Component::UInt8:
-            return with(std::uint8_t());
-        case Component::Int16:
-            return with(std::int16_t());
-        case Component::UInt16:
-            return with(std::uint16_t());
-        case Component::Int32:
-            return with(std::int32_t());
-        case Component::UInt32:
-            return with(std::uint32_t());
-        case Component::Int64:
-            return with(std::int64_t());
-        case Component::UInt64:
-            return with(std::uint64_t());
-        case Component::Float32:
-            return with(float());
-        case Component::Float64:
-            return with(double());
-    }
+    with_type(header.stored,
+              [&]<class T>(T) { rescale<T>(header.data, piece, count, voxels, scaled); });
 }
 
 /// Stream of the numbers of one image in a file with one or several.

@@ -92,28 +92,7 @@ void VoxelBuilder::add_values(const T* values, std::size_t count) {
 }
 
 void VoxelBuilder::add(Component component, const void* values, std::size_t count) {
-    switch (component) {
-        case Component::Int8:
-            return add_values(static_cast<const std::int8_t*>(values), count);
-        case Component::UInt8:
-            return add_values(static_cast<const std::uint8_t*>(values), count);
-        case Component::Int16:
-            return add_values(static_cast<const std::int16_t*>(values), count);
-        case Component::UInt16:
-            return add_values(static_cast<const std::uint16_t*>(values), count);
-        case Component::Int32:
-            return add_values(static_cast<const std::int32_t*>(values), count);
-        case Component::UInt32:
-            return add_values(static_cast<const std::uint32_t*>(values), count);
-        case Component::Int64:
-            return add_values(static_cast<const std::int64_t*>(values), count);
-        case Component::UInt64:
-            return add_values(static_cast<const std::uint64_t*>(values), count);
-        case Component::Float32:
-            return add_values(static_cast<const float*>(values), count);
-        case Component::Float64:
-            return add_values(static_cast<const double*>(values), count);
-    }
+    with_type(component, [&]<class T>(T) { add_values(static_cast<const T*>(values), count); });
 }
 
 Voxels VoxelBuilder::finish(std::vector<std::string>& notes) {

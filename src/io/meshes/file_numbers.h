@@ -14,8 +14,10 @@
 #include <cstring>
 #include <new>
 #include <optional>
+#include <type_traits>
 
 #include "base/memory_budget.h"
+#include "base/number_type.h"
 
 namespace pliant::mesh {
 
@@ -89,23 +91,6 @@ class TextCursor {
     std::string_view m_text;
 };
 
-enum class NumberType {
-    Int8,
-    UInt8,
-    Int16,
-    UInt16,
-    Int32,
-    UInt32,
-    Int64,
-    UInt64,
-    Float32,
-    Float64
-};
-
-constexpr std::size_t size_of(NumberType type) {
-    constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
-    return kSizes[std::size_t(type)];
-}
 /// Type by VTK's XML names (Float32, …), VTK's legacy names (float, vtktypeint64, …) and PLY's
 /// (uchar, float32, …).
 std::optional<NumberType> number_type(std::string_view name);
@@ -125,35 +110,13 @@ To number_at(const char* bytes, NumberType type, bool swap) {
     const auto whole = [](double value) {
         return value >= 0 && value < 9e15 ? std::int64_t(value) : std::int64_t(-1);
     };
-    const auto real = [&](auto value) {
-        if constexpr (std::is_same_v<To, double>)
-            return double(value);
+    return with_type(type, [&]<class T>(T) {
+        const T value = value_at<T>(bytes, swap);
+        if constexpr (std::is_integral_v<T> || std::is_same_v<To, double>)
+            return To(value);
         else
             return whole(double(value));
-    };
-    switch (type) {
-        case NumberType::Int8:
-            return To(value_at<std::int8_t>(bytes, swap));
-        case NumberType::UInt8:
-            return To(value_at<std::uint8_t>(bytes, swap));
-        case NumberType::Int16:
-            return To(value_at<std::int16_t>(bytes, swap));
-        case NumberType::UInt16:
-            return To(value_at<std::uint16_t>(bytes, swap));
-        case NumberType::Int32:
-            return To(value_at<std::int32_t>(bytes, swap));
-        case NumberType::UInt32:
-            return To(value_at<std::uint32_t>(bytes, swap));
-        case NumberType::Int64:
-            return To(value_at<std::int64_t>(bytes, swap));
-        case NumberType::UInt64:
-            return To(value_at<std::uint64_t>(bytes, swap));
-        case NumberType::Float32:
-            return real(value_at<float>(bytes, swap));
-        case NumberType::Float64:
-            return real(value_at<double>(bytes, swap));
-    }
-    return To{};
+    });
 }
 
 template <class To>
