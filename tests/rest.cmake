@@ -165,3 +165,8 @@ if(PLIANT_BUILD_APP)
                 LIBRARIES nlohmann_json::nlohmann_json)
     add_subdirectory(mutate)
 endif()
+# The longest begin first, so that no processor waits for one at the end.
+set_tests_properties(hub PROPERTIES COST 200)
+if(TARGET test_documents)
+    set_tests_properties(apps documents PROPERTIES COST 100)
+endif()
