@@ -327,9 +327,10 @@ say_what_was_missed() {
 
 # The last lines of each ctest run, the ordinary build's at the end.
 closing_lines() {
-    local preset
-    for preset in tsan asan clang gcc; do
-        [[ $preset == ?san && $sanitize == no ]] ||
-            sed -n "s/^[0-9]*% tests passed.*/$preset: &/p" "$root/build/$preset-ctest.log"
+    local preset presets=(gcc)
+    [[ $all == no ]] || presets=(clang gcc)
+    [[ $sanitize == no ]] || presets=(tsan asan "${presets[@]}")
+    for preset in "${presets[@]}"; do
+        sed -n "s/^[0-9]*% tests passed.*/$preset: &/p" "$root/build/$preset-ctest.log"
     done | sed '$ s/^gcc: //'
 }
