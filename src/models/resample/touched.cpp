@@ -7,6 +7,8 @@
 #include <array>
 #include <functional>
 
+#include "field/cell_block.h"
+
 namespace pliant {
 namespace {
 
