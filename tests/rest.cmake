@@ -163,6 +163,7 @@ add_subdirectory(fuzz)
 if(PLIANT_BUILD_APP)
     pliant_test(mutate SOURCES child.cpp judge.cpp mutations.cpp test_judge.cpp test_mutations.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
+    pliant_long(mutate test_mutate)
     add_subdirectory(mutate)
 endif()
 # The longest begin first, so that no processor waits for one at the end.

@@ -111,6 +111,7 @@ test_short() {
 # The tests that test_short leaves out.
 test_long() {
     export PLIANT_EACH_TEST=1
+    compile gcc --target long_tests
     run_ctest gcc --label-regex long
     GTEST_FILTER="$(long_tests)" run_ctest gcc --label-exclude 'long|research'
 }
@@ -124,7 +125,7 @@ test_research() {
 
 compile_and_test() { # PRESET [CMake arguments…]
     configure "$@" -DPLIANT_BUILD_TESTS=ON
-    compile "$1"
+    compile "$1" --target all long_tests
     PLIANT_EACH_TEST=1 run_ctest "$1"
 }
 

@@ -52,7 +52,7 @@ test_module() {
     export PYTHONPATH=$module MYPYPATH=$module PYTHONDONTWRITEBYTECODE=1
     unless_passed python "${inputs[@]}" -- env -C "$root/python/tests" \
         "$python" -m pytest -q -p no:cacheprovider --ignore=large --durations=8 -n "$(nproc)" \
-        $(long_python_tests | sed "s/^/--ignore=/") .
+        $(long_python_tests | sed "s#^#--deselect=python/tests/#") .
     unless_passed python-types "${inputs[@]}" -- env -C "$root/python/tests" \
         "$python" -m mypy --strict --cache-dir="$root/build/mypy" -p pliant
     unless_passed python-use-types "${inputs[@]}" -- env -C "$root/python/tests" \

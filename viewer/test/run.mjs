@@ -25,9 +25,9 @@ const wanted = process.argv
 const all = (await readdir(here))
     .filter((name) => name.startsWith(`${kind}_`))
     .filter((name) => !wanted.length || wanted.includes(name));
-const short = ['test_page.ts', 'test_tissue.ts', 'test_picture.ts', 'test_catheter.ts'];
+const short = ['test_page.ts', 'test_tissue.ts', 'test_picture.ts'];
 const opensBrowser = async (name) =>
-    (await readFile(join(here, name), 'utf8')).includes("'./browser.ts'");
+    /'\.\/(browser|one_page)\.ts'/.test(await readFile(join(here, name), 'utf8'));
 const files = [];
 for (const name of all)
     if (!process.argv.includes('--short') || short.includes(name) || !(await opensBrowser(name)))
