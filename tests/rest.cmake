@@ -60,7 +60,7 @@ pliant_test(truth
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
-            test_tet_wire.cpp test_wire.cpp)
+            test_wire.cpp)
 pliant_test(vessel
     SOURCES ../support/count_allocations.cpp test_given_wall.cpp test_out_of_memory.cpp
             test_soundness.cpp test_wall.cpp)

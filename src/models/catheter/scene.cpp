@@ -107,19 +107,7 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
         return s.error();
     CatheterSettings settings = wanted;
     settings.sub_steps = catheter::sub_steps_of(wall, wanted);
-    auto parts = catheter::parts_of(wall, settings.wall);
-    if (!parts) return invalid("wall: " + parts.error().message);
-    auto body =
-        PbdBody::create(std::move(*parts),
-                        {.time_step = settings.time_step_s / settings.sub_steps,
-                         .sub_steps = 1,
-                         .iterations = settings.wall.iterations,
-                         .gravity = settings.wall.gravity_mm_s2,
-                         .damping = settings.wall.damping_per_s,
-                         .method = settings.wall.model == WallModel::Solid ? PbdMethod::Compliance
-                                                                           : PbdMethod::Stiffness,
-                         .alternates = settings.wall.alternates,
-                         .repacks = settings.local});
+    auto body = catheter::body_of(wall, settings);
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;
     if (settings.local && settings.wall.model != WallModel::Rigid) {
@@ -199,7 +187,7 @@ CatheterMeasures CatheterScene::measures() const noexcept {
         for (std::size_t n = 0; n < rest.size(); ++n)
             m.wall_moved_mm = std::max(m.wall_moved_mm, norm(position(std::int32_t(n)) - rest[n]));
         m.wall_energy_mj = i.wall_energy(position) / kNanojoulesPerMillijoule;
-        m.inverted = i.wire.inverted() + i.inverted_in_wall(position);
+        m.inverted = i.inverted_in_wall(position);
         m.volume = pbd::volume_change_of(i.body.parts(), position);
     });
     return m;
@@ -207,8 +195,8 @@ CatheterMeasures CatheterScene::measures() const noexcept {
 
 std::int64_t CatheterScene::inverted_tetrahedra() const noexcept {
     const Impl& i = *m_impl;
-    std::int64_t inverted = i.wire.inverted();
-    i.with_positions([&](const auto& position) { inverted += i.inverted_in_wall(position); });
+    std::int64_t inverted = 0;
+    i.with_positions([&](const auto& position) { inverted = i.inverted_in_wall(position); });
     return inverted;
 }
 
@@ -223,9 +211,6 @@ Vec3d CatheterScene::tip_mm() const {
 }
 Rotation CatheterScene::tip_frame() const {
     return m_impl->wire.tip_frame();
-}
-TetMesh CatheterScene::catheter_mesh() const {
-    return m_impl->wire.mesh();
 }
 std::vector<Vec3d> CatheterScene::wall_positions() const {
     std::vector<Vec3d> positions(std::size_t(m_impl->body.particle_count()));

@@ -16,7 +16,7 @@ struct CatheterState {
     double inserted = 0, rotated = 0, depth = 0, sub_step_s = 0;
     std::int64_t steps = 0;
     std::int32_t awake = 0;
-    std::unique_ptr<catheter::Wire> wire;
+    catheter::RodWire wire;
     std::vector<Vec3d> positions, velocities;
     std::vector<std::int32_t> boxes;
 
@@ -26,7 +26,7 @@ struct CatheterState {
             state.value(*v);
         state.whole(steps);
         state.whole(awake);
-        wire->exchange(state);
+        wire.exchange(state);
         state.positions(positions);
         state.positions(velocities);
         state.wholes_to_the_end(boxes);
@@ -44,7 +44,7 @@ std::vector<double> CatheterScene::state() const {
                         .sub_step_s = i.now.pace.wanted_s(),
                         .steps = i.now.steps,
                         .awake = i.now.awake,
-                        .wire = i.wire.copy(),
+                        .wire = i.wire,
                         .positions = i.is_rigid() ? std::vector<Vec3d>() : wall_positions(),
                         .velocities = {},
                         .boxes = {}};
@@ -71,7 +71,7 @@ Status CatheterScene::put(std::span<const double> numbers) {
     Impl& i = *m_impl;
     const auto count = i.is_rigid() ? 0 : std::size_t(i.body.particle_count());
     CatheterState state{.command = {},
-                        .wire = i.wire.copy(),
+                        .wire = i.wire,
                         .positions = std::vector<Vec3d>(count),
                         .velocities = std::vector<Vec3d>(count),
                         .boxes = {}};
@@ -88,7 +88,7 @@ Status CatheterScene::put(std::span<const double> numbers) {
         if (const Status s = i.boxes->restore(state.boxes, i.body); !s.ok()) return s;
     // The rest can't fail.
     if (!i.is_rigid()) PbdRollback::put_all(i.body, state.positions, state.velocities);
-    i.wire.assign(*state.wire);
+    i.wire = state.wire;
     i.command = state.command;
     i.now.pace.set_wanted_s(state.sub_step_s);
     i.now.inserted = state.inserted;

@@ -14,10 +14,6 @@ using V = VesselFile;
 using A = VesselAct;
 
 constexpr Setting<C> kCatheter[] = {
-    setting<&C::catheter, &Shape::model>({.table = "catheter",
-                                          .name = "model",
-                                          .choices = "rod|tetrahedra",
-                                          .text = "a Cosserat rod, or a body of tetrahedra"}),
     setting<&C::catheter, &Shape::length_mm>({.table = "catheter",
                                               .name = "length_mm",
                                               .unit = "mm",
