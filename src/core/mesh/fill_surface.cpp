@@ -23,13 +23,11 @@ constexpr double kTooFew = 24;        ///< tetrahedra of which no organ consists
 constexpr Setting<FillSettings> kRows[] = {
     setting<&FillSettings::cell_mm>({.name = "cell_mm",
                                      .unit = "mm",
-                                     .low = 0,
-                                     .high = 1000,
+                                     .range = {0, 1000},
                                      .text = "edge of the lattice's cubes; 0: so that there are "
                                              "about as many tetrahedra as wanted"}),
     setting<&FillSettings::tetrahedra>({.name = "tetrahedra",
-                                        .low = kTooFew,
-                                        .high = 10'000'000,
+                                        .range = {kTooFew, 10'000'000},
                                         .text = "approximate number, without cell_mm"}),
 };
 
