@@ -16,8 +16,8 @@ pliant_test(base
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
-    SOURCES test_check_volume.cpp test_layer_stack.cpp test_phantom.cpp test_sample_linear.cpp
-            test_scan_values.cpp test_slices.cpp test_voxel_array.cpp)
+    SOURCES test_layer_stack.cpp test_phantom.cpp test_sample_linear.cpp test_scan_values.cpp
+            test_slices.cpp test_volume.cpp test_voxel_array.cpp)
 pliant_test(formats
     SOURCES ../support/scan_files.cpp ../../src/io/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp

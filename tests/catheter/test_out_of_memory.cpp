@@ -3,7 +3,7 @@
 
 // Each allocation of a step, a restore and a create fails once: the call returns an error, the
 // scene is as before to the bit, and goes on as its twin does that nothing happened to.
-// Covers: catheter/scene.cpp, catheter/vessel_file.cpp, catheter/vessel_scan.cpp.
+// Covers: catheter/scene.cpp, catheter/vessel_file.cpp, catheter/carried_scan.cpp.
 
 #include <pliant/models/catheter.h>
 #include <pliant/models/scene_files.h>

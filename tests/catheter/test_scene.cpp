@@ -3,7 +3,7 @@
 
 // Catheters in bent tubes: how deep they are is asked of all triangles, one by one.
 // Covers: catheter/reach.cpp, catheter/settings_rows.cpp, scene_files/vessel_phantom.cpp,
-// catheter/vessel_script.cpp, catheter/way_pilot.cpp.
+// catheter/vessel_script.cpp.
 
 #include <pliant/models/catheter.h>
 #include <pliant/models/scene_files.h>
