@@ -88,7 +88,7 @@ set(PLIANT_HOUSE
     "  11 network      HTTP, WebSocket, TLS, links, uploads and downloads; the server"
     "research          published methods, to compare with; results/: papers' figures"
     "  8 chains        published orderings, ChainMail on graphs and between objects"
-    "  8 rods          Cosserat rods solved directly, their contact with a vessel; overlaps"
+    "  8 rods          rods solved directly, a catheter of tetrahedra, contact with a vessel"
     "  8 networks      springs by projective dynamics, with new positions; touched triangles"
     "  8 ranks         finite elements shared by processes, each with a slab of the lattice")
 
@@ -110,7 +110,7 @@ set(PLIANT_PUBLIC_HEADERS
     "network   serve pliant"
     "chains    research/graph research/objects research/orderings"
     "ranks     research/ranks"
-    "rods      research/overlap research/rod"
+    "rods      research/overlap research/rod research/tet_catheter"
     "networks  research/spring_probe research/springs")
 
 # Adds to a list of wings those that they need, and puts the list in order. Other names stay out.

@@ -16,8 +16,8 @@ pliant_test(base
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
-    SOURCES test_check_volume.cpp test_layer_stack.cpp test_phantom.cpp test_sample_linear.cpp
-            test_scan_values.cpp test_slices.cpp test_voxel_array.cpp)
+    SOURCES test_layer_stack.cpp test_phantom.cpp test_sample_linear.cpp test_scan_values.cpp
+            test_slices.cpp test_volume.cpp test_voxel_array.cpp)
 pliant_test(formats
     SOURCES ../support/scan_files.cpp ../../src/io/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
@@ -60,7 +60,7 @@ pliant_test(truth
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
-            test_tet_wire.cpp test_wire.cpp)
+            test_wire.cpp)
 pliant_test(vessel
     SOURCES ../support/count_allocations.cpp test_given_wall.cpp test_out_of_memory.cpp
             test_soundness.cpp test_wall.cpp)

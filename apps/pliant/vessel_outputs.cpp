@@ -112,18 +112,12 @@ Status Frames::add(const CatheterScene& scene) {
     const std::vector<Vec3d> inside(wire.begin() + std::ptrdiff_t(first), wire.end());
     std::vector<std::int32_t> line;
     for (std::size_t n = 0; n < inside.size(); ++n) line.push_back(std::int32_t(n));
-    if (const TetMesh body = scene.catheter_mesh(); !body.cells.empty()) {
-        m_body.push_back({time, name("tetrahedra", ".vtu")});
-        if (const Status s = write_vtu(m_folder / m_body.back().file, body, {}); !s) return s;
-    }
     return write_lines(m_folder / m_catheter.back().file, inside, {&line, 1});
 }
 
 Status Frames::close() {
     if (const Status s = write_pvd(m_folder / "wall.pvd", m_wall); !s) return s;
     if (const Status s = write_pvd(m_folder / "ghost.pvd", m_ghost); !s) return s;
-    if (!m_body.empty())
-        if (const Status s = write_pvd(m_folder / "tetrahedra.pvd", m_body); !s) return s;
     return write_pvd(m_folder / "catheter.pvd", m_catheter);
 }
 

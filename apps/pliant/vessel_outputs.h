@@ -38,8 +38,7 @@ class TextFile {
 std::string csv_names();
 std::string csv_line(const CatheterMeasures& measures);
 
-/// A folder of frames: wall_….vtu, ghost_….vtp, catheter_….vtp, for a catheter of tetrahedra also
-/// tetrahedra_….vtu, and a .pvd for each.
+/// A folder of frames: wall_….vtu, ghost_….vtp, catheter_….vtp, and a .pvd for each.
 class Frames {
   public:
     /// @returns Unwritable
@@ -49,7 +48,7 @@ class Frames {
 
   private:
     std::filesystem::path m_folder;
-    std::vector<SeriesFile> m_wall, m_ghost, m_catheter, m_body;
+    std::vector<SeriesFile> m_wall, m_ghost, m_catheter;
 };
 
 /// Picture of the inner wall, translucent, in the colours of its displacement, and of the catheter

@@ -87,10 +87,6 @@ HexMesh hex_mesh(const HexLattice& lattice);
 /// Splits each cell into six tetrahedra around the diagonal from corner 0 to corner 6, so that
 /// neighbours conform.
 TetMesh tet_mesh(const HexLattice& lattice);
-/// A sheet in the plane z = 0 where each inner node has six neighbours [Choi2004, 4.1]: rows of
-/// equilateral triangles, every second row shifted by half of a side.
-/// @pre columns, rows ≥ 2
-TriangleMesh triangle_sheet(int columns, int rows, double side_mm);
 
 /// One of a hexahedron's six quadrilaterals; see the drawing.
 struct HexFace {

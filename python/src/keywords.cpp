@@ -69,7 +69,7 @@ std::string replaced(std::string_view text, std::string_view mark, const std::st
 
 Keyword keyword_of(const SettingInfo& row, const SettingValue& value) {
     std::string range(row.unit);
-    if (row.choices.empty() && (std::isfinite(row.low) || std::isfinite(row.high)))
+    if (row.choices.empty() && (std::isfinite(row.range.low) || std::isfinite(row.range.high)))
         range = expected_of(row);
     std::string text(row.text);
     if (!range.empty()) text += " [" + range + "]";

@@ -484,9 +484,6 @@ void bind_scene(nb::module_& m) {
             "3 x 3 matrix whose columns are the tip's axes: the third points ahead, the tip bends "
             "about the first two.")
         .def_prop_ro(
-            "catheter_mesh", [](const P& p) { return p.scene.catheter_mesh(); },
-            "The catheter as a TetMesh, with the part in the guide. Empty for a rod.")
-        .def_prop_ro(
             "wall_positions", [](const P& p) { return points_of(p.scene.wall_positions()); },
             nb::sig("def wall_positions(self, /) -> numpy.typing.NDArray[numpy.float64]"),
             "Nodes of the wall (n, 3), in the order of wall.mesh [mm, LPS].")

@@ -9,7 +9,7 @@
 
 #include <functional>
 
-#include "chainmail/cut_search.h"
+#include "chainmail/cut.h"
 #include "chains/objects_contact.h"
 
 namespace pliant {

@@ -19,29 +19,33 @@ namespace {
 using R = RodSettings;
 
 constexpr Setting<R> kRod[] = {
-    setting<&R::segments>({.name = "segments", .low = 1, .high = 1e6, .text = "rigid segments"}),
+    setting<&R::segments>({.name = "segments", .range = {1, 1e6}, .text = "rigid segments"}),
     setting<&R::length>(
-        {.name = "length", .low = 0, .above_low = true, .text = "of the whole rod"}),
-    setting<&R::mass>({.name = "mass", .low = 0, .above_low = true, .text = "of the whole rod"}),
+        {.name = "length", .range = {.low = 0}, .above_low = true, .text = "of the whole rod"}),
+    setting<&R::mass>(
+        {.name = "mass", .range = {.low = 0}, .above_low = true, .text = "of the whole rod"}),
     setting<&R::bend_stiffness>(
-        {.name = "bend_stiffness", .low = 0, .above_low = true, .text = "EI"}),
+        {.name = "bend_stiffness", .range = {.low = 0}, .above_low = true, .text = "EI"}),
     setting<&R::twist_stiffness>(
-        {.name = "twist_stiffness", .low = 0, .above_low = true, .text = "GJ"}),
+        {.name = "twist_stiffness", .range = {.low = 0}, .above_low = true, .text = "GJ"}),
     setting<&R::stretch_stiffness>(
-        {.name = "stretch_stiffness", .low = 0, .above_low = true, .text = "EA"}),
+        {.name = "stretch_stiffness", .range = {.low = 0}, .above_low = true, .text = "EA"}),
     setting<&R::shear_stiffness>(
-        {.name = "shear_stiffness", .low = 0, .above_low = true, .text = "GA"}),
+        {.name = "shear_stiffness", .range = {.low = 0}, .above_low = true, .text = "GA"}),
     setting<&R::tip_segments>(
-        {.name = "tip_segments", .low = 0, .high = 1e6, .text = "segments that steering bends"}),
+        {.name = "tip_segments", .range = {0, 1e6}, .text = "segments that steering bends"}),
     setting<&R::base>({.name = "base", .text = "position of its first end"}),
-    setting<&R::time_step>(
-        {.name = "time_step", .low = 0, .above_low = true, .text = "duration of a step"}),
-    setting<&R::sub_steps>({.name = "sub_steps", .low = 1, .text = "sub-steps of a step"}),
+    setting<&R::time_step>({.name = "time_step",
+                            .range = {.low = 0},
+                            .above_low = true,
+                            .text = "duration of a step"}),
+    setting<&R::sub_steps>(
+        {.name = "sub_steps", .range = {.low = 1}, .text = "sub-steps of a step"}),
     setting<&R::iterations>(
-        {.name = "iterations", .low = 1, .text = "Newton iterations in a sub-step"}),
+        {.name = "iterations", .range = {.low = 1}, .text = "Newton iterations in a sub-step"}),
     setting<&R::gravity>({.name = "gravity", .text = "acceleration of all segments"}),
     setting<&R::damping>({.name = "damping",
-                          .low = 0,
+                          .range = {.low = 0},
                           .text = "of velocities [1/time]; at most one over the sub-step"}),
 };
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Where outputs go: streams and links, all of a command or none, every format that --help promises.
-// Covers: pliant/*output*.cpp, base/output_stream.cpp.
+// Covers: pliant/*output*.cpp, base/staged_files.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>

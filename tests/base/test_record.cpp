@@ -34,23 +34,19 @@ struct Spoon {
 
 constexpr Setting<Spoon> kRows[] = {
     setting<&Spoon::handle, &Handle::length_mm>(
-        {.table = "handle", .name = "length_mm", .unit = "mm", .low = 0, .high = 500}),
-    setting<&Spoon::depth_mm>({.table = "bowl",
-                               .name = "depth_mm",
-                               .unit = "mm",
-                               .low = 0,
-                               .high = 50,
-                               .above_low = true}),
-    setting<&Spoon::teeth>({.table = "bowl", .name = "teeth", .low = 0, .high = 5}),
-    setting<&Spoon::number>({.table = "bowl", .name = "number", .low = 1}),
+        {.table = "handle", .name = "length_mm", .unit = "mm", .range = {0, 500}}),
+    setting<&Spoon::depth_mm>(
+        {.table = "bowl", .name = "depth_mm", .unit = "mm", .range = {0, 50}, .above_low = true}),
+    setting<&Spoon::teeth>({.table = "bowl", .name = "teeth", .range = {0, 5}}),
+    setting<&Spoon::number>({.table = "bowl", .name = "number", .range = {.low = 1}}),
     setting<&Spoon::pierced>({.table = "bowl", .name = "pierced"}),
     setting<&Spoon::left>(
         {.table = "bowl", .key = "hand", .name = "left", .choices = "right|left"}),
     setting<&Spoon::finish>({.table = "bowl", .name = "finish", .choices = "matt|gloss"}),
     setting<&Spoon::metal>({.table = "bowl", .name = "metal", .choices = "steel|silver|tin"}),
-    setting<&Spoon::price>({.table = "bowl", .name = "price", .unit = "EUR", .low = 0}),
-    setting<&Spoon::axes>({.table = "bowl", .name = "axes", .low = 0, .high = 2}),
-    setting<&Spoon::stamps>({.table = "bowl", .name = "stamps", .low = -9, .high = 9}),
+    setting<&Spoon::price>({.table = "bowl", .name = "price", .unit = "EUR", .range = {.low = 0}}),
+    setting<&Spoon::axes>({.table = "bowl", .name = "axes", .range = {0, 2}}),
+    setting<&Spoon::stamps>({.table = "bowl", .name = "stamps", .range = {-9, 9}}),
     setting<&Spoon::curve_mm>({.table = "bowl", .name = "curve_mm", .unit = "mm"}),
 };
 constexpr SettingRows<Spoon> kSpoon = kRows;
@@ -120,7 +116,7 @@ TEST(Record, MistakesNameFieldAndExpectation) {
 
 TEST(Record, RangesAreWrittenAsPeopleWriteThem) {
     const auto text = [](double low, double high) {
-        return expected_of({.name = "x", .unit = "Pa", .low = low, .high = high});
+        return expected_of({.name = "x", .unit = "Pa", .range = {low, high}});
     };
     EXPECT_EQ(text(1, 1e9), "1 to 1e9 Pa");
     EXPECT_EQ(text(1e-4, 1e5), "0.0001 to 100000 Pa");

@@ -19,9 +19,10 @@ namespace {
 using catheter::Chain;
 using Rows = std::vector<std::vector<double>>;
 
+constexpr std::size_t kSize = 6;
+
 /// Σ v vᵀ of random vectors over two neighbouring blocks each, plus a small multiple of the
 /// identity.
-template <std::size_t kSize>
 Rows random_matrix(std::size_t count, Random& random) {
     const std::size_t all = kSize * count;
     Rows m(all, std::vector<double>(all, 0));
@@ -58,9 +59,8 @@ std::vector<double> solved(Rows m, std::vector<double> right) {
 }
 
 /// Clears the part below the diagonal, which the solver ignores.
-template <std::size_t kSize>
-Chain<kSize> chain_of(const Rows& m, const std::vector<double>& right) {
-    Chain<kSize> chain;
+Chain<6> chain_of(const Rows& m, const std::vector<double>& right) {
+    Chain<6> chain;
     const std::size_t count = right.size() / kSize;
     chain.reset(count);
     for (std::size_t i = 0; i < count; ++i)
@@ -75,16 +75,15 @@ Chain<kSize> chain_of(const Rows& m, const std::vector<double>& right) {
     return chain;
 }
 
-template <std::size_t kSize>
 void expect_solved(std::uint64_t seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
     const auto count = std::size_t(random.whole(1, 9));
-    const Rows m = random_matrix<kSize>(count, random);
+    const Rows m = random_matrix(count, random);
     std::vector<double> right(kSize * count);
     for (double& b : right) b = random.real(-1, 1);
     const auto expected = solved(m, right);
-    Chain<kSize> chain = chain_of<kSize>(m, right), plain = chain;
+    Chain<6> chain = chain_of(m, right), plain = chain;
     chain.solve();
     catheter::solve_chain_plain(plain.diagonal.data(), plain.upper.data(), count);
     double size = 0;
@@ -98,10 +97,7 @@ void expect_solved(std::uint64_t seed) {
 }
 
 TEST(Chain, IsSolvedAsTheWholeMatrixIs) {
-    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-        expect_solved<6>(seed);
-        expect_solved<12>(seed);
-    }
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) expect_solved(seed);
 }
 
 TEST(Chain, PartsAreAddedByTheirPlace) {

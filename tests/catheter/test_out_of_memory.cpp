@@ -3,7 +3,7 @@
 
 // Each allocation of a step, a restore and a create fails once: the call returns an error, the
 // scene is as before to the bit, and goes on as its twin does that nothing happened to.
-// Covers: catheter/scene.cpp, catheter/vessel_file.cpp, catheter/vessel_scan.cpp.
+// Covers: catheter/scene.cpp, catheter/vessel_file.cpp, catheter/carried_scan.cpp.
 
 #include <pliant/models/catheter.h>
 #include <pliant/models/scene_files.h>
@@ -34,10 +34,9 @@ VesselWall tube() {
     return made(swept_tube(way, {.thickness_mm = 1.2, .layers = 2, .sectors = 10}));
 }
 
-CatheterSettings short_catheter(CatheterModel model, bool local) {
+CatheterSettings short_catheter(bool local) {
     CatheterSettings s;
     s.local = local;
-    s.catheter.model = model;
     s.catheter.length_mm = 90;
     s.catheter.radius_mm = 0.8;
     s.catheter.twist_n_mm2 = 14;
@@ -51,14 +50,13 @@ struct Seen {
     std::uint64_t hash;
     std::vector<double> state, measures;
     std::vector<Vec3d> wire, wall;
-    TetMesh catheter;
     Rotation tip;
     CatheterCommand hand;
     std::int32_t first;
     friend bool operator==(const Seen& a, const Seen& b) {
         return a.hash == b.hash && a.state == b.state && a.measures == b.measures &&
-               a.wire == b.wire && a.wall == b.wall && a.catheter.nodes_mm == b.catheter.nodes_mm &&
-               a.tip.w == b.tip.w && a.hand == b.hand && a.first == b.first;
+               a.wire == b.wire && a.wall == b.wall && a.tip.w == b.tip.w && a.hand == b.hand &&
+               a.first == b.first;
     }
 };
 
@@ -72,7 +70,6 @@ Seen seen(const CatheterScene& scene) {
              double(m.inverted), double(m.active_tetrahedra), double(m.left_end)},
             {scene.wire_positions().begin(), scene.wire_positions().end()},
             scene.wall_positions(),
-            scene.catheter_mesh(),
             scene.tip_frame(),
             scene.hand(),
             scene.first_inserted()};
@@ -103,11 +100,9 @@ struct Prepared {
 constexpr int kSteps = 4;  ///< so that the state of contact is some steps old
 
 /// Scenes at rest, in contact in the bend, and just before boxes wake up.
-std::vector<Prepared> prepared(const VesselWall& wall, CatheterModel model, bool local,
-                               const TaskArena& arena) {
-    const std::string name = std::string(model == CatheterModel::Rod ? "rod" : "tetrahedra") +
-                             (local ? ", local" : ", whole wall");
-    const CatheterSettings s = short_catheter(model, local);
+std::vector<Prepared> prepared(const VesselWall& wall, bool local, const TaskArena& arena) {
+    const std::string name = local ? "local" : "whole wall";
+    const CatheterSettings s = short_catheter(local);
     std::vector<Prepared> all{{name + ", first step", s, {}, 0}};
     const auto scene = all[0].make(wall, arena);
     std::vector<std::vector<double>> states;
@@ -200,19 +195,19 @@ void expect_steps_are_all_or_nothing(const VesselWall& wall, const Prepared& p,
     EXPECT_EQ(failed > 0, count > 0);
 }
 
-class CatheterOutOfMemory : public testing::TestWithParam<std::pair<CatheterModel, bool>> {};
+class CatheterOutOfMemory : public testing::TestWithParam<bool> {};
 
 TEST_P(CatheterOutOfMemory, AStepIsMadeOrNot) {
     const TaskArena arena(1);
     const VesselWall wall = tube();
-    for (const Prepared& p : prepared(wall, GetParam().first, GetParam().second, arena))
+    for (const Prepared& p : prepared(wall, GetParam(), arena))
         expect_steps_are_all_or_nothing(wall, p, arena);
 }
 
 TEST(CatheterOutOfMemoryThreads, AStepOfTwoThreadsIsMadeOrNot) {
     const TaskArena arena(2);
     const VesselWall wall = tube();
-    const auto all = prepared(wall, CatheterModel::Rod, true, arena);
+    const auto all = prepared(wall, true, arena);
     expect_steps_are_all_or_nothing(wall, all[3], arena);
     expect_steps_are_all_or_nothing(wall, all.back(), arena);
 }
@@ -220,7 +215,7 @@ TEST(CatheterOutOfMemoryThreads, AStepOfTwoThreadsIsMadeOrNot) {
 TEST_P(CatheterOutOfMemory, ARestoredSceneIsTheOneOrTheOther) {
     const TaskArena arena(1);
     const VesselWall wall = tube();
-    const auto all = prepared(wall, GetParam().first, GetParam().second, arena);
+    const auto all = prepared(wall, GetParam(), arena);
     const auto make = [&] { return all[1].make(wall, arena); };
     for (const Prepared& p : {all[0], all.back()}) {
         SCOPED_TRACE("to " + p.name);
@@ -247,7 +242,7 @@ TEST_P(CatheterOutOfMemory, ARestoredSceneIsTheOneOrTheOther) {
 TEST_P(CatheterOutOfMemory, MeasuresAndHashesNeedNoMemory) {
     const TaskArena arena(1);
     const VesselWall wall = tube();
-    const auto all = prepared(wall, GetParam().first, GetParam().second, arena);
+    const auto all = prepared(wall, GetParam(), arena);
     const auto scene = all[1].make(wall, arena);
     const CatheterMeasures expected = scene->measures();
     const std::uint64_t hash = scene->hash();
@@ -272,7 +267,7 @@ TEST_P(CatheterOutOfMemory, MeasuresAndHashesNeedNoMemory) {
 TEST_P(CatheterOutOfMemory, CreateReturnsAnErrorForEachAllocation) {
     const TaskArena arena(1);
     const VesselWall wall = tube();
-    const CatheterSettings s = short_catheter(GetParam().first, GetParam().second);
+    const CatheterSettings s = short_catheter(GetParam());
     using Maybe = std::unique_ptr<CatheterScene>;
     const auto create = [&](Maybe& scene) -> Status {
         // The copy is the caller's.
@@ -294,15 +289,8 @@ TEST_P(CatheterOutOfMemory, CreateReturnsAnErrorForEachAllocation) {
                 f.failed);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Scenes, CatheterOutOfMemory,
-    testing::Values(std::pair{CatheterModel::Rod, true}, std::pair{CatheterModel::Rod, false},
-                    std::pair{CatheterModel::Tetrahedra, true},
-                    std::pair{CatheterModel::Tetrahedra, false}),
-    [](const auto& test) {
-        return std::string(test.param.first == CatheterModel::Rod ? "Rod" : "Tetrahedra") +
-               (test.param.second ? "Local" : "Whole");
-    });
+INSTANTIATE_TEST_SUITE_P(Scenes, CatheterOutOfMemory, testing::Bool(),
+                         [](const auto& test) { return test.param ? "Local" : "Whole"; });
 
 TEST(VesselOutOfMemory, FilesScenesAndScansAreErrors) {
     const TaskArena arena(1);

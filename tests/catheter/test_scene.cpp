@@ -3,7 +3,7 @@
 
 // Catheters in bent tubes: how deep they are is asked of all triangles, one by one.
 // Covers: catheter/reach.cpp, catheter/settings_rows.cpp, scene_files/vessel_phantom.cpp,
-// catheter/vessel_script.cpp, catheter/way_pilot.cpp.
+// catheter/vessel_script.cpp.
 
 #include <pliant/models/catheter.h>
 #include <pliant/models/scene_files.h>
@@ -65,16 +65,6 @@ double deepest(const CatheterScene& scene) {
             most = std::max(most,
                             scene.settings().catheter.radius_mm - inside_by(p, positions, ghost));
         }
-    // The tetrahedra themselves: their nodes, and the middles of their edges.
-    const TetMesh body = scene.catheter_mesh();
-    const auto at = [&](std::int32_t n) { return body.nodes_mm[std::size_t(n)]; };
-    for (const auto& cell : body.cells)
-        for (std::size_t a = 0; a < 4; ++a)
-            for (std::size_t b = 0; b <= a; ++b) {
-                const Vec3d p = 0.5 * (at(cell[a]) + at(cell[b]));
-                if (cell[0] / 4 <= scene.first_inserted()) continue;
-                most = std::max(most, -inside_by(p, positions, ghost));
-            }
     return most;
 }
 
@@ -143,57 +133,6 @@ TEST(CatheterScene, StaysInsideAtAnySpeedAndStiffness) {
             s.catheter.tip_bend_n_mm2 = 0.2 * stiff;
             expect_a_good_journey(journey(wall, s, speed, false));
         }
-}
-
-CatheterSettings of_tetrahedra(double stiff) {
-    CatheterSettings s = settings(stiff);
-    s.catheter.model = CatheterModel::Tetrahedra;
-    s.catheter.segment_mm = 2.5;
-    s.catheter.twist_n_mm2 = 0.7 * stiff;
-    s.catheter.tip_bend_n_mm2 = 0.2 * stiff;
-    return s;
-}
-
-TEST(CatheterScene, OneOfTetrahedraStaysInside) {
-    const VesselWall wall = bent_tube();
-    expect_a_good_journey(journey(wall, of_tetrahedra(100), 300, false));
-}
-
-// Both models in a bend, pushed and turned alike: the wall feels the same.
-TEST(CatheterScene, OneOfTetrahedraLiesAsTheRodDoes) {
-    const VesselWall wall = bent_tube();
-    const TaskArena arena(1);
-    std::vector<Vec3d> positions[2];
-    double contact[2] = {0, 0}, turned[2] = {0, 0};
-    for (const bool body : {false, true}) {
-        CatheterSettings s = of_tetrahedra(40);
-        if (!body) s.catheter.model = CatheterModel::Rod;
-        s.catheter.twist_n_mm2 = 28;
-        CatheterScene scene = made(CatheterScene::create(wall, s));
-        for (int n = 0; n < 550; ++n) {
-            ASSERT_TRUE(scene.command({.insert_mm_s = n < 350 ? 200.0 : 0.0}).ok());
-            ASSERT_TRUE(scene.step(1, arena).ok());
-        }
-        positions[body].assign(scene.wire_positions().begin(), scene.wire_positions().end());
-        contact[body] = scene.quick_measures().contact_n;
-        const Vec3d before = rotated(scene.tip_frame(), {1, 0, 0});
-        for (int n = 0; n < 400; ++n) {
-            ASSERT_TRUE(scene.command({.rotate_deg_s = 300}).ok());
-            ASSERT_TRUE(scene.step(1, arena).ok());
-        }
-        const Vec3d ahead = rotated(scene.tip_frame(), {0, 0, 1}),
-                    after = rotated(scene.tip_frame(), {1, 0, 0});
-        turned[body] = std::atan2(dot(cross(before, after), ahead), dot(before, after));
-    }
-    double apart = 0;
-    for (std::size_t n = 0; n < positions[0].size(); ++n)
-        apart = std::max(apart, norm(positions[0][n] - positions[1][n]));
-    std::printf("apart %.3f mm, contact %.3f and %.3f N, tip turned by %.2f and %.2f\n", apart,
-                contact[0], contact[1], turned[0], turned[1]);
-    EXPECT_LT(apart, 0.5);
-    EXPECT_NEAR(contact[1], contact[0], 0.2 * contact[0]);
-    EXPECT_GT(turned[1], 1);  // of 120°
-    EXPECT_NEAR(turned[1], turned[0], 0.3);
 }
 
 // Behind its end the guide lies in the wall; the wire has to bend round the wall right before it.
@@ -577,13 +516,6 @@ TEST(CatheterScene, SaysWhatIsWrong) {
             s.wall.stretch_stiffness = s.wall.bend_stiffness = s.wall.volume_stiffness = 0;
         }),
         "[wall] stretch_stiffness: expected one of the three stiffnesses above 0, found none");
-    const std::string twist = message([](CatheterSettings& s) {
-        s.catheter.model = CatheterModel::Tetrahedra;
-        s.catheter.twist_n_mm2 = 200;
-    });
-    EXPECT_TRUE(twist.starts_with("[catheter] twist_n_mm2: expected 6.") &&
-                twist.ends_with("found 200"))
-        << twist;
     VesselWall broken = wall;
     broken.ghost_positions.pop_back();
     const auto scene = CatheterScene::create(broken, settings());

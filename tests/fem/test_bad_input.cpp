@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Covers: fem/check_solid.cpp, fem/elastic_states.cpp.
+// Covers: fem/check_solid.cpp, fem/elastic_solver.cpp.
 
 #include "fem/solids.h"
 

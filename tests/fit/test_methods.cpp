@@ -3,8 +3,7 @@
 
 // Displacements and derivatives against alternative computations, and methods against problems with
 // known solutions.
-// Covers: fit/annealing.cpp, fit/gauss_newton.cpp, fit/problem.cpp,
-// fit/search.cpp, fit/settings_rows.cpp.
+// Covers: fit/annealing.cpp, fit/gauss_newton.cpp, fit/problem.cpp, fit/search.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/models/fit.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Codestreams that don't have the size of the DICOM header are refused before a decoder sees them.
-// Covers: formats/dicom_codestream.cpp, formats/dicom_header.cpp, formats/dicom_minimal.cpp.
+// Covers: formats/dicom_header.cpp, formats/dicom_pixels.cpp.
 
 #include "formats/dicom_pixels.h"
 #include "support/compressed_dicom.h"

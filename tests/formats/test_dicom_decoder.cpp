@@ -3,8 +3,7 @@
 
 // Programs in the decoder's place that end, crash, hang or lie; and the decoder itself, with
 // damaged codestreams and on several threads.
-// Covers: decoder/decode.cpp, decoder/main.cpp, formats/find_pixel_decoder.cpp,
-// formats/pixel_decoder.cpp.
+// Covers: decoder/main.cpp, formats/find_pixel_decoder.cpp, formats/pixel_decoder.cpp.
 
 #include "base/memory_budget.h"
 #include "formats/dicom_series.h"

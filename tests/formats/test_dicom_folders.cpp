@@ -3,7 +3,7 @@
 
 // Folders as scanners and archives leave them: with files that are damaged or of other kinds, and
 // positions that are rounded.
-// Covers: formats/dicom_stack.cpp, formats/dicom_volumes.cpp.
+// Covers: formats/dicom_stack.cpp, formats/dicom_series.cpp.
 
 #include "formats/dicom_series.h"
 #include "support/compressed_dicom.h"

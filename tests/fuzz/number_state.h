@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A tissue's state of numbers (tissue/number_file.h), some of which are replaced by others; with
+// A tissue's state of numbers (tissue/node_tissue.cpp), some of which are replaced by others; with
 // the right checksum, so that the fuzzer gets past it.
 
 #pragma once

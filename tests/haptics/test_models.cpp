@@ -3,8 +3,8 @@
 
 // Tissues through the servo, with 30 solutions per second: against their static solution, and
 // against invariants of every wall.
-// Covers: haptics/feel_*.cpp, haptics/learnt_stiffness.cpp, haptics/local_model.cpp,
-// haptics/nearest_free_position.cpp, haptics/walls.cpp.
+// Covers: haptics/feel_*.cpp, haptics/local_model.cpp, haptics/nearest_free_position.cpp,
+// haptics/walls.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/models/pbd.h>

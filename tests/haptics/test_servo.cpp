@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The servo's thread, its communication, and devices. No test depends on durations.
-// Covers: haptics/devices.cpp, haptics/plugin_device.cpp.
+// Covers: haptics/devices.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/view/haptics.h>

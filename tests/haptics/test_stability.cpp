@@ -3,7 +3,7 @@
 
 // Stability, in simulated time on a device that is a mass with friction: where it ends against
 // [Colgate1997], and that the hand never gets energy that it didn't give.
-// Covers: haptics/virtual_device.cpp.
+// Covers: haptics/devices.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/view/haptics.h>

@@ -3,7 +3,7 @@
 
 // A device that holds the catheter of a served vessel: insertion and rotation, forces, the state
 // for other clients, and a replay.
-// Covers: hub/catheter_grip.cpp, hub/haptic_session.cpp.
+// Covers: hub/haptic_session.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/data/session.h>

@@ -3,7 +3,7 @@
 
 // A device of a client over a real connection: permissions, effect on the tissue, states for other
 // clients, stops, and an ordinary session.
-// Covers: hub/device_*.cpp, hub/haptic_session.cpp, protocol/haptics_json.cpp.
+// Covers: hub/device_*.cpp, hub/haptic_session.cpp, protocol/messages_json.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/data/session.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The server for other machines: with a certificate, and behind a proxy; links of a session.
-// Covers: network/network.cpp, network/page.cpp, network/tls.cpp, network/tokens.cpp.
+// Covers: network/network.cpp, network/page.cpp, network/tls.cpp, network/door.cpp.
 
 #include "network/hidden_boost.h"
 

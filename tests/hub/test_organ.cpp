@@ -3,7 +3,7 @@
 
 // An organ's mesh as a scene: its scan against the distance to its surface, pushed, undone,
 // recorded and replayed.
-// Covers: organs/organ_scan.cpp.
+// Covers: organs/make_organs.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/data/session.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Covers: mesh/boundary.cpp.
+// Covers: mesh/surface_topology.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh.h>
@@ -11,6 +11,7 @@
 #include <set>
 
 #include "support/random.h"
+#include "support/triangle_sheet.h"
 
 namespace pliant {
 namespace {
@@ -86,7 +87,7 @@ TEST(Builders, TetrahedraOfALatticeFitTogetherAndFillIt) {
 
 TEST(Builders, AnInnerNodeOfATriangleSheetHasSixNeighboursAtEqualDistance) {
     const int columns = 7, rows = 6;
-    const TriangleMesh mesh = triangle_sheet(columns, rows, 2.5);
+    const TriangleMesh mesh = test::triangle_sheet(columns, rows, 2.5);
     ASSERT_TRUE(check_mesh(mesh).ok());
     std::vector<std::set<std::int32_t>> neighbours(mesh.nodes_mm.size());
     for (const auto& t : mesh.cells) {

@@ -14,13 +14,14 @@
 #include "meshes/file_numbers.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
+#include "support/triangle_sheet.h"
 
 namespace pliant {
 namespace {
 
 TriangleMesh random_surface(std::uint64_t seed) {
     test::Random random(seed);
-    TriangleMesh s = triangle_sheet(5, 4, 1.3);
+    TriangleMesh s = test::triangle_sheet(5, 4, 1.3);
     for (Vec3d& p : s.nodes_mm) p = p + random.vector(0.3);
     return s;
 }

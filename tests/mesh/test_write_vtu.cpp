@@ -12,6 +12,7 @@
 
 #include "support/random.h"
 #include "support/temporary_folder.h"
+#include "support/triangle_sheet.h"
 
 namespace pliant {
 namespace {
@@ -68,7 +69,7 @@ TEST(WriteVtu, TetrahedraAndTrianglesHaveTheirOwnTypes) {
     ASSERT_TRUE(write_vtu(folder / "t.vtu", tet_mesh({})).ok());
     EXPECT_EQ(array_of<std::uint8_t>(test::bytes_of(folder / "t.vtu"), "types"),
               std::vector<std::uint8_t>(6, 10));
-    ASSERT_TRUE(write_vtu(folder / "s.vtu", triangle_sheet(2, 2, 1)).ok());
+    ASSERT_TRUE(write_vtu(folder / "s.vtu", test::triangle_sheet(2, 2, 1)).ok());
     const std::string file = test::bytes_of(folder / "s.vtu");
     EXPECT_EQ(array_of<std::uint8_t>(file, "types"), std::vector<std::uint8_t>(2, 5));
     EXPECT_EQ(array_of<std::int64_t>(file, "offsets"), (std::vector<std::int64_t>{3, 6}));

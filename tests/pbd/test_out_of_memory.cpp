@@ -3,7 +3,7 @@
 
 // Bodies where memory runs out: a failed call changes nothing, and later steps give the bits of a
 // body without failures.
-// Covers: pbd/body.cpp, pbd/settings_rows.cpp.
+// Covers: pbd/body.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/core/tasks.h>

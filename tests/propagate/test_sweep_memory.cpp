@@ -3,7 +3,7 @@
 
 // Reuse of dropped bricks, which may keep former materials and zeros: a used tissue gives the same
 // bits as a new one.
-// Covers: field/brick_index.cpp, propagate/propagate_sweep.cpp.
+// Covers: field/field.cpp, propagate/propagate_sweep.cpp.
 
 #include <pliant/chainmail.h>
 

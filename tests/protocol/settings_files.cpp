@@ -39,10 +39,10 @@ bool is_unset(const SettingValue& value) {
 
 std::string range_of(const SettingInfo& row) {
     if (!row.choices.empty()) return expected_of(row);
-    const bool is_free = !std::isfinite(row.low) && !std::isfinite(row.high);
+    const bool is_free = !std::isfinite(row.range.low) && !std::isfinite(row.range.high);
     if (is_free) return std::string(row.unit);
     // Labels are any whole number.
-    return row.kind == SettingKind::Wholes && row.high > 1e9 ? "" : expected_of(row);
+    return row.kind == SettingKind::Wholes && row.range.high > 1e9 ? "" : expected_of(row);
 }
 
 template <class T>
@@ -144,8 +144,9 @@ void add_type(std::string& text, const char* name, const char* constant, Setting
     for (const Setting<T>& row : rows) {
         text.append("    ").append(row.name).append(": {\n");
         text.append("        unit: '").append(row.unit).append("',\n");
-        if (std::isfinite(row.low)) text += "        low: " + text_of(row.low) + ",\n";
-        if (std::isfinite(row.high)) text += "        high: " + text_of(row.high) + ",\n";
+        if (std::isfinite(row.range.low)) text += "        low: " + text_of(row.range.low) + ",\n";
+        if (std::isfinite(row.range.high))
+            text += "        high: " + text_of(row.range.high) + ",\n";
         text.append("        text: '");
         for (const char c : row.text) text += c == '\'' ? std::string("\\'") : std::string(1, c);
         text.append("',\n    },\n");

@@ -3,7 +3,7 @@
 
 // Relaxation and imprints together with all other changes of a tissue: history, drags, cuts,
 // changed materials, saved states.
-// Covers: chainmail/relax_face.cpp.
+// Covers: chainmail/chainmail_face.cpp.
 
 #include <gtest/gtest.h>
 

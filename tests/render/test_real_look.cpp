@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Covers: render/exposure.cpp, render/noise_tile.cpp.
+// Covers: render/real_look.cpp, render/noise_tile.cpp.
 
 #include "render/real_look.h"
 

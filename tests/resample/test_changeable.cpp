@@ -3,7 +3,7 @@
 
 // The voxels that can change, against plain loops over elements; and voxels that stay open between
 // updates are written whenever necessary.
-// Covers: resample/scatter.cpp, resample/touched.cpp.
+// Covers: resample/scatter.cpp, resample/strip_nodes.cpp.
 
 #include <gtest/gtest.h>
 

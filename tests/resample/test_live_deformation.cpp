@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Incremental updates against a complete write.
-// Covers: resample/dirty.cpp, resample/snapshot.cpp.
+// Covers: resample/scatter.cpp, resample/snapshot.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

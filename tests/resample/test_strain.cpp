@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Jacobian and strain of affine maps, for which both are known.
+// Covers: resample/fields.cpp.
 
-#include "resample/strain.h"
+#include "resample/fields.h"
 
 #include <gtest/gtest.h>
 

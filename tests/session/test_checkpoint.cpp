@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Sessions that go on from a saved state: the same as from the start, or from the start.
-// Covers: session/session_part.cpp.
+// Covers: session/session_log.cpp.
 
 #include "session/checkpoint.h"
 

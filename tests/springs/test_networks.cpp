@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Covers: springs/builders_*.cpp, springs/network*.cpp, springs/stability.cpp.
+// Covers: springs/builders_*.cpp, springs/network*.cpp, springs/state.cpp.
 
 #include <pliant/models/springs.h>
 

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: springs/transmittal.cpp.
+
 #include <pliant/models/springs.h>
 
 #include <gtest/gtest.h>

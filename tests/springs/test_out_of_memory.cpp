@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Each allocation fails once, and nothing is lost by it.
-// Covers: springs/find_depth.cpp, springs/network*.cpp, springs/tissue.cpp.
+// Covers: springs/tissue_statics.cpp, springs/network*.cpp, springs/tissue.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/models/springs.h>

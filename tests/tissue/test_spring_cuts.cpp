@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cuts through scans with springs, and the depth that their tools need.
-// Covers: tissue/spring_cut.cpp, tissue/spring_depth.cpp, tissue/scan_network.cpp.
+// Covers: tissue/spring_cut.cpp, tissue/spring_tissue.cpp, tissue/scan_network.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/tissues.h>

@@ -3,7 +3,7 @@
 
 // Scans deformed by springs. Their equilibrium is compared with Newton's method on a network that
 // is built here.
-// Covers: tissue/spring_nodes.cpp, tissue/spring_rows.cpp.
+// Covers: tissue/spring_nodes.cpp, tissue/tissues.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/models/springs.h>

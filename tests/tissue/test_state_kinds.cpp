@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // All tissues have one format of state; a state of another tissue is refused.
-// Covers: tissue/number_file.cpp, base/state_frame.cpp.
+// Covers: tissue/node_tissue.cpp, base/state_frame.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/tissues.h>

@@ -14,8 +14,8 @@
 //
 // @code
 //   constexpr Setting<MySettings> kFields[] = {
-//       setting<&MySettings::stiffness_pa>({.name = "stiffness_pa", .unit = "Pa", .low = 1,
-//                                         .high = 1e9, .text = "Young's modulus"})};
+//       setting<&MySettings::stiffness_pa>({.name = "stiffness_pa", .unit = "Pa",
+//                                         .range = {1, 1e9}, .text = "Young's modulus"})};
 // @endcode
 
 #pragma once
@@ -23,6 +23,8 @@
 #include <pliant/core/vec.h>
 #include <pliant/result.h>
 
+#include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstdint>
 #include <limits>
@@ -68,14 +70,18 @@ enum class SettingKind {
     Points,   ///< any number of points [mm, LPS]
 };
 
+struct SettingRange {
+    double low = -std::numeric_limits<double>::infinity();
+    double high = std::numeric_limits<double>::infinity();
+};
+
 /// Row without its struct.
 struct SettingInfo {
-    std::string_view table{};  ///< table of a settings file; empty: none
-    std::string_view key{};    ///< key in that table; empty: the name
-    std::string_view name{};   ///< unique in the struct
-    std::string_view unit{};   ///< empty: a pure number, a text or a flag
-    double low = -std::numeric_limits<double>::infinity();  ///< range of each number
-    double high = std::numeric_limits<double>::infinity();
+    std::string_view table{};    ///< table of a settings file; empty: none
+    std::string_view key{};      ///< key in that table; empty: the name
+    std::string_view name{};     ///< unique in the struct
+    std::string_view unit{};     ///< empty: a pure number, a text or a flag
+    SettingRange range{};        ///< of each number
     bool above_low = false;      ///< whether low is excluded
     bool below_high = false;     ///< whether high is excluded
     int count = 0;               ///< length of Numbers
@@ -96,6 +102,26 @@ struct Setting : SettingInfo {
 };
 template <class T>
 using SettingRows = std::span<const Setting<T>>;
+
+/// Rows of one table of a settings file.
+template <class T, std::size_t kCount>
+constexpr std::array<Setting<T>, kCount> in_table(std::string_view table,
+                                                  const Setting<T> (&rows)[kCount]) {
+    std::array<Setting<T>, kCount> named{};
+    for (std::size_t n = 0; n < kCount; ++n) {
+        named[n] = rows[n];
+        named[n].table = table;
+    }
+    return named;
+}
+/// Rows of several tables, in this order.
+template <class T, std::size_t... kCounts>
+constexpr auto joined(const std::array<Setting<T>, kCounts>&... tables) {
+    std::array<Setting<T>, (kCounts + ...)> all{};
+    auto* end = all.data();
+    ((end = std::copy(tables.begin(), tables.end(), end)), ...);
+    return all;
+}
 
 /// Name in messages: "[material] offset", or the name alone without a table.
 std::string title_of(const SettingInfo& field);

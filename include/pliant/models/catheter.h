@@ -37,25 +37,18 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
-enum class CatheterModel {
-    Rod,         ///< positions and orientations of a Cosserat rod
-    Tetrahedra,  ///< a body of tetrahedra [VesselPbd2016]
-};
-
+/// A Cosserat rod.
 struct CatheterShape {
     double length_mm = 600;
     double segment_mm = 3;
     double radius_mm = 0.9;
-    double bend_n_mm2 = 20;  ///< EI
-    /// GJ. With tetrahedra, the segment and the radius determine the ratio of GJ to EI, and the tip
-    /// has the same ratio to its own EI.
-    double twist_n_mm2 = 20;
-    double tip_mm = 30;  ///< length of the softer end that steering bends
+    double bend_n_mm2 = 20;   ///< EI
+    double twist_n_mm2 = 20;  ///< GJ
+    double tip_mm = 30;       ///< length of the softer end that steering bends
     double tip_bend_n_mm2 = 2;
     double mass_g_mm = 4e-3;
     double damping_per_s = 20;
     double friction = 0.05;  ///< Coulomb friction coefficient on the wall
-    CatheterModel model = CatheterModel::Rod;
 };
 
 enum class WallModel {
@@ -136,7 +129,7 @@ struct CatheterMeasures {
     /// The wall's energy is that of its solids and its support: the paper's constraints have none.
     double wire_energy_mj = 0, wall_energy_mj = 0, kinetic_energy_mj = 0;
     VolumeChange volume{};
-    std::int64_t inverted = 0;  ///< tetrahedra of wall and catheter with a negative volume
+    std::int64_t inverted = 0;  ///< tetrahedra of the wall with a negative volume
     std::int32_t active_tetrahedra = 0;
     std::int32_t sub_steps = 0;  ///< of the last step; contact may need more than the setting
     /// Number of the open end through which the tip has left the vessel, from 1 on; 0: none. Depth
@@ -176,15 +169,13 @@ class CatheterScene {
     /// a pass over the wall.
     CatheterMeasures quick_measures() const noexcept;
     CatheterMeasures measures() const noexcept;
-    /// Number of inverted tetrahedra of wall and catheter. Needs a pass over the wall.
+    /// Number of inverted tetrahedra of the wall. Needs a pass over the wall.
     std::int64_t inverted_tetrahedra() const noexcept;
     std::span<const Vec3d> wire_positions() const;  ///< [mm, LPS], of all nodes, the tip last
     std::int32_t first_inserted() const;            ///< index of the last node inside the guide
     Vec3d tip_mm() const;
     /// Frame at the tip: the third axis points ahead, the tip bends about the first two.
     Rotation tip_frame() const;
-    /// Returns the catheter as tetrahedra, including the part in the guide. Empty for a rod.
-    TetMesh catheter_mesh() const;
     std::vector<Vec3d> wall_positions() const;
     std::vector<Vec3d> ghost_positions() const;
     const PbdBody& body() const;

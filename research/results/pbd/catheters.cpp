@@ -4,6 +4,7 @@
 // A catheter that deforms a vessel: before and after, whole and local, rod and tetrahedra.
 
 #include <pliant/models/scene_files.h>
+#include <pliant/research/tet_catheter.h>
 
 #include "catheters.h"
 
@@ -164,8 +165,9 @@ void add_models(Page& page, const Bend& bend, const BendRun& rod, const BendRun&
     page.picture("bend-models", "a rod and a body of tetrahedra in the same bend",
                  column_of(parts));
     page.paragraph(
-        "`model = \"tetrahedra\"` and `segment_mm = 2` in `[catheter]` of the scene, "
-        "the same EI and GJ, " +
+        "The catheter of [VesselPbd2016] is a body of tetrahedra "
+        "(`<pliant/research/tet_catheter.h>`): "
+        "the same EI and GJ, segments of 2 mm, moved by the hand that steered the rod, " +
         grouped_text(std::int64_t(body.catheter.cells.size())) +
         " tetrahedra, whose surface is drawn with its edges. The tips are " +
         fixed_text(norm(rod.wire_mm.back() - body.wire_mm.back()), 2) + " mm apart, the walls " +
@@ -211,6 +213,33 @@ MadeVessel with_distances(const MadeVessel& vessel, double stretch, double bend,
     wall.bend_stiffness = bend;
     wall.volume_stiffness = volume;
     return changed;
+}
+
+void hold_nodes(const PbdBody& body, BendRun& run) {
+    for (std::int32_t n = 0; n < body.particle_count(); ++n)
+        run.is_held.push_back(body.inverse_mass(n) == 0);
+}
+
+/// A catheter of tetrahedra, moved by the same hand as the rod.
+BendRun run_body(const MadeVessel& vessel, std::span<const CatheterCommand> hand,
+                 const TaskArena& arena) {
+    auto catheter = value_of(TetCatheter::create(vessel.wall, vessel.settings));
+    BendRun run;
+    for (std::size_t n = 0; n < hand.size(); ++n) {
+        run.ms += processor_ms_of([&] { must(catheter.step(hand[n], arena)); });
+        run.depth_mm = std::max(run.depth_mm, catheter.depth_mm());
+        if (n % 20 == 19) run.inverted = std::max(run.inverted, catheter.measures().inverted);
+    }
+    run.wall_mm.resize(vessel.wall.mesh.nodes_mm.size());
+    catheter.body().get_positions(run.wall_mm);
+    const auto wire = catheter.wire_positions();
+    run.wire_mm.assign(wire.begin() + catheter.first_inserted(), wire.end());
+    run.catheter = catheter.mesh();
+    run.radius_mm = vessel.settings.catheter.radius_mm;
+    run.measures = catheter.measures();
+    run.moved_mm = run.measures.wall_moved_mm;
+    hold_nodes(catheter.body(), run);
+    return run;
 }
 
 }  // namespace
@@ -265,13 +294,15 @@ void add_wall_models(Page& page, const std::string& scenes, const TaskArena& are
         "are. The shares are chosen here so that both walls give way by about as much.");
 }
 
-BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskArena& arena) {
+BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskArena& arena,
+                 std::vector<CatheterCommand>* hand) {
     auto scene = value_of(CatheterScene::create(vessel.wall, vessel.settings));
     VesselScript script(file, vessel.way);
     CatheterCommand command;
     BendRun run;
     while (script.next(scene, command)) {
         must(scene.command(command));
+        if (hand) hand->push_back(command);
         run.ms += processor_ms_of([&] { must(scene.step(1, arena)); });
         const CatheterMeasures m = scene.quick_measures();
         run.depth_mm = std::max(run.depth_mm, m.depth_mm);
@@ -281,13 +312,11 @@ BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskAre
     run.wall_mm = scene.wall_positions();
     const auto wire = scene.wire_positions();
     run.wire_mm.assign(wire.begin() + scene.first_inserted(), wire.end());
-    run.catheter = scene.catheter_mesh();
     run.radius_mm = vessel.settings.catheter.radius_mm;
     run.measures = scene.measures();
     run.reach_mm = scene.settings().reach_mm;
     run.moved_mm = run.measures.wall_moved_mm;
-    for (std::int32_t n = 0; n < scene.body().particle_count(); ++n)
-        run.is_held.push_back(scene.body().inverse_mass(n) == 0);
+    hold_nodes(scene.body(), run);
     return run;
 }
 
@@ -301,7 +330,8 @@ void add_catheters(Page& page, const std::string& scenes, const TaskArena& arena
     Bend bend{value_of(read_vessel_file(scenes + "/vessel_soft.toml")), {}};
     bend.vessel = value_of(make_vessel(bend.file, arena));
     bend.vessel.settings.local = false;
-    const BendRun all = run_bend(bend.file, bend.vessel, arena);
+    std::vector<CatheterCommand> hand;
+    const BendRun all = run_bend(bend.file, bend.vessel, arena, &hand);
     std::vector<BendRun> boxes;
     for (const double reach : {2.0, 6.0, -1.0}) {
         MadeVessel vessel = bend.vessel;
@@ -311,9 +341,8 @@ void add_catheters(Page& page, const std::string& scenes, const TaskArena& arena
         boxes.push_back(run_bend(bend.file, vessel, arena));
     }
     MadeVessel other = bend.vessel;
-    other.settings.catheter.model = CatheterModel::Tetrahedra;
     other.settings.catheter.segment_mm = 2;
-    const BendRun body = run_bend(bend.file, other, arena);
+    const BendRun body = run_body(other, hand, arena);
     add_before_and_after(page, bend, all, arena);
     page.table({"run", "wall moved [mm]", "contact [N]", "force on the hand [N]",
                 "largest depth beyond the wall [mm]", "volumes: mean error [%]", "largest [%]",

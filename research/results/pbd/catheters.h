@@ -26,7 +26,9 @@ struct BendRun {
     std::int32_t active = 0;      ///< tetrahedra, largest number
     double ms = 0;                ///< processor time
 };
-BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskArena& arena);
+/// @param[out] hand  command of each step
+BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskArena& arena,
+                 std::vector<CatheterCommand>* hand = nullptr);
 
 /// Largest distance of corresponding nodes.
 double farthest_mm(std::span<const Vec3d> a, std::span<const Vec3d> b);

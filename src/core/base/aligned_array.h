@@ -26,5 +26,6 @@ struct CacheLineAllocator {
 
 template <class T>
 using AlignedVector = std::vector<T, CacheLineAllocator<T>>;
+using AlignedArray = AlignedVector<double>;
 
 }  // namespace pliant

@@ -99,8 +99,9 @@ bool is_whole(double number) {
 }
 
 bool is_in_range(const SettingInfo& field, double number) {
-    return std::isfinite(number) && (field.above_low ? number > field.low : number >= field.low) &&
-           (field.below_high ? number < field.high : number <= field.high);
+    return std::isfinite(number) &&
+           (field.above_low ? number > field.range.low : number >= field.range.low) &&
+           (field.below_high ? number < field.range.high : number <= field.range.high);
 }
 
 }  // namespace
@@ -113,9 +114,9 @@ std::string title_of(const SettingInfo& field) {
 
 std::string expected_of(const SettingInfo& field) {
     if (!field.choices.empty()) return list_of_choices(field.choices);
-    const bool has_low = std::isfinite(field.low), has_high = std::isfinite(field.high);
-    const std::string low = has_low ? bound_text(field.low) : "";
-    const std::string high = has_high ? bound_text(field.high) : "";
+    const bool has_low = std::isfinite(field.range.low), has_high = std::isfinite(field.range.high);
+    const std::string low = has_low ? bound_text(field.range.low) : "";
+    const std::string high = has_high ? bound_text(field.range.high) : "";
     const std::string above = field.above_low ? "above " + low : low + " or more";
     const std::string below = field.below_high ? "below " + high : "up to " + high;
     std::string range;

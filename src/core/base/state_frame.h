@@ -26,7 +26,7 @@ namespace pliant {
 
 using Bytes = std::vector<std::byte>;
 
-/// Flag of a state that is a list of numbers (tissue/number_file.h). Other flags belong to
+/// Flag of a state that is a list of numbers (tissue/node_tissue.cpp). Other flags belong to
 /// ChainMail (chainmail/state_file.cpp).
 inline constexpr std::uint32_t kStateOfNumbers = 1 << 8;
 

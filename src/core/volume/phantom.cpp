@@ -30,8 +30,7 @@ constexpr Setting<PhantomSettings> kRows[] = {
                                      .text = "shapes of the phantom"}),
     setting<&PhantomSettings::spacing_mm>({.name = "spacing_mm",
                                            .unit = "mm",
-                                           .low = 0,
-                                           .high = 1000,
+                                           .range = {0, 1000},
                                            .text = "between voxels, at least 0.001; 0: the "
                                                    "phantom's extent divided by the size"}),
 };

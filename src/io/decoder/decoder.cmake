@@ -5,7 +5,7 @@
 # the library: it alone links GDCM.
 
 include(GNUInstallDirs)
-add_executable(pliant_decoder decoder/decode.cpp decoder/main.cpp decoder/sandbox.cpp)
+add_executable(pliant_decoder decoder/main.cpp decoder/sandbox.cpp)
 add_executable(pliant::decode_pixels ALIAS pliant_decoder)
 set_target_properties(pliant_decoder PROPERTIES
     OUTPUT_NAME pliant-decode-pixels EXPORT_NAME decode_pixels

@@ -3,7 +3,7 @@
 
 #include <pliant/scan_files.h>
 
-#include "writers/meta_writer.h"
+#include "writers/stream_writers.h"
 
 #include "base/text.h"
 

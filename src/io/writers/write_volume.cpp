@@ -4,9 +4,7 @@
 // Choice of the writer for a path. Files are staged, so that they appear atomically.
 
 #include "base/text.h"
-#include "writers/meta_writer.h"
-#include "writers/nifti_writer.h"
-#include "writers/nrrd_writer.h"
+#include "writers/stream_writers.h"
 
 #include <pliant/core/files.h>
 #include <pliant/scan_files.h>

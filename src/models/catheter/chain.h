@@ -64,11 +64,9 @@ struct alignas(64) ChainBlock {
 
 /// Solves in place: [block][row][column]; the right side becomes the solution. @pre positive
 /// definite
-template <std::size_t kSize>
-void solve_chain(ChainBlock<kSize>* diagonal, ChainBlock<kSize>* upper, std::size_t count);
+void solve_chain(ChainBlock<6>* diagonal, ChainBlock<6>* upper, std::size_t count);
 /// Scalar version, with the same bits.
-template <std::size_t kSize>
-void solve_chain_plain(ChainBlock<kSize>* diagonal, ChainBlock<kSize>* upper, std::size_t count);
+void solve_chain_plain(ChainBlock<6>* diagonal, ChainBlock<6>* upper, std::size_t count);
 
 template <std::size_t kSize>
 class Chain {
@@ -93,7 +91,7 @@ class Chain {
     }
 
     /// Solves and destroys the matrix. @pre positive definite
-    void solve() { solve_chain<kSize>(diagonal.data(), upper.data(), diagonal.size()); }
+    void solve() { solve_chain(diagonal.data(), upper.data(), diagonal.size()); }
     Vec3d solution(std::size_t block, std::size_t row) const {
         const auto& at = diagonal[block].at;
         return {at[row][kSize], at[row + 1][kSize], at[row + 2][kSize]};

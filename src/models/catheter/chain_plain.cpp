@@ -22,11 +22,8 @@ struct PlainChainOps {
 
 }  // namespace
 
-template <std::size_t kSize>
-void solve_chain_plain(ChainBlock<kSize>* diagonal, ChainBlock<kSize>* upper, std::size_t count) {
+void solve_chain_plain(ChainBlock<6>* diagonal, ChainBlock<6>* upper, std::size_t count) {
     solve_chain_of<PlainChainOps>(diagonal, upper, count);
 }
-template void solve_chain_plain(ChainBlock<6>*, ChainBlock<6>*, std::size_t);
-template void solve_chain_plain(ChainBlock<12>*, ChainBlock<12>*, std::size_t);
 
 }  // namespace pliant::catheter

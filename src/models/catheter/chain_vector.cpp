@@ -22,9 +22,6 @@ namespace {
 void solve_six(ChainBlock<6>* diagonal, ChainBlock<6>* upper, std::size_t count) {
     solve_chain_plain(diagonal, upper, count);
 }
-void solve_twelve(ChainBlock<12>* diagonal, ChainBlock<12>* upper, std::size_t count) {
-    solve_chain_plain(diagonal, upper, count);
-}
 
 #else
 
@@ -47,9 +44,6 @@ struct VectorChainOps {
 void solve_six(ChainBlock<6>* diagonal, ChainBlock<6>* upper, std::size_t count) {
     solve_chain_of<VectorChainOps>(diagonal, upper, count);
 }
-void solve_twelve(ChainBlock<12>* diagonal, ChainBlock<12>* upper, std::size_t count) {
-    solve_chain_of<VectorChainOps>(diagonal, upper, count);
-}
 
 #endif  // HWY_SCALAR
 
@@ -60,14 +54,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace pliant::catheter {
 HWY_EXPORT(solve_six);
-HWY_EXPORT(solve_twelve);
-template <>
-void solve_chain<6>(ChainBlock<6>* diagonal, ChainBlock<6>* upper, std::size_t count) {
+void solve_chain(ChainBlock<6>* diagonal, ChainBlock<6>* upper, std::size_t count) {
     HWY_DYNAMIC_DISPATCH(solve_six)(diagonal, upper, count);
-}
-template <>
-void solve_chain<12>(ChainBlock<12>* diagonal, ChainBlock<12>* upper, std::size_t count) {
-    HWY_DYNAMIC_DISPATCH(solve_twelve)(diagonal, upper, count);
 }
 }  // namespace pliant::catheter
 #endif

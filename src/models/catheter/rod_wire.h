@@ -23,22 +23,24 @@ class RodWire : public Wire {
   public:
     /// Straight, with all but `inserted_mm` in the guide.
     RodWire(const WireSettings& settings, double inserted_mm);
-    std::unique_ptr<Wire> copy() const override { return std::make_unique<RodWire>(*this); }
-    void assign(const Wire& other) noexcept override { *this = static_cast<const RodWire&>(other); }
 
-    void bend_tip(double first_rad, double second_rad) override;
-    void predict(double h) override;
-    void solve(std::span<WireContact> contacts) override;
-    void finish() override;
+    /// Sets the rest shape of the tip: total bends towards the first and the second axis.
+    void bend_tip(double first_rad, double second_rad);
+    void predict(double h);
+    void solve(std::span<WireContact> contacts);
+    void finish();
 
-    Rotation tip_frame() const override { return m_q.back(); }
+    /// Frame of the tip: the third axis points ahead, the tip bends about the first two.
+    Rotation tip_frame() const { return m_q.back(); }
     Vec3d turn(std::int32_t segment) const;
-    Vec3d base_force() const override;
-    Vec3d base_moment() const override;
-    double elastic_energy() const override;
-    double kinetic_energy() const override;
-    bool is_good() const override;
-    void exchange(StateNumbers& state) override;
+    /// Force [µN] and moment [µN mm] of the wire on the guide.
+    Vec3d base_force() const;
+    Vec3d base_moment() const;
+    double elastic_energy() const;  ///< [nJ = µN mm]
+    double kinetic_energy() const;
+    bool is_good() const;
+    /// Writes or reads the state between two steps.
+    void exchange(StateNumbers& state);
 
   private:
     void hold();

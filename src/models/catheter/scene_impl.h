@@ -23,6 +23,7 @@
 #include "base/errors.h"
 #include "catheter/contact_pace.h"
 #include "catheter/open_ends.h"
+#include "catheter/rod_wire.h"
 #include "catheter/scene_parts.h"
 #include "catheter/wall_contact.h"
 #include "pbd/rollback.h"
@@ -35,9 +36,8 @@ struct CatheterScene::Impl {
     Impl(VesselWall w, const CatheterSettings& s, PbdBody b, catheter::OpenEnds e)
         : settings(s),
           wall(std::move(w)),
-          made_wire(catheter::make_wire(s)),
-          kept_wire(made_wire->copy()),
-          wire(*made_wire),
+          wire(catheter::wire_settings(s), s.entry.inserted_mm),
+          kept_wire(wire),
           body(std::move(b)),
           ends(std::move(e)),
           contact(wall.mesh, wall.ghost, wall.ghost_positions, contact_settings()),
@@ -62,8 +62,7 @@ struct CatheterScene::Impl {
 
     CatheterSettings settings;
     VesselWall wall;
-    std::unique_ptr<catheter::Wire> made_wire, kept_wire;
-    catheter::Wire& wire;
+    catheter::RodWire wire, kept_wire;
     PbdBody body;
     catheter::OpenEnds ends;
     std::unique_ptr<PbdBoxes> boxes;
@@ -176,7 +175,7 @@ struct CatheterScene::Impl {
     /// Makes a step or changes nothing.
     Status step(const TaskArena& arena) noexcept {
         kept = now;
-        kept_wire->assign(wire);
+        kept_wire = wire;
         if (!is_rigid()) PbdRollback::keep(body);
         if (boxes) PbdRollback::keep(*boxes);
         contact.keep();
@@ -186,7 +185,7 @@ struct CatheterScene::Impl {
     }
     void take_back() noexcept {
         now = kept;
-        wire.assign(*kept_wire);
+        wire = kept_wire;
         if (!is_rigid()) PbdRollback::take_back(body);
         if (boxes) PbdRollback::take_back(*boxes);
         if (!contact.take_back()) is_contact_old = true;

@@ -13,9 +13,6 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "catheter/frame_along.h"
-#include "catheter/rod_wire.h"
-#include "catheter/tet_segment.h"
-#include "catheter/tet_wire.h"
 #include "vessel/wall.h"
 
 namespace pliant::catheter {
@@ -23,42 +20,6 @@ namespace {
 
 int segments_of(const CatheterShape& c) {
     return std::max(2, int(std::lround(c.length_mm / c.segment_mm)));
-}
-
-Status check_twist(const CatheterShape& c) {
-    const auto bounds = twist_bounds(c.bend_n_mm2, c.radius_mm, c.length_mm / segments_of(c));
-    if (c.twist_n_mm2 >= bounds.least && c.twist_n_mm2 <= bounds.most) return Ok{};
-    return invalid("[catheter] twist_n_mm2: expected " + text_of(bounds.least) + " to " +
-                   text_of(bounds.most) +
-                   " with tetrahedra of this segment_mm, radius_mm and bend_n_mm2, found " +
-                   text_of(c.twist_n_mm2));
-}
-
-WireSettings wire_settings(const CatheterSettings& s) {
-    const CatheterShape& c = s.catheter;
-    WireSettings w;
-    w.segments = segments_of(c);
-    w.segment_mm = c.length_mm / w.segments;
-    w.mass_g_mm = c.mass_g_mm;
-    w.damping = c.damping_per_s;
-    w.tip_segments = int(std::lround(c.tip_mm / w.segment_mm));
-    w.entry = s.entry.position_mm;
-    w.frame = frame_along(s.entry.direction);
-    w.radius_mm = c.radius_mm;
-    const auto count = std::size_t(w.segments), tip = std::size_t(w.tip_segments);
-    w.bend.assign(count, c.bend_n_mm2 * kMicronewtonsPerNewton);
-    w.twist.assign(count, c.twist_n_mm2 * kMicronewtonsPerNewton);
-    // The transition from stiff to soft is as long as the tip.
-    for (std::size_t n = 0; n < std::min(count, 2 * tip); ++n) {
-        const double share = n < tip ? 0 : double(n - tip + 1) / double(tip + 1);
-        w.bend[count - 1 - n] =
-            kMicronewtonsPerNewton *
-            (c.tip_bend_n_mm2 * std::pow(c.bend_n_mm2 / c.tip_bend_n_mm2, share));
-    }
-    if (c.model == CatheterModel::Tetrahedra)
-        for (std::size_t n = 0; n < count; ++n)
-            w.twist[n] = c.twist_n_mm2 / c.bend_n_mm2 * w.bend[n];
-    return w;
 }
 
 double mean_edge_mm(const TetMesh& mesh) {
@@ -85,67 +46,6 @@ Result<PbdParts> constraints_of(const TetMesh& mesh, const WallTissue& tissue) {
     for (PbdBend& b : parts->bends) b.stiffness = tissue.bend_stiffness;
     for (PbdVolume& v : parts->volumes) v.stiffness = tissue.volume_stiffness;
     return parts;
-}
-
-}  // namespace
-
-Status check(const CatheterSettings& s) {
-    if (const Status ranges = check(s, catheter_rows()); !ranges) return ranges;
-    const WallTissue& wall = s.wall;
-    if (wall.model == WallModel::Distances &&
-        wall.stretch_stiffness + wall.bend_stiffness + wall.volume_stiffness == 0)
-        return expected_error("[wall] stretch_stiffness", "one of the three stiffnesses above 0",
-                              "none");
-    if (wall.alternates && wall.iterations % 2 != 0)
-        return expected_error("[wall] iterations", "an even number beside alternates",
-                              std::to_string(wall.iterations));
-    const double length_mm = s.catheter.length_mm;
-    if (s.catheter.tip_mm > length_mm)
-        return expected_error("[catheter] tip_mm", "up to length_mm, " + text_of(length_mm),
-                              text_of(s.catheter.tip_mm));
-    if (s.entry.inserted_mm > length_mm)
-        return expected_error("[entry] inserted_mm", "up to length_mm, " + text_of(length_mm),
-                              text_of(s.entry.inserted_mm));
-    if (s.reach_mm < 0 && s.reach_mm != -1)
-        return expected_error("[simulation] reach_mm", "-1, or 0 to 1000 mm", text_of(s.reach_mm));
-    if (!(norm(s.entry.direction) > 1e-9))
-        return expected_error("[entry] direction", "a vector that isn't zero",
-                              text_of(s.entry.direction));
-    return s.catheter.model == CatheterModel::Tetrahedra ? check_twist(s.catheter) : Ok{};
-}
-
-Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm) {
-    const auto lumen = vessel::with_lids(wall.ghost);
-    if (!lumen) return lumen.error();
-    if (!vessel::is_inside(*lumen, entry.position_mm))
-        return invalid("[entry] place_mm: expected a position in the vessel's lumen, found " +
-                       text_of(entry.position_mm) + " outside of it");
-    const Vec3d ahead = normalized(entry.direction);
-    const int pieces = int(std::ceil(entry.inserted_mm / segment_mm));
-    for (int n = 1; n <= pieces; ++n) {
-        const Vec3d p = entry.position_mm + (entry.inserted_mm * n / pieces) * ahead;
-        if (!vessel::is_inside(*lumen, p))
-            return invalid(
-                "[entry] inserted_mm: expected the length inserted at first in the vessel's "
-                "lumen, found " +
-                text_of(p) + " outside of it");
-    }
-    return Ok{};
-}
-
-/// Minimum number of sub-steps. In a sub-step h, a free node of the tip moves by h² EI/(l³ m) times
-/// its residual, limited to a factor of 3, and a wave in a wall of solids by h √(E/ρ), limited to
-/// 1.3 edges.
-int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
-    constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
-    const CatheterShape& c = s.catheter;
-    const double l = c.length_mm / segments_of(c);
-    const double tip = s.time_step_s * std::sqrt(c.tip_bend_n_mm2 * kMicronewtonsPerNewton /
-                                                 (kTip * l * l * l * l * c.mass_g_mm));
-    const bool has_waves = s.wall.model == WallModel::Solid;
-    const double speed = has_waves ? std::sqrt(s.wall.young_modulus_pa / s.wall.density_g_mm3) : 0;
-    const double wave = s.time_step_s * speed / (kEdges * mean_edge_mm(wall.mesh));
-    return std::max(s.sub_steps, int(std::min(kMost, std::ceil(std::max(tip, wave)))));
 }
 
 Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
@@ -192,10 +92,104 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
     return parts;
 }
 
-std::unique_ptr<Wire> make_wire(const CatheterSettings& s) {
-    if (s.catheter.model == CatheterModel::Tetrahedra)
-        return std::make_unique<TetWire>(wire_settings(s), s.entry.inserted_mm);
-    return std::make_unique<RodWire>(wire_settings(s), s.entry.inserted_mm);
+}  // namespace
+
+Status check(const CatheterSettings& s) {
+    if (const Status ranges = check(s, catheter_rows()); !ranges) return ranges;
+    const WallTissue& wall = s.wall;
+    if (wall.model == WallModel::Distances &&
+        wall.stretch_stiffness + wall.bend_stiffness + wall.volume_stiffness == 0)
+        return expected_error("[wall] stretch_stiffness", "one of the three stiffnesses above 0",
+                              "none");
+    if (wall.alternates && wall.iterations % 2 != 0)
+        return expected_error("[wall] iterations", "an even number beside alternates",
+                              std::to_string(wall.iterations));
+    const double length_mm = s.catheter.length_mm;
+    if (s.catheter.tip_mm > length_mm)
+        return expected_error("[catheter] tip_mm", "up to length_mm, " + text_of(length_mm),
+                              text_of(s.catheter.tip_mm));
+    if (s.entry.inserted_mm > length_mm)
+        return expected_error("[entry] inserted_mm", "up to length_mm, " + text_of(length_mm),
+                              text_of(s.entry.inserted_mm));
+    if (s.reach_mm < 0 && s.reach_mm != -1)
+        return expected_error("[simulation] reach_mm", "-1, or 0 to 1000 mm", text_of(s.reach_mm));
+    if (!(norm(s.entry.direction) > 1e-9))
+        return expected_error("[entry] direction", "a vector that isn't zero",
+                              text_of(s.entry.direction));
+    return Ok{};
+}
+
+Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm) {
+    const auto lumen = vessel::with_lids(wall.ghost);
+    if (!lumen) return lumen.error();
+    if (!vessel::is_inside(*lumen, entry.position_mm))
+        return invalid("[entry] place_mm: expected a position in the vessel's lumen, found " +
+                       text_of(entry.position_mm) + " outside of it");
+    const Vec3d ahead = normalized(entry.direction);
+    const int pieces = int(std::ceil(entry.inserted_mm / segment_mm));
+    for (int n = 1; n <= pieces; ++n) {
+        const Vec3d p = entry.position_mm + (entry.inserted_mm * n / pieces) * ahead;
+        if (!vessel::is_inside(*lumen, p))
+            return invalid(
+                "[entry] inserted_mm: expected the length inserted at first in the vessel's "
+                "lumen, found " +
+                text_of(p) + " outside of it");
+    }
+    return Ok{};
+}
+
+/// Minimum number of sub-steps. In a sub-step h, a free node of the tip moves by h² EI/(l³ m) times
+/// its residual, limited to a factor of 3, and a wave in a wall of solids by h √(E/ρ), limited to
+/// 1.3 edges.
+int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
+    constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
+    const CatheterShape& c = s.catheter;
+    const double l = c.length_mm / segments_of(c);
+    const double tip = s.time_step_s * std::sqrt(c.tip_bend_n_mm2 * kMicronewtonsPerNewton /
+                                                 (kTip * l * l * l * l * c.mass_g_mm));
+    const bool has_waves = s.wall.model == WallModel::Solid;
+    const double speed = has_waves ? std::sqrt(s.wall.young_modulus_pa / s.wall.density_g_mm3) : 0;
+    const double wave = s.time_step_s * speed / (kEdges * mean_edge_mm(wall.mesh));
+    return std::max(s.sub_steps, int(std::min(kMost, std::ceil(std::max(tip, wave)))));
+}
+
+Result<PbdBody> body_of(const VesselWall& wall, const CatheterSettings& settings) {
+    const WallTissue& tissue = settings.wall;
+    auto parts = parts_of(wall, tissue);
+    if (!parts) return invalid("wall: " + parts.error().message);
+    return PbdBody::create(
+        std::move(*parts),
+        {.time_step = settings.time_step_s / settings.sub_steps,
+         .sub_steps = 1,
+         .iterations = tissue.iterations,
+         .gravity = tissue.gravity_mm_s2,
+         .damping = tissue.damping_per_s,
+         .method = tissue.model == WallModel::Solid ? PbdMethod::Compliance : PbdMethod::Stiffness,
+         .alternates = tissue.alternates,
+         .repacks = settings.local});
+}
+
+WireSettings wire_settings(const CatheterSettings& s) {
+    const CatheterShape& c = s.catheter;
+    WireSettings w;
+    w.segments = segments_of(c);
+    w.segment_mm = c.length_mm / w.segments;
+    w.mass_g_mm = c.mass_g_mm;
+    w.damping = c.damping_per_s;
+    w.tip_segments = int(std::lround(c.tip_mm / w.segment_mm));
+    w.entry = s.entry.position_mm;
+    w.frame = frame_along(s.entry.direction);
+    const auto count = std::size_t(w.segments), tip = std::size_t(w.tip_segments);
+    w.bend.assign(count, c.bend_n_mm2 * kMicronewtonsPerNewton);
+    w.twist.assign(count, c.twist_n_mm2 * kMicronewtonsPerNewton);
+    // The transition from stiff to soft is as long as the tip.
+    for (std::size_t n = 0; n < std::min(count, 2 * tip); ++n) {
+        const double share = n < tip ? 0 : double(n - tip + 1) / double(tip + 1);
+        w.bend[count - 1 - n] =
+            kMicronewtonsPerNewton *
+            (c.tip_bend_n_mm2 * std::pow(c.bend_n_mm2 / c.tip_bend_n_mm2, share));
+    }
+    return w;
 }
 
 }  // namespace pliant::catheter

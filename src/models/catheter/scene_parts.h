@@ -7,9 +7,6 @@
 
 #include <pliant/models/catheter.h>
 
-#include <memory>
-#include <string>
-
 #include "base/units.h"
 #include "catheter/wire.h"
 
@@ -17,14 +14,15 @@ namespace pliant::catheter {
 
 /// @returns InvalidArgument that names the setting
 Status check(const CatheterSettings& settings);
-/// Builds the wall's constraints on an elastic foundation, fixed at its open ends.
-Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue);
+/// Makes the wall: its constraints on an elastic foundation, fixed at its open ends.
+/// @param settings  with the actual sub-steps
+Result<PbdBody> body_of(const VesselWall& wall, const CatheterSettings& settings);
 /// Checks that the guide and the initially inserted part end inside of the vessel.
 /// @returns InvalidArgument that names the setting
 Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm);
 /// Number of sub-steps: the setting, or more if contact needs them. Motion per sub-step is limited
 /// for the tip's segments and the wall's tetrahedra (docs/method/vessel.md).
 int sub_steps_of(const VesselWall& wall, const CatheterSettings& settings);
-std::unique_ptr<Wire> make_wire(const CatheterSettings& settings);
+WireSettings wire_settings(const CatheterSettings& settings);
 
 }  // namespace pliant::catheter

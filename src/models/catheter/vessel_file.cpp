@@ -100,6 +100,9 @@ Status read_values(const TomlTable& table, VesselFile& v) {
             catheter.values.push_back(named);
         else if (has_row(vessel_file_rows(), named))
             others.values.push_back(named);
+        else if (table.name == "catheter" && named.name == "model")  // until 0.2
+            return expected_in(table, named.name, "no such line: each catheter is a rod; remove it",
+                               "one");
         else
             return in_table(table, named.name,
                             unknown_setting(named.name, keys_in_table(table.name, catheter_rows(),

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Interface of a wire that is fed through a guide into a vessel: a chain of segments along its
-// axis, which is all that contact needs.
+// Nodes of a wire that is fed through a guide into a vessel: a chain of segments along its axis,
+// which is all that contact needs (rod_wire.h moves them).
 //
 //     guide                  in the vessel
 //   ═══●════●════●═╗
@@ -13,11 +13,9 @@
 
 #pragma once
 
-#include <pliant/mesh.h>
 #include <pliant/models/pbd.h>
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -32,8 +30,7 @@ struct WireSettings {
     double mass_g_mm = 2e-3;
     std::vector<double> bend;   ///< [segment]: EI of the joint in front of it [µN mm²]
     std::vector<double> twist;  ///< [segment]: GJ [µN mm²]
-    double stretch = 1e9;       ///< EA and GA of the rod [µN]
-    double radius_mm = 0.9;     ///< distance of the tetrahedra's nodes from the axis
+    double stretch = 1e9;       ///< EA and GA [µN]
     double damping = 0;         ///< of velocities [1/s]
     std::int32_t tip_segments = 0;
     Vec3d entry{0, 0, 0};  ///< end of the guide, which leads there along the third axis
@@ -66,11 +63,6 @@ struct WireContact {
 
 class Wire {
   public:
-    virtual ~Wire() = default;
-    virtual std::unique_ptr<Wire> copy() const = 0;
-    /// Copies another wire of the same kind and settings without allocating.
-    virtual void assign(const Wire& other) noexcept = 0;
-
     std::int32_t segments() const { return m_settings.segments; }
     std::int32_t first() const { return m_first; }  ///< index of the last node in the guide
     /// Position of the guide's end on segment `first`, 0…1.
@@ -79,37 +71,18 @@ class Wire {
 
     /// Sets the guide's position and rotation at the end of the next step.
     void feed(double inserted_mm, double turned_rad);
-    /// Sets the rest shape of the tip: total bends towards the first and the second axis.
-    virtual void bend_tip(double first_rad, double second_rad) = 0;
-
-    virtual void predict(double h) = 0;
-    virtual void solve(std::span<WireContact> contacts) = 0;
-    virtual void finish() = 0;
 
     /// Positions of the nodes along the axis.
     const std::vector<Vec3d>& positions() const { return m_x; }
     const std::vector<Vec3d>& positions_before() const { return m_old_x; }
     const std::vector<Vec3d>& velocities() const { return m_v; }
-    /// Frame of the tip: the third axis points ahead, the tip bends about the first two.
-    virtual Rotation tip_frame() const = 0;
-    /// Force [µN] and moment [µN mm] of the wire on the guide.
-    virtual Vec3d base_force() const = 0;
-    virtual Vec3d base_moment() const = 0;
-    virtual double elastic_energy() const = 0;  ///< [nJ = µN mm]
-    virtual double kinetic_energy() const = 0;
-    virtual bool is_good() const = 0;
     /// Adds positions and velocities.
-    virtual void add_to(Hash64& hash) const;
-    /// Writes or reads the state between two steps.
-    virtual void exchange(StateNumbers& state);
-    /// Tetrahedra in the present shape; empty for a rod.
-    virtual TetMesh mesh() const { return {}; }
-    virtual std::int64_t inverted() const { return 0; }  ///< number of inverted tetrahedra
+    void add_to(Hash64& hash) const;
 
   protected:
     Wire(const WireSettings& settings, double inserted_mm);
-    Wire(const Wire&) = default;
-    Wire& operator=(const Wire&) = default;
+    /// Writes or reads the state between two steps.
+    void exchange(StateNumbers& state);
     /// Coordinate of a node in the guide along its axis.
     double fed_mm(std::size_t node) const {
         return m_inserted - m_settings.segment_mm * double(m_count - node);

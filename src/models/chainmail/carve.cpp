@@ -13,7 +13,7 @@
 #include "base/errors.h"
 #include "base/stopwatch.h"
 #include "chainmail/chainmail_impl.h"
-#include "chainmail/cut_search.h"
+#include "chainmail/cut.h"
 #include "chainmail/operation.h"
 
 namespace pliant {

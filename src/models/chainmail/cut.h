@@ -15,6 +15,7 @@
 #include <pliant/volume.h>
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,40 @@
 #include "mesh/blade.h"
 
 namespace pliant {
+
+/// Closed box of positions.
+struct PositionBox {
+    Position low, high;
+};
+
+/// Search of the bricks that can have elements in a box of the deformed space: the distance of
+/// their rest position from the box is at most the largest displacement. Each is then tested with
+/// its own bounds.
+class BrickSearch {
+  public:
+    /// Takes the bounds of the present displacements.
+    explicit BrickSearch(const Lattice& lattice);
+
+    /// Number of bricks that for_each_brick examines.
+    std::int64_t brick_count(const PositionBox& box) const;
+    /// Visits the bricks that have a part in the box: an element or a link that starts in them.
+    /// @param visit     coordinate, and bounds of all positions of the brick's elements and the
+    ///                  next layer on the high sides
+    /// @param may_meet  tests wider bounds, found without reading displacements; false skips the
+    ///                  brick; empty: no brick is skipped
+    void for_each_brick(const PositionBox& box,
+                        const std::function<void(Vec3i, const PositionBox&)>& visit,
+                        const std::function<bool(const PositionBox&)>& may_meet = {}) const;
+
+  private:
+    struct Range {
+        Vec3i begin, end;
+    };
+    Range bricks_near(const PositionBox& box) const;
+
+    const Lattice& m_lattice;
+    Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};  ///< of all displacements
+};
 
 /// Rest position of an element.
 Position rest_position(const Grid& grid, Vec3i ijk);

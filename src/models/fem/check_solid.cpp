@@ -88,14 +88,13 @@ SettingRows<ElasticSettings> elastic_rows() noexcept {
                                            .choices = "cholesky|conjugate_gradients",
                                            .text = "direct or iterative solution"}),
         setting<&ElasticSettings::tolerance>({.name = "tolerance",
-                                              .low = 0,
-                                              .high = 1,
+                                              .range = {0, 1},
                                               .above_low = true,
                                               .below_high = true,
                                               .text = "residual relative to the load, of conjugate "
                                                       "gradients"}),
         setting<&ElasticSettings::max_iterations>(
-            {.name = "max_iterations", .low = 1, .text = "of conjugate gradients"}),
+            {.name = "max_iterations", .range = {.low = 1}, .text = "of conjugate gradients"}),
     };
     return kRows;
 }

@@ -10,6 +10,8 @@
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "material/air.h"
+#include "material/limit_units.h"
 
 namespace pliant {
 
@@ -197,6 +199,22 @@ MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
             m_symmetric &= half.compress[b] == half.shear[b] && half.stretch[b] == half.shear[b];
         }
     }
+}
+
+std::array<ElementLimits, 8> air_limits(const ChainMailSettings& settings) {
+    const ElementLimits soft = draeger_limits(settings, settings.range.low);
+    std::array<ElementLimits, 8> limits;
+    for (unsigned axes = 0; axes < 8; ++axes) {
+        ElementLimits& air = limits[axes];
+        air.max_movement_mm = kMaxMovementMm;
+        for (int b = 0; b < 3; ++b) {
+            const bool is_skin = axes >> b & 1;
+            air.compress[b] = settings.air_compress;
+            air.stretch[b] = is_skin ? soft.stretch[b] : settings.air_stretch;
+            air.shear[b] = is_skin ? soft.shear[b] : settings.air_shear;
+        }
+    }
+    return limits;
 }
 
 }  // namespace pliant

@@ -26,21 +26,22 @@ using ContactRows = BodyContactSettings;
 
 constexpr Setting<ContactRows> kContact[] = {
     setting<&ContactRows::friction>(
-        {.name = "friction", .low = 0, .text = "Coulomb friction coefficient"}),
-    setting<&ContactRows::iterations>(
-        {.name = "iterations", .low = 1, .text = "over all touches of a sub-step, at most"}),
+        {.name = "friction", .range = {.low = 0}, .text = "Coulomb friction coefficient"}),
+    setting<&ContactRows::iterations>({.name = "iterations",
+                                       .range = {.low = 1},
+                                       .text = "over all touches of a sub-step, at most"}),
     setting<&ContactRows::gap>(
         {.name = "gap",
-         .low = 0,
+         .range = {.low = 0},
          .text = "distance that pieces keep, unless they are nearer at rest"}),
     setting<&ContactRows::recovery_speed>(
         {.name = "recovery_speed",
-         .low = 0,
+         .range = {.low = 0},
          .above_low = true,
          .text = "speed at which overlaps that exist before a step are resolved"}),
     setting<&ContactRows::touched_mass>(
         {.name = "touched_mass",
-         .low = 1,
+         .range = {.low = 1},
          .text = "factor of the mass of nodes that a tool touches, during "
                  "the body's solution"}),
 };

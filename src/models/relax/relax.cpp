@@ -49,12 +49,12 @@ bool is_in_scan(const Lattice& lattice, Vec3i brick_coord) {
 SettingRows<RelaxOptions> relax_rows() noexcept {
     using R = RelaxOptions;
     static constexpr Setting<R> kRows[] = {
-        setting<&R::max_sweeps>(
-            {.name = "max_sweeps", .low = 0, .text = "sweeps over all elements that still move"}),
+        setting<&R::max_sweeps>({.name = "max_sweeps",
+                                 .range = {.low = 0},
+                                 .text = "sweeps over all elements that still move"}),
         setting<&R::over_relaxation>(
             {.name = "over_relaxation",
-             .low = 1,
-             .high = 1.95,
+             .range = {1, 1.95},
              .text = "factor of the step to the position of minimal energy"}),
         setting<&R::measure_energy>(
             {.name = "measure_energy", .text = "fills in the energies of the report"}),

@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-#include "springs/aligned_array.h"
+#include "base/aligned_array.h"
 
 namespace pliant {
 

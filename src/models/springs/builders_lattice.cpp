@@ -11,7 +11,7 @@
 #include <string>
 
 #include "base/errors.h"
-#include "springs/node_masses.h"
+#include "springs/cell_volume.h"
 
 namespace pliant {
 namespace {

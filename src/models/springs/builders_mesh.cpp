@@ -9,7 +9,7 @@
 #include <cmath>
 #include <string>
 
-#include "springs/node_masses.h"
+#include "springs/cell_volume.h"
 
 #include "base/errors.h"
 

@@ -94,4 +94,16 @@ double cell_volume(const SpringCell& cell, Position&& position) {
     return volume / 3;
 }
 
+/// Masses of nodes from a density: each cell distributes its mass equally to its corners.
+inline void spread_masses(SpringParts& parts, double density) {
+    for (SpringNode& node : parts.nodes) node.mass = 0;
+    for (const SpringCell& cell : parts.cells) {
+        const double volume =
+            cell_volume(cell, [&](std::int32_t n) { return parts.nodes[std::size_t(n)].rest; });
+        for (int n = 0; n < cell.node_count; ++n)
+            parts.nodes[std::size_t(cell.nodes[std::size_t(n)])].mass +=
+                density * volume / cell.node_count;
+    }
+}
+
 }  // namespace pliant

@@ -15,7 +15,7 @@
 
 #include <pliant/models/springs.h>
 
-#include "springs/aligned_array.h"
+#include "base/aligned_array.h"
 #include "springs/block_product.h"
 
 namespace pliant {

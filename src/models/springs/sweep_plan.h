@@ -21,7 +21,7 @@
 
 #include <unordered_map>
 
-#include "springs/aligned_array.h"
+#include "base/aligned_array.h"
 
 namespace pliant {
 

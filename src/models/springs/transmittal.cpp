@@ -6,11 +6,15 @@
 #include <algorithm>
 #include <atomic>
 
+#include "base/errors.h"
+
 namespace pliant {
 namespace {
 
 constexpr std::size_t kKeptPlans = 32;
 constexpr std::int32_t kPacksPerTask = 64;
+
+constexpr std::int64_t kCellPacksPerTask = 16, kNodesPerTask = 512, kNodesPerCopy = 16384;
 
 }  // namespace
 
@@ -238,6 +242,102 @@ void Transmittal::take_back() {
     m_x.swap(m_before);
     m_before.swap(m_two_before);
     m_branch.swap(m_other_branch);
+}
+
+// Forces of the cells' volume energy.
+
+void Transmittal::add_volume_forces(const TaskArena& arena) {
+    const SweepPlan& plan = m_plan->plan;
+    const struct {
+        double* to;
+        const double* from[3];
+    } copy{m_seen.data(), {m_x[0].data(), m_x[1].data(), m_x[2].data()}};
+    arena.for_each(std::int64_t(plan.local_count()), kNodesPerCopy,
+                   [&copy](std::int64_t begin, std::int64_t end) {
+                       for (std::int64_t l = begin; l < end; ++l)
+                           for (int c = 0; c < 3; ++c) copy.to[4 * l + c] = copy.from[c][l];
+                   });
+    const struct {
+        const SweepPlan& plan;
+        VolumeKernel kernel;
+        VolumeArrays arrays;
+    } job{plan,
+          m_volume_kernel,
+          {m_seen.data(),
+           m_corner_force.data(),
+           {m_load[0].data(), m_load[1].data(), m_load[2].data()},
+           {m_force[0].data(), m_force[1].data(), m_force[2].data()}}};
+    arena.for_each(std::int64_t(plan.cell_packs.size()), kCellPacksPerTask,
+                   [&job](std::int64_t begin, std::int64_t end) {
+                       job.kernel.cells(job.plan, job.arrays, begin, end);
+                   });
+    arena.for_each(plan.active_end - kPack, kNodesPerTask,
+                   [&job](std::int64_t begin, std::int64_t end) {
+                       job.kernel.nodes(job.plan, job.arrays, kPack + begin, kPack + end);
+                   });
+}
+
+Status check_sources(const SpringNetwork& network, std::span<const std::int32_t> sources,
+                     const char* argument) {
+    const auto complain = [&](const std::string& text) {
+        return Error{ErrorCode::InvalidArgument, std::string(argument) + ": " + text};
+    };
+    for (const std::int32_t node : sources) {
+        if (node < 0 || node >= network.node_count())
+            return complain("expected nodes below " + std::to_string(network.node_count()) +
+                            ", found " + std::to_string(node));
+        if (network.nodes()[std::size_t(node)].fixed)
+            return complain("expected nodes that can move, found node " + std::to_string(node) +
+                            ", which is fixed");
+    }
+    return Ok{};
+}
+
+Status check_depth(std::int32_t depth) {
+    if (depth < 0)
+        return about("depth", ErrorCode::InvalidArgument,
+                     "expected 0 layers or more, found " + std::to_string(depth));
+    return Ok{};
+}
+
+void OrderSearch::run(const SpringNetwork& network, std::span<const std::int32_t> sources,
+                      std::int32_t depth, TransmittalOrder& order) {
+    if (m_seen.size() != std::size_t(network.node_count()) || ++m_turn == 0) {
+        m_seen.assign(std::size_t(network.node_count()), 0);
+        m_turn = 1;
+    }
+    std::vector<std::int32_t>& nodes = order.nodes;
+    nodes.clear();
+    order.layers.assign(1, 0);
+    const auto visit = [&](std::int32_t node) {
+        std::uint32_t& seen = m_seen[std::size_t(node)];
+        if (seen == m_turn || network.nodes()[std::size_t(node)].fixed) return;
+        seen = m_turn;
+        nodes.push_back(node);
+    };
+    for (const std::int32_t node : sources) visit(node);
+    for (std::int32_t layer = 0;; ++layer) {
+        const auto begin = std::size_t(order.layers.back());
+        const std::size_t end = nodes.size();
+        if (begin == end) break;  // all nodes have been reached
+        order.layers.push_back(std::int32_t(end));
+        if (layer == depth) break;
+        for (std::size_t n = begin; n < end; ++n)
+            for (const auto& neighbour : network.neighbours(nodes[n])) visit(neighbour.node);
+    }
+}
+
+Result<TransmittalOrder> transmittal_order(const SpringNetwork& network,
+                                           std::span<const std::int32_t> sources,
+                                           std::int32_t depth) noexcept {
+    return attempt([&]() -> Result<TransmittalOrder> {
+        if (const Status status = check_sources(network, sources, "sources"); !status.ok())
+            return status.error();
+        if (const Status status = check_depth(depth); !status.ok()) return status.error();
+        TransmittalOrder order;
+        OrderSearch().run(network, sources, depth, order);
+        return order;
+    });
 }
 
 }  // namespace pliant

@@ -10,12 +10,31 @@
 #include <array>
 #include <memory>
 
-#include "springs/order.h"
 #include "springs/state.h"
 #include "springs/sweep.h"
 #include "springs/volume_sweep.h"
 
 namespace pliant {
+
+// Breadth-first search with reused memory.
+
+/// @param argument  its name in the message
+Status check_sources(const SpringNetwork& network, std::span<const std::int32_t> sources,
+                     const char* argument);
+
+Status check_depth(std::int32_t depth);
+
+class OrderSearch {
+  public:
+    /// @pre sources and depth are checked. @param[out] order  has fewer nodes than sources if one
+    /// occurs twice
+    void run(const SpringNetwork& network, std::span<const std::int32_t> sources,
+             std::int32_t depth, TransmittalOrder& order);
+
+  private:
+    std::vector<std::uint32_t> m_seen;  ///< [node]: last search that reached it
+    std::uint32_t m_turn = 0;
+};
 
 class Transmittal {
   public:

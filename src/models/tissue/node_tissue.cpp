@@ -3,13 +3,61 @@
 
 #include <pliant/own_tissue.h>
 
+#include <fstream>
 #include <iterator>
 
 #include "base/errors.h"
-#include "tissue/number_file.h"
+#include "base/state_frame.h"
 
 namespace pliant {
 namespace {
+
+// A tissue's state in a file: the frame of core/state_frame.h with its kind, the count of numbers,
+// and the numbers. A session records the frame's checksum.
+
+/// Writes the file atomically. @param kind  of tissue
+Status save_numbers(const std::filesystem::path& path, std::uint64_t kind,
+                    std::span<const double> numbers) {
+    StateWriter state(kStateOfNumbers);
+    state.put_u64(kind);
+    state.put_u64(numbers.size());
+    for (const double number : numbers) state.put_double(number);
+    const Bytes bytes = state.finish();
+    StagedFiles files;
+    const auto staged = files.stage(path);
+    if (!staged.ok()) return staged.error();
+    std::ofstream stream(*staged, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    stream.close();
+    if (!stream)
+        return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+    return files.commit();
+}
+
+/// @returns Unreadable for a file of another kind, or one that is damaged or cut short
+Result<std::vector<double>> load_numbers(const std::filesystem::path& path, std::uint64_t kind) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error))
+        return unreadable(path.filename(), "expected a file, found none");
+    const auto size = std::filesystem::file_size(path, error);
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream || error) return unreadable(path.filename(), "expected a file, found none");
+    Bytes bytes(size);
+    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
+    bytes.resize(std::size_t(stream.gcount()));
+    auto state = StateParser::open(path.filename().string(), bytes, kStateOfNumbers);
+    if (!state.ok()) return state.error();
+    std::uint64_t found = 0, count = 0;
+    if (!state->take_u64(found) || !state->take_u64(count)) return state->damaged();
+    if (found != kind)
+        return unreadable(path.filename(),
+                          "expected a state of this tissue, found that of another");
+    if (state->left() % 8 != 0 || count != state->left() / 8) return state->damaged();
+    std::vector<double> numbers(count);
+    for (double& number : numbers)
+        if (!state->take_double(number)) return state->damaged();
+    return numbers;
+}
 
 // Limits of the history; a state of 12,000 nodes takes 0.6 MB.
 constexpr std::size_t kMaxSteps = 200, kMaxBytes = 256'000'000;

@@ -18,6 +18,39 @@
 namespace pliant {
 namespace {
 
+using S = SpringDeformationSettings;
+
+constexpr Setting<S> kSpringRows[] = {
+    setting<&S::cell_mm>({.name = "cell_mm",
+                          .unit = "mm",
+                          .range = {0, 1000},
+                          .above_low = true,
+                          .text = "edge of a control cell, rounded to whole voxels"}),
+    setting<&S::young_modulus_pa>({.name = "young_modulus_pa",
+                                   .unit = "Pa",
+                                   .range = {1, 1e9},
+                                   .text = "Young's modulus of tissue; air has a hundredth of it"}),
+    setting<&S::poisson_ratio>({.name = "poisson_ratio",
+                                .range = {0.25, 0.499},
+                                .text = "Poisson's ratio of tissue; air has 0.25, that of links"}),
+    setting<&S::air_threshold_hu>(
+        {.name = "air_threshold_hu", .unit = "HU", .text = "smaller values are air"}),
+    setting<&S::fixed_hu>({.name = "fixed_hu",
+                           .unit = "HU",
+                           .text = "nodes with a larger mean value around them don't move"}),
+    setting<&S::fixed_share>({.name = "fixed_share",
+                              .range = {0, 1},
+                              .text = "nor do those of cells with a larger share of such voxels"}),
+    setting<&S::depth>({.name = "depth",
+                        .unit = "layers",
+                        .range = {0, 1e6},
+                        .text = "layers of nodes that forces reach beyond a tool"}),
+    setting<&S::damping_s>({.name = "damping_s",
+                            .unit = "s",
+                            .range = {1e-4, 1e4},
+                            .text = "time in which free motion dies away to 1/e"}),
+};
+
 constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},
     {.model = "springs", .cuts = true, .moves_by_itself = true},
@@ -63,37 +96,30 @@ class RigidTissue final : public NodeTissue {
 using B = BodySettings;
 
 constexpr Setting<B> kBodyRows[] = {
-    setting<&B::young_modulus_pa>({.name = "young_modulus_pa",
-                                   .unit = "Pa",
-                                   .low = 1,
-                                   .high = 1e9,
-                                   .text = "Young's modulus"}),
+    setting<&B::young_modulus_pa>(
+        {.name = "young_modulus_pa", .unit = "Pa", .range = {1, 1e9}, .text = "Young's modulus"}),
     setting<&B::poisson_ratio>({.name = "poisson_ratio",
-                                .low = 0,
-                                .high = 0.499,
+                                .range = {0, 0.499},
                                 .above_low = true,
                                 .text = "Poisson's ratio"}),
     setting<&B::density_kg_m3>(
-        {.name = "density_kg_m3", .unit = "kg/m³", .low = 1, .high = 1e5, .text = "density"}),
+        {.name = "density_kg_m3", .unit = "kg/m³", .range = {1, 1e5}, .text = "density"}),
     setting<&B::damping_per_s>({.name = "damping_per_s",
                                 .unit = "1/s",
-                                .low = 0,
-                                .high = 1e3,
+                                .range = {0, 1e3},
                                 .text = "damping of velocities"}),
     setting<&B::fixed_hu>({.name = "fixed_hu",
                            .unit = "HU",
                            .text = "nodes at a larger value of the scan don't move"}),
     setting<&B::time_step_s>({.name = "time_step_s",
                               .unit = "s",
-                              .low = 1e-5,
-                              .high = 0.1,
+                              .range = {1e-5, 0.1},
                               .text = "simulated time of a step"}),
     setting<&B::sub_steps>(
-        {.name = "sub_steps", .low = 1, .high = 1000, .text = "sub-steps of a time step"}),
+        {.name = "sub_steps", .range = {1, 1000}, .text = "sub-steps of a time step"}),
     setting<&B::reach_mm>({.name = "reach_mm",
                            .unit = "mm",
-                           .low = 0,
-                           .high = 1000,
+                           .range = {0, 1000},
                            .above_low = true,
                            .text = "distance from the body at which the scan rests"}),
 };
@@ -103,19 +129,16 @@ using N = NetworkSettings;
 constexpr Setting<N> kNetworkRows[] = {
     setting<&N::time_step_s>({.name = "time_step_s",
                               .unit = "s",
-                              .low = 1e-5,
-                              .high = 0.1,
+                              .range = {1e-5, 0.1},
                               .text = "simulated time of a step"}),
     setting<&N::solve_tolerance>({.name = "solve_tolerance",
-                                  .low = 0,
-                                  .high = 1,
+                                  .range = {0, 1},
                                   .above_low = true,
                                   .below_high = true,
                                   .text = "relative residual of a step's equations"}),
     setting<&N::reach_mm>({.name = "reach_mm",
                            .unit = "mm",
-                           .low = 0,
-                           .high = 1000,
+                           .range = {0, 1000},
                            .above_low = true,
                            .text = "distance from the network at which the scan rests"}),
 };
@@ -140,6 +163,10 @@ std::vector<std::array<std::int32_t, 4>> cells_of(const PbdParts& parts) {
 }
 
 }  // namespace
+
+SettingRows<SpringDeformationSettings> spring_rows() noexcept {
+    return kSpringRows;
+}
 
 SettingRows<BodySettings> body_rows() noexcept {
     return kBodyRows;

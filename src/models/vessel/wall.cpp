@@ -17,20 +17,18 @@ SettingRows<WallSettings> wall_rows() noexcept {
     static constexpr Setting<S> kRows[] = {
         setting<&S::thickness_mm>({.name = "thickness_mm",
                                    .unit = "mm",
-                                   .low = 0,
+                                   .range = {.low = 0},
                                    .above_low = true,
                                    .text = "thickness of the wall"}),
-        setting<&S::layers>({.name = "layers",
-                             .low = 1,
-                             .high = 16,
-                             .text = "tetrahedra across the wall, at least"}),
+        setting<&S::layers>(
+            {.name = "layers", .range = {1, 16}, .text = "tetrahedra across the wall, at least"}),
         setting<&S::cell_mm>({.name = "cell_mm",
                               .unit = "mm",
-                              .low = 0,
+                              .range = {.low = 0},
                               .text = "cell of the lattice; 0: as the layers allow"}),
         setting<&S::ghost_mm>({.name = "ghost_mm",
                                .unit = "mm",
-                               .low = 0,
+                               .range = {.low = 0},
                                .text = "cell for the ghost surface; 0: the wall's"}),
     };
     return kRows;

@@ -1,23 +1,51 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "hub/camera_feed.h"
+// Cameras: a client follows the camera of another.
 
+#include <map>
+
+#include "hub/feed.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
+namespace {
 
-bool CameraFeed::take(Client& client, const Message& message) {
-    if (const auto* camera = std::get_if<CameraMessage>(&message.action)) {
-        m_cameras[client.info.number] = {*camera, true};
-        return true;
+class CameraFeed final : public Feed {
+  public:
+    using Feed::Feed;
+
+    bool take(Client& client, const Message& message) override {
+        if (const auto* camera = std::get_if<CameraMessage>(&message.action)) {
+            m_cameras[client.info.number] = {*camera, true};
+            return true;
+        }
+        if (const auto* wish = std::get_if<FollowMessage>(&message.action)) {
+            set_leader(client, message.id, wish->client);
+            return true;
+        }
+        return false;
     }
-    if (const auto* wish = std::get_if<FollowMessage>(&message.action)) {
-        set_leader(client, message.id, wish->client);
-        return true;
-    }
-    return false;
-}
+    void refresh() override;
+    void leave(Client& client) override;
+    void enter_scene() noexcept override { m_cameras.clear(); }
+
+  private:
+    struct Camera {
+        CameraMessage newest;
+        bool is_new = false;  ///< not sent yet
+    };
+    /// A client's wish to follow another.
+    struct Follower {
+        std::uint32_t leader = 0;
+        bool is_told = false;  ///< whether it has the leader's camera
+    };
+
+    void set_leader(Client& client, std::uint32_t id, std::uint32_t leader);
+
+    std::map<std::uint32_t, Camera> m_cameras;      ///< by client
+    std::map<std::uint32_t, Follower> m_followers;  ///< by client
+};
 
 void CameraFeed::set_leader(Client& client, std::uint32_t id, std::uint32_t leader) {
     const std::uint32_t own = client.info.number;
@@ -54,6 +82,12 @@ void CameraFeed::leave(Client& client) {
             m_host.send(*follower, camera_text(gone, {}));
         return true;
     });
+}
+
+}  // namespace
+
+std::unique_ptr<Feed> make_camera_feed(FeedHost& host) {
+    return std::make_unique<CameraFeed>(host);
 }
 
 }  // namespace pliant::serve

@@ -114,6 +114,13 @@ class Feed {
     FeedHost& m_host;
 };
 
+// Feeds that only their own files know.
+std::unique_ptr<Feed> make_rest_feed(FeedHost& host);
+std::unique_ptr<Feed> make_vessel_feed(FeedHost& host);
+std::unique_ptr<Feed> make_path_feed(FeedHost& host);
+std::unique_ptr<Feed> make_mark_feed(FeedHost& host);
+std::unique_ptr<Feed> make_camera_feed(FeedHost& host);
+
 /// Client with a number; null if it is away.
 inline Client* connected(FeedHost& host, std::uint32_t number) {
     for (Client& client : host.clients())

@@ -12,6 +12,7 @@
 
 #pragma once
 
+#include <pliant/models/drivable.h>
 #include <pliant/view/haptics.h>
 
 #include <cstdint>
@@ -22,12 +23,36 @@
 
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
-#include "hub/catheter_grip.h"
 #include "hub/client.h"
 #include "protocol/haptic_status.h"
 #include "session/scene.h"
 
 namespace pliant::serve {
+
+// Force feedback for the catheter of a served tissue. The hand's motion becomes commands like those
+// of any client. While the first button is held, the hand is decoupled from the wire, to reach
+// back.
+
+class CatheterGrip {
+  public:
+    /// @param tool   number of the tool that drives
+    /// @param scale  mm in the scene per mm of the device
+    static Result<CatheterGrip> create(const Drivable& catheter, std::uint32_t tool, double scale);
+
+    /// @param lets_go  a client stopped the device, or it is lost
+    std::optional<Action> next(const HapticRecord& now, bool lets_go, const Scene& scene);
+    /// Model of the force on the hand; none after the simulation has failed.
+    std::optional<HapticModel> model(const HapticRecord& now, const Drivable& catheter) const;
+    double ahead_mm(const HapticRecord& now, const Drivable& catheter) const;
+
+  private:
+    CatheterGrip(CatheterFeel feel, std::uint32_t tool) : m_feel(std::move(feel)), m_tool(tool) {}
+
+    CatheterFeel m_feel;
+    std::uint32_t m_tool;
+    bool m_turns = false;  ///< the device measures rotation
+    double m_time_s = 0;
+};
 
 struct OpenedDevice {
     std::unique_ptr<HapticDevice> device;

@@ -25,22 +25,17 @@
 #include <stop_token>
 #include <string>
 
-#include "hub/camera_feed.h"
 #include "hub/changed_blocks.h"
 #include "hub/client.h"
 #include "hub/device_feed.h"
 #include "hub/inbox.h"
 #include "hub/label_feed.h"
-#include "hub/mark_feed.h"
 #include "hub/overlay_feed.h"
-#include "hub/path_feed.h"
 #include "hub/playback_feed.h"
 #include "hub/publisher.h"
 #include "hub/recorder.h"
-#include "hub/rest_feed.h"
 #include "hub/roster.h"
 #include "hub/sweep_pace.h"
-#include "hub/vessel_feed.h"
 
 namespace pliant::serve {
 
@@ -49,15 +44,14 @@ struct Feeds {
     FeedHost& host;
     DeviceFeed device{host};
     OverlayFeed overlays{host};
-    RestFeed rest{host};
-    VesselFeed vessel{host};
-    PathFeed paths{host};
     LabelFeed labels{host};
-    MarkFeed marks{host};
-    CameraFeed cameras{host};
     PlaybackFeed playback{host};
-    std::array<Feed*, 9> all{&device, &overlays, &rest,    &vessel,  &paths,
-                             &labels, &marks,    &cameras, &playback};
+    std::array<std::unique_ptr<Feed>, 5> others{make_rest_feed(host), make_vessel_feed(host),
+                                                make_path_feed(host), make_mark_feed(host),
+                                                make_camera_feed(host)};
+    std::array<Feed*, 9> all{&device,         &overlays,       others[0].get(),
+                             others[1].get(), others[2].get(), &labels,
+                             others[3].get(), others[4].get(), &playback};
 
     auto begin() const { return all.begin(); }
     auto end() const { return all.end(); }

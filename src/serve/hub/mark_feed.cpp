@@ -1,13 +1,35 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "hub/mark_feed.h"
+// Marks that the clients of a scan share: points, rulers, angles and curves, by their positions at
+// rest. The newest version of each mark counts. Marks don't change the scene, and are not recorded.
 
 #include <algorithm>
+#include <set>
 
+#include "hub/feed.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
+namespace {
+
+class MarkFeed final : public Feed {
+  public:
+    using Feed::Feed;
+
+    bool take(Client& client, const Message& message) override;
+    void leave(Client& client) override { m_clients.erase(client.info.number); }
+    void enter_scene() noexcept override {
+        m_marks.clear();
+        m_clients.clear();
+    }
+
+  private:
+    void set(Client& client, std::uint32_t id, const MarkMessage& mark);
+
+    std::vector<MarkMessage> m_marks;
+    std::set<std::uint32_t> m_clients;  ///< by number
+};
 
 bool MarkFeed::take(Client& client, const Message& message) {
     if (const auto* mark = std::get_if<MarkMessage>(&message.action)) {
@@ -47,9 +69,10 @@ void MarkFeed::set(Client& client, std::uint32_t id, const MarkMessage& mark) {
         if (&other != &client && m_clients.contains(other.info.number)) m_host.send(other, text);
 }
 
-void MarkFeed::enter_scene() noexcept {
-    m_marks.clear();
-    m_clients.clear();
+}  // namespace
+
+std::unique_ptr<Feed> make_mark_feed(FeedHost& host) {
+    return std::make_unique<MarkFeed>(host);
 }
 
 }  // namespace pliant::serve

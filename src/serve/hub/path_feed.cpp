@@ -1,16 +1,53 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "hub/path_feed.h"
+// Path searches that clients request. Each runs on its own thread, in a copy of the deformed volume
+// at the time of the request.
+
+#include <pliant/render.h>
 
 #include <algorithm>
 #include <system_error>
 #include <utility>
 
+#include "hub/background.h"
+#include "hub/feed.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
 namespace {
+
+struct PathQuestion {
+    std::uint32_t id = 0;      ///< of the client's message
+    std::uint32_t client = 0;  ///< client that asked
+    std::uint32_t step = 0;    ///< step of the volume
+    std::uint32_t volume = 0;  ///< id of the volume
+    Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
+    LumenPathSettings settings{};
+};
+
+struct PathSearch {
+    /// @param volume  private copy
+    PathSearch(const PathQuestion& question, Volume volume);
+
+    PathQuestion question;
+    Background<LumenPath> work;
+};
+
+class PathFeed final : public Feed {
+  public:
+    using Feed::Feed;
+
+    bool take(Client& client, const Message& message) override;
+    void refresh() override;
+    void leave(Client& client) override;
+    void enter_scene() noexcept override;
+
+  private:
+    void start_search(Client& client, std::uint32_t id, const PathMessage& path);
+
+    std::vector<std::unique_ptr<PathSearch>> m_searches;  ///< running ones
+};
 
 Outcome refusal(const Error& error) {
     const char* code = error.code == ErrorCode::NotFound        ? "no_way"
@@ -18,8 +55,6 @@ Outcome refusal(const Error& error) {
                                                                 : "out_of_range";
     return {.error_code = code, .message = "path: " + error.message};
 }
-
-}  // namespace
 
 PathSearch::PathSearch(const PathQuestion& asked, Volume copy)
     : question(asked), work([asked, volume = std::move(copy)](const std::stop_token& stop) {
@@ -94,6 +129,12 @@ void PathFeed::leave(Client& client) {
 
 void PathFeed::enter_scene() noexcept {
     for (const auto& search : m_searches) search->work.cancel();
+}
+
+}  // namespace
+
+std::unique_ptr<Feed> make_path_feed(FeedHost& host) {
+    return std::make_unique<PathFeed>(host);
 }
 
 }  // namespace pliant::serve

@@ -1,14 +1,40 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "hub/rest_feed.h"
+// The rest field for clients that request it: rest positions and raw tissue at every 4th voxel. One
+// field serves all clients, and follows the volume. A client starts with a field at rest.
+
+#include <pliant/resample.h>
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
+#include "hub/box_feed.h"
+#include "protocol/limits.h"
+
 namespace pliant::serve {
 namespace {
+
+class RestFeed final : public BoxFeed {
+  public:
+    explicit RestFeed(FeedHost& host) : BoxFeed(host, kMaxRestNodes, kMaxRestNodes) {}
+
+    bool take(Client& client, const Message& message) override;
+    bool follow(std::span<const Box3i> boxes) override;
+    void refresh() override;
+    void change_tissue() noexcept override { m_is_stale = true; }
+    void enter_scene() noexcept override;
+
+  private:
+    bool make();
+    std::optional<Delivery> start_delivery() override;
+    bool is_ready() const override { return m_field.has_value(); }
+    std::vector<std::uint16_t> halves_of(const Box3i& nodes, std::uint16_t format) override;
+
+    std::optional<RestField> m_field;  ///< present while a client requests it
+    bool m_is_stale = false;           ///< must be rebuilt
+};
 
 std::array<Box3i, 1> all_nodes(const RestField& field) {
     return {{{{0, 0, 0}, field.counts()}}};
@@ -26,8 +52,6 @@ void mark_moved(const RestField& field, Delivery& delivery) {
             if (first != end) delivery.mark({{int(first - row) / 4, j, k}, {n.x, j + 1, k + 1}});
         }
 }
-
-}  // namespace
 
 bool RestFeed::take(Client& client, const Message& message) {
     const auto* wish = std::get_if<RestMessage>(&message.action);
@@ -92,6 +116,12 @@ void RestFeed::enter_scene() noexcept {
     m_field.reset();
     m_is_stale = false;
     BoxFeed::enter_scene();
+}
+
+}  // namespace
+
+std::unique_ptr<Feed> make_rest_feed(FeedHost& host) {
+    return std::make_unique<RestFeed>(host);
 }
 
 }  // namespace pliant::serve

@@ -1,9 +1,39 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "hub/vessel_feed.h"
+// A catheter and the wall around it for clients that request them. Like tools, only the newest
+// state is sent. Its numbers are part of the state message.
+
+#include <map>
+
+#include "hub/feed.h"
+#include "hub/vessel_frames.h"
 
 namespace pliant::serve {
+namespace {
+
+class VesselFeed final : public Feed {
+  public:
+    using Feed::Feed;
+
+    bool take(Client& client, const Message& message) override;
+    bool follow(std::span<const Box3i> boxes) override;
+    void refresh() override;
+    void add(Client& client, std::vector<Outgoing>& batch) override;
+    void sent(Client& client) noexcept override;
+    void leave(Client& client) override;
+    void enter_scene() noexcept override;
+
+  private:
+    struct Sent {
+        bool surface = false;
+        std::uint64_t version = 0;
+    };
+    std::map<std::uint32_t, Sent> m_sent;  ///< by client
+    std::string m_model;                   ///< model of the frames' tissue
+    VesselFrames m_frames;
+    bool m_has_moved = false;
+};
 
 bool VesselFeed::take(Client& client, const Message& message) {
     const auto* wish = std::get_if<VesselMessage>(&message.action);
@@ -58,6 +88,12 @@ void VesselFeed::enter_scene() noexcept {
     m_sent.clear();
     m_frames = {};
     m_model.clear();
+}
+
+}  // namespace
+
+std::unique_ptr<Feed> make_vessel_feed(FeedHost& host) {
+    return std::make_unique<VesselFeed>(host);
 }
 
 }  // namespace pliant::serve

@@ -1,11 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Access control: checks of a request before it is processed.
+// Access control: checks of a request before it is processed, and the secrets of a server's links.
+// Those of a session are kept beside it, so that links outlive a restart.
 
 #pragma once
 
+#include <pliant/result.h>
+
 #include <chrono>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -65,5 +69,16 @@ class TokenBucket {
     double m_messages = kMessageBurst, m_bytes = kByteBurst;
     std::chrono::steady_clock::time_point m_at;
 };
+
+/// Secrets of the links with control and view permission.
+struct Tokens {
+    std::string control, view;
+};
+
+Tokens random_tokens();
+
+/// Reads the secrets of a session from SESSION.links, or makes the file, for this user only.
+/// @returns Unreadable for a file with other contents; Unwritable
+Result<Tokens> tokens_of_session(const std::filesystem::path& session);
 
 }  // namespace pliant::serve

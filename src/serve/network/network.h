@@ -17,8 +17,8 @@
 
 #include "hub/client.h"
 #include "hub/hub.h"
+#include "network/door.h"
 #include "network/tls.h"
-#include "network/tokens.h"
 #include "network/upload.h"
 
 namespace pliant::serve {

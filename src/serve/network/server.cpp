@@ -234,7 +234,7 @@ SettingRows<ServerSettings> server_rows() noexcept {
             {.name = "directions", .text = "field of directions for its label materials"}),
         setting<&S::network>(
             {.name = "network", .text = "network of springs that moves the scan; empty: none"}),
-        setting<&S::port>({.name = "port", .low = 0, .high = 65535, .text = "0: a free port"}),
+        setting<&S::port>({.name = "port", .range = {0, 65535}, .text = "0: a free port"}),
         setting<&S::host>({.name = "host",
                            .text = "address of this machine to listen on; 0.0.0.0: all, with a "
                                    "certificate"}),
@@ -245,22 +245,19 @@ SettingRows<ServerSettings> server_rows() noexcept {
             {.name = "url", .text = "of the page, if a proxy stands in front of the server"}),
         setting<&S::rate_hz>({.name = "rate_hz",
                               .unit = "Hz",
-                              .low = 1,
-                              .high = 1000,
+                              .range = {1, 1000},
                               .text = "maximum steps of the scene per second"}),
         setting<&S::checkpoint_s>({.name = "checkpoint_s",
                                    .unit = "s",
-                                   .low = 0,
+                                   .range = {.low = 0},
                                    .text = "work between two checkpoints"}),
         setting<&S::max_spring_nodes>({.name = "max_spring_nodes",
-                                       .low = 3,
-                                       .high = 64,
+                                       .range = {3, 64},
                                        .text = "limit of control nodes along an axis in the "
                                                "springs model"}),
         setting<&S::network_hz>({.name = "network_hz",
                                  .unit = "Hz",
-                                 .low = 0,
-                                 .high = 1000,
+                                 .range = {0, 1000},
                                  .text = "updates per second that an automatic depth of springs "
                                          "leaves to the slowest client; 0: any"}),
     };

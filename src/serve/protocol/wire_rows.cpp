@@ -10,8 +10,7 @@ namespace {
 
 constexpr Setting<TissueChoice> kTissue[] = {
     setting<&TissueChoice::nodes>({.name = "nodes",
-                                   .low = 3,
-                                   .high = 64,
+                                   .range = {3, 64},
                                    .text = "control nodes along each axis, or as many as the scan "
                                            "has room for"}),
     setting<&TissueChoice::depth_by_time>(
@@ -24,8 +23,7 @@ constexpr Setting<TissueChoice> kTissue[] = {
 constexpr Setting<IsoCommand> kIso[] = {
     setting<&IsoCommand::iso_hu>({.name = "iso_hu",
                                   .unit = "HU",
-                                  .low = -kMaxThreshold,
-                                  .high = kMaxThreshold,
+                                  .range = {-kMaxThreshold, kMaxThreshold},
                                   .text = "threshold of the visible surface"}),
     setting<&IsoCommand::polarity>(
         {.name = "polarity",
@@ -36,14 +34,12 @@ constexpr Setting<IsoCommand> kIso[] = {
 constexpr Setting<DepthCommand> kDepth[] = {
     setting<&DepthCommand::layers>({.name = "layers",
                                     .unit = "layers",
-                                    .low = 0,
-                                    .high = kMaxDepthLayers,
+                                    .range = {0, kMaxDepthLayers},
                                     .text = "layers beyond the contact that move"}),
     setting<&DepthCommand::within_mm>(
         {.name = "within_mm",
          .unit = "mm",
-         .low = 0,
-         .high = 1000,
+         .range = {0, 1000},
          .above_low = true,
          .text = "instead of layers: the smallest number for which one more moves no node of the "
                  "present contacts by more than this"}),
@@ -55,23 +51,19 @@ constexpr Setting<DepthCommand> kDepth[] = {
 constexpr Setting<DriveCommand> kDrive[] = {
     setting<&DriveCommand::insert_mm_s>({.name = "insert_mm_s",
                                          .unit = "mm/s",
-                                         .low = -kMaxInsert_mm_s,
-                                         .high = kMaxInsert_mm_s,
+                                         .range = {-kMaxInsert_mm_s, kMaxInsert_mm_s},
                                          .text = "speed of the insertion"}),
     setting<&DriveCommand::rotate_deg_s>({.name = "rotate_deg_s",
                                           .unit = "degrees/s",
-                                          .low = -kMaxRotate_deg_s,
-                                          .high = kMaxRotate_deg_s,
+                                          .range = {-kMaxRotate_deg_s, kMaxRotate_deg_s},
                                           .text = "speed of the rotation"}),
     setting<&DriveCommand::bend_first_deg>({.name = "bend_first_deg",
                                             .unit = "degrees",
-                                            .low = -kMaxBend_deg,
-                                            .high = kMaxBend_deg,
+                                            .range = {-kMaxBend_deg, kMaxBend_deg},
                                             .text = "bend of the tip about its first axis"}),
     setting<&DriveCommand::bend_second_deg>({.name = "bend_second_deg",
                                              .unit = "degrees",
-                                             .low = -kMaxBend_deg,
-                                             .high = kMaxBend_deg,
+                                             .range = {-kMaxBend_deg, kMaxBend_deg},
                                              .text = "bend of the tip about its second axis"}),
 };
 

@@ -49,8 +49,7 @@ using FeelSettings = ChainMailFeelSettings;
 constexpr Setting<FeelSettings> kRows[] = {
     setting<&FeelSettings::tool_radius_mm>({.name = "tool_radius_mm",
                                             .unit = "mm",
-                                            .low = 0.01,
-                                            .high = 100,
+                                            .range = {0.01, 100},
                                             .text = "radius of the round tool"}),
     setting<&FeelSettings::iso_hu>(
         {.name = "iso_hu", .unit = "HU", .text = "threshold of the surface that is felt"}),
@@ -60,20 +59,17 @@ constexpr Setting<FeelSettings> kRows[] = {
          .text = "rising: tissue is brighter than the lumen; falling: darker"}),
     setting<&FeelSettings::young_modulus_pa>({.name = "young_modulus_pa",
                                               .unit = "Pa",
-                                              .low = 1,
-                                              .high = 1e9,
+                                              .range = {1, 1e9},
                                               .text = "Young's modulus of tissue of 40 HU"}),
     setting<&FeelSettings::bone_n_m>({.name = "bone_n_m",
                                       .unit = "N/m",
-                                      .low = 1,
-                                      .high = 1e9,
+                                      .range = {1, 1e9},
                                       .text = "stiffness of bone and of links that are taut"}),
     setting<&FeelSettings::friction>(
-        {.name = "friction", .low = 0, .high = 10, .text = "Coulomb's coefficient"}),
+        {.name = "friction", .range = {0, 10}, .text = "Coulomb's coefficient"}),
     setting<&FeelSettings::reach_mm>({.name = "reach_mm",
                                       .unit = "mm",
-                                      .low = 0.1,
-                                      .high = 500,
+                                      .range = {0.1, 500},
                                       .text = "distance up to which surfaces and limits count"}),
 };
 

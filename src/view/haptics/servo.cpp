@@ -95,12 +95,10 @@ SettingRows<HapticServoSettings> haptic_servo_rows() noexcept {
     static constexpr Setting<S> kRows[] = {
         setting<&S::rate_hz>({.name = "rate_hz",
                               .unit = "Hz",
-                              .low = 500,
-                              .high = 5000,
+                              .range = {500, 5000},
                               .text = "periods of the servo per second"}),
         setting<&S::priority>({.name = "priority",
-                               .low = 0,
-                               .high = 99,
+                               .range = {0, 99},
                                .text = "real-time priority, if the system allows it; 0: none"}),
     };
     return kRows;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Automatic exposure, metered over the picture, as in src/view/render/exposure.cpp. In front of a
+// Automatic exposure, metered over the picture, as in src/view/render/real_look.cpp. In front of a
 // scene whose nearest wall is farther away than any in a lumen, such as an organ, the lamps are
 // stronger.
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Measures of a catheter of tetrahedra: forces, energies, its mesh.
+// Measures of a catheter of tetrahedra: forces, energy, its mesh.
 
 #include <algorithm>
 #include <cmath>
 
 #include "catheter/frame_along.h"
-#include "catheter/tet_wire.h"
 #include "pbd/solver.h"
+#include "rods/tet_wire.h"
 
 namespace pliant::catheter {
 
@@ -76,14 +76,6 @@ double TetWire::elastic_energy() const {
     return energy;
 }
 
-double TetWire::kinetic_energy() const {
-    const double mass = m_settings.mass_g_mm * m_settings.segment_mm / kRing;
-    double energy = 0;
-    for (std::size_t n = kRing * (std::size_t(m_first) + 1); n < m_nodes.size(); ++n)
-        energy += 0.5 * (n / kRing == m_count ? 0.5 : 1) * mass * dot(m_node_v[n], m_node_v[n]);
-    return energy;
-}
-
 bool TetWire::is_good() const {
     return std::all_of(m_nodes.begin(), m_nodes.end(), is_finite) &&
            std::all_of(m_node_v.begin(), m_node_v.end(), is_finite);
@@ -97,11 +89,6 @@ Rotation TetWire::tip_frame() const {
     const double angle =
         std::atan2(dot(first, rotated(ahead, {0, 1, 0})), dot(first, rotated(ahead, {1, 0, 0})));
     return ahead * rotation_by({0, 0, angle});
-}
-
-void TetWire::add_to(Hash64& hash) const {
-    hash.add(std::span<const Vec3d>(m_nodes));
-    hash.add(std::span<const Vec3d>(m_node_v));
 }
 
 TetMesh TetWire::mesh() const {
@@ -122,15 +109,6 @@ std::int64_t TetWire::inverted() const {
             count += !(pbd::tetrahedron_volume({tet[0], tet[1], tet[2], tet[3]}, x) > 0);
     }
     return count;
-}
-
-/// The tip's rest shape isn't included: the next command sets it.
-void TetWire::exchange(StateNumbers& state) {
-    Wire::exchange(state);
-    state.value(m_held_mm);
-    state.value(m_held_rad);
-    state.positions(m_nodes);
-    state.positions(m_node_v);
 }
 
 }  // namespace pliant::catheter

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The catheter of tetrahedra against beams, its cut into tetrahedra, and its way through a bend.
-// Covers: catheter/tet_segment.cpp.
+// The wire of tetrahedra against beams, and its cut into tetrahedra.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +10,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "catheter/tet_wire.h"
+#include "rods/tet_wire.h"
 #include "support/random.h"
 
 namespace pliant::test {
@@ -29,7 +28,6 @@ WireSettings straight_body(int segments, double bend = 5e6, double twist = 2e6) 
     s.mass_g_mm = 2e-3;
     s.bend.assign(std::size_t(segments), bend);
     s.twist.assign(std::size_t(segments), twist);
-    s.radius_mm = 0.9;
     s.damping = 30;
     s.tip_segments = 5;
     return s;
@@ -100,7 +98,7 @@ void settle(TetWire& wire, WireContact* c, double by, int steps = 600) {
 TEST(TetWire, BendsAsABeam) {
     for (const Vec3d& normal : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0.6, -0.8, 0}})
         for (const double along : {0.4, 1.0}) {
-            TetWire wire(straight_body(40), 80);
+            TetWire wire(straight_body(40), 0.9, 80);
             WireContact c;
             c.segment = 39;
             c.along = along;
@@ -119,7 +117,7 @@ TEST(TetWire, BendsAsABeam) {
 
 // Near its end it is clamped between two walls with friction, while its base is turned.
 TEST(TetWire, TwistsAsABeam) {
-    TetWire wire(straight_body(40), 80);
+    TetWire wire(straight_body(40), 0.9, 80);
     WireContact clamp[2];
     for (const int side : {0, 1}) {
         WireContact& c = clamp[side];
@@ -148,7 +146,7 @@ TEST(TetWire, TwistsAsABeam) {
 }
 
 TEST(TetWire, TurnedAtItsBaseItsTipTurns) {
-    TetWire wire(straight_body(40), 80);
+    TetWire wire(straight_body(40), 0.9, 80);
     for (int n = 1; n <= 2000; ++n) {
         wire.feed(80, 1.2 * std::min(1.0, n / 1000.0));
         wire.predict(1e-3);
@@ -162,7 +160,7 @@ TEST(TetWire, TurnedAtItsBaseItsTipTurns) {
 
 TEST(TetWire, ItsTipBendsAboutBothAxes) {
     for (const auto& [first, second] : {std::pair{0.8, 0.0}, {0.0, 0.8}, {-0.5, 0.6}}) {
-        TetWire wire(straight_body(20), 40);
+        TetWire wire(straight_body(20), 0.9, 40);
         wire.bend_tip(first, second);
         settle(wire, nullptr, 0);
         const Vec3d ahead = rotated(wire.tip_frame(), {0, 0, 1});

@@ -15,37 +15,33 @@
 
 #pragma once
 
+#include <pliant/mesh.h>
+
 #include "catheter/chain.h"
-#include "catheter/tet_segment.h"
 #include "catheter/wire.h"
+#include "rods/tet_segment.h"
 
 namespace pliant::catheter {
 
 class TetWire : public Wire {
   public:
     /// Straight, with all but `inserted_mm` in the guide. @pre settings within twist_bounds()
-    TetWire(const WireSettings& settings, double inserted_mm);
-    std::unique_ptr<Wire> copy() const override { return std::make_unique<TetWire>(*this); }
-    void assign(const Wire& other) noexcept override { *this = static_cast<const TetWire&>(other); }
+    /// @param radius_mm  distance of the nodes from the axis
+    TetWire(const WireSettings& settings, double radius_mm, double inserted_mm);
 
-    void bend_tip(double first_rad, double second_rad) override;
-    void predict(double h) override;
-    void solve(std::span<WireContact> contacts) override;
-    void finish() override;
+    // Each as of RodWire.
+    void bend_tip(double first_rad, double second_rad);
+    void predict(double h);
+    void solve(std::span<WireContact> contacts);
+    void finish();
 
-    Rotation tip_frame() const override;
-    Vec3d base_force() const override;
-    Vec3d base_moment() const override;
-    double elastic_energy() const override;
-    double kinetic_energy() const override;
-    bool is_good() const override;
-    void add_to(Hash64& hash) const override;
-    TetMesh mesh() const override;
-    std::int64_t inverted() const override;
-    void exchange(StateNumbers& state) override;
-
-    /// Four nodes for each node of the axis.
-    const std::vector<Vec3d>& nodes() const { return m_nodes; }
+    Rotation tip_frame() const;
+    Vec3d base_force() const;
+    Vec3d base_moment() const;
+    double elastic_energy() const;
+    bool is_good() const;
+    TetMesh mesh() const;           ///< in the present shape, including the part in the guide
+    std::int64_t inverted() const;  ///< number of inverted tetrahedra
 
   private:
     static constexpr std::size_t kBlock = 3 * kRing;
@@ -71,12 +67,13 @@ class TetWire : public Wire {
     Corners segment_forces(std::size_t i) const;
     void find_axis();
 
+    double m_radius;
     std::vector<SegmentStiffness> m_stiffness;
     std::array<Rest, 2> m_straight, m_bent;  ///< for even and odd segments
     std::array<double, kInRing> m_ring;      ///< rest lengths
     double m_held_mm, m_held_rad;            ///< last position and rotation in the guide
     std::vector<Vec3d> m_nodes, m_old_nodes, m_predicted, m_node_v;
-    ScratchChain<kBlock> m_chain;
+    Chain<kBlock> m_chain;
 };
 
 }  // namespace pliant::catheter

@@ -41,6 +41,10 @@ struct RelaxingGuard {
     }
 };
 
+Error open_group() {
+    return {ErrorCode::InvalidArgument, "undo: expected no open group, found one; end it first"};
+}
+
 }  // namespace
 
 Result<RelaxReport> ChainMail::Impl::relax(const RelaxOptions& given) {
@@ -88,6 +92,63 @@ Vec3d ChainMail::imprint_mm(Vec3i ijk) const {
     const Vec3<Fixed> p = m_impl->plastic_rest.imprint_at(m_impl->lattice, ijk);
     return world_from_lattice_vector(m_impl->volume.grid,
                                      {mm_from_units(p.x), mm_from_units(p.y), mm_from_units(p.z)});
+}
+
+// The public interface of undo and redo.
+
+Status ChainMail::Impl::undo() {
+    SuspendedDrag suspended(*this);
+    if (history.is_open()) return open_group();
+    if (!history.has_aside() && history.undo_steps() == 0) {
+        Error none{ErrorCode::NotFound, "undo: expected a step to take back, found none"};
+        suspended.end();
+        return none;
+    }
+    history.undo([&] { restore_allowance(); });
+    suspended.end();
+    return Ok{};
+}
+
+Status ChainMail::Impl::redo() {
+    SuspendedDrag suspended(*this);
+    if (history.is_open()) return open_group();
+    if (history.has_aside() || history.redo_steps() == 0) {
+        Error none{ErrorCode::NotFound, "redo: expected a step that was undone, found none"};
+        suspended.end();
+        return none;
+    }
+    history.redo([&] { restore_allowance(); });
+    suspended.end();
+    return Ok{};
+}
+
+Status ChainMail::undo() {
+    return attempt([&] { return m_impl->undo(); });
+}
+Status ChainMail::redo() {
+    return attempt([&] { return m_impl->redo(); });
+}
+
+int ChainMail::undo_steps() const {
+    return m_impl->history.undo_steps();
+}
+int ChainMail::redo_steps() const {
+    return m_impl->history.redo_steps();
+}
+std::size_t ChainMail::history_bytes() const {
+    return m_impl->history.bytes();
+}
+const std::string& ChainMail::next_undo_name() const {
+    return m_impl->history.next_undo_name();
+}
+const std::string& ChainMail::next_redo_name() const {
+    return m_impl->history.next_redo_name();
+}
+void ChainMail::begin_group(const std::string& name) {
+    m_impl->history.begin_anyway(name);
+}
+int ChainMail::end_group() {
+    return m_impl->history.end();
 }
 
 }  // namespace pliant

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "catheter/tet_wire.h"
+#include "rods/tet_wire.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,18 @@
 
 namespace pliant::catheter {
 namespace {
+
+#include "catheter/chain_solve.inc"
+
+struct PlainChainOps {
+    static constexpr int kLanes = 1;
+
+    static double load(const double* from) { return *from; }
+    static void store(double v, double* to) { *to = v; }
+    static double set(double v) { return v; }
+    static double sub(double a, double b) { return a - b; }
+    static double mul(double a, double b) { return a * b; }
+};
 
 /// Limit of a node's motion in one Newton step, as a fraction of a segment's length.
 constexpr double kMaxMove = 0.5;
@@ -32,9 +44,9 @@ Vec3d pull_of(Vec3d from, Vec3d to, double rest, double stiffness) {
 
 }  // namespace
 
-TetWire::TetWire(const WireSettings& settings, double inserted_mm)
-    : Wire(settings, inserted_mm), m_held_mm(inserted_mm), m_held_rad(0) {
-    const double r = settings.radius_mm, l = settings.segment_mm;
+TetWire::TetWire(const WireSettings& settings, double radius_mm, double inserted_mm)
+    : Wire(settings, inserted_mm), m_radius(radius_mm), m_held_mm(inserted_mm), m_held_rad(0) {
+    const double r = radius_mm, l = settings.segment_mm;
     for (std::size_t i = 0; i < m_count; ++i)
         m_stiffness.push_back(stiffness_for(settings.bend[i], settings.twist[i], r, l));
     for (const bool odd : {false, true}) m_straight[odd] = m_bent[odd] = rest_of(odd, {0, 0, 0});
@@ -48,7 +60,7 @@ TetWire::TetWire(const WireSettings& settings, double inserted_mm)
 }
 
 TetWire::Rest TetWire::rest_of(bool odd, Vec3d turned) const {
-    const Corners x = corners_at_rest(m_settings.radius_mm, m_settings.segment_mm, turned);
+    const Corners x = corners_at_rest(m_radius, m_settings.segment_mm, turned);
     Rest rest;
     for (std::size_t n = 0; n < kAcross; ++n)
         rest.lengths[n] = norm(x[kBars[odd][n].b] - x[kBars[odd][n].a]);
@@ -71,7 +83,7 @@ void TetWire::bend_tip(double first_rad, double second_rad) {
 
 Vec3d TetWire::in_guide(std::size_t node, double fed_mm, double turned_rad) const {
     const double angle = turned_rad + 0.5 * 3.14159265358979323846 * double(node % kRing);
-    const double r = m_settings.radius_mm;
+    const double r = m_radius;
     return m_settings.entry +
            rotated(m_settings.frame, {r * std::cos(angle), r * std::sin(angle), fed_mm});
 }
@@ -175,7 +187,7 @@ void TetWire::add_segment(std::size_t i) {
 TetWire::Weights TetWire::weights(const WireContact& c) const {
     Weights w;
     const auto i = std::size_t(c.segment);
-    const double r2 = m_settings.radius_mm * m_settings.radius_mm;
+    const double r2 = m_radius * m_radius;
     for (std::size_t n = 0; n < 2 * kRing; ++n) {
         const std::size_t ring = i + n / kRing;
         const double share = n < kRing ? 1 - c.along : c.along;
@@ -232,7 +244,8 @@ void TetWire::solve(std::span<WireContact> contacts) {
     }
     for (std::size_t i = first; i < m_count; ++i) add_segment(i);
     for (WireContact& c : contacts) add_contact(c);
-    m_chain.solve();
+    solve_chain_of<PlainChainOps>(m_chain.diagonal.data(), m_chain.upper.data(),
+                                  m_chain.diagonal.size());
     const double most = kMaxMove * m_settings.segment_mm;
     for (std::size_t n = held; n < m_nodes.size(); ++n) {
         const Vec3d by = m_chain.solution((n - held) / kRing, 3 * (n % kRing));

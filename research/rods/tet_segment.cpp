@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "catheter/tet_segment.h"
+#include "rods/tet_segment.h"
 
 #include <cmath>
 #include <numbers>
