@@ -78,8 +78,8 @@ struct ChainMail::Impl {
     /// Creates bricks for the elements and fills grabbed_elements. @returns false if all are void
     bool take_hold(std::span<const Vec3i> elements);
     Vec3d lattice_mm_from_world(Vec3d push_mm) const;
-    /// Most elements that a push may move: as the settings say, and not many more than the scan has,
-    /// since rigid tissue without air around it would go on for ever.
+    /// Most elements that a push may move: as the settings say, and not many more than the scan
+    /// has, since rigid tissue without air around it would go on for ever.
     std::int64_t max_elements() const;
     int max_bricks() const;
     Error too_large() const;
