@@ -5,8 +5,8 @@
 foreach(check IN ITEMS layers bibliography files)
     add_test(NAME check_${check} COMMAND ${PROJECT_SOURCE_DIR}/tools/check_${check})
 endforeach()
-foreach(check IN ITEMS check_layers check_bibliography check_files check_documents check_symbols
-        unless_passed)
+foreach(check IN ITEMS check_layers check_bibliography check_files check_documents check_hardened
+        check_symbols unless_passed)
     add_test(NAME ${check}_self_test COMMAND ${PROJECT_SOURCE_DIR}/tools/${check} --self-test)
 endforeach()
 pliant_test(material SOURCES test_settings.cpp)

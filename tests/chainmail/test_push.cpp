@@ -7,12 +7,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
 
+#include "base/memory_budget.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
 #include "chainmail/tissues.h"
 #include "lattice/lattice.h"
+#include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
@@ -326,6 +329,57 @@ TEST(Push, ASphereBetweenTheElementsTakesTheCellsThatItTouches) {
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->status, PushStatus::Applied);
     EXPECT_NEAR(tissue.displacement_mm({5, 5, 5}).x, 1, 1e-5);
+}
+
+/// Rigid tissue that nothing surrounds: a push would move it without end.
+ChainMailSettings endless() {
+    ChainMailSettings settings;
+    settings.offset = 0;
+    settings.bone_threshold_hu = 32768;
+    settings.max_movement_mm = 500;
+    settings.air_enabled = false;
+    return settings;
+}
+
+const Push kEndlessPush{
+    .point_mm = {10.5, 10.5, 10.5}, .push_mm = {1, 0, 0}, .sphere_radius_mm = 4};
+
+/// Refused, the tissue is as before, and answers other pushes like one that wasn't asked.
+void expect_refusal_without_trace(ChainMail& tissue, const Volume& volume, const TaskArena& arena,
+                                  const std::string& message) {
+    const std::uint64_t before = tissue.hash();
+    const auto push = tissue.push(kEndlessPush);
+    ASSERT_FALSE(push.ok());
+    EXPECT_EQ(push.error().code, ErrorCode::LimitExceeded);
+    EXPECT_NE(push.error().message.find(message), std::string::npos) << push.error().message;
+    EXPECT_EQ(tissue.hash(), before);
+    EXPECT_EQ(tissue.state().resident_bricks, 0);
+    ChainMailSettings soft = endless();
+    soft.offset = 0.2;
+    ASSERT_TRUE(tissue.set_materials(soft).ok());
+    ChainMail twin = tissue_of(volume, arena, soft);
+    ASSERT_TRUE(tissue.push(kEndlessPush).ok());
+    ASSERT_TRUE(twin.push(kEndlessPush).ok());
+    EXPECT_EQ(tissue.hash(), twin.hash());
+}
+
+TEST_F(PushTest, MovesNotManyMoreElementsThanTheScanHas) {
+    for (const auto solver : {ChainMailSolver::Sweep, ChainMailSolver::Heap}) {
+        ChainMailSettings settings = endless();
+        settings.solver = solver;
+        ChainMail tissue = tissue_of(volume, arena, settings);
+        expect_refusal_without_trace(tissue, volume, arena,
+                                     "the push would move more than 8055296 elements");
+    }
+}
+
+TEST_F(PushTest, IsRefusedWhereTheMachineLacksItsMemory) {
+    const TemporaryFolder folder;
+    folder.write("machine/proc/meminfo", "MemAvailable: 102400 kB\n");
+    const MemorySources small{folder.path() / "machine", kUnlimited};
+    ChainMail tissue = tissue_of(volume, arena, endless());
+    const UseMemorySources use(small);
+    expect_refusal_without_trace(tissue, volume, arena, "memory");
 }
 
 }  // namespace

@@ -40,6 +40,12 @@ class Encrypting {
     }
     ~Encrypting() { m_context.stop(); }
 
+    /// Speaks TLS 1.2 with these ciphers alone.
+    void use_ciphers(const char* list) {
+        SSL_CTX_set_max_proto_version(m_ssl.native_handle(), TLS1_2_VERSION);
+        EXPECT_TRUE(SSL_CTX_set_cipher_list(m_ssl.native_handle(), list));
+    }
+
     int port() const { return m_acceptor.local_endpoint().port(); }
     void pass_on_to(int port) {
         m_to = port;
@@ -160,6 +166,27 @@ TEST_F(ServedToOthers, ACertificateEncryptsPageSceneAndFiles) {
     EXPECT_EQ(none.read_response(), "");
 }
 
+TEST_F(ServedToOthers, EncryptionIsAuthenticatedAndStaysOn) {
+    const Certificate own = make_certificate(m_folder.path(), "own", "DNS:class.example");
+    auto server = Server::start(
+        {.phantom_size = {16, 16, 16}, .certificate = own.file.string(), .key = own.key.string()},
+        m_arena);
+    ASSERT_TRUE(server.ok()) << server.error().message;
+    const auto page = [&](const char* ciphers) {
+        Encrypting proxy(own.file, "class.example");
+        proxy.use_ciphers(ciphers);
+        proxy.pass_on_to(server->port());
+        return RawConnection(proxy.port())
+            .get("/", "class.example:" + std::to_string(server->port()));
+    };
+    const std::string good = page("ECDHE-ECDSA-AES128-GCM-SHA256");
+    EXPECT_TRUE(good.starts_with("HTTP/1.1 200"));
+    EXPECT_NE(good.find("Strict-Transport-Security: max-age=31536000\r\n"), std::string::npos);
+    EXPECT_TRUE(page("ECDHE-ECDSA-CHACHA20-POLY1305").starts_with("HTTP/1.1 200"));
+    EXPECT_EQ(page("ECDHE-ECDSA-AES128-SHA256"), "") << "CBC";
+    EXPECT_EQ(page("ECDHE-ECDSA-AES256-SHA"), "") << "CBC";
+}
+
 TEST_F(ServedToOthers, LinksHaveTheCertificatesFirstName) {
     const Certificate own =
         make_certificate(m_folder.path(), "own", "DNS:*.example,DNS:Class.example,IP:::1");
@@ -211,6 +238,15 @@ TEST_F(ServedToOthers, WhatIsMissingOrWrongIsSaidInALine) {
     EXPECT_TRUE(refused({.certificate = file, .key = other.key.string()})
                     .starts_with("key: expected the certificate's private key in PEM, found " +
                                  other.key.string()));
+    const auto certified = [&](const std::string& names) {
+        const Certificate odd = make_certificate(m_folder.path(), "odd", names);
+        return refused({.certificate = odd.file.string(), .key = odd.key.string()});
+    };
+    EXPECT_EQ(certified("DNS:class.example,DNS:a;b \x1b[31m"),
+              "certificate: expected names of hosts in it, found a;b ?[31m");
+    std::string many = "DNS:n0";
+    for (int n = 1; n <= 100; ++n) many += ",DNS:n" + std::to_string(n);
+    EXPECT_EQ(certified(many), "certificate: expected up to 100 names in it, found 101");
     EXPECT_EQ(refused({.url = "class.example"}),
               "url: expected http(s)://name[:port][/path], found class.example");
 }

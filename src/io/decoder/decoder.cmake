@@ -19,7 +19,6 @@ target_link_libraries(pliant_decoder PRIVATE gdcmMSFF gdcmDICT gdcmDSED gdcmComm
 if(NOT PLIANT_SANITIZE AND NOT PLIANT_FUZZ)
     target_link_libraries(pliant_decoder PRIVATE pliant_flags)
 endif()
-target_link_options(pliant_decoder PRIVATE LINKER:-z,relro,-z,now)
 add_dependencies(pliant_io pliant_decoder)
 # The programs of the build tree look in libexec/pliant above their folder.
 foreach(folder IN ITEMS libexec/pliant tests/libexec/pliant)

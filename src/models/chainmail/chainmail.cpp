@@ -24,14 +24,10 @@
 
 namespace pliant {
 
-Error too_large(const ChainMailSettings& settings) {
-    return {ErrorCode::LimitExceeded,
-            "the push would move more than " + std::to_string(settings.max_elements) +
-                " elements; expected a shorter push, a larger [material] offset, or a larger "
-                "[lattice] max_elements"};
-}
-
 namespace {
+
+/// Elements beyond the scan that a push may move whatever the scan's size.
+constexpr std::int64_t kElementsBeyond = 8'000'000;
 
 std::string cause_of(LimitedBy limit, const ChainMailSettings& settings) {
     switch (limit) {
@@ -97,9 +93,24 @@ const SweepKernels& ChainMail::Impl::kernels() const {
     return uses_vectors() ? vector_sweep_kernels() : plain_sweep_kernels();
 }
 
+std::int64_t ChainMail::Impl::max_elements() const {
+    return std::min(settings.max_elements,
+                    4 * std::int64_t(voxel_count(lattice.grid())) + kElementsBeyond);
+}
+
 int ChainMail::Impl::max_bricks() const {
-    return int(std::min<std::int64_t>(settings.max_elements / lattice.elements_per_brick() + 8,
-                                      INT32_MAX));
+    return int(
+        std::min<std::int64_t>(max_elements() / lattice.elements_per_brick() + 8, INT32_MAX));
+}
+
+Error ChainMail::Impl::too_large() const {
+    const std::int64_t most = max_elements();
+    return {ErrorCode::LimitExceeded,
+            "the push would move more than " + std::to_string(most) +
+                " elements; expected a shorter push, a larger [material] "
+                "offset, or " +
+                (most == settings.max_elements ? "a larger [lattice] max_elements"
+                                               : "air around the scan ([air] enabled)")};
 }
 
 bool ChainMail::Impl::propagate(std::span<const ElementRef> elements, Vec3<Fixed> shift) {
@@ -148,7 +159,7 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
     const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
     work.may_share = guard == nullptr;
     work.may_skip_cancelled = guard == nullptr;  // a guard looks at the whole push
-    if (!propagate(elements, tried)) return too_large(settings);
+    if (!propagate(elements, tried)) return too_large();
     const StepLimit reached = limit_of_reached(lattice, work, kernels(), tried, arena);
     StepGuard::Verdict verdict{reached.fraction, fraction_of(tried, reached.fraction),
                                reached.fraction < 1 ? reached.limited_by : own.limited_by};

@@ -43,7 +43,7 @@ Status ChainMail::Impl::pick() {
     has_fields = drag.pick(lattice, grabbed_elements, drag_reach, kernels(),
                            uses_vectors() ? vector_look_at_fields() : plain_look_at_fields(), arena,
                            max_bricks(), work);
-    if (!has_fields) return too_large(settings);
+    if (!has_fields) return too_large();
     steps_without_fields.reset();
     return Ok{};
 }

@@ -35,7 +35,6 @@ Reasons reasons_of(LimitedBy limit, const ChainMailSettings& settings,
                    const std::string& detail = {});
 /// Adds the number of moved elements. Can't fail.
 void complete(PushReport& report, std::int64_t moved, Reasons& reasons) noexcept;
-Error too_large(const ChainMailSettings& settings);
 
 /// @returns InvalidArgument that names the setting
 Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings& settings);
@@ -79,7 +78,11 @@ struct ChainMail::Impl {
     /// Creates bricks for the elements and fills grabbed_elements. @returns false if all are void
     bool take_hold(std::span<const Vec3i> elements);
     Vec3d lattice_mm_from_world(Vec3d push_mm) const;
+    /// Most elements that a push may move: as the settings say, and not many more than the scan
+    /// has, since rigid tissue without air around it would go on for ever.
+    std::int64_t max_elements() const;
     int max_bricks() const;
+    Error too_large() const;
     /// @param[out] done  the part of the shift that was done
     Result<PushReport> push_grabbed(std::span<const ElementRef> elements, Vec3<Fixed> shift,
                                     Vec3<Fixed>* done);

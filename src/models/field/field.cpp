@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <new>
 #include <tuple>
 #include <utility>
 
+#include "base/memory_budget.h"
 #include "volume/boxes.h"
 
 #ifdef __linux__
@@ -24,6 +26,8 @@ int floor_div(int a, int b) {
 }
 
 constexpr std::size_t kHugePage = std::size_t(2) << 20;
+/// The first slabs are small. The system is asked for memory at the next, and every so many.
+constexpr std::size_t kSmallSlabs = 6, kSlabsPerLook = 16;
 
 Vec3i bricks_of(Vec3i elements, int brick_size) {
     return {floor_div(elements.x - 1, brick_size) + 1, floor_div(elements.y - 1, brick_size) + 1,
@@ -151,14 +155,21 @@ void Field::forget_all_dropped() noexcept {
     for (FieldBrick* brick : m_spare) forget_dropped(*brick);
 }
 
+/// Linux would end the process later, when the memory is used. The rest of the step may take half
+/// as much again, for its undo.
+void Field::look_at_memory() const {
+    if (!has_memory_for((kSlabsPerLook + m_slabs.size() / 2) * kHugePage)) throw std::bad_alloc();
+}
+
 void Field::take_slab() {
     // Small slabs first: a small push must not allocate much.
     const std::size_t full = std::max<std::size_t>(1, kHugePage / m_layout.arrays);
     const std::size_t count =
-        m_slabs.size() < 6 ? std::min(full, std::size_t(8) << m_slabs.size()) : full;
+        m_slabs.size() < kSmallSlabs ? std::min(full, std::size_t(8) << m_slabs.size()) : full;
     const bool huge = count == full;
     const std::size_t alignment = huge ? kHugePage : kLine;
     const std::size_t bytes = round_up(count * m_layout.arrays, alignment);
+    if (m_slabs.size() % kSlabsPerLook == kSmallSlabs) look_at_memory();
     m_slabs.push_back(allocate_aligned<void>(bytes, alignment));
 #ifdef MADV_HUGEPAGE
     if (huge) madvise(m_slabs.back().get(), bytes, MADV_HUGEPAGE);

@@ -282,6 +282,7 @@ class Field {
     FieldBrick& take_brick(Vec3i coord);
     FieldBrick& take_spare(int index);
     void keep_spare(FieldBrick& dropped);
+    void look_at_memory() const;
     void take_slab();
     FieldBrick& carve_brick();
 

@@ -95,7 +95,11 @@ bool is_host_character(char c) {
 
 }  // namespace
 
-OwnOrigins::OwnOrigins(std::string_view scheme, int port) {
+bool is_host(std::string_view text) {
+    return !text.empty() && std::all_of(text.begin(), text.end(), is_host_character);
+}
+
+OwnOrigins::OwnOrigins(std::string_view scheme, int port) : m_has_tls(scheme == "https") {
     for (const char* name : {"127.0.0.1", "localhost", "[::1]"}) add(scheme, name, port);
 }
 
@@ -110,8 +114,7 @@ bool OwnOrigins::add_url(std::string_view url) {
     if (!url.starts_with(scheme)) return false;
     url.remove_prefix(scheme.size());
     const std::string_view authority = url.substr(0, url.find('/'));
-    if (authority.empty() || !std::all_of(authority.begin(), authority.end(), is_host_character))
-        return false;
+    if (!is_host(authority)) return false;
     m_origins.push_back(origin_of(scheme, authority));
     return true;
 }
@@ -121,7 +124,7 @@ bool OwnOrigins::add_frame(std::string_view origin) {
     if (!origin.starts_with(scheme)) return false;
     std::string_view host = origin.substr(scheme.size());
     if (host.ends_with(":*")) host.remove_suffix(2);
-    if (host.empty() || !std::all_of(host.begin(), host.end(), is_host_character)) return false;
+    if (!is_host(host)) return false;
     m_frames += (m_frames.empty() ? "" : " ") + std::string(origin);
     return true;
 }

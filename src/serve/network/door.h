@@ -27,6 +27,9 @@ std::string_view query_value(std::string_view target, std::string_view key);
 /// Percent-decodes a query value; '+' is a space. @returns nullopt for malformed input
 std::optional<std::string> decoded(std::string_view query_value);
 
+/// Whether a text has only the characters of a host with or without a port, and at least one.
+bool is_host(std::string_view text);
+
 /// The origins ("https://host:port") under which browsers reach the server. Guards against DNS
 /// rebinding: a page of another site sends its own name.
 class OwnOrigins {
@@ -50,8 +53,11 @@ class OwnOrigins {
     std::string frames() const;
     /// WebSocket sources of a content security policy; some browsers don't count them to 'self'.
     std::string websockets() const;
+    /// Whether the server itself speaks TLS.
+    bool has_tls() const { return m_has_tls; }
 
   private:
+    bool m_has_tls;
     std::vector<std::string> m_origins;  ///< in lower case, without a scheme's own port
     std::string m_frames;
 };

@@ -23,6 +23,7 @@ inline void set_common_fields(boost::beast::http::fields& fields, const OwnOrigi
                    "; object-src 'none'; base-uri 'none'; form-action 'none'; "
                    "frame-ancestors " +
                    own.frames());
+    if (own.has_tls()) fields.set("Strict-Transport-Security", "max-age=31536000");
     fields.set("X-Content-Type-Options", "nosniff");
     fields.set("Cross-Origin-Resource-Policy", "same-origin");
     fields.set("Referrer-Policy", "no-referrer");

@@ -265,14 +265,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
             error == http::error::partial_message)
             return close();
         const bool is_long = error == http::error::header_limit;
-        refuse_last(
-            is_long ? http::status::request_header_fields_too_large : http::status::bad_request,
-            is_long ? "expected up to 8 KiB of header" : "expected a request of HTTP");
-    }
-    void refuse_last(http::status status, const char* message) {
-        Request none;
-        none.keep_alive(false);
-        refuse(none, status, message);
+        refuse({},
+               is_long ? http::status::request_header_fields_too_large : http::status::bad_request,
+               is_long ? "expected up to 8 KiB of header" : "expected a request of HTTP");
     }
 
     void answer(const Request& request) {
@@ -280,7 +275,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         const OwnOrigins& own = *m_network.own;
         const auto origin = request.find(http::field::origin);
         if (request.count(http::field::host) != 1 || request.count(http::field::origin) > 1)
-            return refuse_last(http::status::bad_request, "Host, Origin: expected one of each");
+            return refuse(request, http::status::bad_request, "Host, Origin: expected one of each");
         if (!own.has_host(view_of(request[http::field::host])))
             return refuse(request, http::status::forbidden, "Host: expected this server's name");
         if (origin != request.end() && !own.has(view_of(origin->value())))
@@ -290,7 +285,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
                                               std::make_unique<BodyParser>(std::move(*m_parser)),
                                               own});
         if (!m_parser->is_done())
-            return refuse_last(http::status::bad_request, "expected a body with files only");
+            return refuse(request, http::status::bad_request, "expected a body with files only");
         if (path_of(target) == "/ws") return upgrade(request, query_value(target, "token"));
         if (request.method() != http::verb::get && request.method() != http::verb::head)
             return refuse(request, http::status::method_not_allowed, "expected GET or HEAD");
@@ -301,6 +296,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         Response response(http::status::ok, request.version());
         response.set(http::field::content_type, std::string(media_type(file->name)));
         response.body() = file->bytes;
+        response.keep_alive(request.keep_alive());
         reply(request, std::move(response));
     }
 
@@ -320,8 +316,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         client->accept(request);
     }
 
+    /// The connection ends: what follows may be the body of the refused request.
     void refuse(const Request& request, http::status status, const char* message) {
         Response response(status, request.version());
+        response.keep_alive(false);
         response.set(http::field::content_type, "text/plain; charset=utf-8");
         response.body() = std::string(message) + "\n";
         reply(request, std::move(response));
@@ -329,7 +327,6 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
     void reply(const Request& request, Response response) {
         set_common_fields(response, *m_network.own);
-        response.keep_alive(request.keep_alive());
         response.content_length(response.body().size());
         if (request.method() == http::verb::head) response.body().clear();
         m_response = std::make_shared<Response>(std::move(response));

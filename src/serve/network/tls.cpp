@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "network/door.h"
 #include "protocol/limits.h"
 
 namespace pliant::serve {
@@ -116,6 +117,9 @@ class Relay : public std::enable_shared_from_this<Relay> {
     Piece m_in, m_out;
 };
 
+/// More would make a header that browsers and proxies refuse.
+constexpr std::size_t kMaxNames = 100;
+
 /// The names for which a certificate is valid.
 std::vector<std::string> names_of(const X509* certificate) {
     std::vector<std::string> names;
@@ -168,7 +172,15 @@ Result<std::unique_ptr<Tls>> Tls::create(const std::string& certificate, const s
     if (error) return bad_file("certificate", "a certificate in PEM", certificate, error);
     impl->context.use_private_key_file(key, ssl::context::pem, error);
     if (error) return bad_file("key", "the certificate's private key in PEM", key, error);
+    // Those of TLS 1.2 whose ciphers authenticate; TLS 1.3 has no others.
+    ::SSL_CTX_set_cipher_list(impl->context.native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20");
     impl->names = names_of(::SSL_CTX_get0_certificate(impl->context.native_handle()));
+    if (impl->names.size() > kMaxNames)
+        return expected_error("certificate", "up to " + std::to_string(kMaxNames) + " names in it",
+                              std::to_string(impl->names.size()));
+    for (const std::string& name : impl->names)
+        if (!is_host(name))
+            return in_one_line(expected_error("certificate", "names of hosts in it", name));
     return std::unique_ptr<Tls>(new Tls(std::move(impl)));
 }
 

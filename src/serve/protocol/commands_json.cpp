@@ -18,8 +18,6 @@
 namespace pliant::serve {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr int kMaxNesting = 4;
 constexpr std::size_t kMaxLinePoints = 1000;
 constexpr double kMaxPositionMm = 1e5;

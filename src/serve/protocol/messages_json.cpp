@@ -18,8 +18,6 @@
 namespace pliant::serve {
 namespace {
 
-using Json = nlohmann::json;
-
 std::string text_of_json(const Json& json) {
     // File names need not be UTF-8.
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -7,8 +7,6 @@
 
 namespace pliant::serve {
 
-using Json = nlohmann::json;
-
 SettingValue value_of_json(const Json& json) {
     if (json.is_boolean()) return json.get<bool>();
     if (json.is_number_unsigned() && json.get<std::uint64_t>() > std::uint64_t(INT64_MAX))

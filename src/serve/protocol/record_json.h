@@ -24,17 +24,19 @@ nlohmann::json json_of(const Vec3<T>& v) {
 
 namespace pliant::serve {
 
+using Json = nlohmann::json;
+
 /// Field that a session writes beside the settings of springs: those that follow the scan are
 /// absent. Without it (older sessions) they are those that equal their defaults.
 inline constexpr const char* kExplicit = "explicit";
 
 /// Converts the value of a setting; monostate for other JSON types, such as objects.
-SettingValue value_of_json(const nlohmann::json& json);
-nlohmann::json json_of_value(const SettingValue& value);
+SettingValue value_of_json(const Json& json);
+Json json_of_value(const SettingValue& value);
 
 /// Writes all settings that have a value.
 template <class T>
-void put(nlohmann::json& object, const T& settings, SettingRows<T> rows) {
+void put(Json& object, const T& settings, SettingRows<T> rows) {
     for (const Setting<T>& row : rows)
         if (const SettingValue value = value_of(settings, row);
             !std::holds_alternative<std::monostate>(value))
@@ -44,7 +46,7 @@ void put(nlohmann::json& object, const T& settings, SettingRows<T> rows) {
 /// Reads the fields whose keys an object has. Ignores other keys.
 /// @returns InvalidArgument that names the field
 template <class T>
-Status read(const nlohmann::json& object, std::type_identity_t<SettingRows<T>> rows, T& settings) {
+Status read(const Json& object, std::type_identity_t<SettingRows<T>> rows, T& settings) {
     for (const Setting<T>& row : rows) {
         const auto found = object.find(std::string(row.name));
         if (found == object.end()) continue;
@@ -54,10 +56,10 @@ Status read(const nlohmann::json& object, std::type_identity_t<SettingRows<T>> r
 }
 
 /// Writes the settings of springs for a session, without those that follow the scan.
-void put_springs(nlohmann::json& object, const TissueChoice& choice);
+void put_springs(Json& object, const TissueChoice& choice);
 /// Names the settings that an object has and that would otherwise follow the scan.
-void set_given(const nlohmann::json& object, TissueChoice& choice);
+void set_given(const Json& object, TissueChoice& choice);
 /// The same for the object of a session, which may lack kExplicit.
-void set_given_of_session(const nlohmann::json& object, TissueChoice& choice);
+void set_given_of_session(const Json& object, TissueChoice& choice);
 
 }  // namespace pliant::serve

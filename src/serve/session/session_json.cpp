@@ -16,8 +16,6 @@
 namespace pliant::serve {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr int kSessionVersion = 1;
 
 Error bad_session(const std::string& what) {
