@@ -195,7 +195,6 @@ Result<VectorField> inverse_field(const Deformed& deformed) noexcept {
     });
 }
 
-// Local measures of the deformation: see jacobian_field and strain_field.
 // The deformation gradient at each element, and measures derived from it. All of them are invariant
 // under rotations of the world, so the scan's direction matrix doesn't matter.
 

@@ -141,8 +141,8 @@ Slit RawWall::slit(Vec3d point_mm, Vec3d normal) const {
             (u1 - u0) * u + (v1 - v0) * v};
 }
 
-constexpr int kAcross = 11;    // rays
-constexpr double kKey = 0.75;  // light on an average wall, as a share of its albedo
+constexpr int kRaysAcross = 11;  // of the metering
+constexpr double kKey = 0.75;    // light on an average wall, as a share of its albedo
 constexpr double kPower = 0.75;
 constexpr double kNear_mm = 5, kFar_mm = 45;
 
@@ -251,9 +251,9 @@ double metered_exposure(const EyeRays& rays, const Camera& camera, FieldStop fie
     const double radius = std::min(1.0, camera.aspect());
     const double half_width = full ? camera.aspect() : radius, half_height = full ? 1 : radius;
     std::vector<Vec3d> directions;
-    for (int j = 0; j < kAcross; ++j)
-        for (int i = 0; i < kAcross; ++i) {
-            const double u = (2 * i + 1.0) / kAcross - 1, v = (2 * j + 1.0) / kAcross - 1;
+    for (int j = 0; j < kRaysAcross; ++j)
+        for (int i = 0; i < kRaysAcross; ++i) {
+            const double u = (2 * i + 1.0) / kRaysAcross - 1, v = (2 * j + 1.0) / kRaysAcross - 1;
             if (full || u * u + v * v <= 1)
                 directions.push_back(camera.through(half_width * u, half_height * v));
         }
