@@ -187,70 +187,63 @@ TEST(CatheterScene, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(journey(wall, settings(), 400, true, 2, 50).hash, one);
     EXPECT_EQ(journey(wall, settings(), 400, true, 4, 50).hash, one);
     EXPECT_NE(journey(wall, settings(), 401, true, 1, 50).hash, one);
-    const std::uint64_t body = journey(wall, of_tetrahedra(20), 400, true, 1, 30).hash;
-    EXPECT_EQ(journey(wall, of_tetrahedra(20), 400, true, 2, 30).hash, body);
-    EXPECT_NE(body, one);
 }
 
 // A state put back, in the same scene or in another one, goes on to the same bits.
 TEST(CatheterScene, GoesOnFromAState) {
     const VesselWall wall = bent_tube();
     const TaskArena arena(1), two(2);
-    for (const bool body : {false, true}) {
-        const CatheterSettings s = body ? of_tetrahedra(100) : settings(100);
-        CatheterScene scene = made(CatheterScene::create(wall, s)),
-                      other = made(CatheterScene::create(wall, s));
-        const auto start = scene.state();
-        ASSERT_TRUE(scene.command({.insert_mm_s = 300, .bend_first_deg = 20}).ok());
-        ASSERT_TRUE(scene.step(200, arena).ok());
-        const auto state = scene.state();
-        const std::uint64_t then = scene.hash();
-        ASSERT_TRUE(scene.command({.insert_mm_s = -100, .rotate_deg_s = 90}).ok());
-        ASSERT_TRUE(scene.step(60, arena).ok());
-        const std::uint64_t after = scene.hash();
-        EXPECT_GT(scene.measures().wall_moved_mm, 0.01);
-        for (CatheterScene* at : {&scene, &other}) {
-            ASSERT_TRUE(at->restore(state, arena).ok());
-            EXPECT_EQ(at->hash(), then);
-            EXPECT_EQ(at->quick_measures().steps, 200);
-            EXPECT_EQ(at->state(), state);
-            ASSERT_TRUE(at->command({.insert_mm_s = -100, .rotate_deg_s = 90}).ok());
-            ASSERT_TRUE(at->step(60, at == &other ? two : arena).ok());
-            EXPECT_EQ(at->hash(), after);
-        }
-        ASSERT_TRUE(scene.restore(start, arena).ok());
-        EXPECT_EQ(scene.hash(), made(CatheterScene::create(wall, s)).hash());
-        // An invalid state changes nothing.
-        auto wrong = state;
-        wrong.pop_back();
-        EXPECT_FALSE(scene.restore(wrong, arena).ok());
-        wrong = state;
-        wrong[40] = std::nan("");
-        EXPECT_FALSE(scene.restore(wrong, arena).ok());
-        EXPECT_FALSE(scene.restore({}, arena).ok());
-        EXPECT_EQ(scene.state(), start);
+    const CatheterSettings s = settings(100);
+    CatheterScene scene = made(CatheterScene::create(wall, s)),
+                  other = made(CatheterScene::create(wall, s));
+    const auto start = scene.state();
+    ASSERT_TRUE(scene.command({.insert_mm_s = 300, .bend_first_deg = 20}).ok());
+    ASSERT_TRUE(scene.step(200, arena).ok());
+    const auto state = scene.state();
+    const std::uint64_t then = scene.hash();
+    ASSERT_TRUE(scene.command({.insert_mm_s = -100, .rotate_deg_s = 90}).ok());
+    ASSERT_TRUE(scene.step(60, arena).ok());
+    const std::uint64_t after = scene.hash();
+    EXPECT_GT(scene.measures().wall_moved_mm, 0.01);
+    for (CatheterScene* at : {&scene, &other}) {
+        ASSERT_TRUE(at->restore(state, arena).ok());
+        EXPECT_EQ(at->hash(), then);
+        EXPECT_EQ(at->quick_measures().steps, 200);
+        EXPECT_EQ(at->state(), state);
+        ASSERT_TRUE(at->command({.insert_mm_s = -100, .rotate_deg_s = 90}).ok());
+        ASSERT_TRUE(at->step(60, at == &other ? two : arena).ok());
+        EXPECT_EQ(at->hash(), after);
     }
+    ASSERT_TRUE(scene.restore(start, arena).ok());
+    EXPECT_EQ(scene.hash(), made(CatheterScene::create(wall, s)).hash());
+    // An invalid state changes nothing.
+    auto wrong = state;
+    wrong.pop_back();
+    EXPECT_FALSE(scene.restore(wrong, arena).ok());
+    wrong = state;
+    wrong[40] = std::nan("");
+    EXPECT_FALSE(scene.restore(wrong, arena).ok());
+    EXPECT_FALSE(scene.restore({}, arena).ok());
+    EXPECT_EQ(scene.state(), start);
 }
 
 // A state put back makes it look for the wall anew: in every step, or only where it has to.
 TEST(CatheterScene, IsTheSameHoweverLongAgoItLookedForTheWall) {
     const VesselWall wall = bent_tube();
     const TaskArena arena(1);
-    for (const bool body : {false, true}) {
-        const CatheterSettings s = body ? of_tetrahedra(100) : settings(100);
-        CatheterScene scene = made(CatheterScene::create(wall, s)),
-                      other = made(CatheterScene::create(wall, s));
-        for (int n = 0; n < 500; ++n) {
-            const double speed = n < 300 ? 250 : n < 400 ? 15 : -120;
-            for (CatheterScene* at : {&scene, &other}) {
-                ASSERT_TRUE(at->command({.insert_mm_s = speed}).ok());
-                ASSERT_TRUE(at->step(1, arena).ok());
-            }
-            ASSERT_TRUE(other.restore(other.state(), arena).ok());
-            ASSERT_EQ(scene.hash(), other.hash()) << "step " << n;
+    const CatheterSettings s = settings(100);
+    CatheterScene scene = made(CatheterScene::create(wall, s)),
+                  other = made(CatheterScene::create(wall, s));
+    for (int n = 0; n < 500; ++n) {
+        const double speed = n < 300 ? 250 : n < 400 ? 15 : -120;
+        for (CatheterScene* at : {&scene, &other}) {
+            ASSERT_TRUE(at->command({.insert_mm_s = speed}).ok());
+            ASSERT_TRUE(at->step(1, arena).ok());
         }
-        EXPECT_GT(scene.measures().wall_moved_mm, 0.01);
+        ASSERT_TRUE(other.restore(other.state(), arena).ok());
+        ASSERT_EQ(scene.hash(), other.hash()) << "step " << n;
     }
+    EXPECT_GT(scene.measures().wall_moved_mm, 0.01);
 }
 
 /// Wall positions while the catheter stands in the bend, after some time.
