@@ -12,7 +12,8 @@ endforeach()
 pliant_test(material SOURCES test_settings.cpp)
 pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
 pliant_test(base
-    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
+    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_input_file.cpp
+            test_memory_budget.cpp
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume

@@ -4,8 +4,6 @@
 #include "base/journal_text.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -13,7 +11,8 @@
 #include <string_view>
 #include <utility>
 
-#include "base/descriptor.h"
+#include "base/errors.h"
+#include "base/input_file.h"
 
 namespace pliant::staging {
 namespace fs = std::filesystem;
@@ -85,15 +84,16 @@ std::optional<Journal> parse(std::string_view text) {
 
 }  // namespace
 
-std::optional<Journal> read_journal(const fs::path& file) {
-    const Descriptor opened = open_file(file, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
-    struct stat status {};
-    if (!opened.is_open() || ::fstat(opened.number(), &status) != 0 || !S_ISREG(status.st_mode) ||
-        std::size_t(status.st_size) > kMaxBytes)
-        return std::nullopt;
-    std::string text(std::size_t(status.st_size), '\0');
-    if (read_at(opened.number(), text.data(), text.size(), 0) < text.size()) return std::nullopt;
-    return parse(text);
+Result<std::optional<Journal>> read_journal(const fs::path& file) {
+    std::error_code error;
+    const fs::file_type type = fs::symlink_status(file, error).type();
+    if (type == fs::file_type::none) return unreadable(file, error.message());
+    if (type != fs::file_type::regular) return std::optional<Journal>();
+    InputFile opened(file);
+    if (opened.status() && opened.size() > kMaxBytes) return std::optional<Journal>();
+    const auto text = opened.read_rest();
+    if (!text) return text.error();
+    return parse(*text);
 }
 
 std::error_code write_journal(const fs::path& folder, const char* name, const Journal& journal) {

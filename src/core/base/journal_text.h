@@ -22,8 +22,9 @@ struct Journal {
     std::vector<Move> moves{};
 };
 
-/// @returns nullopt unless the file is complete, and all its names lie in one folder
-std::optional<Journal> read_journal(const std::filesystem::path& file);
+/// @returns nullopt unless the file is complete, and all its names lie in one folder; an error if
+///          the file can't be read, so that nobody knows
+Result<std::optional<Journal>> read_journal(const std::filesystem::path& file);
 
 /// Writes to a temporary name, syncs and renames.
 std::error_code write_journal(const std::filesystem::path& folder, const char* name,

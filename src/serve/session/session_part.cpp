@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <system_error>
 
 #include "session/session_line.h"
 #include "session/session_log.h"
@@ -37,10 +38,12 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
     std::array<char, 1 << 16> piece;
     for (std::uint64_t at = part.begin; at < part.end;) {
         const auto wanted = std::size_t(std::min<std::uint64_t>(piece.size(), part.end - at));
-        const std::size_t count = read_at(part.file->number(), piece.data(), wanted, at);
-        if (count == 0)
+        std::size_t count = 0;
+        const int error = read_at(part.file->number(), piece.data(), wanted, at, &count);
+        if (error || count == 0)
             return Error{ErrorCode::Unreadable,
-                         "session: expected the recorded bytes, found the file's end"};
+                         "session: expected the recorded bytes, found " +
+                             (error ? std::generic_category().message(error) : "the file's end")};
         at += count;
         rest.append(piece.data(), count);
         std::size_t begin = 0;
