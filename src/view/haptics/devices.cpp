@@ -12,6 +12,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <sstream>
 
 #include "haptics/pace.h"
 #include "haptics/plugin_device.h"
@@ -116,11 +117,9 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
     const auto wrong = [&](ErrorCode code, const std::string& what) -> Error {
         return {code, "haptic device 'replay:" + file + "': " + what};
     };
-    if (const Status s = check_is_file(file, "a recording of pliant haptics"); !s)
-        return wrong(s.error().code, s.error().message.substr(file.size() + 2));
-    std::ifstream stream(file);
-    if (!stream)
-        return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");
+    const auto text = read_small_file(file, std::string::npos, "a recording of pliant haptics");
+    if (!text) return wrong(text.error().code, text.error().message.substr(file.size() + 2));
+    std::istringstream stream(*text);
     std::vector<ReplayDevice::Position> positions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {

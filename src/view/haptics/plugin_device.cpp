@@ -9,6 +9,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/input_file.h"
+
 namespace pliant {
 namespace {
 
@@ -90,21 +92,33 @@ Result<const pliant_haptic_device*> plugin_of(void* library, const std::string& 
 
 }  // namespace
 
+void* load_library(const std::string& name, std::string& why) {
+    // The loader would wait for a pipe.
+    const auto type = type_of(name);
+    const bool may_wait = type && *type != std::filesystem::file_type::regular &&
+                          *type != std::filesystem::file_type::not_found;
+    void* const loaded = may_wait ? nullptr : dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (loaded || !why.empty()) return loaded;
+    const char* const error = may_wait ? nullptr : dlerror();
+    why = error ? error : name + " is no regular file";
+    return nullptr;
+}
+
 Result<std::unique_ptr<HapticDevice>> open_plugin_device(const std::string& library_name,
                                                          const std::string& which) {
     if (library_name.empty())
         return Error{
             ErrorCode::InvalidArgument,
             "haptic device: expected virtual, replay:FILE, spacemouse or a plug-in's file"};
-    void* const library = dlopen(library_name.c_str(), RTLD_NOW | RTLD_LOCAL);
+    std::string why;
+    void* const library = load_library(library_name, why);
     if (!library) {
-        const char* const why = dlerror();
         return Error{
             ErrorCode::NotFound,
             "haptic device '" + library_name +
                 "': expected virtual, replay:FILE, spacemouse or a "
                 "plug-in that can be loaded: " +
-                (why ? why : "it can't be") +
+                why +
                 "; build one from examples/haptic_device with your device's kit, and name it "
                 "with its path"};
     }

@@ -9,6 +9,9 @@
 
 namespace pliant {
 
+/// Loads a file, or a library of the system. @returns null; why, unless it says something already
+void* load_library(const std::string& name, std::string& why);
+
 Result<std::unique_ptr<HapticDevice>> open_plugin_device(const std::string& library,
                                                          const std::string& which);
 

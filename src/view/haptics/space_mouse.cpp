@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "haptics/pace.h"
+#include "haptics/plugin_device.h"
 #include "haptics/posed_device.h"
 
 namespace pliant {
@@ -115,15 +116,9 @@ class SpaceMouse : public HapticDevice {
 };
 
 void* load(const std::string& library, std::string& why) {
-    const auto attempt = [&](const char* name) {
-        void* const loaded = dlopen(name, RTLD_NOW | RTLD_LOCAL);
-        if (const char* const error = loaded ? nullptr : dlerror(); error && why.empty())
-            why = error;
-        return loaded;
-    };
-    if (!library.empty()) return attempt(library.c_str());
-    void* const found = attempt("libspnav.so.0");
-    return found ? found : attempt("libspnav.so");
+    if (!library.empty()) return load_library(library, why);
+    void* const found = load_library("libspnav.so.0", why);
+    return found ? found : load_library("libspnav.so", why);
 }
 
 }  // namespace
