@@ -119,7 +119,9 @@ Result<std::vector<staging::Moves>> StagedFiles::Impl::moves() const {
                 if (slot.folder != folder.get() || slot.stream) continue;
                 const fs::path staged = folder->path() / slot.number;
                 const auto names = names_in(staged);
-                if (!names) return unwritable(slot.target, names.error().message);
+                if (!names)  // without the temporary folder's name
+                    return unwritable(slot.target,
+                                      names.error().message.substr(staged.string().size() + 2));
                 if (!slot.name.empty() &&
                     !std::binary_search(names->begin(), names->end(), slot.name))
                     return unwritable(slot.target, "can't be written");
