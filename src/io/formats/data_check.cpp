@@ -28,6 +28,12 @@ std::string shown_name(const fs::path& file) {
     return printable(file.string(), 200);
 }
 
+/// Error that starts with the data file's name, which is long in some headers.
+Error about_data_file(const fs::path& path, const fs::path& file, const Error& error) {
+    return unreadable(
+        path, "its data file " + shown_name(file) + error.message.substr(file.string().size()));
+}
+
 /// Uncompressed bytes of the image in each data file.
 std::uint64_t bytes_per_file(const ImageHeader& header) {
     const std::uint64_t values =
@@ -42,7 +48,7 @@ Status check_data_files(const fs::path& path, const DataLocation& data) {
     if (count == 0) return unreadable(path, "names 0 data files, expected one or more");
     for (const fs::path& file : data.files) {
         const auto type = type_of(file);
-        if (!type) return unreadable(path, "its data file " + printable(type.error().message));
+        if (!type) return about_data_file(path, file, type.error());
         if (file != path && *type != fs::file_type::regular)
             return Error{ErrorCode::NotFound,
                          path.string() + ": its data file " + shown_name(file) + " is missing"};
@@ -65,9 +71,7 @@ Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& h
             c = file.get();
         while (c != '\n' && c != InputFile::kEnd);
     if (Status status = file.status(); !status)
-        return name == path
-                   ? status.error()
-                   : unreadable(path, "its data file " + printable(status.error().message));
+        return name == path ? status.error() : about_data_file(path, name, status.error());
     // A header may skip any number of bytes.
     constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
     const bool is_beyond = c == InputFile::kEnd || data.byte_skip > kMax - file.at();
