@@ -12,7 +12,8 @@ endforeach()
 pliant_test(material SOURCES test_settings.cpp)
 pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
 pliant_test(base
-    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
+    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_input_file.cpp
+            test_memory_budget.cpp
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
@@ -132,7 +133,8 @@ if(PLIANT_BUILD_APP)
                              ../hub/read_frames.cpp ../hub/test_client.cpp
                              ../support/scan_files.cpp test_body.cpp
                              test_crashes.cpp test_ending.cpp
-                             test_ending_movies.cpp test_fit_mesh.cpp test_keyframes.cpp
+                             test_ending_movies.cpp test_failing_calls.cpp test_fit_mesh.cpp
+                             test_keyframes.cpp
                              test_kinds_of_scans.cpp
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp
@@ -141,11 +143,14 @@ if(PLIANT_BUILD_APP)
                              test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json pliant_lz4
                 INPUTS $<TARGET_FILE:pliant_app> $<TARGET_FILE:pliant_decoder>
-                       ${CMAKE_CURRENT_SOURCE_DIR}/apps/data)
+                       $<TARGET_FILE:failing_calls> ${CMAKE_CURRENT_SOURCE_DIR}/apps/data)
+    add_library(failing_calls MODULE apps/failing_calls.c)
+    target_link_libraries(failing_calls PRIVATE ${CMAKE_DL_LIBS})
     target_compile_definitions(test_apps PRIVATE
         PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>"
+        PLIANT_FAILING_CALLS="$<TARGET_FILE:failing_calls>"
         PLIANT_APPS_DATA="${CMAKE_CURRENT_SOURCE_DIR}/apps/data")
-    add_dependencies(test_apps pliant_app)
+    add_dependencies(test_apps pliant_app failing_calls)
 endif()
 # README's and the documents' command lines. With sanitizers they would take minutes; the rooms'
 # tests cover the same code.

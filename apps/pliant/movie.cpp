@@ -67,7 +67,9 @@ Movie::~Movie() {
 Status Movie::open(const std::filesystem::path& target, int width, int height) {
     m_target = target;
     std::error_code code;
-    m_is_folder = !target.has_filename() || std::filesystem::is_directory(target, code);
+    const auto type = std::filesystem::status(target, code).type();
+    if (type == std::filesystem::file_type::none) return unwritable(target, code.message());
+    m_is_folder = !target.has_filename() || type == std::filesystem::file_type::directory;
     const auto staged = m_is_folder ? m_staged.stage_folder(target) : m_staged.stage(target);
     if (!staged) return staged.error();
     m_folder = *staged;

@@ -35,10 +35,12 @@ std::string case_name(int n) {
 /// @returns InvalidArgument unless it is missing or empty
 Status check_folder(const fs::path& out) {
     std::error_code error;
-    if (!fs::exists(out, error)) return Ok{};
-    if (fs::is_directory(out, error) && fs::is_empty(out, error)) return Ok{};
-    return Error{ErrorCode::InvalidArgument,
-                 "--out: expected a new or an empty folder, found " + out.string()};
+    const auto type = fs::status(out, error).type();
+    if (type == fs::file_type::not_found) return Ok{};
+    if (type == fs::file_type::directory && fs::is_empty(out, error)) return Ok{};
+    return Error{ErrorCode::InvalidArgument, "--out: expected a new or an empty folder, found " +
+                                                 out.string() +
+                                                 (error ? " (" + error.message() + ")" : "")};
 }
 
 Result<ChainMailSettings> materials_of(const TruthMakeOptions& o, const ValueDefaults& values) {

@@ -177,8 +177,9 @@ TEST(DicomCodestreams, FilesThatEndedTheProcessAreRefusedInOneLine) {
         SCOPED_TRACE(entry.path().filename());
         ++count;
         const auto slices = read_dicom_slices(entry.path());
-        ASSERT_EQ(slices.size(), 1u);
-        const DicomSlice& slice = slices.front();
+        ASSERT_TRUE(slices.ok()) << slices.error().message;
+        ASSERT_EQ(slices->size(), 1u);
+        const DicomSlice& slice = slices->front();
         Status status = slice.fault ? Status(*slice.fault) : Status(Ok{});
         if (status) {
             VoxelBuilder voxels(std::size_t(slice.rows) * std::size_t(slice.columns));

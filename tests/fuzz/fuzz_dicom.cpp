@@ -15,8 +15,8 @@ namespace {
 void decode(const std::filesystem::path& path) {
     constexpr std::int64_t kMaxPixels = 1 << 20;
     const auto slices = read_dicom_slices(path);
-    if (slices.empty()) return;
-    const DicomSlice& slice = slices.front();
+    if (!slices || slices->empty()) return;
+    const DicomSlice& slice = slices->front();
     if (slice.fault) return fuzz::expect_one_line(slice.fault->message);
     const std::int64_t pixels = std::int64_t(slice.rows) * slice.columns;
     if (pixels > kMaxPixels) return;

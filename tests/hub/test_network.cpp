@@ -268,8 +268,8 @@ TEST_F(ServedToOthers, TheLinksOfASessionOutliveARestart) {
     EXPECT_NE(links(), first);
     std::filesystem::resize_file(file, 40);
     EXPECT_EQ(refused(settings), file.string() +
-                                     ": expected two lines of 32 hexadecimal digits, found others; "
-                                     "without the file there are new links");
+                                     ": expected two different lines of 32 hexadecimal digits, "
+                                     "found others; without the file there are new links");
 }
 
 }  // namespace

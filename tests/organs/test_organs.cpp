@@ -581,7 +581,10 @@ TEST_F(Organs, LabelsHaveTheNamesOfTheirMapAndOfATextBesideIt) {
     EXPECT_EQ(found(map, {}), LabelNames{}) << "this is no table";
     std::ofstream(m_folder / "map.csv") << "value,name\n7,gall bladder\n";
     EXPECT_EQ(found(map, {}), (LabelNames{{7, "gall bladder"}}));
-    EXPECT_EQ(found(m_folder / "map.nii.gz", {}), (LabelNames{{7, "gall bladder"}}));
+    const std::filesystem::path packed = m_folder / "map.nii.gz";
+    EXPECT_FALSE(find_label_names(packed, {}, {}).ok()) << "there is no such map";
+    ASSERT_TRUE(write_volume(packed, {grid, VoxelArray<std::int16_t>(voxel_count(grid)), {}}).ok());
+    EXPECT_EQ(found(packed, {}), (LabelNames{{7, "gall bladder"}}));
     EXPECT_EQ(found(map, segments), (LabelNames{{7, "liver"}})) << "its own are preferred";
     std::ofstream(m_folder / "other.txt") << "7 spleen\n";
     EXPECT_EQ(found(map, segments, m_folder / "other.txt"), (LabelNames{{7, "spleen"}}));

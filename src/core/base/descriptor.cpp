@@ -48,16 +48,19 @@ int write_all(int descriptor, const void* bytes, std::size_t count, std::size_t*
     return error;
 }
 
-std::size_t read_at(int descriptor, void* out, std::size_t count, std::uint64_t offset) noexcept {
-    std::size_t done = 0;
-    while (done < count) {
-        const ssize_t n =
-            ::pread(descriptor, static_cast<char*>(out) + done, count - done, off_t(offset + done));
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) break;
-        done += std::size_t(n);
+int read_at(int descriptor, void* out, std::size_t count, std::uint64_t offset,
+            std::size_t* read) noexcept {
+    int error = 0;
+    for (*read = 0; *read < count && !error;) {
+        const ssize_t n = ::pread(descriptor, static_cast<char*>(out) + *read,
+                                  std::min(count - *read, kMaxAtOnce), off_t(offset + *read));
+        if (n == 0) break;
+        if (n > 0)
+            *read += std::size_t(n);
+        else if (errno != EINTR)
+            error = errno;
     }
-    return done;
+    return error;
 }
 
 bool try_lock(int descriptor) noexcept {

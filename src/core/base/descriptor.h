@@ -39,8 +39,9 @@ Descriptor open_file(const std::filesystem::path& path, int flags, unsigned mode
 /// Waits for descriptors that don't block. @param[out] written  bytes; may be null
 int write_all(int descriptor, const void* bytes, std::size_t count,
               std::size_t* written = nullptr) noexcept;
-/// @returns bytes read, fewer than count at the end of the file or after an error
-std::size_t read_at(int descriptor, void* out, std::size_t count, std::uint64_t offset) noexcept;
+/// @param[out] read  bytes, fewer than count at the end of the file or after an error
+int read_at(int descriptor, void* out, std::size_t count, std::uint64_t offset,
+            std::size_t* read) noexcept;
 
 /// Locks a file or folder against other programs, until it is closed.
 /// @returns false if another program holds it

@@ -9,10 +9,12 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
-#include <fstream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
+
+#include "base/input_file.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -23,8 +25,14 @@ constexpr std::uint64_t kSmall = 1 << 22;
 
 std::atomic<const MemorySources*> g_other_sources = nullptr;
 
+/// Text of a file of the kernel's; empty if it can't be read, so that its limit is unknown.
+std::istringstream kernel_file(const fs::path& file) {
+    auto text = InputFile(file).read_rest();
+    return std::istringstream(text ? std::move(*text) : std::string());
+}
+
 std::optional<std::uint64_t> number_in(const fs::path& file) {
-    std::ifstream stream(file);
+    std::istringstream stream = kernel_file(file);
     std::string word;
     std::uint64_t number = 0;
     if (!(stream >> word)) return std::nullopt;
@@ -35,7 +43,7 @@ std::optional<std::uint64_t> number_in(const fs::path& file) {
 
 /// Reads the number after a word.
 std::optional<std::uint64_t> number_behind(const fs::path& file, std::string_view name) {
-    std::ifstream stream(file);
+    std::istringstream stream = kernel_file(file);
     std::string word;
     std::uint64_t number = 0;
     while (stream >> word)
@@ -71,7 +79,7 @@ std::uint64_t room_in_groups(const fs::path& root) {
                                 "total_inactive_file"};
     const fs::path groups = root / "sys/fs/cgroup";
     std::uint64_t room = kUnlimited;
-    std::ifstream stream(root / "proc/self/cgroup");
+    std::istringstream stream = kernel_file(root / "proc/self/cgroup");
     // Entries are "0::/path" in version 2, "4:memory:/path" or "4:cpu,memory:/path" in version 1.
     // In a container the path may be the host's: it then doesn't exist, but its ancestors do.
     for (std::string line; std::getline(stream, line);) {

@@ -3,7 +3,6 @@
 
 #include <pliant/core/files.h>
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>
@@ -22,6 +21,7 @@
 
 #include "base/descriptor.h"
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/staging_folder.h"
 #include "base/staging_journal.h"
 
@@ -137,27 +137,15 @@ Result<fs::path> followed(const fs::path& target) {
     fs::path path = target;
     for (int n = 0; n < kMaxLinks; ++n) {
         if (n > 0 && descriptor_of(path)) return path;
-        if (!fs::is_symlink(fs::symlink_status(path, error))) return path;
+        const fs::file_type type = fs::symlink_status(path, error).type();
+        if (type == fs::file_type::none) break;
+        if (type != fs::file_type::symlink) return path;
         const fs::path next = fs::read_symlink(path, error);
         if (error) break;
         path = path.parent_path() / next;
     }
     if (!error) error = std::make_error_code(std::errc::too_many_symbolic_link_levels);
     return unwritable(target, "can't be written (" + error.message() + ")");
-}
-
-/// Calls visit(name) for each file of a folder. Unlike a directory_iterator, it doesn't end the
-/// process if memory is short.
-template <class Visit>
-std::error_code for_each_file(const fs::path& folder, const Visit& visit) {
-    struct Close {
-        void operator()(DIR* listing) const { ::closedir(listing); }
-    };
-    const std::unique_ptr<DIR, Close> listing(::opendir(folder.c_str()));
-    if (!listing) return {errno, std::generic_category()};
-    while (const dirent* file = ::readdir(listing.get()))
-        if (const std::string name = file->d_name; name != "." && name != "..") visit(name);
-    return {};
 }
 
 /// Syncs many files at once, which is faster than one by one.
@@ -230,20 +218,19 @@ Result<std::vector<staging::Moves>> StagedFiles::Impl::moves() const {
             for (const Slot& slot : slots) {
                 if (slot.folder != folder.get() || slot.stream) continue;
                 const fs::path staged = folder->path() / slot.number;
-                std::vector<std::string> names;
-                bool is_there = slot.name.empty();
-                const std::error_code error = for_each_file(staged, [&](const std::string& name) {
-                    is_there |= name == slot.name;
-                    if ((name == slot.name) == outputs) names.push_back(name);
-                });
-                if (error) return unwritable(slot.target, error.message());
-                if (!is_there) return unwritable(slot.target, "can't be written");
-                std::sort(names.begin(), names.end());
-                for (std::string& name : names) {
+                const auto names = names_in(staged);
+                if (!names)  // without the temporary folder's name
+                    return unwritable(slot.target,
+                                      names.error().message.substr(staged.string().size() + 2));
+                if (!slot.name.empty() &&
+                    !std::binary_search(names->begin(), names->end(), slot.name))
+                    return unwritable(slot.target, "can't be written");
+                for (const std::string& name : *names) {
+                    if ((name == slot.name) != outputs) continue;
                     const fs::path to = folder->parent() / name;
                     if (!taken.insert(to).second)
                         return unwritable(to, "expected one output of this name, found two");
-                    of.moves.push_back({slot.number, std::move(name)});
+                    of.moves.push_back({slot.number, name});
                 }
             }
         if (!of.moves.empty()) all.push_back(std::move(of));
@@ -292,7 +279,9 @@ Result<fs::path> StagedFiles::stage(const fs::path& target) {
             return m_impl->add_stream(std::move(*stream), target);
         }
         const fs::path parent = file->has_parent_path() ? file->parent_path() : fs::path(".");
-        if (!fs::is_directory(parent, error))
+        const auto folder = type_of(parent);
+        if (!folder) return unwritable(target, "the folder " + folder.error().message);
+        if (*folder != fs::file_type::directory)
             return unwritable(target, "the folder " + parent.string() + " does not exist");
         const auto type = fs::status(*file, error).type();
         if (type == fs::file_type::none)  // a name that is too long
@@ -312,7 +301,9 @@ Result<fs::path> StagedFiles::stage_folder(const fs::path& target) {
         if (!m_impl) m_impl = std::make_unique<Impl>();
         std::error_code error;
         if (target.empty()) return unwritable(target, "expected a folder");
-        if (fs::is_directory(target, error)) return m_impl->add(target, target, {});
+        const auto type = type_of(target);
+        if (!type) return unwritable(target, "can't be made: " + type.error().message);
+        if (*type == fs::file_type::directory) return m_impl->add(target, target, {});
         // The nearest existing folder receives the first new one, which contains the others.
         fs::path parent = target.lexically_normal(), made;
         if (!parent.has_filename()) parent = parent.parent_path();
@@ -320,10 +311,10 @@ Result<fs::path> StagedFiles::stage_folder(const fs::path& target) {
             made = parent.filename() / made;
             parent = parent.parent_path();
             if (parent.empty()) parent = ".";
-            if (fs::exists(fs::symlink_status(parent, error))) break;
+            if (fs::symlink_status(parent, error).type() != fs::file_type::not_found) break;
         } while (parent.has_relative_path() && parent != ".");
-        if (!fs::is_directory(parent, error) ||
-            fs::exists(fs::symlink_status(parent / *made.begin(), error)))
+        if (fs::status(parent, error).type() != fs::file_type::directory ||
+            fs::symlink_status(parent / *made.begin(), error).type() != fs::file_type::not_found)
             return unwritable(target, "can't be made, expected a folder");
         auto slot = m_impl->add(parent, target, {});
         if (!slot) return slot;

@@ -126,16 +126,22 @@ std::error_code sync_to_disk(const fs::path& path) noexcept {
 std::optional<Descriptor> open_and_lock(const fs::path& folder, bool waits, Lock& lock) {
     Descriptor opened = open_file(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_NONBLOCK);
     struct stat status {};
+    const bool is_absent =
+        !opened.is_open() && (errno == ENOENT || errno == ENOTDIR || errno == ELOOP);
+    lock = is_absent ? Lock::Gone : Lock::Unknown;
     if (!opened.is_open() || ::fstat(opened.number(), &status) != 0) return std::nullopt;
     // A journal in another user's folder would rename files with this user's rights.
+    lock = Lock::Gone;
     if (status.st_uid != ::geteuid() || (status.st_mode & 0077) != 0) return std::nullopt;
     int result = -1;
     do result = ::flock(opened.number(), LOCK_EX | (waits ? 0 : LOCK_NB));
     while (result != 0 && errno == EINTR);
     lock = result == 0 ? Lock::Taken : errno == EWOULDBLOCK ? Lock::Busy : Lock::Impossible;
     if (lock != Lock::Taken) return opened;
-    // Removed in the meantime.
-    if (::fstat(opened.number(), &status) != 0 || status.st_nlink == 0) return std::nullopt;
+    lock = Lock::Unknown;
+    if (::fstat(opened.number(), &status) != 0) return std::nullopt;
+    lock = status.st_nlink == 0 ? Lock::Gone : Lock::Taken;  // removed in the meantime
+    if (lock == Lock::Gone) return std::nullopt;
     return opened;
 }
 
@@ -169,9 +175,15 @@ Folder::Folder(fs::path parent, fs::path path, Descriptor lock)
       m_slot(take_slot(m_path)) {}
 
 Folder::~Folder() {
+    if (m_is_kept) return;
     remove_tree(m_path.c_str());
+    keep();
+}
+
+void Folder::keep() noexcept {
     const std::lock_guard guard(g_slots_mutex);
-    if (m_slot >= 0) g_slots[m_slot].state = Slot::Free;
+    if (m_slot >= 0) g_slots[std::exchange(m_slot, -1)].state = Slot::Free;
+    m_is_kept = true;
 }
 
 fs::path Folder::add_slot(std::error_code& error) {

@@ -35,11 +35,17 @@ inline void before_step() {
     if (g_before_step) g_before_step();
 }
 
-enum class Lock { Taken, Busy, Impossible };
+enum class Lock {
+    Taken,
+    Busy,
+    Impossible,  ///< on this file system
+    Gone,        ///< there is no such folder, or it belongs to another user
+    Unknown,     ///< the folder can't be opened
+};
 
 /// Opens an existing temporary folder of this user, without following a link.
 /// @param waits  for another process that holds the lock
-/// @returns nullopt if it doesn't exist, or belongs to another user
+/// @returns nullopt for Gone and Unknown
 std::optional<Descriptor> open_and_lock(const std::filesystem::path& folder, bool waits,
                                         Lock& lock);
 
@@ -64,6 +70,8 @@ class Folder {
     /// Adds a folder for one output and its accompanying files.
     std::filesystem::path add_slot(std::error_code& error);
     int slot_count() const { return m_slot_count; }
+    /// Leaves the folder to the next run.
+    void keep() noexcept;
 
   private:
     Folder(std::filesystem::path parent, std::filesystem::path path, Descriptor lock);
@@ -72,6 +80,7 @@ class Folder {
     Descriptor m_lock;
     int m_slot = -1;
     int m_slot_count = 0;
+    bool m_is_kept = false;
 };
 
 /// Whether a path lies in a temporary folder of this process.

@@ -3,7 +3,6 @@
 
 #include "base/staging_journal.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <pliant/core/files.h>
 #include <sys/stat.h>
@@ -15,9 +14,11 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "base/descriptor.h"
 #include "base/errors.h"
+#include "base/input_file.h"
 
 namespace pliant::staging {
 namespace fs = std::filesystem;
@@ -99,15 +100,16 @@ std::optional<Journal> parse(std::string_view text) {
 namespace fs = std::filesystem;
 
 /// @returns nullopt unless the file is complete, and all its names lie in one folder
-std::optional<Journal> read_journal(const fs::path& file) {
-    const Descriptor opened = open_file(file, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
-    struct stat status {};
-    if (!opened.is_open() || ::fstat(opened.number(), &status) != 0 || !S_ISREG(status.st_mode) ||
-        std::size_t(status.st_size) > kMaxBytes)
-        return std::nullopt;
-    std::string text(std::size_t(status.st_size), '\0');
-    if (read_at(opened.number(), text.data(), text.size(), 0) < text.size()) return std::nullopt;
-    return parse(text);
+Result<std::optional<Journal>> read_journal(const fs::path& file) {
+    std::error_code error;
+    const fs::file_type type = fs::symlink_status(file, error).type();
+    if (type == fs::file_type::none) return unreadable(file, error.message());
+    if (type != fs::file_type::regular) return std::optional<Journal>();
+    InputFile opened(file);
+    if (opened.status() && opened.size() > kMaxBytes) return std::optional<Journal>();
+    const auto text = opened.read_rest();
+    if (!text) return text.error();
+    return parse(*text);
 }
 
 /// Writes to a temporary name, syncs and renames.
@@ -149,9 +151,12 @@ Paths paths_of(const fs::path& folder, const Move& move) {
             folder / ("before-" + move.slot) / move.name, move.replaces};
 }
 
-bool is_there(const fs::path& path) noexcept {
+/// @param[out] is_there  whether there is a file @returns an error if the system can't tell
+std::error_code look_for(const fs::path& path, bool& is_there) noexcept {
     struct stat status {};
-    return ::lstat(path.c_str(), &status) == 0;
+    is_there = ::lstat(path.c_str(), &status) == 0;
+    if (is_there || errno == ENOENT || errno == ENOTDIR) return {};
+    return {errno, std::generic_category()};
 }
 
 std::error_code rename_file(const fs::path& from, const fs::path& to) noexcept {
@@ -162,14 +167,19 @@ std::error_code rename_file(const fs::path& from, const fs::path& to) noexcept {
 
 /// Idempotent: a file that no longer exists is already at its target.
 std::error_code redo(const Paths& p) noexcept {
-    return is_there(p.from) ? rename_file(p.from, p.to) : std::error_code();
+    bool is_there = false;
+    const auto error = look_for(p.from, is_there);
+    return is_there ? rename_file(p.from, p.to) : error;
 }
 
 /// Idempotent.
 std::error_code undo(const Paths& p) noexcept {
-    if (p.replaces) return is_there(p.backup) ? rename_file(p.backup, p.to) : std::error_code();
-    if (is_there(p.from) || !is_there(p.to)) return {};
-    return rename_file(p.to, p.from);
+    bool is_there = false;
+    std::error_code error = look_for(p.replaces ? p.backup : p.from, is_there);
+    if (p.replaces) return is_there ? rename_file(p.backup, p.to) : error;
+    if (error || is_there) return error;
+    error = look_for(p.to, is_there);
+    return is_there ? rename_file(p.to, p.from) : error;
 }
 
 /// Links the old file to a backup name, so that the target always exists. On file systems without
@@ -215,17 +225,20 @@ struct Part {
     Journal journal;
 };
 
-std::vector<Part> parts_of(const fs::path& folder, const Journal& journal) {
+Result<std::vector<Part>> parts_of(const fs::path& folder, const Journal& journal) {
     std::vector<Part> parts;
     for (const std::string& part : journal.parts) {
         if (!fs::path(part).filename().native().starts_with(kPrefix)) continue;
         Lock lock{};
         auto opened = open_and_lock(part, true, lock);
-        auto own = opened ? read_journal(fs::path(part) / kPart) : std::nullopt;
+        if (lock == Lock::Gone) continue;
+        if (!opened) return unreadable(part, "can't be opened");
+        auto own = read_journal(fs::path(part) / kPart);
+        if (!own) return own.error();
         // It must refer to this folder: a name alone isn't sufficient.
         std::error_code ignored;
-        if (own && fs::equivalent(own->first, folder, ignored))
-            parts.push_back({part, std::move(*opened), std::move(*own)});
+        if (*own && fs::equivalent((*own)->first, folder, ignored))
+            parts.push_back({part, std::move(*opened), std::move(**own)});
     }
     return parts;
 }
@@ -239,31 +252,34 @@ std::error_code carry_out(const fs::path& folder, const Journal& journal,
     return error ? error : carry_out(folder, journal, forwards);
 }
 
-/// Finishes a locked folder with a journal. @returns false if that isn't possible now
-bool finish(const fs::path& folder) {
-    bool forwards = is_there(folder / kRedo);
+/// Finishes a locked folder with a journal. @param forwards  it is `redo`, else `undo`
+/// @returns false if that isn't possible now
+bool finish(const fs::path& folder, bool forwards) {
     fs::path file = folder / (forwards ? kRedo : kUndo);
+    const std::string parent = folder.has_parent_path() ? folder.parent_path().string() : ".";
+    const auto fail = [&](const std::string& why) {
+        tell(parent +
+             ": outputs of an earlier run, which was ended, can't be put in their places (" + why +
+             "); they are in " + folder.filename().string());
+        return false;
+    };
     const auto journal = read_journal(file);
-    if (!journal) {
+    if (!journal) return fail(journal.error().message);
+    if (!*journal) {
         tell(folder.string() + ": the journal of an earlier run is damaged; its files are there");
         return false;
     }
-    std::vector<Part> parts = parts_of(folder, *journal);
-    std::error_code error = carry_out(folder, *journal, parts, forwards);
+    const auto parts = parts_of(folder, **journal);
+    if (!parts) return fail(parts.error().message);
+    std::error_code error = carry_out(folder, **journal, *parts, forwards);
     if (error && forwards && !rename_file(file, folder / kUndo)) {
         forwards = false;
         file = folder / kUndo;
-        error = carry_out(folder, *journal, parts, forwards);
+        error = carry_out(folder, **journal, *parts, forwards);
     }
-    const std::string parent = folder.has_parent_path() ? folder.parent_path().string() : ".";
-    if (error) {
-        tell(parent +
-             ": outputs of an earlier run, which was ended, can't be put in their places (" +
-             error.message() + "); they are in " + folder.filename().string());
-        return false;
-    }
+    if (error) return fail(error.message());
     // The journal is removed last: until then everything is repeatable.
-    for (const Part& part : parts) remove_tree(part.folder.c_str());
+    for (const Part& part : *parts) remove_tree(part.folder.c_str());
     remove_file(file);
     remove_tree(folder.c_str());
     tell(parent + (forwards
@@ -278,18 +294,24 @@ void sweep_folder(const fs::path& folder) {
     Lock lock{};
     auto opened = open_and_lock(folder, false, lock);
     if (!opened || lock != Lock::Taken) return;
-    if (is_there(folder / kRedo) || is_there(folder / kUndo)) {
-        finish(folder);
+    // A folder about which the system can't tell is left to a later run.
+    bool redo = false, undo = false;
+    if (look_for(folder / kRedo, redo) || look_for(folder / kUndo, undo)) return;
+    if (redo || undo) {
+        finish(folder, redo);
         return;
     }
-    if (const auto part = read_journal(folder / kPart)) {
-        const fs::path first = part->first;
-        if (first.filename().native().starts_with(kPrefix) &&
-            (is_there(first / kRedo) || is_there(first / kUndo))) {
+    const auto part = read_journal(folder / kPart);
+    if (!part) return;
+    const fs::path first = *part ? (*part)->first : std::string();
+    if (first.filename().native().starts_with(kPrefix)) {
+        if (look_for(first / kRedo, redo) || look_for(first / kUndo, undo)) return;
+        if (redo || undo) {
             opened.reset();  // the first folder's turn locks it again
             auto lead = open_and_lock(first, false, lock);
-            if (lead && lock == Lock::Taken && (is_there(first / kRedo) || is_there(first / kUndo)))
-                finish(first);
+            if (!lead || lock != Lock::Taken) return;
+            if (look_for(first / kRedo, redo) || look_for(first / kUndo, undo)) return;
+            if (redo || undo) finish(first, redo);
             return;
         }
     }
@@ -299,21 +321,10 @@ void sweep_folder(const fs::path& folder) {
 }  // namespace
 
 void sweep(const fs::path& parent) {
-    // A directory_iterator ends the process if memory is short.
-    DIR* listing = ::opendir(parent.c_str());
-    if (!listing) return;
-    std::vector<fs::path> found;
-    while (const dirent* entry = ::readdir(listing))
-        if (std::string_view(entry->d_name).starts_with(kPrefix)) {
-            try {
-                found.push_back(parent == "." ? fs::path(entry->d_name) : parent / entry->d_name);
-            } catch (...) {
-                ::closedir(listing);
-                throw;
-            }
-        }
-    ::closedir(listing);
-    for (const fs::path& folder : found) sweep_folder(folder);
+    const auto names = names_in(parent);
+    if (!names) return;  // the next run retries
+    for (const std::string& name : *names)
+        if (name.starts_with(kPrefix)) sweep_folder(parent == "." ? fs::path(name) : parent / name);
 }
 
 namespace {
@@ -340,7 +351,10 @@ Status prepare(std::vector<Moves>& all, bool keeps) {
         for (Move& move : of.moves) {
             const Paths paths = paths_of(of.folder->path(), move);
             struct stat status {};
-            move.replaces = keeps && ::lstat(paths.to.c_str(), &status) == 0;
+            const bool is_there = ::lstat(paths.to.c_str(), &status) == 0;
+            if (!is_there && errno != ENOENT)
+                return failed_at(paths, {errno, std::generic_category()});
+            move.replaces = keeps && is_there;
             if (!move.replaces) continue;
             if (S_ISDIR(status.st_mode))
                 return failed_at(paths, std::make_error_code(std::errc::is_a_directory));
@@ -391,10 +405,21 @@ Status commit(std::vector<Moves>& all) {
         }
     std::size_t failed = 0;
     if (const auto error = carry_out(paths, failed)) {
-        if (has_journal) static_cast<void>(rename_file(redo_file, undo_file));
-        for (std::size_t n = failed + 1; n-- > 0;) static_cast<void>(undo(paths[n]));
-        if (has_journal) remove_file(undo_file);
-        return failed_at(paths[failed], error);
+        Error fault = failed_at(paths[failed], error);
+        if (!has_journal) return fault;  // a rename that fails changes nothing
+        // Without `undo` the next run would go forwards, so nothing is undone.
+        bool is_undone = !rename_file(redo_file, undo_file);
+        if (is_undone)
+            for (std::size_t n = failed + 1; n-- > 0;) is_undone = !undo(paths[n]) && is_undone;
+        if (is_undone) {
+            remove_file(undo_file);
+            return fault;
+        }
+        // The journal and the files are needed by the next run.
+        for (const Moves& of : all) of.folder->keep();
+        fault.message += "; old and new files are in " + folder.filename().string() +
+                         ", and the next run that writes beside it puts them in order";
+        return fault;
     }
     for (const fs::path& parent : parents) static_cast<void>(sync_to_disk(parent));
     if (has_journal) remove_file(redo_file);

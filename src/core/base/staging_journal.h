@@ -36,7 +36,7 @@ struct Move {
 
 /// The moves of one temporary folder.
 struct Moves {
-    const Folder* folder = nullptr;
+    Folder* folder = nullptr;
     std::vector<Move> moves;  ///< in this order
 };
 

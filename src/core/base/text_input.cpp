@@ -4,12 +4,11 @@
 #include <pliant/core/files.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
-#include <fstream>
 #include <system_error>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -32,23 +31,8 @@ Status check_is_file(const fs::path& path, std::string_view expected) {
 
 Result<std::string> read_small_file(const fs::path& path, std::size_t max_bytes,
                                     std::string_view expected) {
-    const std::string kind(expected);
     if (const Status s = check_is_file(path, expected); !s) return s.error();
-    errno = 0;
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream)
-        return Error{ErrorCode::NotFound, path.string() + ": expected " + kind +
-                                              " that can be read (" +
-                                              std::generic_category().message(errno) + ")"};
-    std::string text;
-    char piece[4096];
-    while (stream.read(piece, sizeof(piece)), stream.gcount() > 0) {
-        text.append(piece, std::size_t(stream.gcount()));
-        if (text.size() > max_bytes)
-            return unreadable(path, "expected " + kind + " of up to " +
-                                        std::to_string(max_bytes >> 20) + " MiB, found more");
-    }
-    return text;
+    return InputFile(path).read_rest(max_bytes, expected);
 }
 
 namespace {

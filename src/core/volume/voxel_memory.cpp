@@ -43,8 +43,10 @@ std::vector<bool> look_up_pages(const std::byte* mapping, std::size_t pages) {
     for (std::size_t at = 0; at < pages; at += entries.size()) {
         const std::size_t count = std::min(entries.size(), pages - at);
         const std::size_t bytes = count * sizeof entries[0];
-        if (read_at(map.number(), entries.data(), bytes, (first + at) * sizeof entries[0]) != bytes)
-            return changed;
+        std::size_t found = 0;
+        (void)read_at(map.number(), entries.data(), bytes, (first + at) * sizeof entries[0],
+                      &found);
+        if (found != bytes) return changed;
         for (std::size_t n = 0; n < count; ++n)
             changed[at + n] = (entries[n] & (kPresent | kSwapped)) && !(entries[n] & kOfFile);
     }
@@ -111,7 +113,7 @@ VoxelMemory::VoxelMemory(std::size_t size) : m_size(size) {
 
 std::optional<VoxelMemory> VoxelMemory::mapped(const std::filesystem::path& path,
                                                std::uint64_t offset, std::size_t size) {
-    const int number = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const int number = open_file(path, O_RDONLY | O_NONBLOCK).release();
     if (number < 0 || size == 0) return std::nullopt;
     VoxelMemory memory;
     memory.m_file = std::make_shared<const File>(number);
@@ -222,8 +224,9 @@ bool VoxelMemory::for_each_piece(
             visit({m_data + at, count});
             continue;
         }
-        const std::size_t found =
-            read_at(m_file->descriptor.number(), buffer.get(), count, m_mapping_offset + lead + at);
+        std::size_t found = 0;
+        (void)read_at(m_file->descriptor.number(), buffer.get(), count,
+                      m_mapping_offset + lead + at, &found);
         std::memset(buffer.get() + found, 0, count - found);
         whole = whole && found == count;
         visit({buffer.get(), count});

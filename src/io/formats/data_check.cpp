@@ -4,12 +4,11 @@
 #include "formats/data_check.h"
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 
-#include <fstream>
 #include <limits>
 #include <optional>
-#include <system_error>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -29,6 +28,12 @@ std::string shown_name(const fs::path& file) {
     return printable(file.string(), 200);
 }
 
+/// Error that starts with the data file's name, which is long in some headers.
+Error about_data_file(const fs::path& path, const fs::path& file, const Error& error) {
+    return unreadable(
+        path, "its data file " + shown_name(file) + error.message.substr(file.string().size()));
+}
+
 /// Uncompressed bytes of the image in each data file.
 std::uint64_t bytes_per_file(const ImageHeader& header) {
     const std::uint64_t values =
@@ -41,11 +46,13 @@ std::uint64_t bytes_per_file(const ImageHeader& header) {
 Status check_data_files(const fs::path& path, const DataLocation& data) {
     const auto count = std::int64_t(data.files.size());
     if (count == 0) return unreadable(path, "names 0 data files, expected one or more");
-    std::error_code error;
-    for (const fs::path& file : data.files)
-        if (file != path && !fs::is_regular_file(file, error))
+    for (const fs::path& file : data.files) {
+        const auto type = type_of(file);
+        if (!type) return about_data_file(path, file, type.error());
+        if (file != path && *type != fs::file_type::regular)
             return Error{ErrorCode::NotFound,
                          path.string() + ": its data file " + shown_name(file) + " is missing"};
+    }
     if (data.expected_files != 0 && count != data.expected_files)
         return unreadable(path, "names " + std::to_string(count) + " data files, expected " +
                                     std::to_string(data.expected_files));
@@ -56,15 +63,19 @@ Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& h
                                       const fs::path& name) {
     const DataLocation& data = header.data;
     const std::string what = name == path ? "the file" : "its data file " + shown_name(name);
-    std::error_code error;
-    const std::uint64_t length = fs::file_size(name, error);
-    std::ifstream file(name, std::ios::binary);
-    if (error || !file) return unreadable(path, what + " can't be opened");
-    file.seekg(std::streamoff(data.start));
-    for (std::int64_t line = 0; line < data.line_skip && file; ++line)
-        file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-    file.seekg(std::streamoff(data.byte_skip), std::ios::cur);
-    const std::uint64_t start = file ? std::uint64_t(file.tellg()) : length;
+    InputFile file(name);
+    const std::uint64_t length = file.size();
+    file.seek(data.start);
+    int c = 0;
+    for (std::int64_t line = 0; line < data.line_skip && c != InputFile::kEnd; ++line) do
+            c = file.get();
+        while (c != '\n' && c != InputFile::kEnd);
+    if (Status status = file.status(); !status)
+        return name == path ? status.error() : about_data_file(path, name, status.error());
+    // A header may skip any number of bytes.
+    constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
+    const bool is_beyond = c == InputFile::kEnd || data.byte_skip > kMax - file.at();
+    const std::uint64_t start = is_beyond ? length : file.at() + data.byte_skip;
     const std::uint64_t bytes = bytes_per_file(header);
     std::uint64_t least = bytes;
     if (data.encoding == DataEncoding::Deflated)

@@ -6,25 +6,22 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "formats/data_check.h"
+#include "formats/inflated_file.h"
 #include "formats/vtk_array_source.h"
-
-#include <zlib.h>
 
 #include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
-#include <new>
 #include <vector>
 
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kPieceBytes = 1 << 18;
+constexpr std::size_t kPieceBytes = InflatedFile::kPieceBytes;
 
 template <class Word>
 void swap_words(std::span<std::byte> numbers, Word (*swapped)(Word)) {
@@ -119,25 +116,27 @@ class DataStream::TextSource final : public DataStream::Source {
     TextSource(const fs::path& path, const fs::path& name, std::uint64_t start,
                const ImageHeader& header, std::uint64_t count)
         : m_path(path),
-          m_file(name, std::ios::binary),
+          m_file(name),
           m_type(header.stored),
           m_count(count),
           m_in_xml(header.format == ImageFormat::Vti) {
-        m_file.seekg(std::streamoff(start));
+        m_file.seek(start);
     }
     Status read(std::span<std::byte> out) override {
         const std::size_t size = size_of(m_type);
         for (std::size_t at = 0; at < out.size(); at += size, ++m_done) {
             const std::string_view word = next_word();
-            if (word.empty())
+            if (word.empty()) {
+                if (Status status = m_file.status(); !status) return status;
                 return unreadable(m_path, "ends early: holds " + std::to_string(m_done) +
                                               " numbers, expected " + std::to_string(m_count));
+            }
             if (!parse_number(m_type, word, &out[at]))
                 return unreadable(m_path, "holds '" + shown(word) +
                                               "' among its data, expected a number of type " +
                                               std::string(name_of(m_type)));
         }
-        return Ok{};
+        return m_file.status();
     }
 
   private:
@@ -145,14 +144,12 @@ class DataStream::TextSource final : public DataStream::Source {
     static constexpr std::size_t kMaxWord = 1200;
 
     std::string_view next_word() {
-        constexpr int kEnd = std::streambuf::traits_type::eof();
         const auto is_blank = [](int c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
-        std::streambuf& source = *m_file.rdbuf();
         m_word.clear();
         if (m_tag_follows) return m_word;
-        int c = source.sbumpc();
-        while (is_blank(c)) c = source.sbumpc();
-        for (; c != kEnd && !is_blank(c) && m_word.size() < kMaxWord; c = source.sbumpc()) {
+        int c = m_file.get();
+        while (is_blank(c)) c = m_file.get();
+        for (; c != InputFile::kEnd && !is_blank(c) && m_word.size() < kMaxWord; c = m_file.get()) {
             m_tag_follows = m_in_xml && c == '<';
             if (m_tag_follows) break;
             m_word += char(c);
@@ -163,49 +160,52 @@ class DataStream::TextSource final : public DataStream::Source {
     }
 
     const fs::path& m_path;
-    std::ifstream m_file;
+    InputFile m_file;
     Component m_type;
     std::uint64_t m_count, m_done = 0;
     bool m_in_xml, m_tag_follows = false;
     std::string m_word;
 };
 
-/// Raw or compressed numbers.
+/// Raw numbers.
 class DataStream::BytesSource final : public DataStream::Source {
   public:
-    BytesSource(const fs::path& path, const fs::path& name, std::uint64_t start, bool deflated)
-        : m_path(path), m_file(name, std::ios::binary), m_deflated(deflated) {
-        m_file.seekg(std::streamoff(start));
-        if (!deflated) return;
-        m_input.resize(kPieceBytes);
-        constexpr int kGzipOrZlib = 15 + 32;
-        if (inflateInit2(&m_zlib, kGzipOrZlib) != Z_OK) throw std::bad_alloc();
-        m_end.reset(&m_zlib);
+    BytesSource(const fs::path& path, const fs::path& name, std::uint64_t start)
+        : m_path(path), m_file(name) {
+        m_file.seek(start);
+    }
+    Status read(std::span<std::byte> out) override {
+        if (m_file.read(out.data(), out.size()) == out.size()) return Ok{};
+        if (Status status = m_file.status(); !status) return status;
+        return unreadable(m_path, "ends early: it was cut short while it was read");
+    }
+    bool jump(std::uint64_t bytes) override {
+        m_file.seek(m_file.at() + bytes);
+        return true;
     }
 
+  private:
+    const fs::path& m_path;
+    InputFile m_file;
+};
+
+/// Compressed numbers.
+class DataStream::InflatedSource final : public DataStream::Source {
+  public:
+    InflatedSource(const fs::path& path, const fs::path& name, std::uint64_t start)
+        : m_file(path, name, start) {}
     Status read(std::span<std::byte> out) override {
-        if (!m_deflated) {
-            m_file.read(reinterpret_cast<char*>(out.data()), std::streamsize(out.size()));
-            if (std::size_t(m_file.gcount()) == out.size()) return Ok{};
-            return unreadable(m_path, "ends early: it was cut short while it was read");
-        }
         while (!out.empty()) {
-            const auto count = inflate_some(out);
+            const auto count = m_file.read_some(out);
             if (!count) return count.error();
             out = out.subspan(*count);
         }
         return Ok{};
     }
-
-    bool jump(std::uint64_t bytes) override {
-        if (!m_deflated) m_file.seekg(std::streamoff(bytes), std::ios::cur);
-        return !m_deflated;
-    }
-
     Status finish() override {
         std::byte rest[4096];
-        for (std::size_t beyond = 0; m_deflated && !m_ended && beyond < kPieceBytes;) {
-            const auto count = inflate_some(rest);
+        for (std::size_t beyond = 0; !m_file.ended() && beyond < kPieceBytes;) {
+            const auto count = m_file.read_some(rest);
             if (!count) return count.error();
             beyond += *count;
         }
@@ -213,41 +213,7 @@ class DataStream::BytesSource final : public DataStream::Source {
     }
 
   private:
-    /// @returns number of decompressed bytes, possibly zero. gzip files may have several members.
-    Result<std::size_t> inflate_some(std::span<std::byte> out) {
-        if (m_zlib.avail_in == 0) {
-            m_file.read(reinterpret_cast<char*>(m_input.data()), std::streamsize(m_input.size()));
-            m_zlib.next_in = m_input.data();
-            m_zlib.avail_in = uInt(m_file.gcount());
-        }
-        if (m_zlib.avail_in == 0)
-            return unreadable(m_path, m_ended
-                                          ? "ends early: its compressed data hold less than its "
-                                            "sizes say"
-                                          : "ends early: its compressed data are cut off");
-        if (m_ended) inflateReset(&m_zlib);
-        const std::size_t room = std::min(out.size(), kPieceBytes);
-        m_zlib.next_out = reinterpret_cast<Bytef*>(out.data());
-        m_zlib.avail_out = uInt(room);
-        const int result = inflate(&m_zlib, Z_NO_FLUSH);
-        m_ended = result == Z_STREAM_END;
-        if (result != Z_OK && !m_ended)
-            return unreadable(m_path, std::string("its compressed data are damaged (") +
-                                          (m_zlib.msg ? m_zlib.msg : "no gzip or zlib") + ")");
-        return room - m_zlib.avail_out;
-    }
-
-    struct EndInflate {
-        void operator()(z_stream* stream) const { inflateEnd(stream); }
-    };
-
-    const fs::path& m_path;
-    std::ifstream m_file;
-    bool m_deflated;
-    bool m_ended = false;  ///< a member ended with the correct checksum
-    std::vector<Bytef> m_input;
-    z_stream m_zlib{};
-    std::unique_ptr<z_stream, EndInflate> m_end;
+    InflatedFile m_file;
 };
 
 DataStream::DataStream(const fs::path& path, const ImageHeader& header)
@@ -270,8 +236,10 @@ Status DataStream::open_next() {
                                                 m_bytes_per_file / size_of(m_header.stored));
     else if (data.encoding == DataEncoding::VtkArray)
         m_source = std::make_unique<VtkSource>(name, *start, data, m_bytes_per_file);
+    else if (deflated)
+        m_source = std::make_unique<InflatedSource>(m_path, name, *start);
     else
-        m_source = std::make_unique<BytesSource>(m_path, name, *start, deflated);
+        m_source = std::make_unique<BytesSource>(m_path, name, *start);
     m_left = m_bytes_per_file;
     std::vector<std::byte> skipped;
     for (std::uint64_t left = deflated ? data.inner_skip : 0; left > 0; left -= skipped.size()) {

@@ -35,6 +35,7 @@ class DataStream {
   private:
     class Source;
     class BytesSource;
+    class InflatedSource;
     class TextSource;
     class VtkSource;
 

@@ -4,6 +4,7 @@
 #include "formats/dicom_slice.h"
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "formats/dicom_walk.h"
 #include "formats/image_header.h"
@@ -12,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 
 namespace pliant {
@@ -219,11 +219,12 @@ bool ought_to_have_pixels(const DicomWalk& tags) {
 
 enum class Start { Other, Preamble, Plain };
 
-Start start_of(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
+Result<Start> start_of(const fs::path& path) {
+    InputFile file(path);
     std::array<char, 132> start{};
-    file.read(start.data(), std::streamsize(start.size()));
-    if (file.gcount() != 132) return Start::Other;
+    const std::size_t count = file.read(start.data(), start.size());
+    if (Status status = file.status(); !status) return status.error();
+    if (count != start.size()) return Start::Other;
     if (std::memcmp(&start[128], "DICM", 4) == 0) return Start::Preamble;
     // Old files start with an element of group 8, little endian.
     return start[0] == 8 && start[1] == 0 && start[3] == 0 ? Start::Plain : Start::Other;
@@ -316,18 +317,23 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
 
 }  // namespace
 
-bool looks_like_dicom(const fs::path& path) {
-    return start_of(path) != Start::Other;
+Result<bool> looks_like_dicom(const fs::path& path) {
+    const auto start = start_of(path);
+    if (!start) return start.error();
+    return *start != Start::Other;
 }
 
-std::vector<DicomSlice> read_dicom_slices(const fs::path& path) {
-    const Start start = start_of(path);
-    if (start == Start::Other) return {};
+Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path) {
+    const std::vector<DicomSlice> none;
+    const auto start = start_of(path);
+    if (!start) return start.error();
+    if (*start == Start::Other) return none;
     DicomWalk tags(path);
-    const bool whole = tags.walk(start == Start::Preamble);
-    if (start == Start::Plain && !tags.has_pixels()) return {};
+    const bool whole = tags.walk(*start == Start::Preamble);
+    if (Status status = tags.status(); !status) return status.error();
+    if (*start == Start::Plain && !tags.has_pixels()) return none;
     const bool readable = has_plain_elements(tags.syntax_uid());
-    if (whole && readable && !tags.has_pixels() && !ought_to_have_pixels(tags)) return {};
+    if (whole && readable && !tags.has_pixels() && !ought_to_have_pixels(tags)) return none;
     DicomSlice slice;
     slice.path = path;
     slice.series_uid = tags.text(kSeriesUid);
@@ -337,13 +343,14 @@ std::vector<DicomSlice> read_dicom_slices(const fs::path& path) {
     slice.rows = tags.number(kRows, 0);
     slice.columns = tags.number(kColumns, 0);
     slice.has_modality_lut = tags.has(kModalityLut);
-    if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1)) return {};
+    if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1))
+        return none;
     // The walk has passed the UID's position if it reached the pixels.
     if (slice.series_uid.empty() && whole && readable) slice.series_uid = kNoSeriesUid;
     slice.fault = fault_of(tags, slice, whole);
     const bool has_frames = !tags.frame_values().empty() || frame_count(tags).value_or(1) > 1;
     if (!slice.fault && has_frames) return slices_of_frames(tags, slice);
-    return {std::move(slice)};
+    return std::vector{std::move(slice)};
 }
 
 }  // namespace pliant

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <span>
 #include <type_traits>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/memory_budget.h"
 #include "formats/dicom_slice.h"
 
@@ -262,10 +262,10 @@ std::uint64_t pixels_in(const DicomSlice& slice) {
     return std::uint64_t(slice.rows) * std::uint64_t(slice.columns);
 }
 
-Status read_part(std::ifstream& file, const fs::path& path, FilePart part, std::uint8_t* out) {
-    file.seekg(std::streamoff(part.start));
-    if (file.read(reinterpret_cast<char*>(out), std::streamsize(part.bytes))) return Ok{};
-    return unreadable(path, "changed while it was read");
+Status read_part(InputFile& file, FilePart part, std::uint8_t* out) {
+    file.seek(part.start);
+    if (file.read(out, std::size_t(part.bytes)) == part.bytes) return Ok{};
+    return file.fault("changed while it was read");
 }
 
 /// Extracts the stored bits of a pixel as a number.
@@ -351,10 +351,9 @@ void DicomPixelReader::make_room(const DicomSlice& slice) {
 
 Status DicomPixelReader::read_plain(const DicomSlice& slice) {
     make_room(slice);
-    std::ifstream file(slice.path, std::ios::binary);
+    InputFile file(slice.path);
     const FilePart whole = slice.pixels.parts.front();
-    if (Status status = read_part(file, slice.path, {whole.start, m_bytes.size()}, m_bytes.data());
-        !status)
+    if (Status status = read_part(file, {whole.start, m_bytes.size()}, m_bytes.data()); !status)
         return status;
     if (slice.pixels.swapped_words)
         for (std::size_t n = 0; n + 1 < m_bytes.size(); n += 2)
@@ -390,11 +389,10 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
         return unsupported(slice.path, "has " + std::to_string(size) +
                                            " bytes of compressed pixels, expected fewer");
     std::vector<std::uint8_t> codestream(std::size_t(padded), 0);
-    std::ifstream file(slice.path, std::ios::binary);
+    InputFile file(slice.path);
     std::size_t at = 0;
     for (const FilePart& part : slice.pixels.parts) {
-        if (Status status = read_part(file, slice.path, part, &codestream[at]); !status)
-            return status;
+        if (Status status = read_part(file, part, &codestream[at]); !status) return status;
         at += std::size_t(part.bytes);
     }
     int bits = 0;

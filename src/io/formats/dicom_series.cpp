@@ -6,6 +6,7 @@
 #include "formats/dicom_series.h"
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/memory_budget.h"
 #include "base/text.h"
 #include "formats/dicom_pixels.h"
@@ -42,7 +43,7 @@ constexpr std::size_t kMaxUidBytes = 64;
 struct DicomFolder {
     std::map<std::string, SeriesFiles> series;
     std::vector<DicomSlice> strays;  ///< damaged before the series' UID
-    std::size_t others = 0, folders = 0;
+    std::size_t others = 0, linked_folders = 0;
     bool went_deeper = false;  ///< its folders were searched too
 
     bool is_empty() const { return series.empty() && strays.empty(); }
@@ -62,30 +63,44 @@ void add_slice(DicomSlice slice, DicomFolder& found) {
 /// Files and folders of a folder, by name.
 struct FolderEntries {
     std::vector<fs::path> files, folders;
+    std::size_t others = 0, linked_folders = 0;
 };
 
+/// A file that can't be opened or read may be a slice, so a scan without it may be wrong.
+Error may_be_slice(Error error) {
+    error.message += "; it may be a slice: make it readable, or move it out of the folder";
+    return error;
+}
+
 Result<FolderEntries> list_folder(const fs::path& folder) {
-    std::error_code error;
+    const auto names = names_in(folder);
+    if (!names) return names.error();
     FolderEntries entries;
-    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-        std::error_code ignored;
-        if (at->is_regular_file(ignored)) entries.files.push_back(at->path());
-        // A link may lead out of the folder, or back into it.
-        if (at->is_directory(ignored) && !at->is_symlink(ignored))
-            entries.folders.push_back(at->path());
+    for (const std::string& name : *names) {
+        const fs::path path = folder / name;
+        const auto type = type_of(path);
+        if (is_dicomdir(path) && !(type && *type == fs::file_type::directory)) continue;
+        if (!type) return may_be_slice(type.error());
+        if (*type == fs::file_type::not_found)
+            return may_be_slice(unreadable(path, "is a link to a file that isn't there"));
+        std::error_code error;
+        if (*type == fs::file_type::regular)
+            entries.files.push_back(path);
+        else if (*type != fs::file_type::directory)
+            ++entries.others;
+        else if (fs::is_symlink(path, error))  // it may lead out of the folder, or back into it
+            ++entries.linked_folders;
+        else
+            entries.folders.push_back(path);
     }
-    if (error)
-        return Error{ErrorCode::Unreadable,
-                     folder.string() + ": can't be listed (" + error.message() + ")"};
-    std::sort(entries.files.begin(), entries.files.end());
-    std::sort(entries.folders.begin(), entries.folders.end());
     return entries;
 }
 
 /// Files below some folders, folder by folder.
 /// @returns LimitExceeded if there are too many
 Result<std::vector<fs::path>> files_below(const fs::path& folder,
-                                          const std::vector<fs::path>& folders) {
+                                          const std::vector<fs::path>& folders,
+                                          DicomFolder& found) {
     std::vector<fs::path> files;
     std::vector<std::pair<fs::path, int>> open;
     for (auto at = folders.rbegin(); at != folders.rend(); ++at) open.emplace_back(*at, 1);
@@ -94,6 +109,8 @@ Result<std::vector<fs::path>> files_below(const fs::path& folder,
         open.pop_back();
         auto entries = list_folder(path);
         if (!entries) return entries.error();
+        found.others += entries->others;
+        found.linked_folders += entries->linked_folders;
         files.insert(files.end(), entries->files.begin(), entries->files.end());
         if (files.size() + visited > kMaxFilesSearched)
             return Error{ErrorCode::LimitExceeded,
@@ -112,21 +129,23 @@ Result<DicomFolder> read_headers(const fs::path& folder) {
     auto entries = list_folder(folder);
     if (!entries) return entries.error();
     DicomFolder found;
-    found.folders = entries->folders.size();
-    const auto look_at = [&](const std::vector<fs::path>& files) {
+    found.others = entries->others;
+    found.linked_folders = entries->linked_folders;
+    const auto look_at = [&](const std::vector<fs::path>& files) -> Status {
         for (const fs::path& file : files) {
-            if (is_dicomdir(file)) continue;
             auto slices = read_dicom_slices(file);
-            if (slices.empty()) ++found.others;
-            for (DicomSlice& slice : slices) add_slice(std::move(slice), found);
+            if (!slices) return may_be_slice(slices.error());
+            if (slices->empty()) ++found.others;
+            for (DicomSlice& slice : *slices) add_slice(std::move(slice), found);
         }
+        return Ok{};
     };
-    look_at(entries->files);
+    if (Status status = look_at(entries->files); !status) return status.error();
     if (!found.is_empty() || entries->folders.empty()) return found;
-    const auto deeper = files_below(folder, entries->folders);
+    const auto deeper = files_below(folder, entries->folders, found);
     if (!deeper) return deeper.error();
     found.went_deeper = true;
-    look_at(*deeper);
+    if (Status status = look_at(*deeper); !status) return status.error();
     return found;
 }
 
@@ -134,6 +153,8 @@ Error no_images(const fs::path& folder, const DicomFolder& found) {
     std::string text = folder.string() + ": holds no DICOM images (" +
                        counted(found.others, "file") + " looked at";
     if (found.went_deeper) text += ", in folders below it too";
+    if (found.linked_folders)
+        text += "; " + counted(found.linked_folders, "link") + " to folders not followed";
     return {ErrorCode::NotFound, text + ")"};
 }
 
@@ -171,6 +192,8 @@ void note_left_out(const DicomFolder& folder, const std::string& chosen,
         notes.push_back("the folder has no slices itself; found in folders below it");
     if (folder.others)
         notes.push_back(counted(folder.others, "file") + " of the folder left out: no DICOM image");
+    if (folder.linked_folders && folder.went_deeper)
+        notes.push_back(counted(folder.linked_folders, "link") + " to folders not followed");
     for (const auto& [uid, series] : folder.series)
         if (uid != chosen && series.fault)
             notes.push_back("the series " + shown(uid) + " left out: " + series.fault->message);
@@ -308,20 +331,18 @@ Result<std::vector<DicomSeries>> list_series(const fs::path& folder) {
 }
 
 Result<std::int64_t> count_dicom_volumes(const fs::path& path, const std::string& series) {
-    std::error_code error;
-    std::vector<DicomSlice> slices;
-    if (!fs::is_directory(path, error)) {
-        slices = read_dicom_slices(path);
-    } else {
+    const auto type = type_of(path);
+    if (!type) return type.error();
+    const auto slices = [&]() -> Result<std::vector<DicomSlice>> {
+        if (*type != fs::file_type::directory) return read_dicom_slices(path);
         auto found = read_headers(path);
         if (!found) return found.error();
         std::vector<std::string> ignored;
         if (found->is_empty()) return no_images(path, *found);
-        auto chosen = choose_series(path, std::move(*found), series, ignored);
-        if (!chosen) return chosen.error();
-        slices = std::move(*chosen);
-    }
-    return std::int64_t(split_volumes(std::move(slices)).size());
+        return choose_series(path, std::move(*found), series, ignored);
+    }();
+    if (!slices) return slices.error();
+    return std::int64_t(split_volumes(*slices).size());
 }
 
 Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& options,
@@ -340,7 +361,9 @@ Result<Volume> read_dicom_file(const fs::path& path, const ReadOptions& options,
         const fs::path folder = path.parent_path();
         return read_dicom_folder(folder.empty() ? fs::path(".") : folder, options, notes, decoder);
     }
-    auto slices = read_dicom_slices(path);
+    auto read = read_dicom_slices(path);
+    if (!read) return read.error();
+    std::vector<DicomSlice>& slices = *read;
     if (slices.empty())
         return Error{ErrorCode::Unsupported, path.string() + ": is DICOM without an image"};
     if (slices.front().fault) return *slices.front().fault;

@@ -64,9 +64,10 @@ inline constexpr const char* kNoSeriesUid = "none";
 
 /// Slices of a file: one, one for each frame, or one with a fault; none if the file is no DICOM
 /// image.
-std::vector<DicomSlice> read_dicom_slices(const std::filesystem::path& path);
+/// @returns Unreadable, which names the file, if it can't be opened or read
+Result<std::vector<DicomSlice>> read_dicom_slices(const std::filesystem::path& path);
 
 /// Whether a file starts like a DICOM file.
-bool looks_like_dicom(const std::filesystem::path& path);
+Result<bool> looks_like_dicom(const std::filesystem::path& path);
 
 }  // namespace pliant

@@ -61,17 +61,12 @@ std::string_view known_type(const char* bytes) {
 
 }  // namespace
 
-DicomWalk::DicomWalk(const fs::path& path) : m_file(path, std::ios::binary) {
-    m_file.seekg(0, std::ios::end);
-    m_size = std::uint64_t(std::max<std::streamoff>(0, m_file.tellg()));
-}
-
 bool DicomWalk::walk(bool preamble) {
-    seek(preamble ? 132 : 0);
+    m_file.seek(preamble ? 132 : 0);
     if (preamble && !walk_meta()) return false;
     take_syntax();
     if (!has_plain_elements(m_syntax_uid)) return true;  // refused by name later
-    while (m_at < m_size && !m_has_pixels) {
+    while (m_file.at() < m_file.size() && !m_has_pixels) {
         Element element;
         if (!read_element(element)) return false;
         const bool sound = element.tag == kPixelData ? take_pixels(element) : take_value(element);
@@ -122,21 +117,15 @@ std::vector<double> DicomValues::decimals(std::uint32_t tag, std::size_t count) 
     return std::move(*numbers);
 }
 
-void DicomWalk::seek(std::uint64_t at) {
-    m_at = at;
-    m_file.seekg(std::streamoff(at));
-}
-
 bool DicomWalk::read(char* out, std::size_t count) {
-    if (count > m_size - std::min(m_at, m_size)) return false;
-    m_at += count;
-    return bool(m_file.read(out, std::streamsize(count)));
+    if (count > m_file.size() - std::min(m_file.at(), m_file.size())) return false;
+    return m_file.read(out, count) == count;
 }
 
 bool DicomWalk::skip(std::uint64_t count) {
-    if (count > m_size - std::min(m_at, m_size)) return false;
-    m_at += count;
-    return bool(m_file.seekg(std::streamoff(count), std::ios::cur));
+    if (count > m_file.size() - std::min(m_file.at(), m_file.size())) return false;
+    m_file.seek(m_file.at() + count);
+    return true;
 }
 
 std::uint32_t DicomWalk::u16(const char* bytes) const {
@@ -151,10 +140,10 @@ std::uint32_t DicomWalk::u32(const char* bytes) const {
 /// Reads group 2, which is always explicit little endian and names the syntax of the rest.
 bool DicomWalk::walk_meta() {
     for (;;) {
-        const std::uint64_t start = m_at;
+        const std::uint64_t start = m_file.at();
         std::array<char, 2> group{};
         if (!read(group.data(), 2)) return false;
-        seek(start);
+        m_file.seek(start);
         if (u16(group.data()) != 2) return true;
         Element element;
         if (!read_element(element) || !take_value(element)) return false;
@@ -174,11 +163,11 @@ void DicomWalk::take_syntax() {
 }
 
 void DicomWalk::guess_explicit() {
-    const std::uint64_t start = m_at;
+    const std::uint64_t start = m_file.at();
     std::array<char, 6> bytes{};
     if (!read(bytes.data(), bytes.size())) return;
     m_explicit = !known_type(&bytes[4]).empty();
-    seek(start);
+    m_file.seek(start);
 }
 
 bool DicomWalk::read_element(Element& element) {
@@ -207,16 +196,17 @@ bool DicomWalk::read_element(Element& element) {
 template <class Visit>
 bool DicomWalk::each_element(const Element& outer, const Visit& visit) {
     const std::uint32_t delimiter = outer.tag == kItem ? kItemEnd : kSequenceEnd;
-    if (!outer.nests && outer.length > m_size - std::min(m_at, m_size)) return false;
-    const std::uint64_t end = outer.nests ? m_size : m_at + outer.length;
-    while (m_at < end) {
+    if (!outer.nests && outer.length > m_file.size() - std::min(m_file.at(), m_file.size()))
+        return false;
+    const std::uint64_t end = outer.nests ? m_file.size() : m_file.at() + outer.length;
+    while (m_file.at() < end) {
         Element element;
         if (!read_element(element)) return false;
         if (element.tag == delimiter) return outer.nests;
         if (delimiter == kSequenceEnd && element.tag != kItem) return false;
         if (!visit(element)) return false;
     }
-    return !outer.nests && m_at == end;
+    return !outer.nests && m_file.at() == end;
 }
 
 bool DicomWalk::take_groups(const Element& sequence, bool for_each_frame) {
@@ -302,7 +292,7 @@ bool DicomWalk::take_pixels(const Element& element) {
     m_pixel_type = element.type;
     m_in_fragments = element.nests;
     if (m_in_fragments) return take_fragments();
-    m_pixel_parts = {{m_at, element.length}};
+    m_pixel_parts = {{m_file.at(), element.length}};
     return skip(element.length);
 }
 
@@ -313,12 +303,12 @@ bool DicomWalk::take_fragments() {
         if (item.tag == kSequenceEnd) return true;
         if (item.tag != kItem || item.nests) return false;
         if (table_of_offsets) {
-            m_first_item = m_at + item.length;
+            m_first_item = m_file.at() + item.length;
             if (m_offsets.empty() ? !take_offsets(item) : !skip(item.length)) return false;
             continue;
         }
         if (m_pixel_parts.size() == kMaxFragments) return false;
-        if (item.length) m_pixel_parts.push_back({m_at, item.length});
+        if (item.length) m_pixel_parts.push_back({m_file.at(), item.length});
         if (!skip(item.length)) return false;
     }
 }

@@ -14,11 +14,11 @@
 
 #pragma once
 
+#include "base/input_file.h"
 #include "formats/dicom_syntax.h"
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <string>
 #include <string_view>
@@ -76,12 +76,14 @@ class DicomValues {
 
 class DicomWalk {
   public:
-    explicit DicomWalk(const std::filesystem::path& path);
+    explicit DicomWalk(const std::filesystem::path& path) : m_file(path) {}
 
     /// @param preamble  the file starts with 128 bytes and DICM
     /// @returns whether the file is complete up to the pixels. Elements are unknown for syntaxes
     ///          without plain ones (has_plain_elements).
     bool walk(bool preamble);
+    /// Error of reading, after which the file isn't complete.
+    Status status() const { return m_file.status(); }
 
     const DicomValues& values() const { return m_values; }
     std::string text(std::uint32_t tag) const { return m_values.text(tag); }
@@ -114,7 +116,6 @@ class DicomWalk {
         std::string_view type;  ///< empty for implicit types
         bool nests = false;     ///< undefined length: items follow
     };
-    void seek(std::uint64_t at);
     bool read(char* out, std::size_t count);
     bool skip(std::uint64_t count);
     std::uint32_t u16(const char* bytes) const;
@@ -138,8 +139,7 @@ class DicomWalk {
     bool take_pixels(const Element& element);
     bool take_fragments();
 
-    std::ifstream m_file;
-    std::uint64_t m_size = 0, m_at = 0;
+    InputFile m_file;
     bool m_explicit = true, m_big = false, m_has_pixels = false, m_in_fragments = false;
     std::string m_syntax_uid;
     std::string_view m_pixel_type;

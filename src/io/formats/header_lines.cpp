@@ -9,11 +9,10 @@ namespace pliant {
 
 Result<std::optional<std::string>> HeaderLines::next() {
     ++m_number;
-    std::streambuf& source = *m_file.rdbuf();
-    constexpr int kEnd = std::streambuf::traits_type::eof();
     std::string line;
-    for (int c = source.sbumpc(); c != '\n'; c = source.sbumpc()) {
-        if (c == kEnd) {
+    for (int c = m_file.get(); c != '\n'; c = m_file.get()) {
+        if (c == InputFile::kEnd) {
+            if (Status status = m_file.status(); !status) return status.error();
             if (line.empty()) return std::optional<std::string>();
             break;
         }

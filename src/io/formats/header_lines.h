@@ -6,11 +6,12 @@
 
 #pragma once
 
+#include "base/input_file.h"
+
 #include <pliant/result.h>
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 
@@ -26,18 +27,17 @@ inline constexpr std::size_t kMaxKeyValues = 1 << 14;
 class HeaderLines {
   public:
     /// Keeps a reference to the path.
-    explicit HeaderLines(const std::filesystem::path& path)
-        : m_path(path), m_file(path, std::ios::binary) {}
+    explicit HeaderLines(const std::filesystem::path& path) : m_path(path), m_file(path) {}
 
     /// Reads the next line without its end (LF or CR LF); nullopt at the end of the file.
-    /// @returns Unreadable for a line or a header that is too long
+    /// @returns Unreadable for an error of reading, and a line or a header that is too long
     Result<std::optional<std::string>> next();
     /// Bytes of the lines so far, line ends included.
     std::uint64_t bytes_read() const { return m_bytes_read; }
 
   private:
     const std::filesystem::path& m_path;
-    std::ifstream m_file;
+    InputFile m_file;
     std::uint64_t m_bytes_read = 0;
     int m_number = 0;  ///< line number
 };

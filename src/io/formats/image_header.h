@@ -88,7 +88,7 @@ Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 /// Bytes between the header of a NIfTI file and its voxels, up to 1 MiB: its extensions.
 /// @returns empty if there are none, and for other files
 #pragma GCC visibility push(default)  // for other components
-std::string nifti_extension(const std::filesystem::path& path);
+Result<std::string> nifti_extension(const std::filesystem::path& path);
 #pragma GCC visibility pop
 Result<ImageHeader> read_vti_header(const std::filesystem::path& path);
 Result<ImageHeader> read_vtk_header(const std::filesystem::path& path);

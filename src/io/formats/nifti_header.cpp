@@ -9,8 +9,7 @@
 #include "base/text.h"
 #include "formats/data_check.h"
 #include "formats/image_header.h"
-
-#include <zlib.h>
+#include "formats/inflated_file.h"
 
 #include <algorithm>
 #include <array>
@@ -98,20 +97,27 @@ NiftiFields fields_2(const HeaderBytes& bytes) {
     return f;
 }
 
-/// Reads the first bytes, or those after an offset; fewer at the end of the file.
-std::size_t read_start(const fs::path& path, std::span<unsigned char> bytes,
-                       std::size_t offset = 0) {
-    const gzFile file = gzopen(path.c_str(), "rb");
-    if (!file) return 0;
-    if (offset > 0) gzseek(file, z_off_t(offset), SEEK_SET);
-    const int count = gzread(file, bytes.data(), unsigned(bytes.size()));
-    gzclose(file);
-    return count < 0 ? 0 : std::size_t(count);
+/// Reads the first bytes, of gzip's content if it is gzip; fewer at the end of the file.
+Result<std::size_t> read_start(const fs::path& path, std::span<unsigned char> bytes) {
+    InputFile file(path);
+    std::size_t count = file.read(bytes.data(), bytes.size());
+    if (Status status = file.status(); !status) return status.error();
+    if (count < 2 || bytes[0] != 0x1f || bytes[1] != 0x8b) return count;
+    InflatedFile inflated(path, path, 0);
+    for (count = 0; count < bytes.size();) {
+        const auto more = inflated.read_some(std::as_writable_bytes(bytes).subspan(count));
+        if (Status status = inflated.status(); !status) return status.error();
+        if (!more) break;  // cut off, or damaged
+        count += *more;
+    }
+    return count;
 }
 
 Result<NiftiFields> read_nifti_fields(const fs::path& path) {
     HeaderBytes header;
-    const std::size_t count = read_start(path, header.bytes);
+    const auto read = read_start(path, header.bytes);
+    if (!read) return read.error();
+    const std::size_t count = *read;
     const auto ends_early = [&](std::size_t expected) {
         return unreadable(path, "is damaged or ends early: expected " + std::to_string(expected) +
                                     " bytes of NIfTI header");
@@ -343,17 +349,21 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     return header;
 }
 
-std::string nifti_extension(const fs::path& path) {
+Result<std::string> nifti_extension(const fs::path& path) {
     constexpr double kMaxBytes = 1 << 20;
     const std::string name = lower_case(path.filename().string());
-    if (!name.ends_with(".nii") && !name.ends_with(".nii.gz")) return {};
+    if (!name.ends_with(".nii") && !name.ends_with(".nii.gz")) return std::string();
     const auto fields = read_nifti_fields(path);
-    if (!fields) return {};
+    if (!fields) return fields.error();
     const double first = fields->version == 2 ? 544 : 352;
-    if (!(fields->vox_offset > first)) return {};
-    std::vector<unsigned char> bytes(std::size_t(std::min(fields->vox_offset - first, kMaxBytes)));
-    const std::size_t count = read_start(path, bytes, std::size_t(first));
-    return {bytes.begin(), bytes.begin() + std::ptrdiff_t(count)};
+    if (!(fields->vox_offset > first)) return std::string();
+    std::vector<unsigned char> bytes(
+        std::size_t(first + std::min(fields->vox_offset - first, kMaxBytes)));
+    const auto count = read_start(path, bytes);
+    if (!count) return count.error();
+    const auto begin = std::min(*count, std::size_t(first));
+    return std::string(bytes.begin() + std::ptrdiff_t(begin),
+                       bytes.begin() + std::ptrdiff_t(*count));
 }
 
 }  // namespace pliant

@@ -3,6 +3,8 @@
 
 // Choice of the reader for a path: its name gives the expected format, its first bytes confirm it.
 
+#include "base/errors.h"
+#include "base/input_file.h"
 #include "base/memory_budget.h"
 #include "base/text.h"
 #include "formats/data_check.h"
@@ -18,9 +20,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <new>
 #include <span>
 #include <type_traits>
@@ -39,35 +39,32 @@ std::optional<ImageFormat> format_by_name(const fs::path& path) {
 }
 
 Status check_file(const fs::path& path) {
-    std::error_code error;
-    const auto status = fs::status(path, error);
-    if (status.type() == fs::file_type::not_found)
+    const auto type = type_of(path);
+    if (!type) return type.error();
+    if (*type == fs::file_type::not_found)
         return Error{ErrorCode::NotFound, path.string() + ": no such file or folder"};
-    if (error)
-        return Error{ErrorCode::Unreadable,
-                     path.string() + ": can't be opened (" + error.message() + ")"};
-    if (!fs::is_regular_file(status))
+    if (*type != fs::file_type::regular)
         return Error{ErrorCode::Unsupported, path.string() + ": is neither a file nor a folder"};
-    errno = 0;
-    if (!std::ifstream(path, std::ios::binary))
-        return Error{ErrorCode::Unreadable,
-                     path.string() + ": can't be opened (" + std::strerror(errno) + ")"};
-    if (fs::file_size(path, error) == 0)
-        return Error{ErrorCode::Unreadable, path.string() + ": is empty, expected an image"};
+    const InputFile file(path);
+    if (Status status = file.status(); !status) return status;
+    if (file.size() == 0) return unreadable(path, "is empty, expected an image");
     return Ok{};
 }
 
 namespace {
 
-std::string first_bytes(const fs::path& path) {
+Result<std::string> first_bytes(const fs::path& path) {
     std::array<char, 512> bytes{};
-    std::ifstream file(path, std::ios::binary);
-    file.read(bytes.data(), std::streamsize(bytes.size()));
-    return {bytes.data(), std::size_t(file.gcount())};
+    InputFile file(path);
+    const std::size_t count = file.read(bytes.data(), bytes.size());
+    if (Status status = file.status(); !status) return status.error();
+    return std::string(bytes.data(), count);
 }
 
 Status check_first_bytes(const fs::path& path, ImageFormat format) {
-    const std::string start = first_bytes(path);
+    const auto read = first_bytes(path);
+    if (!read) return read.error();
+    const std::string& start = *read;
     bool fits = false;
     std::string expected;
     switch (format) {
@@ -102,7 +99,9 @@ Status check_first_bytes(const fs::path& path, ImageFormat format) {
 
 /// Error for a file with an unknown extension.
 Error unknown_name(const fs::path& path) {
-    const std::string start = first_bytes(path);
+    const auto read = first_bytes(path);
+    if (!read) return read.error();
+    const std::string& start = *read;
     const char* rename = start.starts_with("NRRD000")                          ? ".nrrd"
                          : start.find("NDims") != start.npos                   ? ".mha"
                          : start.size() > 347 && !start.compare(344, 3, "n+1") ? ".nii"
@@ -287,8 +286,11 @@ Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header,
 
 Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options, ReadNotes& notes) {
     const auto format = format_by_name(path);
-    if (!format && looks_like_dicom(path)) return read_dicom_file(path, options, notes);
-    if (!format) return unknown_name(path);
+    if (!format) {
+        const auto is_dicom = looks_like_dicom(path);
+        if (!is_dicom) return is_dicom.error();
+        return *is_dicom ? read_dicom_file(path, options, notes) : unknown_name(path);
+    }
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header, options.straighten); !status)
@@ -328,8 +330,9 @@ Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, Rea
     ReadNotes& said = notes ? *notes : unused;
     said = {};
     try {
-        std::error_code error;
-        if (fs::is_directory(path, error)) return read_dicom_folder(path, options, said);
+        const auto type = type_of(path);
+        if (type && *type == fs::file_type::directory)
+            return read_dicom_folder(path, options, said);
         if (Status status = check_file(path); !status) return status.error();
         return read_image_file(path, options, said);
     } catch (const std::bad_alloc&) {

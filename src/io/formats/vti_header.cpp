@@ -6,12 +6,12 @@
 // world is taken as LPS, as write_vti writes it.
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "formats/image_header.h"
 
 #include <algorithm>
 #include <bit>
-#include <fstream>
 #include <map>
 #include <optional>
 
@@ -36,38 +36,41 @@ struct XmlTag {
 
 class XmlTags {
   public:
-    explicit XmlTags(const fs::path& path) : m_path(path), m_file(path, std::ios::binary) {}
+    explicit XmlTags(const fs::path& path) : m_path(path), m_file(path) {}
 
     /// Skips text, and returns the next tag; nullopt at the end. Comments and declarations are left
     /// out.
     Result<std::optional<XmlTag>> next();
-    /// Skips blanks and an underscore. @returns false for something else
-    bool take_underscore();
+    /// Skips blanks and an underscore.
+    Status take_underscore();
     std::uint64_t at() const { return m_at; }
 
   private:
     int take() {
         ++m_at;
-        return m_file.rdbuf()->sbumpc();
+        return m_file.get();
     }
     Error damaged() const {
-        return unreadable(m_path, "has a damaged XML tag before byte " + std::to_string(m_at));
+        return m_file.fault("has a damaged XML tag before byte " + std::to_string(m_at));
     }
     static bool parse_tag(std::string_view text, XmlTag& tag);
 
     const fs::path& m_path;
-    std::ifstream m_file;
+    InputFile m_file;
     std::uint64_t m_at = 0;
     int m_count = 0;
 };
 
-constexpr int kEndOfFile = std::streambuf::traits_type::eof();
+constexpr int kEndOfFile = InputFile::kEnd;
 
 Result<std::optional<XmlTag>> XmlTags::next() {
     for (;;) {
         int c = take();
         while (c != '<' && c != kEndOfFile) c = take();
-        if (c == kEndOfFile) return std::optional<XmlTag>();
+        if (c == kEndOfFile) {
+            if (Status status = m_file.status(); !status) return status.error();
+            return std::optional<XmlTag>();
+        }
         if (++m_count > kMaxTags)
             return unreadable(m_path, "has more than " + std::to_string(kMaxTags) + " XML tags");
         std::string text;
@@ -113,10 +116,10 @@ bool XmlTags::parse_tag(std::string_view text, XmlTag& tag) {
     return true;
 }
 
-bool XmlTags::take_underscore() {
+Status XmlTags::take_underscore() {
     int c = take();
     while (c == ' ' || (c >= '\t' && c <= '\r')) c = take();
-    return c == '_';
+    return c == '_' ? Status(Ok{}) : m_file.fault("its appended data don't start with '_'");
 }
 
 /// An array of values at points.
@@ -196,8 +199,7 @@ Result<VtiFile> read_tags(const fs::path& path) {
             vti.has_cell_arrays = true;
         } else if (tag.name == "AppendedData") {
             vti.appended_base64 = tag.value("encoding") != "raw";
-            if (!tags.take_underscore())
-                return unreadable(path, "its appended data don't start with '_'");
+            if (Status status = tags.take_underscore(); !status) return status.error();
             vti.appended = tags.at();
             break;  // they may hold any bytes
         }
@@ -322,11 +324,11 @@ Status skip_length(const fs::path& path, ImageHeader& header) {
         data.vtk.codec != VtkArray::Codec::None)
         return Ok{};
     const std::size_t size = data.vtk.wide_counts ? 8 : 4;
-    std::ifstream file(path, std::ios::binary);
-    file.seekg(std::streamoff(data.start));
+    InputFile file(path);
+    file.seek(data.start);
     std::array<unsigned char, 8> bytes{};
-    if (!file.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size)))
-        return unreadable(path, "ends early: an array has no length");
+    if (file.read(bytes.data(), size) != size)
+        return file.fault("ends early: an array has no length");
     const bool big = data.swapped != (std::endian::native == std::endian::big);
     std::uint64_t found = 0, expected = size_of(header.stored) * std::uint64_t(header.components);
     for (std::size_t b = 0; b < size; ++b)

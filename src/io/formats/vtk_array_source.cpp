@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
-#include <system_error>
 
 #include "base/errors.h"
 #include "base/memory_budget.h"
@@ -37,21 +36,14 @@ int base64_value(char c) {
 
 VtkArraySource::VtkArraySource(const fs::path& path, std::uint64_t start, const VtkArray& array,
                                bool big, std::uint64_t expected)
-    : m_path(path),
-      m_file(path, std::ios::binary),
-      m_array(array),
-      m_big(big),
-      m_expected(expected) {
-    std::error_code error;
-    const std::uint64_t size = fs::file_size(path, error);
-    m_left_in_file = error || size < start ? 0 : size - start;
-    m_file.seekg(std::streamoff(start));
+    : m_path(path), m_file(path), m_array(array), m_big(big), m_expected(expected) {
+    m_left_in_file = m_file.size() - std::min(m_file.size(), start);
+    m_file.seek(start);
 }
 
 bool VtkArraySource::fill() {
     m_input.resize(kInputBytes);
-    m_file.read(m_input.data(), std::streamsize(m_input.size()));
-    m_input.resize(std::size_t(m_file.gcount()));
+    m_input.resize(m_file.read(m_input.data(), m_input.size()));
     m_at = 0;
     return !m_input.empty();
 }
@@ -110,7 +102,7 @@ bool VtkArraySource::take_count(std::uint64_t& count) {
 
 /// Reads and checks the lengths in front of the numbers.
 Status VtkArraySource::read_lengths() {
-    const auto ends = [&] { return unreadable(m_path, "ends early: an array has no length"); };
+    const auto ends = [&] { return m_file.fault("ends early: an array has no length"); };
     const auto differs = [&](std::uint64_t found) {
         return unreadable(m_path, "has " + std::to_string(found) + " bytes of values, expected " +
                                       std::to_string(m_expected));
@@ -157,7 +149,7 @@ Status VtkArraySource::read_block() {
     m_block.resize(std::size_t(is_last ? m_last_bytes : m_block_bytes));
     m_block_at = 0;
     if (!take(m_packed.data(), m_packed.size()))
-        return unreadable(m_path, "ends early: its compressed data are cut off");
+        return m_file.fault("ends early: its compressed data are cut off");
     if (m_array.codec == VtkArray::Codec::Lz4) {
         const int got = LZ4_decompress_safe(reinterpret_cast<const char*>(m_packed.data()),
                                             reinterpret_cast<char*>(m_block.data()),
@@ -179,7 +171,7 @@ Status VtkArraySource::read(std::span<std::byte> out) {
     if (m_array.codec == VtkArray::Codec::None)
         return take(out.data(), out.size())
                    ? Status(Ok{})
-                   : Status(unreadable(m_path, "ends early: its values are cut off"));
+                   : Status(m_file.fault("ends early: its values are cut off"));
     while (!out.empty()) {
         if (m_block_at == m_block.size())
             if (Status status = read_block(); !status) return status;

@@ -12,6 +12,7 @@
 
 #pragma once
 
+#include "base/input_file.h"
 #include "formats/image_header.h"
 
 #include <pliant/result.h>
@@ -20,7 +21,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,7 +48,7 @@ class VtkArraySource {
     Status read_block();
 
     const std::filesystem::path& m_path;
-    std::ifstream m_file;
+    InputFile m_file;
     VtkArray m_array;
     bool m_big;
     std::uint64_t m_expected, m_left_in_file = 0;

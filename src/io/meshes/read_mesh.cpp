@@ -10,10 +10,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <new>
 #include <stdexcept>
 
+#include "base/input_file.h"
 #include "meshes/file_numbers.h"
 
 namespace pliant {
@@ -170,21 +170,16 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
     };
     try {
-        std::error_code ignored;
-        if (!std::filesystem::is_regular_file(path, ignored))
+        const auto type = type_of(path);
+        if (!type) return type.error();
+        if (*type != std::filesystem::file_type::regular)
             return Error{ErrorCode::NotFound, path.string() + ": expected a file, found none"};
-        std::ifstream stream(path, std::ios::binary | std::ios::ate);
-        const auto size = stream ? std::streamoff(stream.tellg()) : -1;
-        // The bytes, and about as much again for the mesh; more is checked later.
-        if (size > 0 && !has_memory_for(2 * std::uint64_t(size))) return too_large();
-        std::string bytes(std::size_t(std::max<std::streamoff>(size, 0)), '\0');
-        stream.seekg(0);
-        if (size < 0 || !stream.read(bytes.data(), size))
-            return Error{ErrorCode::Unreadable, path.string() + ": can't be read"};
+        const auto bytes = InputFile(path).read_rest();
+        if (!bytes) return bytes.error();
         std::string ending = path.extension().string();
         for (char& c : ending)
             if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-        auto mesh = mesh::parse_mesh(bytes, ending);
+        auto mesh = mesh::parse_mesh(*bytes, ending);
         if (!mesh)
             return Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)};
         if (Status status = check_distances(*mesh); !status)

@@ -39,21 +39,6 @@ Status check_scan(const std::string& name, const ScanFingerprint& own,
     return Ok{};
 }
 
-Result<Bytes> read_bytes(const std::filesystem::path& path) {
-    std::error_code error;
-    if (const Status s = check_is_file(path, "a saved state"); !s) return s.error();
-    std::ifstream stream(path, std::ios::binary);
-    const auto size = std::filesystem::file_size(path, error);
-    if (!stream || error)
-        return Error{ErrorCode::NotFound,
-                     path.string() + ": expected a saved state that can be read"};
-    Bytes bytes(size);
-    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
-    if (std::size_t(stream.gcount()) != bytes.size())
-        return Error{ErrorCode::Unreadable, path.string() + ": can't be read to its end"};
-    return bytes;
-}
-
 /// Hash of the label materials, which the settings' text doesn't include. @returns 0 without label
 /// materials
 std::uint64_t hash_label_materials(const ChainMailSettings& settings) {
@@ -166,9 +151,9 @@ Result<std::unique_ptr<ChainMail::Impl>> ChainMail::Impl::load_state(
     if (history.depth() > (held.empty() ? 0 : 1))
         return Error{ErrorCode::InvalidArgument,
                      name + ": expected no open group of steps, found one; end it first"};
-    const auto bytes = read_bytes(path);
+    const auto bytes = read_small_file(path, std::string::npos, "a saved state");
     if (!bytes.ok()) return bytes.error();
-    auto opened = StateReader::open(name, *bytes);
+    auto opened = StateReader::open(name, std::as_bytes(std::span(*bytes)));
     if (!opened.ok()) return opened.error();
     StateReader& reader = *opened;
     const auto header = reader.read_header();

@@ -4,7 +4,6 @@
 #include <pliant/own_tissue.h>
 
 #include <fstream>
-#include <iterator>
 
 #include "base/errors.h"
 #include "base/state_frame.h"
@@ -36,16 +35,10 @@ Status save_numbers(const std::filesystem::path& path, std::uint64_t kind,
 
 /// @returns Unreadable for a file of another kind, or one that is damaged or cut short
 Result<std::vector<double>> load_numbers(const std::filesystem::path& path, std::uint64_t kind) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error))
-        return unreadable(path.filename(), "expected a file, found none");
-    const auto size = std::filesystem::file_size(path, error);
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream || error) return unreadable(path.filename(), "expected a file, found none");
-    Bytes bytes(size);
-    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
-    bytes.resize(std::size_t(stream.gcount()));
-    auto state = StateParser::open(path.filename().string(), bytes, kStateOfNumbers);
+    const auto bytes = read_small_file(path, std::string::npos, "a saved state");
+    if (!bytes) return bytes.error();
+    auto state = StateParser::open(path.filename().string(), std::as_bytes(std::span(*bytes)),
+                                   kStateOfNumbers);
     if (!state.ok()) return state.error();
     std::uint64_t found = 0, count = 0;
     if (!state->take_u64(found) || !state->take_u64(count)) return state->damaged();

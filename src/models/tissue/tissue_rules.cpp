@@ -10,6 +10,8 @@
 
 #include <unistd.h>
 
+#include "base/input_file.h"
+
 namespace pliant::rules {
 
 StateFile::StateFile() {
@@ -27,7 +29,7 @@ StateFile::~StateFile() {
 
 void StateFile::damage() const {
     std::error_code error;
-    std::filesystem::resize_file(m_path, std::filesystem::file_size(m_path, error) / 2, error);
+    std::filesystem::resize_file(m_path, InputFile(m_path).size() / 2, error);
     expect(!error, "a file from save_state()", error.message());
 }
 

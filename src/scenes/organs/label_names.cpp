@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "formats/image_header.h"
 
@@ -232,15 +233,25 @@ Result<LabelNames> find_label_names(const fs::path& map, const KeyValues& key_va
                                     const fs::path& table) {
     if (!table.empty()) return read_label_names(table);
     LabelNames names = names_of_segments(key_values);
-    if (names.empty()) names = names_of_extension(nifti_extension(map));
-    std::error_code error;
+    if (names.empty()) {
+        const auto extension = nifti_extension(map);
+        if (!extension) return extension.error();
+        names = names_of_extension(*extension);
+    }
     for (const char* ending : {".json", ".ctbl", ".csv", ".txt", ".label"}) {
         if (!names.empty()) break;
         fs::path beside = without_ending(map);
         beside += ending;
-        if (!fs::is_regular_file(beside, error)) continue;
-        if (const auto text = read_small_file(beside, kMaxTableBytes, "a table"))
-            names = names_of_text(*text, true);
+        const auto type = type_of(beside);
+        if (type && *type != fs::file_type::regular) continue;
+        InputFile file(beside);
+        if (file.size() > kMaxTableBytes) continue;
+        const auto text = file.read_rest();
+        if (!text)
+            return Error{text.error().code, text.error().message +
+                                                "; it may have the labels' names: make it "
+                                                "readable, or choose a table with --label-names"};
+        names = names_of_text(*text, true);
     }
     return names;
 }

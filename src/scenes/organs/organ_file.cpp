@@ -9,11 +9,11 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <map>
 #include <string>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/record_toml.h"
 #include "base/text.h"
 
@@ -26,12 +26,10 @@ constexpr double kLeastOrgan_mm3 = 1000;
 /// Labels whose mean value lies beyond are air, or bone.
 constexpr double kLowestOrgan_hu = -300, kHighestOrgan_hu = 150;
 
-/// Whether a legacy VTK file holds a scan.
+/// Whether a legacy VTK file holds a scan. The reader of a mesh refuses a file that can't be read.
 bool holds_image(const std::filesystem::path& file) {
     std::string start(kHeaderBytes, '\0');
-    std::ifstream in(file, std::ios::binary);
-    in.read(start.data(), std::streamsize(start.size()));
-    start.resize(std::size_t(std::max<std::streamsize>(0, in.gcount())));
+    start.resize(InputFile(file).read(start.data(), start.size()));
     return start.find("STRUCTURED_POINTS") != std::string::npos;
 }
 

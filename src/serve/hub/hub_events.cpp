@@ -192,10 +192,10 @@ void Hub::take(ConnectionId, Event::Saving& saving) {
 /// Begins once memory is available and all earlier commands are recorded.
 void Hub::take(ConnectionId, Event::Restoring& restoring) {
     if (!m_recorder.has_room()) throw std::bad_alloc();
-    const Status loaded = m_scene->load_state(restoring.file);
+    const auto checksum = checksum_of(restoring.file);
+    const Status loaded = checksum.ok() ? m_scene->load_state(restoring.file) : checksum.error();
     if (loaded.ok()) {
-        const std::uint64_t checksum = checksum_of(restoring.file).value_or(0);
-        m_recorder.note(SessionState{std::move(restoring.recorded), checksum});
+        m_recorder.note(SessionState{std::move(restoring.recorded), *checksum});
         change_tissue();
         note_lost_steps();
         m_moved = true;

@@ -83,8 +83,10 @@ struct Tokens {
 
 Tokens random_tokens();
 
-/// Reads the secrets of a session from SESSION.links, or makes the file, for this user only.
-/// @returns Unreadable for a file with other contents; Unwritable
+/// Reads the secrets of a session from SESSION.links, or makes the file, for this user only. An
+/// empty file is none.
+/// @returns Unreadable for a file with other contents, of another user, or that others may read;
+///          Unwritable
 Result<Tokens> tokens_of_session(const std::filesystem::path& session);
 
 }  // namespace pliant::serve

@@ -165,7 +165,10 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     if (source.bodies) source.label_names = absolute(settings.label_names);
     source.directions = absolute(settings.directions);
     source.network = absolute(settings.network);
-    if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
+    const auto has_begun =
+        settings.session.empty() ? Result<bool>(false) : serve::session_has_begun(settings.session);
+    if (!has_begun.ok()) return has_begun.error();
+    if (*has_begun)
         return go_on(settings.session, source, absolute(settings.load_state), settings.file.empty(),
                      arena);
     auto scene = serve::Scene::open(source, arena);
@@ -174,7 +177,10 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     if (!state.file.empty()) {
         if (const Status s = (*scene)->load_state(state.file); !s.ok())
             return about("load_state", s.error().code, s.error().message);
-        state.checksum = serve::checksum_of(state.file).value_or(0);
+        const auto checksum = serve::checksum_of(state.file);
+        if (!checksum.ok())
+            return about("load_state", checksum.error().code, checksum.error().message);
+        state.checksum = *checksum;
     }
     OpenedScene opened{.scene = std::move(*scene),
                        .log = {},

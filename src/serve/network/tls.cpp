@@ -168,9 +168,14 @@ Result<std::unique_ptr<Tls>> Tls::create(const std::string& certificate, const s
                                   ssl::context::no_sslv3 | ssl::context::no_tlsv1 |
                                   ssl::context::no_tlsv1_1,
                               error);
-    impl->context.use_certificate_chain_file(certificate, error);
+    // OpenSSL takes an error of reading for the end of the chain.
+    const auto chain = read_small_file(certificate, kMaxSmallFileBytes, "a certificate");
+    if (!chain) return about("certificate", chain.error().code, chain.error().message);
+    const auto secret = read_small_file(key, kMaxSmallFileBytes, "a private key");
+    if (!secret) return about("key", secret.error().code, secret.error().message);
+    impl->context.use_certificate_chain(asio::buffer(*chain), error);
     if (error) return bad_file("certificate", "a certificate in PEM", certificate, error);
-    impl->context.use_private_key_file(key, ssl::context::pem, error);
+    impl->context.use_private_key(asio::buffer(*secret), ssl::context::pem, error);
     if (error) return bad_file("key", "the certificate's private key in PEM", key, error);
     // Those of TLS 1.2 whose ciphers authenticate; TLS 1.3 has no others.
     ::SSL_CTX_set_cipher_list(impl->context.native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20");

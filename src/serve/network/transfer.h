@@ -30,6 +30,7 @@ class Transfer;
 struct Transfers::Desk {
     Desk(boost::asio::io_context& c, Hub& h, const Tokens& t, TransferSettings s)
         : context(c), hub(h), tokens(t), settings(std::move(s)), pause(c) {}
+    ~Desk();
 
     void drop_upload();
     /// Keeps the upload for this time, for more files or a choice.

@@ -66,11 +66,14 @@ Transfers::Transfers(asio::io_context& context, Hub& hub, const Tokens& tokens,
         });
 }
 
-Transfers::~Transfers() {
-    m_desk->is_ending = true;
-    m_desk->disk.stop();
-    m_desk->disk_threads.clear();
+// Also if the constructor throws: the system may refuse the second thread.
+Transfers::Desk::~Desk() {
+    is_ending = true;
+    disk.stop();
+    disk_threads.clear();
 }
+
+Transfers::~Transfers() = default;
 
 bool Transfers::takes(std::string_view path) {
     return path.starts_with("/save/") || path == "/open" || path.starts_with("/open/");
@@ -182,16 +185,21 @@ void Transfer::send_header(SaveKind kind, const std::string& failure) {
 
 void Transfer::send_piece() {
     if (m_moved == m_size || is_too_slow()) return close();
-    on_disk([this] { return read_at(m_file.number(), m_piece.data(), m_piece.size(), m_moved); },
-            [this](std::size_t count) {
-                if (count == 0) return close();  // the client notices the missing bytes
-                m_stream.expires_after(kStallTime);
-                asio::async_write(m_stream, asio::buffer(m_piece.data(), count),
-                                  [self = shared_from_this()](Error error, std::size_t written) {
-                                      self->m_moved += written;
-                                      error ? self->close() : self->send_piece();
-                                  });
-            });
+    on_disk(
+        [this] {
+            std::size_t count = 0;
+            (void)read_at(m_file.number(), m_piece.data(), m_piece.size(), m_moved, &count);
+            return count;
+        },
+        [this](std::size_t count) {
+            if (count == 0) return close();  // the client notices the missing bytes
+            m_stream.expires_after(kStallTime);
+            asio::async_write(m_stream, asio::buffer(m_piece.data(), count),
+                              [self = shared_from_this()](Error error, std::size_t written) {
+                                  self->m_moved += written;
+                                  error ? self->close() : self->send_piece();
+                              });
+        });
 }
 
 // The end.

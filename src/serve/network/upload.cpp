@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/input_file.h"
+
 namespace pliant::serve {
 namespace fs = std::filesystem;
 namespace {
@@ -28,12 +30,27 @@ Refusal cant_write(const std::string& name) {
     return {507, name + ": can't be written: " + std::strerror(errno)};
 }
 
-std::uint64_t bytes_below(const fs::path& folder) {
-    std::error_code error;
+/// Bytes of the files below a folder. An upload may be removed meanwhile.
+Result<std::uint64_t> bytes_below(const fs::path& folder) {
+    const auto names = names_in(folder);
+    if (!names) return names.error();
     std::uint64_t sum = 0;
-    for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
-         at.increment(error))
-        if (at->is_regular_file(error)) sum += at->file_size(error);
+    for (const std::string& name : *names) {
+        const fs::path path = folder / name;
+        Result<std::uint64_t> bytes = 0;
+        const auto type = type_of(path);
+        if (!type) return type.error();
+        if (*type == fs::file_type::directory) bytes = bytes_below(path);
+        if (*type == fs::file_type::regular) {
+            const InputFile file(path);
+            if (const Status s = file.status(); !s) bytes = s.error();
+            if (bytes) bytes = file.size();
+        }
+        if (bytes)
+            sum += *bytes;
+        else if (const auto left = type_of(path); !left || *left != fs::file_type::not_found)
+            return bytes.error();
+    }
     return sum;
 }
 
@@ -48,17 +65,15 @@ Descriptor lock_folder(const fs::path& folder) {
 void sweep_uploads(const fs::path& folder) noexcept try {
     // A folder without a lock may be new: it is created before it is locked.
     constexpr auto kYoung = std::chrono::seconds(60);
-    std::error_code error;
-    std::vector<fs::path> left;
-    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-        std::error_code own;
-        const std::string name = at->path().filename().string();
-        const auto age = fs::file_time_type::clock::now() - at->last_write_time(own);
-        if (!own && age > kYoung && name.starts_with("pliant-upload-") &&
-            at->symlink_status(own).type() == fs::file_type::directory)
-            left.push_back(at->path());
-    }
-    for (const fs::path& upload : left) {
+    const auto names = names_in(folder);
+    for (const std::string& name : names ? *names : std::vector<std::string>()) {
+        std::error_code error;
+        const fs::path upload = folder / name;
+        if (!name.starts_with("pliant-upload-") ||
+            fs::symlink_status(upload, error).type() != fs::file_type::directory)
+            continue;
+        const auto age = fs::file_time_type::clock::now() - fs::last_write_time(upload, error);
+        if (error || age <= kYoung) continue;
         const Descriptor lock = lock_folder(upload);
         if (lock.is_open()) fs::remove_all(upload, error);
     }
@@ -94,7 +109,9 @@ MayRefuse Upload::make_root() {
         folder = fs::temp_directory_path(error);
     else
         fs::create_directories(folder, error);
-    if (m_settings.keeps && bytes_below(folder) > kMaxKeptBytes)
+    const auto kept = m_settings.keeps ? bytes_below(folder) : Result<std::uint64_t>(0);
+    if (!kept) return Refusal{507, folder.filename().string() + ": can't be listed"};
+    if (*kept > kMaxKeptBytes)
         return Refusal{507, folder.filename().string() + ": expected up to " +
                                 mebibytes(kMaxKeptBytes) +
                                 " of scans beside a session, found more"};

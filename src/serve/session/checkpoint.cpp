@@ -3,25 +3,26 @@
 
 #include "session/checkpoint.h"
 
-#include <fstream>
+#include <algorithm>
 #include <optional>
 #include <span>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "protocol/messages.h"
 #include "session/replay.h"
 
 namespace pliant::serve {
 namespace {
 
-constexpr std::streamoff kChecksumBytes = 8;
+constexpr int kChecksumBytes = 8;
 
 Status restore(Scene& scene, const SessionCheckpoint& point, const std::filesystem::path& state) {
     const auto damaged = [](const std::string& what) -> Status {
         return Error{ErrorCode::Unreadable, what};
     };
     const auto checksum = checksum_of(state);
-    if (!checksum) return damaged("expected the file " + state.string() + ", found none");
+    if (!checksum) return checksum.error();
     if (*checksum != point.file)
         return damaged("expected the state " + hex_text(point.file, 16) + ", found " +
                        hex_text(*checksum, 16));
@@ -34,13 +35,13 @@ Status restore(Scene& scene, const SessionCheckpoint& point, const std::filesyst
 
 }  // namespace
 
-std::optional<std::uint64_t> checksum_of(const std::filesystem::path& state) {
-    std::ifstream stream(state, std::ios::binary);
-    stream.seekg(-kChecksumBytes, std::ios::end);
+Result<std::uint64_t> checksum_of(const std::filesystem::path& state) {
+    InputFile file(state);
+    file.seek(file.size() - std::min<std::uint64_t>(file.size(), kChecksumBytes));
     std::uint64_t checksum = 0;
     for (int k = 0; k < kChecksumBytes; ++k) {
-        const int byte = stream.get();
-        if (byte < 0) return {};
+        const int byte = file.get();
+        if (byte == InputFile::kEnd) return file.fault("ends early, expected a saved state");
         checksum |= std::uint64_t(byte) << 8 * k;
     }
     return checksum;
@@ -64,7 +65,9 @@ Result<SessionCheckpoint> save_checkpoint(Scene& scene, const std::filesystem::p
         point.mark = {volume, scene.tissue().hash()};
         saved = attempt([&]() -> Status {
             if (const Status s = scene.tissue().save_state(state); !s.ok()) return s;
-            point.file = checksum_of(state).value_or(0);
+            const auto checksum = checksum_of(state);
+            if (!checksum.ok()) return checksum.error();
+            point.file = *checksum;
             return Ok{};
         });
         return point;

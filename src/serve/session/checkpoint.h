@@ -21,8 +21,8 @@
 
 namespace pliant::serve {
 
-/// Checksum at the end of a state's file, which loading verifies. @returns nullopt if there is none
-std::optional<std::uint64_t> checksum_of(const std::filesystem::path& state);
+/// Checksum at the end of a state's file, which loading verifies. @returns Unreadable
+Result<std::uint64_t> checksum_of(const std::filesystem::path& state);
 
 std::filesystem::path checkpoint_path(const std::filesystem::path& session, int number);
 

@@ -10,10 +10,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
+#include <system_error>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "protocol/messages.h"
 #include "session/session_line.h"
 
@@ -55,12 +55,9 @@ SessionHeader portable(const SessionFile& file) {
 }
 
 Result<SessionFile> read_lines(const std::filesystem::path& path) {
-    if (const Status s = check_is_file(path, "a session"); !s) return s.error();
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream)
-        return Error{ErrorCode::NotFound, path.string() + ": expected a session, found no file"};
-    const std::string bytes{std::istreambuf_iterator<char>(stream),
-                            std::istreambuf_iterator<char>()};
+    const auto read = read_small_file(path, std::string::npos, "a session");
+    if (!read) return read.error();
+    const std::string& bytes = *read;
     SessionFile file;
     std::size_t at = 0, line_number = 0;
     while (at < bytes.size()) {
@@ -142,16 +139,35 @@ Result<SessionFile> read_session(const std::filesystem::path& path) noexcept {
     return read;
 }
 
+Result<bool> session_has_begun(const std::filesystem::path& path) {
+    const auto type = type_of(path);
+    if (!type) return type.error();
+    if (*type != std::filesystem::file_type::regular)
+        return *type != std::filesystem::file_type::not_found;
+    const InputFile file(path);
+    if (const Status s = file.status(); !s) return s.error();
+    return file.size() > 0;
+}
+
 Result<std::unique_ptr<SessionLog>> SessionLog::create(const std::filesystem::path& path,
                                                        const SessionHeader& header) {
-    Descriptor file = open_file(path, O_RDWR | O_CREAT | O_EXCL, 0600);
-    if (!file.is_open())
+    Descriptor file = open_file(path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK, 0600);
+    struct stat status {};
+    const auto fail = [&](int error) {
         return unwritable(path.string(), std::string("expected to make a new file, found: ") +
-                                             std::strerror(errno));
-    (void)try_lock(file.number());
+                                             std::strerror(error));
+    };
+    if (!file.is_open() || (!try_lock(file.number()) && errno == EWOULDBLOCK) ||
+        ::fstat(file.number(), &status) != 0)
+        return fail(errno);
+    if (!S_ISREG(status.st_mode) || status.st_size > 0 || status.st_uid != ::geteuid())
+        return fail(EEXIST);
     auto log = std::unique_ptr<SessionLog>(new SessionLog(path, std::move(file), {}));
-    if (const Status s = log->begin(header); !s.ok()) return s.error();
-    return log;
+    const Status begun = log->begin(header);
+    if (begun.ok()) return log;
+    log->m_buffer.clear();
+    (void)::ftruncate(log->m_file.number(), 0);
+    return begun.error();
 }
 
 Result<std::unique_ptr<SessionLog>> SessionLog::create_nameless(const SessionHeader& header) {
@@ -307,10 +323,12 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
     std::array<char, 1 << 16> piece;
     for (std::uint64_t at = part.begin; at < part.end;) {
         const auto wanted = std::size_t(std::min<std::uint64_t>(piece.size(), part.end - at));
-        const std::size_t count = read_at(part.file->number(), piece.data(), wanted, at);
-        if (count == 0)
+        std::size_t count = 0;
+        const int error = read_at(part.file->number(), piece.data(), wanted, at, &count);
+        if (error || count == 0)
             return Error{ErrorCode::Unreadable,
-                         "session: expected the recorded bytes, found the file's end"};
+                         "session: expected the recorded bytes, found " +
+                             (error ? std::generic_category().message(error) : "the file's end")};
         at += count;
         rest.append(piece.data(), count);
         std::size_t begin = 0;

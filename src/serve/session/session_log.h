@@ -136,12 +136,17 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
 ///          record is left out silently
 Result<SessionFile> read_session(const std::filesystem::path& path) noexcept;
 
+/// Whether there is a session's file with content.
+/// @returns Unreadable if the system can't tell
+Result<bool> session_has_begun(const std::filesystem::path& path);
+
 /// The open session file. Records are in the file after a successful flush(), and on the disk at
 /// most a second later. If the disk is full they stay in memory, and the next flush() retries. The
 /// file is locked against other programs.
 class SessionLog {
   public:
-    /// Creates a file. @returns Unwritable if it exists or can't be created
+    /// Creates a file, or begins in an empty one, which a start that failed or was killed leaves.
+    /// @returns Unwritable if it has content or can't be created
     static Result<std::unique_ptr<SessionLog>> create(const std::filesystem::path& path,
                                                       const SessionHeader& header);
     /// Continues a file, and truncates it after its complete lines.

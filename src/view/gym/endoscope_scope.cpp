@@ -362,13 +362,10 @@ Status Scope::save(std::vector<std::byte>& bytes) const {
         if (!file.is_there())
             return Error{ErrorCode::Unwritable, "expected a folder for temporary files"};
         if (const Status s = m_tissue->save_state(file.path()); !s.ok()) return s;
-        std::error_code error;
-        const auto size = std::filesystem::file_size(file.path(), error);
-        if (!error) tissue.resize(size);
-        std::ifstream stream(file.path(), std::ios::binary);
-        stream.read(reinterpret_cast<char*>(tissue.data()), std::streamsize(tissue.size()));
-        if (!stream || tissue.empty())
-            return Error{ErrorCode::Unwritable, "expected room for a temporary file"};
+        const auto read = read_small_file(file.path(), std::string::npos, "a saved state");
+        if (!read.ok()) return read.error();
+        const auto state = std::as_bytes(std::span(*read));
+        tissue.assign(state.begin(), state.end());
     }
     head.tissue_bytes = tissue.size();
     bytes.resize(sizeof(Head));

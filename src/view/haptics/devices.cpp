@@ -14,9 +14,11 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <sstream>
 
 #include <dlfcn.h>
 
+#include "base/input_file.h"
 #include "haptics/pace.h"
 #include "haptics/space_mouse.h"
 
@@ -107,15 +109,15 @@ Result<std::unique_ptr<HapticDevice>> open_plugin_device(const std::string& libr
         return Error{
             ErrorCode::InvalidArgument,
             "haptic device: expected virtual, replay:FILE, spacemouse or a plug-in's file"};
-    void* const library = dlopen(library_name.c_str(), RTLD_NOW | RTLD_LOCAL);
+    std::string why;
+    void* const library = load_library(library_name, why);
     if (!library) {
-        const char* const why = dlerror();
         return Error{
             ErrorCode::NotFound,
             "haptic device '" + library_name +
                 "': expected virtual, replay:FILE, spacemouse or a "
                 "plug-in that can be loaded: " +
-                (why ? why : "it can't be") +
+                why +
                 "; build one from examples/haptic_device with your device's kit, and name it "
                 "with its path"};
     }
@@ -241,11 +243,9 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
     const auto wrong = [&](ErrorCode code, const std::string& what) -> Error {
         return {code, "haptic device 'replay:" + file + "': " + what};
     };
-    if (const Status s = check_is_file(file, "a recording of pliant haptics"); !s)
-        return wrong(s.error().code, s.error().message.substr(file.size() + 2));
-    std::ifstream stream(file);
-    if (!stream)
-        return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");
+    const auto text = read_small_file(file, std::string::npos, "a recording of pliant haptics");
+    if (!text) return wrong(text.error().code, text.error().message.substr(file.size() + 2));
+    std::istringstream stream(*text);
     std::vector<ReplayDevice::Position> positions;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {

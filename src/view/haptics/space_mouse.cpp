@@ -12,6 +12,7 @@
 #include <system_error>
 #include <thread>
 
+#include "base/input_file.h"
 #include "haptics/pace.h"
 #include "haptics/posed_device.h"
 
@@ -115,18 +116,24 @@ class SpaceMouse : public HapticDevice {
 };
 
 void* load(const std::string& library, std::string& why) {
-    const auto attempt = [&](const char* name) {
-        void* const loaded = dlopen(name, RTLD_NOW | RTLD_LOCAL);
-        if (const char* const error = loaded ? nullptr : dlerror(); error && why.empty())
-            why = error;
-        return loaded;
-    };
-    if (!library.empty()) return attempt(library.c_str());
-    void* const found = attempt("libspnav.so.0");
-    return found ? found : attempt("libspnav.so");
+    if (!library.empty()) return load_library(library, why);
+    void* const found = load_library("libspnav.so.0", why);
+    return found ? found : load_library("libspnav.so", why);
 }
 
 }  // namespace
+
+void* load_library(const std::string& name, std::string& why) {
+    // The loader would wait for a pipe.
+    const auto type = type_of(name);
+    const bool may_wait = type && *type != std::filesystem::file_type::regular &&
+                          *type != std::filesystem::file_type::not_found;
+    void* const loaded = may_wait ? nullptr : dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (loaded || !why.empty()) return loaded;
+    const char* const error = may_wait ? nullptr : dlerror();
+    why = error ? error : name + " is no regular file";
+    return nullptr;
+}
 
 CapPosition cap_moved(const CapPosition& from, const CapMotion& motion, double passed_s) {
     // libspnav's third axis points away from the user; its helper moves objects that way.

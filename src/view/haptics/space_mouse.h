@@ -13,6 +13,9 @@
 
 namespace pliant {
 
+/// Loads a file, or a library of the system. @returns null; why, unless it says something already
+void* load_library(const std::string& name, std::string& why);
+
 /// @param library  a file; empty: the system's library
 /// @returns NotFound or Unsupported, with one line that names the missing part and the remedy
 Result<std::unique_ptr<HapticDevice>> open_space_mouse(const std::string& library);
