@@ -8,17 +8,15 @@
 #include <pliant/models/fit.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "json.h"
 #include "options.h"
 
 namespace pliant::app {
-
-using Json = nlohmann::ordered_json;
 
 /// Parses numbers separated by commas; empty for invalid text.
 std::vector<double> numbers_of(std::string_view text);

@@ -8,17 +8,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <type_traits>
 #include <utility>
 #include <variant>
 
+#include "json.h"
 #include "output_text.h"
 
 namespace pliant::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json json_of(Vec3d v) {
     return Json::array({v.x, v.y, v.z});

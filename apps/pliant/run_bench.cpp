@@ -11,15 +11,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "json.h"
 #include "options.h"
 #include "progress.h"
 
 namespace pliant::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr double kMaxMs = 2000;  ///< for all timed runs of one solver on one case
 

@@ -18,11 +18,11 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 #include <tuple>
 
+#include "json.h"
 #include "options.h"
 #include "progress.h"
 
@@ -30,8 +30,6 @@ namespace pliant::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Json = nlohmann::ordered_json;
-
 /// Tissue with its surface at z = 0 and increasing stiffness: F = 80 d + 30'000 d² [N, m].
 HapticModel tissue_at(Vec3d tool_mm, double largest_n_m) {
     const double d = std::max(0.0, -1e-3 * tool_mm.z);

@@ -75,19 +75,19 @@ int run_truth_make(const TruthMakeOptions& o) {
     if (!maker.ok()) return fail(maker.error());
     const std::string ending = o.format == "nrrd" ? ".nrrd" : ".nii.gz";
     const Encoding encoding = o.raw ? Encoding::Raw : Encoding::Gzip;
-    TruthJson index = {{"pliant_truth", 1},
-                       {"version", PLIANT_VERSION},
-                       {"scan", fs::path(o.file).filename().string()},
-                       {"format", o.format},
-                       {"seed", o.seed},
-                       {"fixed", "fixed" + ending},
-                       {"cases", TruthJson::array()}};
+    Json index = {{"pliant_truth", 1},
+                  {"version", PLIANT_VERSION},
+                  {"scan", fs::path(o.file).filename().string()},
+                  {"format", o.format},
+                  {"seed", o.seed},
+                  {"fixed", "fixed" + ending},
+                  {"cases", Json::array()}};
     double worst = 0;
     for (int n = 0; n < o.cases; ++n) {
         const auto made = maker->make(o.seed + std::uint64_t(n));
         if (!made.ok()) return fail(made.error());
         worst = std::max({worst, made->inverse_error_mm, made->landmark_error_mm});
-        const TruthJson record = truth_record(*made, settings);
+        const Json record = truth_record(*made, settings);
         const std::string name = case_name(n);
         index["cases"].push_back(
             {{"folder", name}, {"seed", made->seed}, {"hash", record["hash"]}});

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kMaxJsonBytes = std::size_t(256) << 20;
 
-TruthJson json_of(Vec3d v) {
+Json json_of(Vec3d v) {
     return {v.x, v.y, v.z};
 }
 
@@ -37,8 +37,8 @@ std::string landmark_text(const TruthCase& made) {
     return text;
 }
 
-TruthJson counts_json(const std::array<std::int64_t, 5>& voxels) {
-    TruthJson json = TruthJson::object();
+Json counts_json(const std::array<std::int64_t, 5>& voxels) {
+    Json json = Json::object();
     for (std::size_t n = 0; n < voxels.size(); ++n)
         json[std::string(name_of(TruthMask(n)))] = voxels[n];
     return json;
@@ -66,21 +66,21 @@ std::vector<double> numbers_in(std::string_view line) {
 
 }  // namespace
 
-TruthJson truth_record(const TruthCase& made, const TruthSettings& settings) {
-    TruthJson json = {{"seed", made.seed},
-                      {"version", PLIANT_VERSION},
-                      {"hash", hex_of(made.hash)},
-                      {"inverse_error_mm", made.inverse_error_mm},
-                      {"landmark_error_mm", made.landmark_error_mm},
-                      {"max_displacement_mm", made.max_displacement_mm},
-                      {"folded_cells", made.folded_cells},
-                      {"landmarks", made.landmarks.size()}};
-    json["label_voxels"] = TruthJson::object();
+Json truth_record(const TruthCase& made, const TruthSettings& settings) {
+    Json json = {{"seed", made.seed},
+                 {"version", PLIANT_VERSION},
+                 {"hash", hex_of(made.hash)},
+                 {"inverse_error_mm", made.inverse_error_mm},
+                 {"landmark_error_mm", made.landmark_error_mm},
+                 {"max_displacement_mm", made.max_displacement_mm},
+                 {"folded_cells", made.folded_cells},
+                 {"landmarks", made.landmarks.size()}};
+    json["label_voxels"] = Json::object();
     for (std::size_t n = 0; n < made.label_voxels.size(); ++n)
         json["label_voxels"][std::string(name_of(TruthLabel(n)))] = made.label_voxels[n];
     json["fixed_voxels"] = counts_json(made.fixed_voxels);
     json["moving_voxels"] = counts_json(made.moving_voxels);
-    json["motions"] = TruthJson::array();
+    json["motions"] = Json::array();
     for (const TruthMotion& motion : made.motions)
         json["motions"].push_back({{"kind", name_of(motion.kind)},
                                    {"point_mm", json_of(motion.point_mm)},
@@ -91,7 +91,7 @@ TruthJson truth_record(const TruthCase& made, const TruthSettings& settings) {
                                    {"depth_mm", motion.depth_mm},
                                    {"fraction", motion.fraction},
                                    {"moved_elements", motion.moved_elements}});
-    json["settings"] = TruthJson::object();
+    json["settings"] = Json::object();
     for (const NamedValue& named : record_of(settings, truth_rows()))
         std::visit(
             [&](const auto& value) {
@@ -103,7 +103,7 @@ TruthJson truth_record(const TruthCase& made, const TruthSettings& settings) {
     return json;
 }
 
-Status write_truth_case(const TruthCase& made, const TruthJson& record, const fs::path& folder,
+Status write_truth_case(const TruthCase& made, const Json& record, const fs::path& folder,
                         const std::string& ending, Encoding encoding, const TaskArena& arena) {
     const auto file = [&](const char* name) { return folder / (name + ending); };
     // The largest first.
@@ -132,7 +132,7 @@ Result<TruthIndex> read_truth_index(const fs::path& folder) {
     if (const Status s = check_nesting(*text, TextSyntax::Json); !s.ok())
         return wrong_file(path, s.error().message);
     TruthIndex index;
-    index.json = TruthJson::parse(*text, nullptr, false);
+    index.json = Json::parse(*text, nullptr, false);
     if (!index.json.is_object()) return wrong_file(path, "is no JSON object");
     const auto format = index.json.find("format");
     if (format == index.json.end() || (*format != "nrrd" && *format != "nifti"))
@@ -141,7 +141,7 @@ Result<TruthIndex> read_truth_index(const fs::path& folder) {
     const auto cases = index.json.find("cases");
     if (cases == index.json.end() || !cases->is_array() || cases->empty())
         return wrong_file(path, "cases: expected a list with a case or more");
-    for (const TruthJson& one : *cases) {
+    for (const Json& one : *cases) {
         const auto name = one.is_object() ? one.find("folder") : one.end();
         if (!one.is_object() || name == one.end() || !name->is_string())
             return wrong_file(path, "cases: expected objects with a folder");

@@ -9,27 +9,26 @@
 #include <pliant/scan_files.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-namespace pliant::app {
+#include "json.h"
 
-using TruthJson = nlohmann::ordered_json;
+namespace pliant::app {
 
 /// A data set: truth.json.
 struct TruthIndex {
-    TruthJson json;
+    Json json;
     std::string ending;              ///< of images: ".nrrd" or ".nii.gz"
     std::vector<std::string> cases;  ///< folders
 };
 
 /// Writes the files of a case to a folder. Two at a time where there are threads.
-Status write_truth_case(const TruthCase& made, const TruthJson& record,
+Status write_truth_case(const TruthCase& made, const Json& record,
                         const std::filesystem::path& folder, const std::string& ending,
                         Encoding encoding, const TaskArena& arena);
 /// The record of a case: case.json.
-TruthJson truth_record(const TruthCase& made, const TruthSettings& settings);
+Json truth_record(const TruthCase& made, const TruthSettings& settings);
 
 /// @returns NotFound; Unreadable that names the file and the field
 Result<TruthIndex> read_truth_index(const std::filesystem::path& folder);

@@ -39,7 +39,7 @@ std::string markdown_cell(const std::string& text) {
     return safe;
 }
 
-TruthJson errors_json(const TruthErrors& e) {
+Json errors_json(const TruthErrors& e) {
     return {{"count", e.count},
             {"mean_mm", e.mean_mm},
             {"median_mm", e.median_mm},
@@ -47,8 +47,8 @@ TruthJson errors_json(const TruthErrors& e) {
             {"max_mm", e.max_mm}};
 }
 
-TruthJson rows_json(const std::array<TruthErrors, kTruthRows>& rows) {
-    TruthJson json = TruthJson::object();
+Json rows_json(const std::array<TruthErrors, kTruthRows>& rows) {
+    Json json = Json::object();
     for (std::size_t r = 0; r < rows.size(); ++r)
         if (rows[r].count > 0) json[std::string(name_of(TruthRow(r)))] = errors_json(rows[r]);
     return json;
@@ -244,27 +244,26 @@ std::string truth_csv(const TruthTable& table) {
 }
 
 std::string truth_json(const TruthTable& table) {
-    TruthJson json = {{"version", PLIANT_VERSION},
-                      {"data", table.index.json},
-                      {"moved_from_mm", kTruthMovedMm},
-                      {"methods", TruthJson::array()}};
+    Json json = {{"version", PLIANT_VERSION},
+                 {"data", table.index.json},
+                 {"moved_from_mm", kTruthMovedMm},
+                 {"methods", Json::array()}};
     for (const TruthMethod& method : table.methods) {
-        TruthJson one = {{"name", method.name}, {"over_cases", rows_json(all_errors(method))}};
+        Json one = {{"name", method.name}, {"over_cases", rows_json(all_errors(method))}};
         const auto folded = folded_share(method);
-        one["folded_share"] = folded ? TruthJson(*folded) : TruthJson(nullptr);
-        one["cases"] = TruthJson::array();
+        one["folded_share"] = folded ? Json(*folded) : Json(nullptr);
+        one["cases"] = Json::array();
         for (std::size_t n = 0; n < method.scores.size(); ++n) {
             const TruthScore& score = method.scores[n];
             one["cases"].push_back(
                 {{"case", table.index.cases[n]},
                  {"rows", rows_json(score.rows)},
-                 {"folded_share",
-                  score.folded_share ? TruthJson(*score.folded_share) : TruthJson(nullptr)},
+                 {"folded_share", score.folded_share ? Json(*score.folded_share) : Json(nullptr)},
                  {"folded_voxels", score.folded_voxels}});
         }
         json["methods"].push_back(std::move(one));
     }
-    return json.dump(2, ' ', false, TruthJson::error_handler_t::replace) + "\n";
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string truth_markdown(const TruthTable& table) {
@@ -280,7 +279,7 @@ std::string truth_markdown(const TruthTable& table) {
 }
 
 std::string truth_page(const TruthTable& table) {
-    const TruthJson& data = table.index.json;
+    const Json& data = table.index.json;
     const std::string scan = data.contains("scan") && data["scan"].is_string()
                                  ? data["scan"].get<std::string>()
                                  : std::string("a scan");

@@ -25,7 +25,7 @@ const wanted = process.argv
 const all = (await readdir(here))
     .filter((name) => name.startsWith(`${kind}_`))
     .filter((name) => !wanted.length || wanted.includes(name));
-const short = ['test_page.ts', 'test_tissue.ts', 'test_picture.ts'];
+const short = ['test_page.ts', 'test_tissue.ts'];
 const opensBrowser = async (name) =>
     /'\.\/(browser|one_page)\.ts'/.test(await readFile(join(here, name), 'utf8'));
 const files = [];

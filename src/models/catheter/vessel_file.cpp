@@ -100,10 +100,10 @@ Status read_values(const TomlTable& table, VesselFile& v) {
             catheter.values.push_back(named);
         else if (has_row(vessel_file_rows(), named))
             others.values.push_back(named);
-        else if (table.name == "catheter" && named.name == "model")  // until 0.2
-            return expected_in(table, named.name, "no such line: each catheter is a rod; remove it",
-                               "one");
-        else
+        else if (table.name == "catheter" && named.name == "model") {  // a key until 0.2
+            if (named.value != SettingValue("rod"))
+                return expected_in(table, named.name, "\"rod\", as each catheter is", "another");
+        } else
             return in_table(table, named.name,
                             unknown_setting(named.name, keys_in_table(table.name, catheter_rows(),
                                                                       vessel_file_rows())));
