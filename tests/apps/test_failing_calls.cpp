@@ -3,7 +3,7 @@
 
 // Each call to the system of a command fails once (failing_calls.c): the command succeeds with the
 // same outputs, or ends with one line and all files as they were. The next run is not disturbed.
-// Covers: base/input_file.cpp, base/staging_journal.cpp, network/tokens.cpp.
+// Covers: base/input_file.cpp, base/staging_journal.cpp, network/door.cpp.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
