@@ -3,7 +3,7 @@
 
 // Processes that end in the middle of a commit: at each of its steps, and at each step of the
 // recovery. Afterwards all files are old, or all are new.
-// Covers: base/staging_journal.cpp, base/staging_*.cpp.
+// Covers: base/staging_*.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/core/files.h>

@@ -59,8 +59,8 @@ std::vector<double> solved(Rows m, std::vector<double> right) {
 }
 
 /// Clears the part below the diagonal, which the solver ignores.
-Chain<6> chain_of(const Rows& m, const std::vector<double>& right) {
-    Chain<6> chain;
+Chain<kSize> chain_of(const Rows& m, const std::vector<double>& right) {
+    Chain<kSize> chain;
     const std::size_t count = right.size() / kSize;
     chain.reset(count);
     for (std::size_t i = 0; i < count; ++i)
@@ -83,7 +83,7 @@ void expect_solved(std::uint64_t seed) {
     std::vector<double> right(kSize * count);
     for (double& b : right) b = random.real(-1, 1);
     const auto expected = solved(m, right);
-    Chain<6> chain = chain_of(m, right), plain = chain;
+    Chain<kSize> chain = chain_of(m, right), plain = chain;
     chain.solve();
     catheter::solve_chain_plain(plain.diagonal.data(), plain.upper.data(), count);
     double size = 0;
@@ -103,7 +103,7 @@ TEST(Chain, IsSolvedAsTheWholeMatrixIs) {
 TEST(Chain, PartsAreAddedByTheirPlace) {
     Random random(7);
     const Vec3d a = random.vector(1), v = random.vector(1);
-    Chain<6> chain;
+    Chain<kSize> chain;
     chain.reset(2);
     auto& block = chain.upper[0];
     block.add(0, 3, {{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}});

@@ -68,6 +68,8 @@ class Around {
     SurfaceDistance m_boundary, m_lumen;
 };
 
+/// The value of a voxel depends on its distance to the wall's boundary, and outside of the wall on
+/// its side of the ghost surface, closed with lids.
 double value_at(Vec3d p, const Around::Position& position, double voxel) {
     const double around = position.lumen_mm < 0
                               ? kLumenHu
@@ -233,9 +235,6 @@ Status CarriedScan::Impl::update(std::span<const Vec3d> wall_positions) {
 const ControlLattice& CarriedScan::scan() const {
     return *m_impl->lattice;
 }
-
-// The value of a voxel depends on its distance to the wall's boundary, and outside of the wall on
-// its side of the ghost surface, closed with lids.
 
 Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena) noexcept {
     return attempt([&] { return fill_scan(wall, arena); });
