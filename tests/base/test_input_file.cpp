@@ -4,6 +4,7 @@
 #include "base/input_file.h"
 
 #include <gtest/gtest.h>
+#include <pliant/core/files.h>
 #include <sys/stat.h>
 
 #include <algorithm>

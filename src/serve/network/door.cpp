@@ -210,7 +210,9 @@ Result<Tokens> tokens_of_session(const std::filesystem::path& session) {
     const Tokens tokens = random_tokens();
     const std::string text = tokens.control + "\n" + tokens.view + "\n";
     int error = write_all(file.number(), text.data(), text.size());
-    if (error) (void)::ftruncate(file.number(), 0);
+    if (error) {
+        [[maybe_unused]] const int emptied = ::ftruncate(file.number(), 0);
+    }
     if (!error) error = file.close();
     if (error) return unwritable(error);
     return tokens;

@@ -167,7 +167,7 @@ Result<std::unique_ptr<SessionLog>> SessionLog::create(const std::filesystem::pa
     const Status begun = log->begin(header);
     if (begun.ok()) return log;
     log->m_buffer.clear();
-    (void)::ftruncate(log->m_file.number(), 0);
+    [[maybe_unused]] const int emptied = ::ftruncate(log->m_file.number(), 0);
     return begun.error();
 }
 
