@@ -118,7 +118,10 @@ struct ChainMailSettings {
     std::optional<ValueSpan> range_percent{};
     double offset = 0.2;    ///< size of the chain regions, fraction of a link, 0 (rigid)…1
     Vec3d factor{1, 1, 1};  ///< of all limits along i, j, k, 0…100; not of air and labels
-    double bone_threshold_hu = 300;  ///< elements with a larger value don't move
+    double bone_threshold_hu = 300;  ///< bone, elements with a larger value, doesn't move
+    /// Face-connected pieces above the threshold of less than this volume, not cut by the scan's
+    /// border, are no bone, but stiff and movable; 0: each element is bone, as in [Draeger2005].
+    double smallest_bone_mm3 = 100;
     double max_movement_mm = 20;     ///< movement limit of the softest element, 0…500
     LinkLimits limits = LinkLimits::Box;
     double yield = 0;  ///< strain beyond this fraction of the limits remains; 0: none remains

@@ -54,6 +54,39 @@ std::vector<MaterialLaw> all_laws(const ResolvedSettings& resolved) {
     return laws;
 }
 
+/// Limits of small bones: they keep their shape and move with the tissue around them.
+ElementLimits stiff_limits(const ChainMailSettings& settings) {
+    ElementLimits stiff = draeger_limits(settings, settings.range.low);
+    stiff.fixed = false;
+    if (settings.elastic) return stiff;
+    stiff.compress = stiff.stretch = stiff.shear = {0, 0, 0};
+    stiff.yield = 0;
+    return stiff;
+}
+
+/// Materials that don't depend on a value: air, then small bones.
+std::vector<ElementLimits> other_limits(const std::array<ElementLimits, 8>& air, bool has_air,
+                                        const ElementLimits& stiff) {
+    std::vector<ElementLimits> others;
+    if (has_air) others.assign(air.begin(), air.end());
+    others.push_back(stiff);
+    return others;
+}
+
+/// The lowest number that is bone by its value; bone has no upper end. Labels may have none, or
+/// none but bone.
+int lowest_bone(const MaterialLaw& law) {
+    int low = kLowestValue, high = 32768;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (law(middle).fixed)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low;
+}
+
 Vec3i moved_along(Vec3i ijk, int axis, int steps) {
     ijk[axis] += steps;
     return ijk;
@@ -79,9 +112,58 @@ MaterialMap::MaterialMap(const Volume& volume, const ResolvedSettings& resolved)
                                  -32768.0, 32768.0))),
       m_outside(nearest_number(float(m_scale.position_of(double(volume.background))))),
       m_labels(resolved.settings),
-      m_table(m_laws,
-              m_has_air ? std::vector(m_air.begin(), m_air.end()) : std::vector(0, m_air[0]),
-              volume.grid.spacing_mm) {}
+      m_stiff(stiff_limits(resolved.settings)),
+      m_table(m_laws, other_limits(m_air, m_has_air, m_stiff), volume.grid.spacing_mm) {
+    if (resolved.settings.smallest_bone_mm3 > 0 && !resolved.settings.custom_law &&
+        !m_table.fault() && m_table.fits())
+        m_small_bones = find_small_bones(resolved.settings.smallest_bone_mm3);
+}
+
+SmallBones MaterialMap::find_small_bones(double smallest_mm3) const {
+    std::vector<int> from;  // by law
+    for (const MaterialLaw& law : m_laws) from.push_back(lowest_bone(law));
+    const int lowest = *std::min_element(from.begin(), from.end());
+    const auto look_at = [&](const auto& voxels, int y, int z, BoneElement* row) {
+        const auto* values = voxels.data() + voxel_index(m_volume->grid, {0, y, z});
+        const int count = m_volume->grid.size.x;
+        int highest = kLowestValue;
+        for (int x = 0; x < count; ++x) highest = std::max(highest, number_of(values[x]));
+        if (highest < lowest) return false;
+        for (int x = 0; x < count; ++x) {
+            const int number = number_of(values[x]), law = m_labels.law_at({x, y, z});
+            const int bone = from[std::size_t(1 + law)];
+            row[x] = number < bone         ? BoneElement::None
+                     : bone > kLowestValue ? BoneElement::ByValue
+                                           : BoneElement::ByLabel;
+        }
+        return true;
+    };
+    return {m_volume->grid, smallest_mm3, [&](int y, int z, BoneElement* row) {
+                return std::visit([&](const auto& voxels) { return look_at(voxels, y, z, row); },
+                                  m_volume->voxels);
+            }};
+}
+
+bool MaterialMap::is_small_bone(Vec3i ijk) const {
+    return !m_small_bones.empty() && contains(voxel_box(m_volume->grid), ijk) &&
+           m_small_bones.has(voxel_index(m_volume->grid, ijk));
+}
+
+bool MaterialMap::lay_small_bones(Vec3i first, int size, const Box3i& part, MaterialId* out) const {
+    if (m_small_bones.empty() || is_empty(part) ||
+        !m_small_bones.may_be_in({first + part.begin, first + part.end}))
+        return false;
+    bool any = false;
+    for_each_y_z(part, [&](int y, int z) {
+        const std::size_t row = voxel_index(m_volume->grid, first + Vec3i{part.begin.x, y, z});
+        for (int x = part.begin.x; x < part.end.x; ++x) {
+            if (!m_small_bones.has(row + std::size_t(x - part.begin.x))) continue;
+            out[x + size * (y + size * z)] = stiff_id();
+            any = true;
+        }
+    });
+    return any;
+}
 
 int MaterialMap::number_of(float value) const {
     if (std::isnan(value)) return m_outside;
@@ -93,6 +175,10 @@ int MaterialMap::number_at(Vec3i ijk) const {
     if (!contains(voxel_box(grid), ijk)) return m_outside;
     const std::size_t n = voxel_index(grid, ijk);
     return std::visit([&](const auto& voxels) { return number_of(voxels[n]); }, m_volume->voxels);
+}
+
+bool MaterialMap::is_tissue(Vec3i ijk) const {
+    return contains(voxel_box(m_volume->grid), ijk) && !is_air(ijk);
 }
 
 bool MaterialMap::is_air(Vec3i ijk) const {
@@ -107,12 +193,14 @@ unsigned MaterialMap::air_axes(Vec3i ijk) const {
 }
 
 MaterialId MaterialMap::at(Vec3i ijk) const {
+    if (is_small_bone(ijk)) return stiff_id();
     const int label = m_labels.law_at(ijk);
     if (label >= 0) return m_table.id(1 + label, number_at(ijk));
     return is_air(ijk) ? m_table.other_id(int(air_axes(ijk))) : m_table.id(0, number_at(ijk));
 }
 
 ElementLimits MaterialMap::limits_at(Vec3i ijk) const {
+    if (is_small_bone(ijk)) return m_stiff;
     const int label = m_labels.law_at(ijk);
     if (label >= 0) return m_laws[std::size_t(1 + label)](number_at(ijk));
     return is_air(ijk) ? m_air[air_axes(ijk)] : m_laws[0](number_at(ijk));
@@ -235,11 +323,13 @@ bool MaterialMap::fill(Vec3i first, int size, const Box3i& part, MaterialId* out
         [&](const auto& voxels) {
             if (!m_labels.empty() || (m_has_air && size != AirBits::kSize)) {
                 fill_one_by_one(first, size, out);
+                lay_small_bones(first, size, part, out);
                 return false;
             }
             if (!whole) std::fill_n(out, size * size * size, m_table.id(0, m_outside));
             const bool is_one = fill_by_value(voxels.data(), first, size, part, out);
-            return !(m_has_air && lay_air(voxels.data(), first, out)) && is_one;
+            const bool has_air = m_has_air && lay_air(voxels.data(), first, out);
+            return !lay_small_bones(first, size, part, out) && !has_air && is_one;
         },
         m_volume->voxels);
 }

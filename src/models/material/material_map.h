@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Material of each element: by its label, if that has a material; else air, if it is enabled and
-// the value is below the threshold; else by the main law and the value. Nothing is stored per
+// the value is below the threshold; else by the main law and the value. Elements that are bone by
+// value alone, in a piece too small for a bone, are stiff instead. Nothing else is stored per
 // element.
 
 #pragma once
@@ -15,6 +16,7 @@
 #include "material/air_bits.h"
 #include "material/labels.h"
 #include "material/material.h"
+#include "material/small_bones.h"
 
 namespace pliant {
 
@@ -35,6 +37,10 @@ class MaterialMap {
     void fetch_early(Vec3i first, const Box3i& part) const;
     /// Limits of an element directly from its law, not from the quantised table.
     ElementLimits limits_at(Vec3i ijk) const;
+    /// Whether an element above the threshold of bone is in a piece too small for a bone.
+    bool is_small_bone(Vec3i ijk) const;
+    /// Whether an element is in the scan and isn't air.
+    bool is_tissue(Vec3i ijk) const;
     /// The scan's value, rounded to the scale of materials; the background beyond it.
     double value_at(Vec3i ijk) const { return m_scale.value_of(number_at(ijk)); }
 
@@ -56,6 +62,10 @@ class MaterialMap {
     bool fill_by_value(const Voxel* voxels, Vec3i first, int size, const Box3i& part,
                        MaterialId* out) const;
     void fill_one_by_one(Vec3i first, int size, MaterialId* out) const;
+    SmallBones find_small_bones(double smallest_mm3) const;
+    MaterialId stiff_id() const { return m_table.other_id(m_has_air ? int(m_air.size()) : 0); }
+    /// Replaces the materials of elements in small bones. @returns whether there are any
+    bool lay_small_bones(Vec3i first, int size, const Box3i& part, MaterialId* out) const;
 
     const Volume* m_volume;
     std::vector<MaterialLaw> m_laws;  ///< the main law, then the labels' laws
@@ -66,7 +76,9 @@ class MaterialMap {
     int m_air_below = 0;                 ///< numbers below it are air
     int m_outside = kAirHu;              ///< number of the background
     LabelMap m_labels;
+    ElementLimits m_stiff;  ///< of small bones
     MaterialTable m_table;
+    SmallBones m_small_bones;
 };
 
 /// Calls visit(y, z) for the rows of a box.

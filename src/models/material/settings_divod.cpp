@@ -70,6 +70,7 @@ Status read_divod_key(std::string_view key, std::string_view value, ChainMailSet
 
 Status read_divod(const std::string& text, ChainMailSettings& settings,
                   std::vector<std::string>& notes) {
+    settings.smallest_bone_mm3 = 0;  // the thesis holds each voxel of bone
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
         const std::string_view content = trimmed(line);

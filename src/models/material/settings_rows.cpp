@@ -78,7 +78,12 @@ constexpr Setting<S> kMaterialRows[] = {
                          .text = "factor of all limits; one number, or three for i, j, k"}),
     setting<&S::bone_threshold_hu>({.name = "bone_threshold_hu",
                                     .unit = "HU",
-                                    .text = "elements with a larger value don't move"}),
+                                    .text = "bone, elements with a larger value, doesn't move"}),
+    setting<&S::smallest_bone_mm3>(
+        {.name = "smallest_bone_mm3",
+         .unit = "mm³",
+         .range = {.low = 0},
+         .text = "smaller pieces above the threshold are stiff and movable; 0: all is bone"}),
     setting<&S::max_movement_mm>(
         {.name = "max_movement_mm",
          .unit = "mm",

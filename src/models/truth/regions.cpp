@@ -8,6 +8,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "material/material_map.h"
 #include "volume/boxes.h"
 #include "volume/line_transform.h"
 
@@ -45,18 +46,20 @@ Regions find_regions(const Volume& scan, const ChainMailSettings& materials, dou
     Regions regions;
     regions.labels.resize(voxel_count(grid));
     std::vector<std::uint8_t> is_air(regions.labels.size(), 0), is_rigid(regions.labels.size(), 0);
+    const MaterialMap map(scan, materials);
     std::visit(
         [&](const auto& voxels) {
-            for (std::size_t n = 0; n < regions.labels.size(); ++n) {
+            for_each_in(voxel_box(grid), [&](Vec3i p) {
+                const std::size_t n = voxel_index(grid, p);
                 const double value = double(voxels[n]);
                 const bool air = materials.air_enabled && !(value >= materials.air_threshold_hu);
-                const bool bone = value > materials.bone_threshold_hu;
+                const bool bone = value > materials.bone_threshold_hu && !map.is_small_bone(p);
                 is_air[n] = air;
                 is_rigid[n] = bone;
                 regions.labels[n] = std::int16_t(air    ? TruthLabel::Air
                                                  : bone ? TruthLabel::Bone
                                                         : TruthLabel::Interior);
-            }
+            });
         },
         scan.voxels);
     const std::vector<float> air_mm = distances_mm(grid, is_air, arena);

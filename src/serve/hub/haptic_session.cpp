@@ -54,7 +54,8 @@ double percentile_us(std::vector<std::int64_t> values, double share) {
 
 bool same_materials(const ChainMailSettings& a, const ChainMailSettings& b) {
     return a.offset == b.offset && a.max_movement_mm == b.max_movement_mm &&
-           a.bone_threshold_hu == b.bone_threshold_hu && a.air_threshold_hu == b.air_threshold_hu &&
+           a.bone_threshold_hu == b.bone_threshold_hu &&
+           a.smallest_bone_mm3 == b.smallest_bone_mm3 && a.air_threshold_hu == b.air_threshold_hu &&
            a.air_enabled == b.air_enabled && a.yield == b.yield && a.limits == b.limits;
 }
 

@@ -18,6 +18,7 @@ export interface Materials {
     offset: number;
     factor: number[];
     bone_threshold_hu: number; ///< [HU]
+    smallest_bone_mm3: number; ///< [mm³]
     max_movement_mm: number; ///< [mm]
     yield: number;
     elastic: number[];
@@ -58,7 +59,12 @@ export const materialRows: Record<keyof Materials, SettingRow> = {
     },
     bone_threshold_hu: {
         unit: 'HU',
-        text: 'elements with a larger value don\'t move',
+        text: 'bone, elements with a larger value, doesn\'t move',
+    },
+    smallest_bone_mm3: {
+        unit: 'mm³',
+        low: 0,
+        text: 'smaller pieces above the threshold are stiff and movable; 0: all is bone',
     },
     max_movement_mm: {
         unit: 'mm',
