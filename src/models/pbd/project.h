@@ -26,6 +26,8 @@ struct ProjectArrays {
     bool compliant;         ///< PbdMethod
     bool first;             ///< first iteration of the sub-step: multipliers count as 0
     bool backward;          ///< opposite order of all constraints
+    bool warm = false;      ///< those of solids don't: they are the last sub-step's
+    Real* moves = nullptr;  ///< [particle][4], of Kernels::warm
 };
 
 /// Update of particles [particle][4]; the fourth component is the inverse mass in x and 0 in v:
@@ -45,6 +47,10 @@ struct Kernels {
     void (*project)(const ProjectArrays<Real>& arrays, const Domain& domain);
     /// Particles begin…end, both multiples of four.
     void (*move)(const MoveArrays<Real>& arrays, std::int64_t begin, std::int64_t end);
+    /// Multipliers of the solids' present forces.
+    void (*recall)(const ProjectArrays<Real>& arrays, const Domain& domain);
+    /// Adds the displacements by the solids' multipliers to `moves`.
+    void (*warm)(const ProjectArrays<Real>& arrays, const Domain& domain);
 };
 
 template <class Real>

@@ -32,6 +32,27 @@ struct Lane {
     }
 };
 
+template <class Real>
+using SolidLane = Lane<Real, int(PbdKind::Solid)>;
+
+/// @pre in the first iteration of a sub-step, multipliers count as 0 unless a.warm
+template <class Real>
+Solid<Real> solid_of(const ProjectArrays<Real>& a, const SolidLane<Real>& lane) {
+    Solid<Real> s{};
+    for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
+    s.h_compliance = lane.number(9) * a.compliance_scale;
+    s.e_compliance = lane.number(10) * a.compliance_scale;
+    if (a.first && !a.warm) return s;
+    s.h_multiplier = lane.multiplier(0);
+    s.e_multiplier = lane.multiplier(1);
+    return s;
+}
+template <class Real>
+void keep_multipliers(const SolidLane<Real>& lane, const Solid<Real>& s) {
+    lane.multiplier(0) = s.h_multiplier;
+    lane.multiplier(1) = s.e_multiplier;
+}
+
 template <class Real, int Kind, bool Compliant>
 void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
     constexpr int kCount = kCorners[Kind];
@@ -39,15 +60,9 @@ void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
     for (int n = 0; n < kCount; ++n) p[n] = load(a.particles + lane.corner(n));
     const auto so_far = [&](int n) { return a.first ? Real(0) : lane.multiplier(n); };
     if constexpr (Kind == int(PbdKind::Solid)) {
-        Solid<Real> s{};
-        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
-        s.h_compliance = lane.number(9) * a.compliance_scale;
-        s.e_compliance = lane.number(10) * a.compliance_scale;
-        s.h_multiplier = so_far(0);
-        s.e_multiplier = so_far(1);
+        Solid<Real> s = solid_of(a, lane);
         project_solid(p, s);
-        lane.multiplier(0) = s.h_multiplier;
-        lane.multiplier(1) = s.e_multiplier;
+        keep_multipliers(lane, s);
     } else {
         Law<Real> law{lane.number(1), so_far(0)};
         if constexpr (Compliant) law.number = law.number * a.compliance_scale;
@@ -88,6 +103,42 @@ void project(const ProjectArrays<Real>& a, const Domain& domain) {
     a.compliant ? project_kinds<Real, true>(a, domain) : project_kinds<Real, false>(a, domain);
 }
 
+template <class Real, class Work>
+void for_solids(const ProjectArrays<Real>& a, const Domain& domain, const Work& work) {
+    const PackRange range = domain.packs[int(PbdKind::Solid)];
+    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
+        for (std::size_t n = 0; n < kPack; ++n) {
+            const SolidLane<Real> lane{a.kinds[int(PbdKind::Solid)], std::size_t(pack), n};
+            Corner<Real> p[4];
+            for (int k = 0; k < 4; ++k) p[k] = load(a.particles + lane.corner(k));
+            work(lane, p);
+        }
+}
+
+template <class Real>
+void recall(const ProjectArrays<Real>& a, const Domain& domain) {
+    for_solids(a, domain, [&](const SolidLane<Real>& lane, const Corner<Real>(&p)[4]) {
+        Solid<Real> s = solid_of(a, lane);
+        recall_solid(p, s);
+        keep_multipliers(lane, s);
+    });
+}
+
+template <class Real>
+void warm(const ProjectArrays<Real>& a, const Domain& domain) {
+    for_solids(a, domain, [&](const SolidLane<Real>& lane, const Corner<Real>(&p)[4]) {
+        Solid<Real> s = solid_of(a, lane);
+        Triple<Real> by[4];
+        warm_solid(p, s, by);
+        for (int n = 0; n < 4; ++n) {
+            Corner<Real> moved = load(a.moves + lane.corner(n));
+            moved.p = moved.p + by[n];
+            store(moved, a.moves + lane.corner(n));
+        }
+        keep_multipliers(lane, s);
+    });
+}
+
 template <class Real>
 void move(const MoveArrays<Real>& a, std::int64_t begin, std::int64_t end) {
     for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); ++n) {
@@ -103,7 +154,7 @@ void move(const MoveArrays<Real>& a, std::int64_t begin, std::int64_t end) {
 
 template <class Real>
 Kernels<Real> plain_kernels() {
-    return {project<Real>, move<Real>};
+    return {project<Real>, move<Real>, recall<Real>, warm<Real>};
 }
 template Kernels<float> plain_kernels<float>();
 template Kernels<double> plain_kernels<double>();

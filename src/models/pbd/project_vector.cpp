@@ -128,7 +128,7 @@ struct Lanes {
           numbers(a.kinds[Kind].numbers + pack * kNumbers[Kind] * kPack + lane),
           multipliers(a.kinds[Kind].multipliers + pack * kMultipliers[Kind] * kPack + lane),
           scale(a.compliance_scale),
-          first(a.first) {}
+          first(a.first && !(Kind == int(PbdKind::Solid) && a.warm)) {}
     HWY_INLINE void load(Corner<V> (&p)[kCount]) const {
         for (int n = 0; n < kCount; ++n) p[n] = load_corner(particles, lists + n * kPack);
     }
@@ -139,19 +139,27 @@ struct Lanes {
     HWY_INLINE V so_far(int n) const {
         return first ? hn::Zero(D()) : hn::Load(D(), multipliers + n * kPack);
     }
+    HWY_INLINE Solid<V> solid() const {
+        const V by_step = hn::Set(D(), scale);
+        Solid<V> s;
+        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = number(n);
+        s.h_compliance = hn::Mul(number(9), by_step);
+        s.e_compliance = hn::Mul(number(10), by_step);
+        s.h_multiplier = so_far(0);
+        s.e_multiplier = so_far(1);
+        return s;
+    }
+    HWY_INLINE void keep(const Solid<V>& s) const {
+        hn::Store(s.h_multiplier, D(), multipliers);
+        hn::Store(s.e_multiplier, D(), multipliers + kPack);
+    }
     HWY_INLINE void project(Corner<V> (&p)[kCount]) const {
         const D d;
         const V by_step = hn::Set(d, scale);
         if constexpr (Kind == int(PbdKind::Solid)) {
-            Solid<V> s;
-            for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = number(n);
-            s.h_compliance = hn::Mul(number(9), by_step);
-            s.e_compliance = hn::Mul(number(10), by_step);
-            s.h_multiplier = so_far(0);
-            s.e_multiplier = so_far(1);
+            Solid<V> s = solid();
             project_solid(p, s);
-            hn::Store(s.h_multiplier, d, multipliers);
-            hn::Store(s.e_multiplier, d, multipliers + kPack);
+            keep(s);
         } else {
             Law<V> law{number(1), so_far(0)};
             if constexpr (Compliant) law.number = hn::Mul(law.number, by_step);
@@ -217,6 +225,40 @@ void project_kinds(const ProjectArrays<float>& a, const Domain& domain) {
     project_packs<3, true>(a, domain.packs[3]);
 }
 
+template <class Work>
+HWY_INLINE void for_solids(const ProjectArrays<float>& a, const Domain& domain, const Work& work) {
+    const PackRange range = domain.packs[int(PbdKind::Solid)];
+    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
+        for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
+            const Lanes<int(PbdKind::Solid), true> some(a, std::size_t(pack), lane);
+            Corner<V> p[4];
+            some.load(p);
+            work(some, p);
+        }
+}
+
+void recall(const ProjectArrays<float>& a, const Domain& domain) {
+    for_solids(a, domain, [](const auto& some, const Corner<V>(&p)[4]) {
+        Solid<V> s = some.solid();
+        recall_solid(p, s);
+        some.keep(s);
+    });
+}
+
+void warm(const ProjectArrays<float>& a, const Domain& domain) {
+    for_solids(a, domain, [&](const auto& some, const Corner<V>(&p)[4]) {
+        Solid<V> s = some.solid();
+        Triple<V> by[4];
+        warm_solid(p, s, by);
+        for (int n = 0; n < 4; ++n) {
+            Corner<V> moved = load_corner(a.moves, some.lists + n * kPack);
+            moved.p = moved.p + by[n];
+            store_corner(moved, a.moves, some.lists + n * kPack);
+        }
+        some.keep(s);
+    });
+}
+
 void project(const ProjectArrays<float>& a, const Domain& domain) {
     a.compliant ? project_kinds<true>(a, domain) : project_kinds<false>(a, domain);
 }
@@ -238,7 +280,7 @@ void move(const MoveArrays<float>& a, std::int64_t begin, std::int64_t end) {
 }
 
 Kernels<float> kernels_of_target() {
-    return {project, move};
+    return {project, move, recall, warm};
 }
 
 #endif  // HWY_SCALAR

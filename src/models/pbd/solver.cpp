@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "base/hash.h"
 #include "pbd/awake.h"
@@ -60,6 +61,7 @@ class SolverOf final : public Solver {
         m_awake_attachments.reserve(parts.attachments.size());
         m_pinned.reserve(parts.attachments.size());
         m_packs.emplace(parts, plan, m_numbers, settings.repacks);
+        if (settings.warm_starts) m_moves.assign(numbers, 0);
     }
 
     Status step(const TaskArena& arena) override {
@@ -67,8 +69,11 @@ class SolverOf final : public Solver {
         for (const std::size_t held : m_set_held) m_v[held] = m_v[held + 1] = m_v[held + 2] = 0;
         m_set_held.clear();
         if (m_all_set) stop_held();
+        if (m_settings.warm_starts && std::exchange(m_recalls, false))
+            for_domains(arena, m_kernels.recall, arrays(false, false), false);
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
+            if (m_settings.warm_starts) warm(arena);
             for (int i = 0; i < m_settings.iterations; ++i) {
                 const bool backward = m_settings.alternates && i % 2 == 1;
                 if (backward) project_attachments(arena, false);
@@ -157,8 +162,9 @@ class SolverOf final : public Solver {
             put(m_x, std::int32_t(n), positions[n] - m_origin);
             put(m_v, std::int32_t(n), velocities[n]);
         }
-        m_all_set = true;
+        m_all_set = m_recalls = true;
     }
+    void recall_forces() noexcept override { m_recalls = true; }
 
   private:
     std::size_t at(std::int32_t particle) const {
@@ -398,12 +404,38 @@ class SolverOf final : public Solver {
     }
 
     void project(const TaskArena& arena, bool first, bool backward) {
-        ProjectArrays<Real> arrays{
-            m_x.data(), {},      Real(1 / (h() * h())), m_settings.method == PbdMethod::Compliance,
-            first,      backward};
+        for_domains(arena, m_kernels.project, arrays(first, backward), backward);
+    }
+    /// Moves particles by the solids' forces in the last sub-step.
+    void warm(const TaskArena& arena) {
+        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            std::fill(m_moves.data() + 4 * begin, m_moves.data() + 4 * end, Real(0));
+        });
+        for_domains(arena, m_kernels.warm, arrays(true, false), false);
+        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            for (auto c = std::size_t(4 * begin); c < std::size_t(4 * end); ++c)
+                m_x[c] = m_x[c] + m_moves[c];  // the fourth is 0
+        });
+    }
+
+    ProjectArrays<Real> arrays(bool first, bool backward) {
+        ProjectArrays<Real> arrays{m_x.data(),
+                                   {},
+                                   Real(1 / (h() * h())),
+                                   m_settings.method == PbdMethod::Compliance,
+                                   first,
+                                   backward,
+                                   m_settings.warm_starts,
+                                   m_moves.data()};
         for (int kind = 0; kind < kKinds; ++kind)
             arrays.kinds[kind] = {m_packs->corners(kind), m_packs->numbers(kind),
                                   m_multipliers[kind].data()};
+        return arrays;
+    }
+    /// Calls work for the packs of each domain.
+    void for_domains(const TaskArena& arena,
+                     void (*work)(const ProjectArrays<Real>&, const Domain&),
+                     const ProjectArrays<Real>& arrays, bool backward) {
         for (std::size_t n = 0; n < m_plan.phases.size(); ++n) {
             const Phase phase = m_plan.phases[backward ? m_plan.phases.size() - 1 - n : n];
             for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
@@ -411,7 +443,7 @@ class SolverOf final : public Solver {
                      ++d) {
                     const auto parts = m_packs->of_domain(d);
                     for (std::size_t k = 0; k < parts.size(); ++k)
-                        m_kernels.project(arrays, parts[backward ? parts.size() - 1 - k : k]);
+                        work(arrays, parts[backward ? parts.size() - 1 - k : k]);
                 }
             });
         }
@@ -540,9 +572,11 @@ class SolverOf final : public Solver {
     std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
     AlignedVector<Real> m_kept_x, m_kept_v;
-    bool m_keeps = false;     ///< keep() was called, and take_back() not since then
-    bool m_kept_all = false;  ///< includes particles outside of the awake ranges
-    bool m_kept_set = false;  ///< held particles may have had velocities
+    AlignedVector<Real> m_moves;  ///< [particle][4], in warm()
+    bool m_recalls = true;        ///< the next step begins with the forces of the present shape
+    bool m_keeps = false;         ///< keep() was called, and take_back() not since then
+    bool m_kept_all = false;      ///< includes particles outside of the awake ranges
+    bool m_kept_set = false;      ///< held particles may have had velocities
     std::atomic<bool> m_is_bad = false;
 };
 

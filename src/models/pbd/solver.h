@@ -43,6 +43,7 @@ class Solver {
     /// Sets the positions and velocities of all particles.
     virtual void put_all(std::span<const Vec3d> positions,
                          std::span<const Vec3d> velocities) noexcept = 0;
+    virtual void recall_forces() noexcept = 0;
 };
 
 /// Parts, settings and plan outlive the solver.

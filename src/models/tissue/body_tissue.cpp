@@ -68,6 +68,17 @@ Result<std::unique_ptr<MeshTissue>> BodyTissue::create(const Volume& scan, PbdBo
         new BodyTissue(std::move(whole), std::move(plan), std::move(*carried)));
 }
 
+Result<std::int32_t> body_steps(const PbdParts& parts, double time_step_s, std::int32_t at_least) {
+    constexpr double kMost = 1000;
+    const double needed = std::ceil(wave_sub_steps(parts, time_step_s));
+    if (needed > kMost)
+        return expected_error("sub_steps",
+                              "at most 1000 for waves that cross an edge each; larger cells, a "
+                              "shorter time_step_s or softer or denser tissue need fewer",
+                              short_text(needed));
+    return std::max(at_least, std::int32_t(needed));
+}
+
 TissueTraits BodyTissue::traits() const noexcept {
     return {.model = "body",
             .slides = true,
@@ -156,9 +167,11 @@ Status BodyTissue::step_contact(std::int32_t count, std::uint32_t tool, Vec3d wa
     return m_shape->contact.step(count, body(), m_from, m_to, arena());
 }
 
-/// Makes a time step in which nodes move evenly. A jump in the first sub-step would throw the nodes
-/// beside them.
+/// Makes a time step in which nodes move evenly. It begins with the forces of the present shape, so
+/// that it depends on positions and velocities alone. A jump in the first sub-step would throw the
+/// nodes beside them.
 Status BodyTissue::stride(std::span<const std::int32_t> nodes, Vec3d shift) {
+    body().recall_forces();
     if (nodes.empty()) return step_contact(m_plan.steps);
     const Vec3d part = (1.0 / m_plan.steps) * shift;
     for (std::int32_t k = 0; k < m_plan.steps; ++k) {
@@ -171,6 +184,7 @@ Status BodyTissue::stride(std::span<const std::int32_t> nodes, Vec3d shift) {
 }
 
 Result<LimitedBy> BodyTissue::slide_by(std::uint32_t tool, TouchTool&, Vec3d shift) {
+    body().recall_forces();
     if (const Status s = step_contact(m_plan.steps, tool, shift); !s.ok()) return s.error();
     return LimitedBy::None;
 }
@@ -243,11 +257,10 @@ bool BodyTissue::is_calm() {
 Record BodyTissue::figures() const {
     int fixed = 0;
     for (std::int32_t n = 0; n < node_count(); ++n) fixed += is_fixed(n);
-    Record figures{{"particles", int(node_count())},
-                   {"tetrahedra", int(m_shape->rest.cells.size())},
-                   {"fixed_particles", fixed},
-                   {"edge_mm", m_whole->rest.edge_mm},
-                   {"time_step_ms", traits().sweep_ms}};
+    Record figures{
+        {"particles", int(node_count())}, {"tetrahedra", int(m_shape->rest.cells.size())},
+        {"fixed_particles", fixed},       {"edge_mm", m_whole->rest.edge_mm},
+        {"sub_steps", int(m_plan.steps)}, {"time_step_ms", traits().sweep_ms}};
     if (!m_plan.bodies.empty()) figures.emplace_back("bodies", m_plan.bodies);
     return figures;
 }

@@ -116,7 +116,7 @@ constexpr Setting<B> kBodyRows[] = {
                               .range = {1e-5, 0.1},
                               .text = "simulated time of a step"}),
     setting<&B::sub_steps>(
-        {.name = "sub_steps", .range = {1, 1000}, .text = "sub-steps of a time step"}),
+        {.name = "sub_steps", .range = {1, 1000}, .text = "sub-steps of a time step, at least"}),
     setting<&B::reach_mm>({.name = "reach_mm",
                            .unit = "mm",
                            .range = {0, 1000},
@@ -239,9 +239,12 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
         for (std::size_t n = 0; n < parts->positions.size(); ++n)
             if (value_at(scan, parts->positions[n]) > settings.fixed_hu)
                 parts->inverse_masses[n] = 0;
+        const auto sub_steps = body_steps(*parts, settings.time_step_s, settings.sub_steps);
+        if (!sub_steps) return sub_steps.error();
         auto body = PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s,
-                                                        .sub_steps = settings.sub_steps,
-                                                        .damping = settings.damping_per_s});
+                                                        .sub_steps = *sub_steps,
+                                                        .damping = settings.damping_per_s,
+                                                        .warm_starts = true});
         if (!body) return body.error();
         return make_body(scan, std::move(*body), settings, arena);
     });

@@ -238,11 +238,14 @@ Result<std::unique_ptr<MeshTissue>> tissue_of(const MadeOrgans& made, const Volu
         plan.bodies += (n > 0 ? "\n" : "") + line_about(made.organs[n]);
     }
     mesh.nodes_mm = parts.positions;
-    auto body = PbdBody::create(std::move(parts), {.time_step = file.time_step_s / file.sub_steps,
+    const auto steps = body_steps(parts, file.time_step_s, file.sub_steps);
+    if (!steps) return steps.error();
+    plan.steps = *steps;
+    auto body = PbdBody::create(std::move(parts), {.time_step = file.time_step_s / plan.steps,
                                                    .sub_steps = 1,
-                                                   .damping = file.damping_per_s});
+                                                   .damping = file.damping_per_s,
+                                                   .warm_starts = true});
     if (!body) return body.error();
-    plan.steps = file.sub_steps;
     plan.friction = file.friction;
     plan.reach_mm = file.reach_mm;
     plan.mesh = std::move(mesh);

@@ -97,7 +97,7 @@ constexpr Setting<F> kOrgansRows[] = {
                               .range = {1e-5, 0.1},
                               .text = "simulated time of a step"}),
     setting<&F::sub_steps>(
-        {.name = "sub_steps", .range = {1, 1000}, .text = "sub-steps of a time step"}),
+        {.name = "sub_steps", .range = {1, 1000}, .text = "sub-steps of a time step, at least"}),
     setting<&F::reach_mm>({.name = "reach_mm",
                            .unit = "mm",
                            .range = {0, 1000},
