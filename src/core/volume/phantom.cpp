@@ -111,6 +111,13 @@ Grid centred_grid(const PhantomSettings& settings, Vec3d extent_mm) {
     return grid;
 }
 
+bool is_in(const Grid& grid, Vec3d point_mm) {
+    const Vec3d ijk = voxel_from_world(grid, point_mm);
+    for (int a = 0; a < 3; ++a)
+        if (!(ijk[a] >= 0 && ijk[a] <= grid.size[a] - 1)) return false;
+    return true;
+}
+
 void note_landmarks(const std::vector<PhantomLandmark>& landmarks, KeyValues& key_values) {
     for (const PhantomLandmark& l : landmarks)
         key_values.emplace_back("landmark " + l.name, "push " + landmark_text(l.push_point_mm, 2) +
@@ -147,7 +154,9 @@ Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& a
                                {voxels.data(), voxels.size()});
         voxels.freeze();
         phantom.volume.voxels = std::move(voxels);
-        phantom.landmarks = std::move(model.landmarks);
+        for (PhantomLandmark& landmark : model.landmarks)  // a small scan has a part of them
+            if (is_in(phantom.volume.grid, landmark.push_point_mm))
+                phantom.landmarks.push_back(std::move(landmark));
         phantom.volume.key_values.emplace_back("phantom", settings.name);
         for (auto& pair : model.key_values) phantom.volume.key_values.push_back(std::move(pair));
         note_landmarks(phantom.landmarks, phantom.volume.key_values);
