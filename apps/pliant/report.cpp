@@ -165,6 +165,7 @@ PushReport as_push(const SlideReport& slide) {
     push.limited_by = slide.limited_by;
     push.step_fraction = slide.way_fraction;
     push.solve_ms = slide.slide_ms;
+    push.message = slide.message;
     return push;
 }
 

@@ -52,6 +52,8 @@ struct Sweep {
     bool settled = true;    ///< more sweeps have no effect
     double ms = 0;          ///< wall-clock time of the sweep
     std::string message{};  ///< reason why the motion was stopped before it settled
+    /// Longest motion of an element in the sweep; infinite: not known.
+    double largest_step_mm = std::numeric_limits<double>::infinity();
 };
 
 /// Limits of a call of advance(); the first one that is reached ends it.

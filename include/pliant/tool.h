@@ -18,6 +18,7 @@
 #include <pliant/core/vec.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -61,8 +62,9 @@ struct PushReport {
     std::int64_t grabbed_elements = 0;
     std::int64_t moved_elements = 0;  ///< elements whose displacement changed
     double solve_ms = 0;
-    int forgotten_steps = 0;  ///< oldest steps that were dropped from the history; see Undo
-    std::string message{};    ///< reason, if it isn't simply applied
+    int forgotten_steps = 0;         ///< oldest steps that were dropped from the history; see Undo
+    std::string message{};           ///< reason, if it isn't simply applied
+    std::optional<Vec3d> bone_mm{};  ///< the bone that stopped it nearest to the tool [LPS]
 };
 
 /// Elements that a tool grabbed, and elements that can follow it.
@@ -93,7 +95,9 @@ struct SlideReport {
     int contacts = 0;                  ///< moves of tissue out of the sphere's way
     std::int64_t inside_elements = 0;  ///< tissue elements in the sphere at end_mm
     double slide_ms = 0;
-    int forgotten_steps = 0;  ///< oldest steps that were dropped from the history
+    int forgotten_steps = 0;         ///< oldest steps that were dropped from the history
+    std::string message{};           ///< reason, if it ended early
+    std::optional<Vec3d> bone_mm{};  ///< as in PushReport
 };
 
 /// A line swept along a vector.

@@ -138,6 +138,8 @@ void bind_reports(nb::module_& m) {
                 "Elements that have moved, the held ones included.")
         .def_ro("solve_ms", &PushReport::solve_ms, "Wall-clock time [ms].")
         .def_ro("message", &PushReport::message, "Reason, if it isn't simply applied.")
+        .def_ro("bone_mm", &PushReport::bone_mm,
+                "The bone that stopped it nearest to the tool [mm, LPS], or None.")
         .def("__repr__", [](const PushReport& r) {
             return "PushReport(" + std::string(name_of(r.status)) +
                    ", step_fraction=" + std::to_string(r.step_fraction) +
@@ -152,7 +154,9 @@ void bind_reports(nb::module_& m) {
         .def_ro("ends_in_tissue", &SlideReport::ends_in_tissue,
                 "Whether the centre ends in tissue.")
         .def_ro("contacts", &SlideReport::contacts, "Moves of tissue out of the sphere's way.")
-        .def_ro("slide_ms", &SlideReport::slide_ms, "Wall-clock time [ms].");
+        .def_ro("slide_ms", &SlideReport::slide_ms, "Wall-clock time [ms].")
+        .def_ro("message", &SlideReport::message, "Reason, if it ended early.")
+        .def_ro("bone_mm", &SlideReport::bone_mm, "As of a push.");
     nb::class_<CutReport>(m, "CutReport", "Result of a cut.")
         .def_ro("cut_links", &CutReport::cut_links,
                 "Links between the scan's elements that were cut.")

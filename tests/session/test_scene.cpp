@@ -136,9 +136,97 @@ TEST(Scene, LetsOneClientHoldAtATime) {
     scene->carry_out(1, LetGoCommand{});
     EXPECT_FALSE(scene->measure_force());
     ASSERT_GT(scene->carry_out(1, grab).grabbed_elements.value_or(0), 0);
-    // A push of another client ends the grab.
-    scene->carry_out(2, PushCommand{.push = {{5, 5, 5}, {0, 0.5, 0}, 2}});
-    EXPECT_EQ(scene->carry_out(1, DragCommand{{0, 3, 0}}).error_code, "not_holding");
+    // What another client does to the tissue, or takes back, waits.
+    const std::uint64_t held = hash_of(*scene);
+    for (const Action& action :
+         {Action(PushCommand{.push = {{5, 5, 5}, {0, 0.5, 0}, 2}}), Action(UndoCommand{}),
+          Action(CarveCommand{{{0, 0, 0}, {0, 0, 0}, 3}}), Action(ResetCommand{}),
+          Action(TissueCommand{})}) {
+        const Outcome refused = scene->carry_out(2, action);
+        EXPECT_EQ(refused.error_code, "held_by_other");
+        EXPECT_NE(refused.message.find("client 1"), std::string::npos) << refused.message;
+    }
+    EXPECT_EQ(hash_of(*scene), held);
+    EXPECT_TRUE(scene->carry_out(1, DragCommand{{0, 3, 0}}).ok());
+    scene->carry_out(1, LetGoCommand{});
+    EXPECT_TRUE(scene->carry_out(2, PushCommand{.push = {{5, 5, 5}, {0, 0.5, 0}, 2}}).ok());
+}
+
+TEST(Scene, StrokesThatAlternateAreOneStepOfBothClients) {
+    const TaskArena arena(1);
+    const auto scene = open_scene(arena);
+    const auto undo_steps = [&] {
+        SharedState state;
+        scene->describe(state);
+        return state.undo_steps;
+    };
+    const int before = undo_steps();
+    const auto push = [&](std::uint32_t client, std::uint32_t stroke, double x) {
+        EXPECT_TRUE(scene
+                        ->carry_out(client, PushCommand{.push = {{x, 0, 0}, {0, 0.3, 0}, 4},
+                                                        .stroke = stroke})
+                        .ok());
+    };
+    push(1, 5, -6);
+    scene->carry_out(1, ReleaseCommand{});
+    const std::uint64_t alone = hash_of(*scene);
+    for (int n = 0; n < 8; ++n) {
+        push(1, 6, -6);
+        push(2, 9, 6);
+    }
+    EXPECT_EQ(undo_steps(), before + 2) << "one before, and one of both";
+    const std::uint64_t both = hash_of(*scene);
+    // After one has lifted the tool, the other goes on, and the next stroke is another step.
+    scene->carry_out(1, ReleaseCommand{});
+    push(2, 9, 6);
+    EXPECT_EQ(undo_steps(), before + 2);
+    EXPECT_NE(hash_of(*scene), both);
+    push(1, 7, -6);
+    EXPECT_EQ(undo_steps(), before + 3);
+    const std::uint64_t last = hash_of(*scene);
+    const Outcome own = scene->carry_out(2, UndoCommand{});
+    EXPECT_EQ(own.message, "push");
+    EXPECT_EQ(own.whose, std::vector<std::uint32_t>{1}) << "it says whose";
+    const Outcome joint = scene->carry_out(2, UndoCommand{});
+    std::vector<std::uint32_t> people = joint.whose;
+    std::sort(people.begin(), people.end());
+    EXPECT_EQ(people, (std::vector<std::uint32_t>{1, 2}));
+    EXPECT_EQ(hash_of(*scene), alone);
+    EXPECT_EQ(undo_steps(), before + 1);
+    scene->carry_out(1, RedoCommand{});
+    scene->carry_out(1, RedoCommand{});
+    EXPECT_EQ(hash_of(*scene), last);
+}
+
+TEST(Scene, TheWayBackBelongsToTheDrag) {
+    const TaskArena arena(1);
+    const auto scene = open_scene(arena);
+    const std::uint64_t at_rest = hash_of(*scene);
+    scene->carry_out(1, RelaxCommand{true});
+    ASSERT_TRUE(scene->carry_out(1, GrabCommand{.position = {{0, 0, 0}, {0, 0, 0}, 4}}).ok());
+    ASSERT_TRUE(scene->carry_out(1, DragCommand{{0, 2, 0}}).ok());
+    scene->carry_out(1, LetGoCommand{});
+    EXPECT_EQ(scene->carry_out(2, DragCommand{{0, 3, 0}}).error_code, "not_holding");
+    for (int n = 0; n < 3; ++n) (void)scene->sweep();
+    EXPECT_EQ(scene->carry_out(1, UndoCommand{}).message, "drag");
+    EXPECT_EQ(hash_of(*scene), at_rest);
+}
+
+TEST(Scene, ToolsThatTouchNoTissueLeaveNoStep) {
+    const TaskArena arena(1);
+    const auto scene = open_scene(arena);
+    SharedState before, after;
+    scene->describe(before);
+    const std::uint64_t at_rest = hash_of(*scene);
+    const Vec3d outside{900, 0, 0};
+    for (const Action& action :
+         {Action(PushCommand{.push = {outside, {0, 1, 0}, 4}, .stroke = 3}),
+          Action(CarveCommand{{outside, outside, 4}, 4}),
+          Action(CutCommand{{{outside, outside + Vec3d{0, 9, 0}}, {9, 0, 0}}})})
+        scene->carry_out(1, action);
+    scene->describe(after);
+    EXPECT_EQ(after.undo_steps, before.undo_steps);
+    EXPECT_EQ(hash_of(*scene), at_rest);
 }
 
 TEST(Scene, AThresholdOfAnotherClientEndsNoGrab) {

@@ -9,6 +9,9 @@ import { halfOfFloat } from '../src/maths/half.ts';
 import { inTissue } from '../src/maths/rays.ts';
 import { along, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
 import { VolumeData } from '../src/maths/volume.ts';
+import { initialState } from '../src/state/state.ts';
+import { Store } from '../src/state/store.ts';
+import { Endoscope } from '../src/tools/endoscope.ts';
 import { randomVector } from './fields.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { between } from './random.ts';
@@ -106,4 +109,48 @@ test('no tip leaps over a sheet of one voxel, whether it stops or pushes', () =>
         else assert.ok(!crosses(volume, from, to), `pushes: ${from} to ${to}, ${radius} mm`);
     }
     assert.ok(stopped > 100 && touched > 100, `${stopped} stopped, ${touched} touched`);
+});
+
+test('an eye whose dent springs back returns on its own side of the wall', () => {
+    const pitted = (depth: number): VolumeData => {
+        // Two rooms of air beside a wall at x −3…3 mm, with a pit into the wall from the left.
+        const halves = new Uint16Array(40 ** 3);
+        for (let n = 0; n < halves.length; ++n) {
+            const [x, y, z] = [n % 40, Math.floor(n / 40) % 40, Math.floor(n / 1600)].map(
+                (i) => i - 19.5,
+            ) as never as Vec3;
+            const inPit = x < depth && Math.hypot(y, z) < 4;
+            const isWall = Math.abs(x) < 3 && !inPit;
+            halves[n] = halfOfFloat(isWall ? 40 : -1000);
+        }
+        const size = [40, 40, 40] as const;
+        const origin = [-19.5, -19.5, -19.5] as const;
+        return new VolumeData({ ...kGrid, size, origin, spacing: [1, 1, 1] }, halves);
+    };
+    const store = new Store(initialState());
+    const scene = {
+        store,
+        volume: pitted(2),
+        surface: kSurface,
+        isInTissue: (p: Vec3): boolean => {
+            const { volume } = scene;
+            return inTissue(volume.sample(voxelFromWorld(volume.grid, p)), kSurface);
+        },
+        warn: (text: string) => assert.fail(text),
+    };
+    store.set({ scan: { loaded: 1 }, flight: { wall: 'stop', tip: 1 } });
+    const endoscope = new Endoscope(scene as never);
+    const goTo = (eye: Vec3): void =>
+        store.set({ view: { camera: { ...store.state.view.camera, eye } } });
+    for (let x = -12; x <= 1; ++x) goTo([x, 0, 0]);
+    assert.equal(endoscope.holdingRadius, 1, 'it holds the pit that it pressed');
+    scene.volume = pitted(-3);
+    endoscope.keepEyeFree();
+    const { eye } = store.state.view.camera;
+    assert.ok(eye[0] < -3 && eye[0] > -7, `${eye}`);
+    assert.equal(endoscope.holdingRadius, 0, 'an eye that was carried aside holds nothing');
+    scene.volume = pitted(2);
+    endoscope.keepEyeFree();
+    assert.deepEqual(store.state.view.camera.eye, [1, 0, 0], 'it returns with the pit');
+    assert.equal(endoscope.holdingRadius, 1);
 });

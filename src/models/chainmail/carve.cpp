@@ -61,6 +61,7 @@ struct Carving {
     EditMap edits;
     ImprintMap imprints;
     std::int64_t element_count = 0;
+    bool in_tissue = false;  ///< of the scan
 };
 
 void carve_brick(const Lattice& lattice, Vec3i coord, const Capsule& tool, bool spare_fixed,
@@ -78,6 +79,7 @@ void carve_brick(const Lattice& lattice, Vec3i coord, const Capsule& tool, bool 
         if (spare_fixed && lattice.materials()[material].fixed) continue;
         edits[n] |= kVoid;
         ++carved;
+        carving.in_tissue = carving.in_tissue || lattice.material_map().is_tissue(e);
     }
     carving.element_count += carved;
     if (carved > 0) carving.edits.emplace(coord, std::move(edits));
@@ -122,6 +124,7 @@ Result<CarveReport> ChainMail::Impl::carve(const CarveTool& tool) {
     search.for_each_brick(capsule->box(), [&](Vec3i coord, const PositionBox&) {
         carve_brick(lattice, coord, *capsule, tool.spare_fixed, carving);
     });
+    if (!carving.in_tissue) return CarveReport{.carve_ms = watch.ms()};
     forget_void(plastic_rest, carving);
     for (const auto& [coord, edits] : carving.edits)
         if (const int index = lattice.find_brick(coord); index >= 0)

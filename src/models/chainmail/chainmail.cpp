@@ -49,9 +49,14 @@ std::string cause_of(LimitedBy limit, const ChainMailSettings& settings) {
     return {};
 }
 
-/// Bone that stops a push: its distance from the nearest grabbed element, and its position.
-std::string where_is_bone(const Lattice& lattice, std::span<const ElementRef> grabbed,
-                          std::span<const Vec3i> bone) {
+/// Bone that stops a push.
+struct NearestBone {
+    double away_mm;  ///< from the nearest grabbed element
+    Vec3d position_mm;
+};
+
+std::optional<NearestBone> nearest_bone(const Lattice& lattice, std::span<const ElementRef> grabbed,
+                                        std::span<const Vec3i> bone) {
     const Grid& grid = lattice.grid();
     const auto distance_mm = [&](Vec3i a, Vec3i b) {
         Vec3d v{};
@@ -76,10 +81,14 @@ std::string where_is_bone(const Lattice& lattice, std::span<const ElementRef> gr
         }
     }
     if (!(nearest_mm < 1e9)) return {};
-    const Vec3d x =
-        world_from_voxel(grid, {double(nearest.x), double(nearest.y), double(nearest.z)});
+    return NearestBone{nearest_mm, world_from_voxel(grid, {double(nearest.x), double(nearest.y),
+                                                           double(nearest.z)})};
+}
+
+std::string where_is(const NearestBone& bone) {
+    const Vec3d x = bone.position_mm;
     const auto tenths = [](double mm) { return short_text(std::round(10 * mm) / 10); };
-    return ", " + tenths(nearest_mm) + " mm from the tool's tissue, at " + tenths(x.x) + ", " +
+    return ", " + tenths(bone.away_mm) + " mm from the tool's tissue, at " + tenths(x.x) + ", " +
            tenths(x.y) + ", " + tenths(x.z);
 }
 
@@ -168,8 +177,11 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
                                        {own.fraction * verdict.fraction, verdict.limited_by});
     std::string detail;
     if (verdict.limited_by == LimitedBy::Bone && reached.fraction < 1)
-        detail =
-            where_is_bone(lattice, elements, bone_at_limit(lattice, work, tried, reached.fraction));
+        if (const auto bone = nearest_bone(lattice, elements,
+                                           bone_at_limit(lattice, work, tried, reached.fraction))) {
+            detail = where_is(*bone);
+            report.bone_mm = bone->position_mm;
+        }
     Reasons reasons = reasons_of(verdict.limited_by, settings, detail);
     reserve_moves(lattice, work);
     // No allocations from here on.
@@ -257,11 +269,20 @@ bool is_between_voxels(const Grid& grid, Vec3d ijk) {
 /// Error of a point outside of the scan: its bounds, and the point in RAS if that lies inside.
 Error outside_of_scan(const Grid& grid, Vec3d point_mm) {
     const WorldBox box = centre_bounds(grid);
+    const Vec3d ijk = voxel_from_world(grid, point_mm);
+    bool is_in_box = true;  // of an oblique scan, which doesn't fill it
+    for (int a = 0; a < 3; ++a)
+        is_in_box &= point_mm[a] >= box.low_mm[a] && point_mm[a] <= box.high_mm[a];
     std::string text = "expected a point in the scan,";
     for (int a = 0; a < 3; ++a)
-        text += std::string(a ? ", " : " ") + "xyz"[a] + " " + short_text(box.low_mm[a]) + "…" +
-                short_text(box.high_mm[a]);
-    text += " mm (LPS), found " + short_text(point_mm);
+        text += std::string(a ? ", " : " ") + (is_in_box ? "ijk" : "xyz")[a] + " " +
+                (is_in_box ? "0…" + std::to_string(grid.size[a] - 1)
+                           : short_text(box.low_mm[a]) + "…" + short_text(box.high_mm[a]));
+    const auto tenths = [](double voxels) { return short_text(std::round(10 * voxels) / 10); };
+    text += (is_in_box ? " voxels, found " : " mm (LPS), found ") + short_text(point_mm);
+    if (is_in_box)
+        text += " mm (LPS), which is voxel " + tenths(ijk.x) + ", " + tenths(ijk.y) + ", " +
+                tenths(ijk.z);
     const Vec3d turned{-point_mm.x, -point_mm.y, point_mm.z};
     if (is_between_voxels(grid, voxel_from_world(grid, turned)))
         text += "; did you mean " + short_text(turned.x) + "," + short_text(turned.y) + "," +

@@ -4,6 +4,7 @@
 #include "chainmail/cut.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <string>
@@ -53,6 +54,8 @@ class BrickCutter {
     }
 
     std::int64_t cut_count() const { return m_count; }
+    /// Whether any of them joined tissue of the scan.
+    bool is_in_tissue() const { return m_in_tissue; }
     BrickEdits take_edits() { return std::move(m_edits); }
 
   private:
@@ -70,6 +73,8 @@ class BrickCutter {
         if (m_lattice.is_void(e) || m_lattice.is_void(f)) return;
         flags = std::uint8_t(flags | kCutX << b);
         ++m_count;
+        m_in_tissue = m_in_tissue || (m_lattice.material_map().is_tissue(e) &&
+                                      m_lattice.material_map().is_tissue(f));
     }
 
     const Lattice& m_lattice;
@@ -79,6 +84,7 @@ class BrickCutter {
     std::vector<Position> m_positions;
     std::vector<std::int8_t> m_sides;
     std::int64_t m_count = 0;
+    bool m_in_tissue = false;
 };
 
 /// A brick, and a triangle that may cross one of its links.
@@ -188,15 +194,18 @@ Result<std::int64_t> cut_links(Lattice& lattice, std::span<const Triangle> ribbo
     starts.push_back(candidates.size());
     std::vector<BrickEdits> edits(starts.size() - 1);
     std::vector<std::int64_t> counts(edits.size(), 0);
+    std::atomic<bool> in_tissue = false;
     arena.for_each(std::int64_t(edits.size()), 4, [&](std::int64_t begin, std::int64_t end) {
         for (auto k = std::size_t(begin); k < std::size_t(end); ++k) {
             BrickCutter cutter(lattice, candidates[starts[k]].coord);
             for (std::size_t n = starts[k]; n < starts[k + 1]; ++n)
                 cutter.cut(ribbon[std::size_t(candidates[n].triangle)]);
             counts[k] = cutter.cut_count();
+            if (cutter.is_in_tissue()) in_tissue = true;
             if (counts[k] > 0) edits[k] = cutter.take_edits();
         }
     });
+    if (!in_tissue) return std::int64_t(0);
     std::int64_t total = 0;
     EditMap changes;
     for (std::size_t k = 0; k < edits.size(); ++k) {
@@ -217,6 +226,7 @@ Result<CutReport> ChainMail::Impl::cut(const CutSurface& surface) {
     const auto count = cut_links(lattice, *ribbon, settings.max_elements, arena);
     if (!count.ok()) return count.error();
     CutReport report{.cut_links = *count, .cut_ms = watch.ms()};
+    if (*count == 0) return report;
     report.forgotten_steps = step.commit();
     return report;
 }

@@ -21,7 +21,8 @@ namespace pliant {
 namespace {
 
 constexpr double kClearance_mm = 1e-4;  ///< extra distance of the sphere, above rounding
-constexpr int kMaxTurns = 8;            ///< per step: moves can pull other tissue into the sphere
+constexpr const char* kNoRoom = "stopped: tissue closes around the sphere";
+constexpr int kMaxTurns = 8;  ///< per step: moves can pull other tissue into the sphere
 
 /// Length of a step: half a voxel, less for thinner spheres, so that they can't skip tissue.
 double step_length_mm(Vec3d spacing_mm, double radius_mm) {
@@ -101,6 +102,7 @@ class Slide {
             if (m_report.limited_by != LimitedBy::None) break;
             if (is_in_tissue(position(share_of(done + 1)))) {
                 m_report.limited_by = LimitedBy::Wall;
+                m_report.message = kNoRoom;
                 break;
             }
             ++done;
@@ -115,6 +117,8 @@ class Slide {
     void take_back(SlideReport& report) const {
         report.way_fraction = 0;
         report.limited_by = LimitedBy::Wall;
+        report.message = kNoRoom;
+        report.bone_mm.reset();
         report.end_mm = m_path.point_mm;
         report.ends_in_tissue = false;
         report.contacts = 0;
@@ -140,10 +144,12 @@ class Slide {
             if (touch.is_empty()) return Ok{};
             const Vec3d move_mm = world_from_lattice_vector(
                 m_grid, way_out(touch.inside_mm, m_path.sphere_radius_mm, ahead));
-            const auto done = m_tissue.push_elements(touch.elements, (1 / m_scale) * move_mm);
+            auto done = m_tissue.push_elements(touch.elements, (1 / m_scale) * move_mm);
             if (!done.ok()) return done.error();
             m_report.contacts += done->status != PushStatus::Rejected;
             m_report.limited_by = done->limited_by;
+            m_report.bone_mm = done->bone_mm;
+            m_report.message = std::move(done->message);
         }
         return Ok{};
     }

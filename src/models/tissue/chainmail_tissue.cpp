@@ -108,7 +108,7 @@ Result<Sweep> ChainMailTissue::sweep() noexcept {
         if (!report.ok() && is_out_of_memory(report.error())) return report.error();
         // Any other error would recur in each sweep.
         if (!report.ok()) return Sweep{};
-        return Sweep{report->settled, report->relax_ms};
+        return Sweep{report->settled, report->relax_ms, {}, report->largest_step_mm};
     });
 }
 

@@ -91,9 +91,11 @@ struct Outcome {
     double step_fraction = 0;  ///< valid with a status
     std::optional<std::int64_t> grabbed_elements{}, moved_elements{}, cut_links{},
         carved_elements{};
+    std::optional<Vec3d> bone_mm{};  ///< where limited_by is Bone: the nearest that stopped it
     double solve_ms = 0;
     std::optional<Vec3d> force_n{};  ///< on the tool
     std::optional<Vec3d> end_mm{};   ///< of a slide: final centre of the sphere, outside of tissue
+    std::vector<std::uint32_t> whose{};  ///< clients whose step was undone or redone
 
     bool ok() const { return error_code.empty(); }
 };

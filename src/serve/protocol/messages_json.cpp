@@ -225,9 +225,11 @@ std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t 
     put("moved_elements", outcome.moved_elements);
     put("cut_links", outcome.cut_links);
     put("carved_elements", outcome.carved_elements);
+    if (outcome.bone_mm) json["bone"] = json_of(*outcome.bone_mm);
     json["solve_ms"] = outcome.solve_ms;
     if (outcome.force_n) json["force_n"] = json_of(*outcome.force_n);
     if (outcome.end_mm) json["end"] = json_of(*outcome.end_mm);
+    if (!outcome.whose.empty()) json["whose"] = outcome.whose;
     return text_of_json(json);
 }
 

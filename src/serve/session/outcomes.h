@@ -34,6 +34,7 @@ inline Outcome outcome_of(PushReport&& report) {
             .step_fraction = report.step_fraction,
             .grabbed_elements = report.grabbed_elements,
             .moved_elements = report.moved_elements,
+            .bone_mm = report.bone_mm,
             .solve_ms = report.solve_ms};
 }
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <new>
+#include <type_traits>
 #include <utility>
 
 #include "base/errors.h"
@@ -18,6 +19,9 @@
 
 namespace pliant::serve {
 namespace {
+
+template <class T, class... Ts>
+inline constexpr bool is_any = (std::is_same_v<T, Ts> || ...);
 
 /// Region of the control lattice: around its centre, clamped to the scan.
 Box3i region_of(const TissueChoice& choice, const Grid& grid) {
@@ -104,15 +108,35 @@ Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
     m_last_client = std::max(m_last_client, client);
     Outcome outcome;
     const auto work = [&](const auto& command) { outcome = act(client, command); };
-    if (guarded("owner", [&] { std::visit(work, action); })) return outcome;
+    const auto carried_out = guarded("owner", [&] {
+        if (auto refusal = held_from(client, action))
+            outcome = std::move(*refusal);
+        else
+            std::visit(work, action);
+    });
+    if (carried_out) return outcome;
     interrupt(client);  // the tissue is unchanged, but a step may have begun or ended
     throw std::bad_alloc();
+}
+
+std::optional<Outcome> Scene::held_from(std::uint32_t client, const Action& action) const {
+    if (m_holder == 0 || m_holder == client) return {};
+    const bool moves_tissue = std::visit(
+        []<class T>(const T&) {
+            return is_any<T, PushCommand, GrabCommand, CutCommand, CarveCommand, ResetCommand,
+                          MaterialsCommand, UndoCommand, RedoCommand, TissueCommand, DriveCommand>;
+        },
+        action);
+    if (!moves_tissue) return {};
+    return Outcome{
+        .error_code = "held_by_other",
+        .message = "expected free tissue, found it held by client " + std::to_string(m_holder)};
 }
 
 void Scene::interrupt(std::uint32_t client) noexcept {
     m_last_client = std::max(m_last_client, client);
     end_step();
-    m_settled = false;
+    stir();
 }
 
 bool Scene::has_contact(std::uint32_t client) const {
@@ -180,12 +204,12 @@ void Scene::describe(SharedState& state) const {
     for (const auto& [model, make] : m_loaded->own_tissues) state.own_models.push_back(model);
     state.traits = tissue().traits();
     state.relaxing = m_relaxing;
-    state.settled = !wants_sweep();
+    state.settled = !wants_sweep() || m_is_still;
     state.holder = m_holder;
-    state.undo_steps = int(m_done.size()) + (m_open ? 1 : 0);
+    state.undo_steps = int(m_done.size()) + (m_open ? 1 - m_open->joined : 0);
     state.redo_steps = m_open ? 0 : int(m_undone.size());
-    state.next_undo = m_open ? m_open->name : m_done.empty() ? "" : m_done.back().name;
-    state.next_redo = state.redo_steps == 0 ? "" : m_undone.back().name;
+    state.next_undo = m_open ? m_open->name() : m_done.empty() ? "" : m_done.back().name();
+    state.next_redo = state.redo_steps == 0 ? "" : m_undone.back().name();
 }
 
 // Forces.

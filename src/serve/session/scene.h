@@ -9,7 +9,8 @@
 //
 // Undo covers steps of the lattice, which the lattice reverts, and changes of the threshold, which
 // are stored here. A step ends when another begins, so the pushes of one stroke form one step, and
-// so does relaxation from start to end.
+// so does relaxation from start to end. Strokes of several clients that alternate form one step of
+// all of them, and tissue that one client holds is not to be moved by the others.
 
 #pragma once
 
@@ -116,20 +117,30 @@ class Scene {
 
   private:
     enum class StepKind { Tissue, Iso };
+    /// What one client does from pressing a tool to lifting it.
+    struct Stroke {
+        std::string name{};
+        std::uint32_t client = 0;  ///< 0: nobody's
+        std::uint32_t number = 0;  ///< 0: doesn't go on
+        friend bool operator==(const Stroke&, const Stroke&) = default;
+    };
     struct Step {
         StepKind kind = StepKind::Tissue;
-        std::string name{};
         double iso_hu = 0;  ///< the other value: old if done, new if undone
         Polarity polarity = Polarity::Rising;
-        std::uint32_t client = 0, stroke = 0;
+        std::vector<Stroke> strokes{};
+        int tissue_steps = 1;     ///< of the tissue's history, for Tissue
         std::int64_t number = 0;  ///< 1 for the scene's first step
+
+        const std::string& name() const { return strokes.front().name; }
     };
     /// The current step, which collects all changes of the tissue.
     struct OpenStep {
-        std::string name;
-        std::uint32_t client = 0;
-        std::uint32_t stroke = 0;
+        std::vector<Stroke> strokes;
         int undo_steps_before = 0;
+        int joined = 0;  ///< latest steps of m_done that it goes on
+
+        const std::string& name() const { return strokes.front().name; }
     };
 
     Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
@@ -170,11 +181,20 @@ class Scene {
     bool has_setting(std::string_view name) const;
 
     void reserve_step();
-    void begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);
+    /// Begins a step unless the present one goes on. @returns whether it did begin one
+    bool begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);
+    bool goes_on(const Stroke& stroke);
     void end_step() noexcept;
+    /// The client's strokes don't go on.
+    void end_strokes(std::uint32_t client) noexcept;
+    /// Releases held tissue. The step stays open, for the tissue's way back.
+    void let_go() noexcept;
+    /// @returns the refusal of a command while another client holds tissue
+    std::optional<Outcome> held_from(std::uint32_t client, const Action& action) const;
+    Outcome step_back(Step& step, bool undo);
+    void stir() { m_settled = m_is_still = false; }
     void keep(std::list<Step>& step) noexcept;
     void forget(int tissue_steps);
-    void swap_iso(Step& step);
     Outcome slide(std::uint32_t client, const Push& push);
 
     /// Returns the elastic energy if it is up to date or can be computed quickly.
@@ -192,7 +212,8 @@ class Scene {
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;
-    std::string m_trouble;  ///< reason why the last sweep stopped the tissue; empty: none
+    bool m_is_still = false;  ///< what still moves can't be seen
+    std::string m_trouble;    ///< reason why the last sweep stopped the tissue; empty: none
     std::uint32_t m_last_client = 0;
     std::uint32_t m_holder = 0;
     Vec3d m_drag_mm{0, 0, 0};  ///< offset of the holder's drag

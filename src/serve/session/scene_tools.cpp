@@ -18,6 +18,12 @@
 namespace pliant::serve {
 namespace {
 
+constexpr double kSeen = 0.02;  ///< shorter steps can't be seen [mm; voxels of less than 1 mm]
+
+double least_of(Vec3d v) {
+    return std::min({v.x, v.y, v.z});
+}
+
 /// A single stroke number, so that continuous driving is one step of undo.
 constexpr std::uint32_t kDrives = 1;
 
@@ -35,7 +41,7 @@ Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
     }
     m_choice.springs.depth = layers;
     m_choice.depth_by_time = command.by_time.value_or(false);
-    m_settled = false;
+    stir();
     return {};
 }
 
@@ -50,10 +56,13 @@ Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
     // A step of undo lasts from the start of a motion, or from rest, to the next start.
     const bool moves =
         command.insert_mm_s.value_or(0) != 0 || command.rotate_deg_s.value_or(0) != 0;
-    if (!tissue().is_touched() && (moves || m_settled)) end_step();
+    if (!tissue().is_touched() && (moves || m_settled)) {
+        end_step();
+        end_strokes(client);
+    }
     begin_step("catheter", client, kDrives);
     if (const Status s = catheter->drive(client, hand); !s.ok()) return refused(s.error());
-    m_settled = false;
+    stir();
     return {};
 }
 
@@ -61,7 +70,7 @@ Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
 
 Outcome Scene::slide(std::uint32_t client, const Push& push) {
     const TissueValues shown{m_iso_hu, m_polarity == Polarity::Rising};
-    const auto slid = tissue().slide(client, push, shown);
+    auto slid = tissue().slide(client, push, shown);
     if (!slid.ok()) return refused(slid.error());
     PushReport report;
     report.step_fraction = slid->way_fraction;
@@ -71,6 +80,8 @@ Outcome Scene::slide(std::uint32_t client, const Push& push) {
                                              : PushStatus::Rejected;
     report.moved_elements = slid->contacts;
     report.solve_ms = slid->slide_ms;
+    report.message = std::move(slid->message);
+    report.bone_mm = slid->bone_mm;
     Outcome outcome = outcome_of(std::move(report));
     outcome.end_mm = slid->end_mm;
     // The count is a number of moves, not of elements: it is in the message only.
@@ -82,7 +93,7 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     const TissueTraits traits = tissue().traits();
     if (command.slide && !traits.slides) return not_with(m_choice, "slide", "chainmail or a body");
     if (!traits.takes_pushes) return not_with(m_choice, "push", "chainmail or springs");
-    begin_step(command.slide ? "slide" : "push", client, command.stroke);
+    const bool began = begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
     Outcome outcome;
     if (command.slide) {
@@ -92,18 +103,17 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
         outcome = report.ok() ? outcome_of(std::move(*report)) : refused(report.error());
     }
     tissue_changed();
-    m_settled = false;
+    stir();
     if (outcome.ok())
         add_force(client, before, outcome.step_fraction * command.push.push_mm, outcome);
-    if (command.stroke == 0) end_step();
+    // Nothing moves: there is nothing to undo.
+    const bool is_empty = began && outcome.moved_elements.value_or(0) == 0 &&
+                          (outcome.grabbed_elements.value_or(0) == 0 || !traits.moves_by_itself);
+    if (command.stroke == 0 || is_empty) end_step();
     return outcome;
 }
 
 Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
-    if (m_holder && m_holder != client)
-        return {.error_code = "held_by_other",
-                .message = "grab: expected free tissue, found it held by client " +
-                           std::to_string(m_holder)};
     if (!tissue().traits().takes_pushes) return not_with(m_choice, "grab", "chainmail or springs");
     begin_step("drag", client, 0);
     auto report = tissue().grab(client, command.position, command.reach_mm);
@@ -127,7 +137,7 @@ Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
     const auto before = energy();
     auto report = tissue().drag_to(command.offset_mm);
     tissue_changed();
-    m_settled = false;
+    stir();
     if (!report.ok()) return refused(report.error());
     const Vec3d way = report->step_fraction * (command.offset_mm - m_drag_mm);
     m_drag_mm = m_drag_mm + way;
@@ -140,41 +150,43 @@ Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
     if (m_holder != client)
         return {.error_code = "not_holding", .message = "let_go: expected a grab before it"};
     m_unmeasured.reset();
-    end_step();
-    m_settled = false;
+    let_go();
+    stir();
     return {};
 }
 
-Outcome Scene::act(std::uint32_t, const CutCommand& command) {
+Outcome Scene::act(std::uint32_t client, const CutCommand& command) {
     if (!tissue().traits().cuts)
         return not_with(m_choice, "cut", "chainmail, springs of a scan or a body");
     end_step();
-    begin_step("cut", 0, 0);
+    begin_step("cut", client, 0);
     const auto report = tissue().cut(command.surface);
     end_step();
     tissue_changed();
-    m_settled = false;
+    stir();
     if (!report.ok()) return refused(report.error());
     return {.cut_links = report->cut_links, .solve_ms = report->cut_ms};
 }
 
 Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
     if (!tissue().traits().carves) return not_with(m_choice, "carve", "chainmail");
-    begin_step("carve", client, command.stroke);
+    const bool began = begin_step("carve", client, command.stroke);
     const auto report = tissue().carve(command.tool);
     tissue_changed();
-    m_settled = false;
-    if (command.stroke == 0) end_step();
+    stir();
+    const bool is_empty = began && !(report.ok() && report->carved_elements > 0);
+    if (command.stroke == 0 || is_empty) end_step();
     if (!report.ok()) return refused(report.error());
     return {.carved_elements = report->carved_elements, .solve_ms = report->carve_ms};
 }
 
 Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
+    end_strokes(client);
     if (!has_contact(client)) return {};
-    if (m_holder == client) end_step();
+    if (m_holder == client) let_go();
     m_unmeasured.reset();
     tissue().release(client);
-    m_settled = false;
+    stir();
     return {};
 }
 
@@ -183,7 +195,7 @@ Outcome Scene::act(std::uint32_t client, const EyeCommand& command) {
         !s.ok())
         return refused(s.error());
     // Relaxation would discard the steps that can be redone.
-    if (m_undone.empty()) m_settled = false;
+    if (m_undone.empty()) stir();
     return {};
 }
 
@@ -209,9 +221,9 @@ bool Scene::may_close_over(Vec3d position_mm, double radius_mm) const {
 // The whole tissue.
 
 Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
-    if (!command.on && m_open && m_open->name == "relax") end_step();
+    if (!command.on && m_open && m_open->name() == "relax") end_step();
     m_relaxing = command.on;
-    m_settled = false;
+    stir();
     return {};
 }
 
@@ -227,15 +239,17 @@ Result<double> Scene::sweep() noexcept {
         return sweep.error();
     }
     tissue_changed();
+    const double spacing_mm = least_of(m_loaded->volume.grid.spacing_mm);
     m_settled = sweep->settled;
+    m_is_still = sweep->largest_step_mm < kSeen * std::min(1.0, spacing_mm);
     m_trouble = std::move(sweep->message);
-    if (m_settled && m_open && m_open->name == "relax") end_step();
+    if (m_settled && m_open && m_open->name() == "relax") end_step();
     return sweep->ms;
 }
 
-Outcome Scene::act(std::uint32_t, const ResetCommand&) {
+Outcome Scene::act(std::uint32_t client, const ResetCommand&) {
     end_step();
-    begin_step("reset", 0, 0);
+    begin_step("reset", client, 0);
     const Status reset = tissue().reset();
     if (!reset.ok()) return refused(reset.error());
     end_step();
@@ -244,17 +258,17 @@ Outcome Scene::act(std::uint32_t, const ResetCommand&) {
     return {};
 }
 
-Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
+Outcome Scene::act(std::uint32_t client, const MaterialsCommand& command) {
     if (!has_setting(kMaterial)) return not_with(m_choice, "materials", "chainmail");
     end_step();
     ChainMailSettings changed;
     if (const Status s = apply(command.values, chainmail_material_rows(), changed); !s)
         return refused(s.error());
-    begin_step("materials", 0, 0);
+    begin_step("materials", client, 0);
     const Status status = tissue().configure(command.values);
     end_step();
     tissue_changed();
-    m_settled = false;
+    stir();
     return status.ok() ? Outcome{} : refused(status.error());
 }
 
@@ -263,15 +277,18 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
 Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
     std::list<Step> made(1);
     reserve_step();
-    if (m_open && (m_open->client == client || m_open->client == 0)) end_step();
+    const Stroke stroke{"threshold", client, command.stroke};
+    if (m_open && std::ranges::all_of(m_open->strokes, [&](const Stroke& part) {
+            return part.client == client || part.client == 0;
+        }))
+        end_step();
     Step& step = made.front();
-    step = {StepKind::Iso, "threshold", m_iso_hu, m_polarity, client, command.stroke};
+    step = {StepKind::Iso, m_iso_hu, m_polarity, {stroke}};
     m_iso_hu = command.iso_hu.value_or(m_iso_hu);
     m_polarity = command.polarity.value_or(m_polarity);
     if (m_iso_hu == step.iso_hu && m_polarity == step.polarity) return {};
     const bool goes_on = command.stroke != 0 && !m_done.empty() &&
-                         m_done.back().kind == StepKind::Iso && m_done.back().client == client &&
-                         m_done.back().stroke == command.stroke && m_undone.empty();
+                         m_done.back().strokes == step.strokes && m_undone.empty();
     if (!goes_on) keep(made);
     return {};
 }

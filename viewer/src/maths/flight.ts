@@ -48,7 +48,7 @@ const kWayStep = 0.25; // between two samples of a motion [voxels]
 
 /// Tests whether the tip's centre enters tissue during a motion. The contact of the sphere does not
 /// show that: a thick tip touches a thin wall as much on one side as on the other.
-function meetsWall(volume: VolumeData, from: Vec3, to: Vec3, surface: Surface): boolean {
+export function meetsWall(volume: VolumeData, from: Vec3, to: Vec3, surface: Surface): boolean {
     const way = sub(to, from);
     const count = Math.ceil(norm(way) / (kWayStep * Math.min(...volume.grid.spacing)));
     let inside = inTissue(valueAt(volume, from), surface); // after a change of the threshold

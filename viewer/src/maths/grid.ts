@@ -38,6 +38,10 @@ export const voxelVector = (g: Grid, v: Vec3): Vec3 =>
     divided(applyTransposed(g.direction, v), g.spacing);
 export const voxelFromWorld = (g: Grid, x: Vec3): Vec3 => voxelVector(g, sub(x, g.origin));
 
+/// Whether a position lies between the centres of the outermost voxels.
+export const isWithin = (g: Grid, x: Vec3): boolean =>
+    voxelFromWorld(g, x).every((n, a) => n >= 0 && n <= g.size[a]! - 1);
+
 /// Bounding box of the volume, to the outer faces of the outermost voxels [mm, LPS].
 export function worldBounds(g: Grid): { low: Vec3; high: Vec3 } {
     const low = [Infinity, Infinity, Infinity];

@@ -146,9 +146,11 @@ export interface Done {
     moved_elements?: number;
     cut_links?: number;
     carved_elements?: number;
+    bone?: Vec3; ///< that stopped the tool, nearest to it [mm, LPS]
     solve_ms?: number;
     force_n?: Vec3; ///< on the tool
     end?: Vec3; ///< of a slide: final centre of the sphere, outside of tissue [mm, LPS]
+    whose?: number[]; ///< clients whose step was undone or redone
     message?: string;
 }
 

@@ -4,9 +4,10 @@
 // Free flight of the endoscope: its tip stops at walls, pushes them, or passes through. The eye
 // gives way to tissue that is moved over it.
 
-import { clearance, flown, freePlace, speedFor, wouldTouch } from '../maths/flight.ts';
+import { clearance, flown, freePlace, meetsWall, speedFor, wouldTouch } from '../maths/flight.ts';
 import { frameOf, naturalUp } from '../maths/rays.ts';
 import { add, along, mul, norm, normalized, sub, turned, type Vec3 } from '../maths/vec.ts';
+import type { VolumeData } from '../maths/volume.ts';
 import type { Command } from '../net/protocol.ts';
 import { pushOrSlide } from '../state/state.ts';
 import { scaleOf } from '../state/units.ts';
@@ -18,6 +19,8 @@ import { newStroke } from './strokes.ts';
 const kRoomReach = 60; // the speed ignores walls farther away [mm]
 const kEscape = 40; // search radius for a free position, of an eye in tissue [mm]
 const kTurnRate = 70; // of the keyboard [degrees/s]
+const kTrackStep = 1; // between two positions of the track
+const kTrackLength = 200; // positions
 
 export class Endoscope {
     private pushing = false; // a push of the tip has no answer yet
@@ -25,6 +28,7 @@ export class Endoscope {
     private flying = false;
     private eyeIsFree = false; // the eye was in the lumen, and has to stay there
     private displaced: { from: Vec3; to: Vec3 } | undefined; // by tissue over the eye
+    private track: Vec3[] = []; // of the eye in its lumen, the newest last
 
     constructor(private readonly scene: Scene) {
         scene.store.listen((state, before) => {
@@ -38,11 +42,21 @@ export class Endoscope {
     /// which may lie in tissue from then on.
     judgeEye(): void {
         this.eyeIsFree = !this.scene.isInTissue(this.eye);
+        if (this.eyeIsFree) this.remember(this.eye);
     }
 
-    /// Forgets the stroke of the tip, for another scan.
+    /// Radius of the tip, which holds the tissue at rest that it has pressed aside; 0: it gives way
+    /// itself. An eye that tissue carried aside holds nothing, else each would prop the other.
+    get holdingRadius(): number {
+        const { wall, tip } = this.scene.store.state.flight;
+        return wall === 'pass' || this.displaced ? 0 : tip;
+    }
+
+    /// Forgets the stroke of the tip and its track, for another scan.
     forget(): void {
         this.tipStroke = 0;
+        this.track = [];
+        this.displaced = undefined;
     }
 
     /// Begins or ends a flight by the keyboard. @returns whether the keys move the endoscope
@@ -119,8 +133,7 @@ export class Endoscope {
             return;
         }
         if (!this.eyeIsFree || !scene.isInTissue(this.eye)) return;
-        const reach = this.scale * kEscape;
-        const to = freePlace(scene.volume, this.eye, flight.tip, scene.surface, reach);
+        const to = this.wayOut(scene.volume, flight.tip);
         if (!to) {
             scene.warn('tissue has closed around the endoscope');
             return;
@@ -128,6 +141,28 @@ export class Endoscope {
         const from = this.displaced?.from ?? this.eye;
         this.moveEye(to);
         this.displaced = { from, to };
+    }
+
+    /// Free position near the eye on its side of the wall: on the way from the newest free position
+    /// of its track. Without one, the nearest on any side.
+    private wayOut(volume: VolumeData, tip: number): Vec3 | undefined {
+        const { surface } = this.scene;
+        for (let n = this.track.length - 1; n >= 0; --n) {
+            const start = this.track[n]!;
+            if (!this.scene.isInTissue(start))
+                return flown(volume, start, sub(this.eye, start), tip, surface);
+        }
+        return freePlace(volume, this.eye, tip, surface, this.scale * kEscape);
+    }
+
+    /// Adds a free position to the track, which begins anew behind a wall.
+    private remember(eye: Vec3): void {
+        const { volume, surface } = this.scene;
+        const last = this.track[this.track.length - 1];
+        if (last && norm(sub(eye, last)) < this.scale * kTrackStep) return;
+        if (last && volume && meetsWall(volume, last, eye, surface)) this.track = [];
+        this.track.push(eye);
+        if (this.track.length > kTrackLength) this.track.shift();
     }
 
     private pushOn(from: Vec3, motion: Vec3): void {

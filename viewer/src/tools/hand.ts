@@ -89,10 +89,11 @@ export class Hand {
     }
 
     /// Sends the pose of the tool or of the endoscope after changes, at most every kPoseMs.
-    sendPose(now: number): void {
+    /// @param eyeRadius  of the endoscope as an obstacle of tissue; 0: it is none
+    sendPose(now: number, eyeRadius: number): void {
         const { connection, volume, store } = this.scene;
         if (now - this.lastPose <= kPoseMs || !connection.isOpen || !volume) return;
-        const { view, flight } = store.state;
+        const { view } = store.state;
         const at = this.stroke?.path[this.stroke.path.length - 1];
         const pose = {
             do: 'tool' as const,
@@ -100,7 +101,7 @@ export class Hand {
             position: at ?? view.camera.eye,
             direction: view.camera.look,
             up: view.camera.up,
-            radius: at ? this.stroke!.radius : flight.wall === 'pass' ? 0 : flight.tip,
+            radius: at ? this.stroke!.radius : eyeRadius,
         };
         const text = JSON.stringify(pose);
         if (text === this.poseText) return;

@@ -9,8 +9,9 @@ import { inTissue, type Surface } from '../maths/rays.ts';
 import type { Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import type { Connection } from '../net/connection.ts';
-import type { Command } from '../net/protocol.ts';
+import type { Command, Done } from '../net/protocol.ts';
 import type { Vessel } from '../net/vessel.ts';
+import { nameOfClient } from '../state/company.ts';
 import { History } from '../state/history.ts';
 import { surfaceOf } from '../state/state.ts';
 import type { Store } from '../state/store.ts';
@@ -43,7 +44,7 @@ export class Scene {
         this.store = parts.store;
         this.stage = parts.stage;
         this.connection = parts.connection;
-        this.outcomes = new Outcomes(parts.store, () => this.volume);
+        this.outcomes = new Outcomes(parts.store);
         this.cuts = new Cuts(parts.store);
         this.history = new History(parts.store, (step) => this.step(step));
     }
@@ -89,8 +90,19 @@ export class Scene {
         const answer = await this.connection.ask({ do: step });
         this.outcomes.show(null);
         if (answer?.t !== 'done') return;
-        const name = answer.message ? `: ${answer.message}` : '';
-        this.say(`${step === 'undo' ? 'undone' : 'done again'}${name}`);
+        this.say(`${step === 'undo' ? 'undone' : 'done again'}${this.stepText(answer)}`);
         await news;
+    }
+
+    /// Name of a step, with the people who made it if others have a part in it.
+    private stepText({ message, whose = [] }: Done): string {
+        if (!message) return '';
+        const own = this.connection.client;
+        if (whose.every((client) => client === own)) return `: ${message}`;
+        const { shared } = this.store.state;
+        const people = whose.map((client) =>
+            client === own ? 'you' : nameOfClient(shared, client),
+        );
+        return `: ${message} by ${people.join(' and ')}`;
     }
 }

@@ -52,6 +52,7 @@ import { LabelsTool } from './labels_tool.ts';
 import { LumenTool } from './lumen_tool.ts';
 import { MarksTool } from './marks_tool.ts';
 import { Movie } from './movie.ts';
+import { wordsOf } from './outcome.ts';
 import { PathTool } from './path_tool.ts';
 import { ReplayTool } from './replay_tool.ts';
 import { Scene, type SceneParts } from './scene.ts';
@@ -298,7 +299,9 @@ export class Session extends Scene implements Listener {
 
     refused(refusal: Refusal): void {
         // A leader that has left is told by Follow.
-        if (refusal.code !== 'nothing' && refusal.do !== 'follow') this.warn(refusal.message);
+        if (refusal.do === 'follow') return;
+        const words = wordsOf(refusal, this.store.state);
+        if (words) this.warn(words);
     }
 
     silent(is: boolean): void {
@@ -412,7 +415,7 @@ export class Session extends Scene implements Listener {
         this.device.tick(dt, now);
         this.catheter.tick(dt, now);
         this.hand.follow();
-        this.hand.sendPose(now);
+        this.hand.sendPose(now, this.endoscope.holdingRadius);
         this.follow.tell(now);
         this.lumen.tick(now);
         this.labelMap.tick(now);

@@ -5,9 +5,10 @@
 // command is under way at a time, and the next one covers the motion since. A slow server gets
 // fewer and longer steps, never a queue.
 
+import { isWithin } from '../maths/grid.ts';
 import { along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Connection } from '../net/connection.ts';
-import type { Command, Done } from '../net/protocol.ts';
+import { type Command, type Done, gridOf } from '../net/protocol.ts';
 import { pushOrSlide, type State } from '../state/state.ts';
 import type { Store } from '../state/store.ts';
 import { scaleOf } from '../state/units.ts';
@@ -74,6 +75,15 @@ abstract class Follower implements Stroke {
         return scaleOf(this.means.store.state.scan.volume);
     }
 
+    /// Tests whether the tool is outside of the scan, where no tissue is, and says so.
+    protected isOutside(place: Vec3): boolean {
+        const { store, outcomes } = this.means;
+        const { volume } = store.state.scan;
+        if (!volume || isWithin(gridOf(volume), place)) return false;
+        outcomes.show({ text: 'no tissue here', place, obstacle: null, isStopped: false });
+        return true;
+    }
+
     /// Makes one step towards the target. @returns whether to go on
     protected abstract advance(): Promise<boolean>;
     protected async finish(): Promise<void> {}
@@ -126,7 +136,7 @@ export class PushStroke extends Follower {
         const { scale } = this;
         const most = this.radius || scale * kCellStep;
         const push = stepTo(this.place, this.target, most, scale * kMinMotion);
-        if (!push) return false;
+        if (!push || this.isOutside(this.place)) return false;
         const { place, radius, stroke } = this;
         const done = await this.ask(
             { do: this.verb, point: place, push, radius, stroke },
@@ -163,6 +173,7 @@ export class GrabStroke extends Follower {
     protected async advance(): Promise<boolean> {
         if (this.held === undefined) {
             const { start, radius } = this;
+            if (this.isOutside(start)) return false;
             const done = await this.ask(
                 { do: 'grab', point: start, radius },
                 { from: start, by: [0, 0, 0], radius },
