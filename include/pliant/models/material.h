@@ -122,7 +122,7 @@ struct ChainMailSettings {
     /// Face-connected pieces above the threshold of less than this volume, not cut by the scan's
     /// border, are no bone, but stiff and movable; 0: each element is bone, as in [Draeger2005].
     double smallest_bone_mm3 = 100;
-    double max_movement_mm = 20;     ///< movement limit of the softest element, 0…500
+    double max_movement_mm = 20;  ///< movement limit of the softest element, 0…500
     LinkLimits limits = LinkLimits::Box;
     double yield = 0;  ///< strain beyond this fraction of the limits remains; 0: none remains
     /// Replaces the law's limits by kElasticLimit; relaxation then approximates linear elasticity.
