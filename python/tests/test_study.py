@@ -391,6 +391,50 @@ BAD = {
         "run: expected names of parameters in braces, found {force}",
     ),
     "timeout.toml": ("[run]\nwhat = 'fit'\ntimeout_s = 'long'", "run.timeout_s: expected seconds"),
+    "levels.toml": (
+        f"[run]\nwhat = 'fit'\nload = {'[' * 3000}{']' * 3000}",
+        "expected TOML, found too many levels",
+    ),
+    "dots.toml": (
+        f"[run]\nwhat = 'fit'\na{'.a' * 1200} = 1",
+        "run: expected at most 100 levels of lists and tables, found more",
+    ),
+    "glob_levels.toml": (
+        f"[parameters]\nscan.files{'.a' * 1200} = 1\n[run]\nwhat = 'deform'",
+        "expected tables, found too many levels",
+    ),
+    "digits.toml": (f"[study]\nseed = {'9' * 5000}\n[run]\nwhat = 'fit'", "expected TOML, Exceeds"),
+    "long.toml": (
+        f"[study]\nname = '{'a' * 50000}/{'b' * 50000}'\n[run]\nwhat = 'fit'",
+        f"study.name: expected letters, digits, -, _ and ., found {'a' * 200} ... {'b' * 200}",
+    ),
+    "product.toml": (
+        "[parameters]\n" + "".join(f"p{n} = {{count = 1000}}\n" for n in range(12))
+        + "[run]\nwhat = 'fit'",
+        f"expected at most 2000000 items; make several studies of them, found 1{'0' * 36}",
+    ),
+    "product_of_samples.toml": (
+        "[parameters]\nx = {low = 1, high = 2}\nn = {count = 2000}\n[sample]\ncount = 1001\n"
+        "[run]\nwhat = 'fit'",
+        "expected at most 2000000 items; make several studies of them, found 2002000",
+    ),
+    "many.toml": (
+        "[parameters]\nx = {count = 1000000000000}\n[run]\nwhat = 'fit'",
+        "parameters.x.count: expected at most 2000000, found 1000000000000",
+    ),
+    "steps.toml": (
+        "[parameters]\nx = {low = 1, high = 2, steps = 9999999999}\n[run]\nwhat = 'fit'",
+        "parameters.x.steps: expected at most 2000000, found 9999999999",
+    ),
+    "samples.toml": (
+        "[parameters]\nx = {low = 1, high = 2}\n[sample]\ncount = 9999999999\n"
+        "[run]\nwhat = 'fit'",
+        "sample.count: expected at most 2000000, found 9999999999",
+    ),
+    "infinite.toml": (
+        "[parameters]\nx = {low = 1, high = inf}\n[sample]\ncount = 2\n[run]\nwhat = 'fit'",
+        "parameters.x.high: expected a number of at most 1e+300, found inf",
+    ),
     "keep.toml": ("[run]\nwhat = 'fit'\n[keep]\nfiles = 'a'", "keep.files: expected a list"),
 }
 
@@ -404,10 +448,28 @@ def test_a_wrong_study_is_told_in_one_line(place, capsys, name):
         assert main([command, name]) == 2
         told = capsys.readouterr()
         assert told.err.count("\n") == 1
+        assert len(told.err) < 700
         assert told.err.startswith(f"pliant study: {name}: ")
         assert expected in told.err
         assert not told.out
     assert not list(place.glob("*-results"))
+
+
+def test_a_file_that_would_be_waited_for_is_refused(place, capsys):
+    os.mkfifo(place / "pipe")
+    (place / "folder").mkdir()
+    (place / "files.toml").write_text(
+        "[parameters]\npath = {files = 'pipe'}\n[run]\nwhat = 'python'\n"
+        "function = 'solve.py:size_of'\n"
+    )
+    for name, expected in (
+        ("pipe", "pipe: expected a file, found a pipe"),
+        ("folder", "folder: expected a file, found a folder"),
+        ("/dev/zero", "/dev/zero: expected a file, found a device"),
+        ("files.toml", f"files.toml: {place}/pipe: expected a file, found a pipe"),
+    ):
+        assert main(["plan", name]) == 2
+        assert capsys.readouterr().err == f"pliant study: {expected}\n"
 
 
 def test_wrong_commands_are_told_in_one_line(place, capsys):

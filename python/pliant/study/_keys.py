@@ -4,36 +4,47 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import math
 import os
 import pathlib
+import stat
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, BinaryIO
 
 from pliant._error import Error
 
 _CHUNK = 1 << 20
+_MOST_LEVELS = 100
+_LONGEST = 400
 Value = Any
 """None, a bool, a number, a text, or a list or dictionary of them."""
 
 
-def plain(value: Any, field: str) -> Value:
+def plain(value: Any, field: str, level: int = 0) -> Value:
     """The value in types of JSON: numpy's numbers become Python's, tuples lists.
 
     Numbers that are not finite become texts ("nan", "inf", "-inf"), which JSON lacks.
     """
+    if level > _MOST_LEVELS:
+        top = field.split(".")[0]
+        raise Error(
+            f"{top}: expected at most {_MOST_LEVELS} levels of lists and tables, found more",
+            "limit_exceeded",
+            top,
+        )
     if value is None or isinstance(value, (bool, str, int)):
         return value
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):
-        return {str(name): plain(v, f"{field}.{name}") for name, v in value.items()}
+        return {str(name): plain(v, f"{field}.{name}", level + 1) for name, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(v, f"{field}.{n}") for n, v in enumerate(value)]
+        return [plain(v, f"{field}.{n}", level + 1) for n, v in enumerate(value)]
     if hasattr(value, "tolist"):
-        return plain(value.tolist(), field)
+        return plain(value.tolist(), field, level + 1)
     raise Error(
         f"{field}: expected numbers, texts, lists and dictionaries, found {type(value).__name__}",
         field=field,
@@ -63,6 +74,38 @@ def uniform(*parts: Any) -> float:
     return (number_of(*parts) >> 10) / 2.0**53
 
 
+def one_line(text: object) -> str:
+    """A text for messages: in one line, printable, with the middle of a long one left out."""
+    words = " ".join(str(text).split())
+    if len(words) > _LONGEST:
+        words = f"{words[: _LONGEST // 2]} ... {words[-_LONGEST // 2 :]}"
+    return "".join(c if c.isprintable() else "?" for c in words)
+
+
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def open_file(path: str | os.PathLike[str]) -> BinaryIO:
+    """Opens a regular file for reading. A pipe is refused, where open() would wait for ever.
+
+    Raises:
+        OSError: It can't be opened, or is none.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    mode = os.fstat(descriptor).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(descriptor)
+        found = _KINDS.get(stat.S_IFMT(mode), "none")
+        raise OSError(errno.EINVAL, f"expected a file, found {found}", os.fspath(path))
+    return os.fdopen(descriptor, "rb")
+
+
 def digest_of_stream(stream: Any) -> str:
     """The digest of a file that is open in binary mode."""
     found = hashlib.blake2b(digest_size=16)
@@ -83,5 +126,5 @@ def digest_of_path(path: str | os.PathLike[str]) -> str:
     if os.path.isdir(path):
         names = {name: digest_of_path(p) for name, p in files_below(path)}
         return digest(canonical(names))
-    with open(path, "rb") as stream:
+    with open_file(path) as stream:
         return digest_of_stream(stream)
