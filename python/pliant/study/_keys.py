@@ -18,7 +18,10 @@ from pliant._error import Error
 
 _CHUNK = 1 << 20
 _MOST_LEVELS = 100
-_LONGEST = 400
+_LONGEST = 600
+_encode = json.JSONEncoder(
+    sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
+).encode
 Value = Any
 """None, a bool, a number, a text, or a list or dictionary of them."""
 
@@ -53,12 +56,10 @@ def plain(value: Any, field: str, level: int = 0) -> Value:
 
 def canonical(value: Value) -> bytes:
     """One text for each value, whatever the order of its names."""
-    return json.dumps(
-        value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
-    ).encode()
+    return _encode(value).encode()
 
 
-def digest(data: bytes) -> str:
+def digest(data: bytes | memoryview) -> str:
     """A hash of 128 bits, 32 hexadecimal digits."""
     return hashlib.blake2b(data, digest_size=16).hexdigest()
 
@@ -74,11 +75,11 @@ def uniform(*parts: Any) -> float:
     return (number_of(*parts) >> 10) / 2.0**53
 
 
-def one_line(text: object) -> str:
+def one_line(text: object, most: int = _LONGEST) -> str:
     """A text for messages: in one line, printable, with the middle of a long one left out."""
     words = " ".join(str(text).split())
-    if len(words) > _LONGEST:
-        words = f"{words[: _LONGEST // 2]} ... {words[-_LONGEST // 2 :]}"
+    if len(words) > most:
+        words = f"{words[: most // 2]} ... {words[-most // 2 :]}"
     return "".join(c if c.isprintable() else "?" for c in words)
 
 
@@ -97,13 +98,36 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     Raises:
         OSError: It can't be opened, or is none.
     """
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    mode = os.fstat(descriptor).st_mode
-    if not stat.S_ISREG(mode):
+    return os.fdopen(_opened(path)[0], "rb")
+
+
+def read_file(path: str | os.PathLike[str], most: int) -> bytes:
+    """The bytes of a regular file.
+
+    Raises:
+        OSError: It can't be read, is none, or has more than `most` bytes.
+    """
+    descriptor, size = _opened(path)
+    try:
+        if size > most:
+            raise OSError(errno.EINVAL, f"expected at most {most} B, found {size} B", str(path))
+        found = b""
+        while piece := os.read(descriptor, max(size - len(found), 0) + 1):
+            found = found + piece if found else piece
+        return found
+    finally:
         os.close(descriptor)
-        found = _KINDS.get(stat.S_IFMT(mode), "none")
-        raise OSError(errno.EINVAL, f"expected a file, found {found}", os.fspath(path))
-    return os.fdopen(descriptor, "rb")
+
+
+def _opened(path: str | os.PathLike[str]) -> tuple[int, int]:
+    """A descriptor of a regular file, and its size."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    found = os.fstat(descriptor)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(descriptor)
+        kind = _KINDS.get(stat.S_IFMT(found.st_mode), "none")
+        raise OSError(errno.EINVAL, f"expected a file, found {kind}", os.fspath(path))
+    return descriptor, found.st_size
 
 
 def digest_of_stream(stream: Any) -> str:

@@ -27,7 +27,7 @@ from pliant._core import version
 from pliant._error import Error
 from pliant.study._inputs import hash_of, input_of, inputs_of, is_url
 from pliant.study._item import Item, key_of, names_in
-from pliant.study._keys import canonical, digest, number_of, one_line, open_file, plain
+from pliant.study._keys import canonical, digest, number_of, one_line, plain, read_file
 from pliant.study._kinds import KINDS, Kind
 from pliant.study._parameters import combinations, expected, known, whole
 from pliant.study._work import refuse_in_items
@@ -39,11 +39,7 @@ _LARGEST_FILE = 16 << 20
 def _tables_of(path: str | os.PathLike[str], about: str) -> dict[str, Any]:
     """The tables of a TOML file. about: begins the message of an error."""
     try:
-        with open_file(path) as stream:
-            data = stream.read(_LARGEST_FILE + 1)
-        if len(data) > _LARGEST_FILE:
-            raise Error(f"{about}: expected at most {_LARGEST_FILE} bytes, found more")
-        return tomllib.loads(data.decode())
+        return tomllib.loads(read_file(path, _LARGEST_FILE).decode())
     except OSError as error:
         raise Error(f"{about}: {error.strerror}", "not_found") from None
     except RecursionError:

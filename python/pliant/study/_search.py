@@ -27,7 +27,7 @@ from pliant.study._item import key_of
 from pliant.study._keys import canonical, number_of, uniform
 from pliant.study._parameters import MOST_ITEMS, Span, expected, known, shares, whole
 from pliant.study._plan import Function, study_file
-from pliant.study._run import run_on
+from pliant.study._run import BY_USER, run_on
 from pliant.study._stores import open_store
 from pliant.study._study import Study
 
@@ -160,6 +160,8 @@ class Search:
             def evaluate(candidates: list[_Candidate]) -> None:
                 study = self._study([self._row(c) for c in candidates])
                 report = run_on(study, place, opened, threads, False, progress)
+                if report.stopped == BY_USER:
+                    raise KeyboardInterrupt
                 if report.stopped:
                     raise Error(f"search: stopped {report.stopped}", "failed", "search")
                 self._take(study, place, candidates)
@@ -169,7 +171,7 @@ class Search:
         everything.merge(place)
         everything.report(place)
         best = {"parameters": result.parameters, self.minimise: result.value, "id": result.id}
-        open_store(place).write("best.json", canonical(best) + b"\n")
+        open_store(place).write({"best.json": canonical(best) + b"\n"})
         return result
 
     def _evolve(self, evaluate: Any) -> SearchResult:
