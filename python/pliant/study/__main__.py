@@ -11,6 +11,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
+from pliant._command import interrupts_are_exceptions
 from pliant._error import Error
 from pliant.study._engines import open_engine
 from pliant.study._item import shown
@@ -224,6 +225,7 @@ def _fault(line: str) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Returns the exit status: 0 all items are done, 1 some are not, 2 an error, in one line."""
+    interrupts_are_exceptions()
     try:
         status = _command(arguments)
         sys.stdout.flush()

@@ -36,7 +36,8 @@ def known(field: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:
     """Refuses names that a table doesn't have."""
     for name in given:
         if name not in names:
-            raise expected(f"{field}.{one_line(name, 200)}", f"one of {', '.join(names)}", "this name")
+            where = f"{field}.{one_line(name, 200)}"
+            raise expected(where, f"one of {', '.join(names)}", "this name")
 
 
 def whole(field: str, value: object, low: int, high: int | None = None) -> int:
