@@ -15,6 +15,8 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
+import textwrap
 import warnings
 
 import numpy
@@ -487,6 +489,34 @@ def test_full_and_read_only_disks_are_one_line(place, capsys):
         assert not list(disk.rglob("*~*"))
     finally:
         subprocess.run(["umount", "-l", str(disk)], check=True)
+
+
+def test_an_output_that_fails_is_one_line(place):
+    for words in (["status", "s.toml"], ["plan", "s.toml"]):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(
+                [sys.executable, "-m", "pliant.study", *words],
+                stdout=full,
+                stderr=subprocess.PIPE,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+                text=True,
+                check=False,
+            )
+        expected = f"pliant study: standard output: {os.strerror(errno.ENOSPC)}\n"
+        assert (done.returncode, done.stderr) == (2, expected)
+
+
+def test_the_help_has_a_study(place, capsys):
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    (study,) = re.findall(r"^a study, press.toml:\n(.*?)\n\n", text, re.M | re.S)
+    (place / "press.toml").write_text(textwrap.dedent(study))
+    (place / "press.py").write_text("def press(young_pa, depth_mm, copy):\n    return {}\n")
+    assert len(Study.load("press.toml").items) == 140
+    commands = re.findall(r"^  pliant study (\w+) press.toml", text, re.M)
+    assert commands == ["plan", "run", "run", "status", "verify", "merge"]
+    for command in ("plan", "status"):
+        assert main([command, "press.toml"]) == (command == "status")
 
 
 def test_unexpected_errors_are_one_line(place, capsys, monkeypatch):

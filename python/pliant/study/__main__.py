@@ -25,6 +25,26 @@ from pliant.study._verify import Status
 from pliant.study._work import line_of
 
 _SHOWN = 10
+_EXAMPLES = """
+a study, press.toml:
+  [parameters]
+  young_pa = [5000, 10000]
+  depth_mm = { low = 1, high = 4, steps = 7 }
+  copy = { count = 10 }
+  [run]
+  what = "python"
+  function = "press.py:press"
+
+examples:
+  pliant study plan press.toml
+  pliant study run press.toml --workers 8
+  pliant study run press.toml --engine dask://HOST:8786 --out s3://bucket/press
+  pliant study status press.toml
+  pliant study verify press.toml
+  pliant study merge press.toml
+
+exit status: 0 all items are done, 1 some are not, 2 an error, in one line
+"""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -37,6 +57,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="pliant study",
         description="Run thousands of independent items, on one machine or many "
         "(docs/howto/study.md)",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     texts = {
@@ -79,6 +101,22 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _say(line: object = "", *, is_end: bool = False) -> None:
+    """Prints a line; the last call writes them out.
+
+    Raises:
+        pliant.Error: Standard output fails. Nothing more is written to it.
+    """
+    try:
+        if not is_end:
+            print(line)
+        elif sys.stdout is not None:  # closed
+            sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise Error(f"standard output: {error.strerror}", "unwritable") from None
+
+
 def _list(lines: Mapping[str, str]) -> None:
     """The first lines of some items, on standard error."""
     for item, line in list(lines.items())[:_SHOWN]:
@@ -100,10 +138,10 @@ def _plan(study: Study, out: str, is_all: bool) -> int:
     status = study.status(out)
     _note(status)
     done = {item.id for item in status.done}
-    print(f"{study.name}: {len(study.items)} items")
+    _say(f"{study.name}: {len(study.items)} items")
     if study.duplicates:
-        print(f"{study.duplicates} more have the same parameters and contents as another")
-    print(
+        _say(f"{study.duplicates} more have the same parameters and contents as another")
+    _say(
         f"{out}: {len(done)} done, {len(status.failed)} failed, {len(status.left)} to run, "
         f"{status.others} results of other items{_damaged(status)}"
     )
@@ -114,30 +152,30 @@ def _plan(study: Study, out: str, is_all: bool) -> int:
         size = sum(f["bytes"] for m in made for f in m["files"].values()) / len(made)
         seconds = sum(m["made"]["seconds"] for m in made) / len(made)
         rest = len(status.left)
-        print(f"left: about {rest * size / 1e6:.1f} MB, {rest * seconds:.0f} s of one process")
+        _say(f"left: about {rest * size / 1e6:.1f} MB, {rest * seconds:.0f} s of one process")
     for item in study.items if is_all else study.items[:_SHOWN]:
         state = "done" if item.id in done else "failed" if item.id in status.failed else "to run"
         state = "damaged" if item.id in status.damaged else state
         values = ", ".join(f"{name} = {shown(v)}" for name, v in item.parameters.items())
-        print(f"{item.id}  {state:6}  {one_line(values)}")
+        _say(f"{item.id}  {state:6}  {one_line(values)}")
     if not is_all and len(study.items) > _SHOWN:
-        print(f"... and {len(study.items) - _SHOWN} more (--all)")
+        _say(f"... and {len(study.items) - _SHOWN} more (--all)")
     return 0
 
 
 def _status(study: Study, out: str) -> int:
     status = study.status(out)
     _note(status)
-    print(
+    _say(
         f"{len(status.done)} done, {len(status.failed)} failed, {len(status.left)} left"
         f"{_damaged(status)}"
     )
     for item, record in list(status.failed.items())[:_SHOWN]:
-        print(f"{item}  {one_line(record.get('error', ''))}")
+        _say(f"{item}  {one_line(record.get('error', ''))}")
     if len(status.failed) > _SHOWN:
-        print(f"... and {len(status.failed) - _SHOWN} more")
+        _say(f"... and {len(status.failed) - _SHOWN} more")
     for item, damage in list(status.damaged.items())[:_SHOWN]:
-        print(f"{item}  {one_line(damage)}")
+        _say(f"{item}  {one_line(damage)}")
     return 1 if status.failed or status.left or status.damaged else 0
 
 
@@ -145,16 +183,16 @@ def _verify(study: Study, out: str) -> int:
     status = study.verify(out)
     _note(status)
     for item, damage in status.damaged.items():
-        print(f"{item}  {one_line(damage)}")
+        _say(f"{item}  {one_line(damage)}")
     rest = len(status.left) + len(status.failed)
-    print(f"{len(status.done)} whole, {rest} without a result{_damaged(status)}")
+    _say(f"{len(status.done)} whole, {rest} without a result{_damaged(status)}")
     return 1 if status.damaged else 0
 
 
 def _merge(study: Study, out: str) -> int:
     merged = merge_study(study, out)
     _list(merged.damaged)
-    print(f"{merged.path}: {merged.count} of {len(study.items)} items, hash {merged.hash}")
+    _say(f"{merged.path}: {merged.count} of {len(study.items)} items, hash {merged.hash}")
     return 0 if merged.count == len(study.items) else 1
 
 
@@ -166,7 +204,7 @@ def _run(options: argparse.Namespace) -> int:
         out = options.out or f"{study.name}-results"
         report = run_on(study, out, engine, options.threads, options.retry_failed, True)
     _list(report.failed)
-    print(str(report).partition("\n")[0])
+    _say(str(report).partition("\n")[0])
     if report.stopped == BY_USER:
         raise KeyboardInterrupt
     if report.stopped:
@@ -184,8 +222,8 @@ def _search(options: argparse.Namespace) -> int:
         return 0
     store = open_store(out)
     values = ", ".join(f"{name} = {value}" for name, value in found.parameters.items())
-    print(f"{search.minimise} = {found.value:g} at {values}")
-    print(
+    _say(f"{search.minimise} = {found.value:g} at {values}")
+    _say(
         f"{found.generations} generations, {found.evaluations} items, "
         f"{'' if found.is_converged else 'not '}converged; {store.path('best.json')}, "
         f"{store.path('report.html')}"
@@ -206,18 +244,13 @@ def _command(arguments: Sequence[str] | None) -> int:
     if options.command == "plan":
         return _plan(study, out, options.all)
     if options.command == "report":
-        print(study.report(out))
+        _say(study.report(out))
         return 0
     command = {"status": _status, "verify": _verify, "merge": _merge}[options.command]
     return command(study, out)
 
 
 def _fault(line: str) -> int:
-    """Tells of an error; nothing more is written to a standard output that fails."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     with contextlib.suppress(OSError):
         print(f"pliant study: {line}", file=sys.stderr, flush=True)
     return 2
@@ -227,8 +260,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Returns the exit status: 0 all items are done, 1 some are not, 2 an error, in one line."""
     interrupts_are_exceptions()
     try:
-        status = _command(arguments)
-        sys.stdout.flush()
+        try:
+            status = _command(arguments)
+        except SystemExit as ended:  # --help
+            status = int(ended.code or 0)
+        _say(is_end=True)
         return status
     except Error as error:
         return _fault(one_line(error))
