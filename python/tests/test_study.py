@@ -407,7 +407,7 @@ BAD = {
     "digits.toml": (f"[study]\nseed = {'9' * 5000}\n[run]\nwhat = 'fit'", "expected TOML, Exceeds"),
     "long.toml": (
         f"[study]\nname = '{'a' * 50000}/{'b' * 50000}'\n[run]\nwhat = 'fit'",
-        f"study.name: expected letters, digits, -, _ and ., found {'a' * 100} ... {'b' * 100}",
+        f"study.name: expected letters, digits, -, _ and ., found {'a' * 30} ... {'b' * 30}",
     ),
     "product.toml": (
         "[parameters]\n" + "".join(f"p{n} = {{count = 1000}}\n" for n in range(12))

@@ -18,7 +18,7 @@ from pliant._error import Error
 
 _CHUNK = 1 << 20
 _MOST_LEVELS = 100
-_LONGEST = 600
+_LONGEST = 400  # as the program's
 _encode = json.JSONEncoder(
     sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
 ).encode

@@ -28,7 +28,7 @@ _LARGEST = 1e300
 
 def expected(field: str, text: str, found: object) -> Error:
     """The error of a field."""
-    told = one_line(found, 200)
+    told = one_line(found, 60)
     return Error(f"{field}: expected {text}, found {told}", field=field, expected=text, found=told)
 
 
@@ -36,7 +36,7 @@ def known(field: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:
     """Refuses names that a table doesn't have."""
     for name in given:
         if name not in names:
-            where = f"{field}.{one_line(name, 200)}"
+            where = f"{field}.{one_line(name, 60)}"
             raise expected(where, f"one of {', '.join(names)}", "this name")
 
 

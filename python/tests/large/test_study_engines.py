@@ -20,6 +20,7 @@ import pytest
 
 import pliant
 from pliant.study import Study
+from pliant.study.__main__ import main
 
 pytest.importorskip("distributed")  # before anything is made in other environments
 
@@ -305,7 +306,7 @@ def test_scans_of_an_object_store_are_copied_once(place, bucket):
 
 
 @pytest.mark.parametrize("is_far", [False, True])
-def test_a_zarr_store_holds_arrays(place, bucket, is_far):
+def test_a_zarr_store_holds_arrays(place, bucket, is_far, capsys):
     zarr = pytest.importorskip("zarr")
     study = Study("grid", "solve.py:grid", parameters={"n": {"count": 4}})
     study.run(place / "quiet")
@@ -329,7 +330,13 @@ def test_a_zarr_store_holds_arrays(place, bucket, is_far):
         read.write_bytes(ZarrStore(out).read(item, "scan.nrrd"))
         assert (pliant.read_volume(read).array == scan.array).all()
         assert numpy.allclose(pliant.read_volume(read).origin_mm, scan.origin_mm)
-        assert pathlib.Path(f"{out}.study/merged/table.csv").exists()
+        (place / "grid.toml").write_text(
+            "[parameters]\nn = {count = 4}\n[run]\nwhat = 'python'\nfunction = 'solve.py:grid'\n"
+        )
+        assert main(["merge", "grid.toml", "--out", out]) == 0
+        named = capsys.readouterr().out.split(": ")[0]
+        assert pathlib.Path(named) == pathlib.Path(f"{out}.study/merged/table.csv")
+        assert pathlib.Path(named).exists()
 
 
 def cut(system, manifest, part):
