@@ -104,7 +104,7 @@ test_studies() {
     "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "${wheels[0]}"
     "$bin/pip" list --disable-pip-version-check 2>/dev/null |
         grep -iE '^(pliant|distributed|mpi4py|s3fs|zarr|moto)'
-    (cd "$root/python/tests" && "$bin/python" -m pytest -q -p no:cacheprovider test_study.py \
+    (cd "$root/python/tests" && "$bin/python" -m pytest -q -p no:cacheprovider test_study*.py \
         large/test_study_engines.py)
 }
 

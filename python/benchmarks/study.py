@@ -120,7 +120,7 @@ def timed(folder: pathlib.Path, study: Study, engine: str, processes: int) -> tu
             cluster.close()
     from pliant.study._stores import open_store
 
-    lines = [r for r in open_store(str(out)).logs() if r["status"] == "done"]
+    lines = [r for _, r in open_store(str(out)).logs() if r and r["status"] == "done"]
     first = min(r["started"] for r in lines)
     last = max(r["started"] + r["seconds"] for r in lines)
     merging = time.monotonic()

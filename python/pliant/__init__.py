@@ -12,6 +12,7 @@ Example:
 Arrays are (k, j, i), as SimpleITK's; points and vectors are LPS millimetres.
 """
 
+from pliant import _command  # noqa: F401  before the imports that take time
 from pliant._core import (
     AdvanceReport,
     CarveReport,

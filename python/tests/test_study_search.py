@@ -87,6 +87,8 @@ def test_bad_searches_are_named(folder):
     for changes, message in (
         ({"minimise": 3}, "search.minimise: expected a column"),
         ({"population": 3}, "search.population"),
+        ({"population": 10**5}, "search.population: expected at most 10000, found 100000"),
+        ({"generations": 10**9}, "search.generations: expected at most 99999, found 1000000000"),
         ({"tolerance": -1}, "search.tolerance: expected a number"),
         ({"crossover": 1}, "search"),
     ):

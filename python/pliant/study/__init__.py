@@ -16,9 +16,10 @@ does the rest. docs/howto/study.md has the TOML file, the commands and the figur
 from pliant.study._inputs import Input
 from pliant.study._item import Item
 from pliant.study._local import LocalPool, WorkerLost
-from pliant.study._run import RunReport, Status
+from pliant.study._run import RunReport
 from pliant.study._search import Search, SearchResult
 from pliant.study._study import Study
+from pliant.study._verify import Status
 
 __all__ = ["Input", "Item", "LocalPool", "RunReport", "Search", "SearchResult", "Status", "Study",
            "WorkerLost"]  # fmt: skip

@@ -5,20 +5,46 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
+from pliant._command import interrupts_are_exceptions
 from pliant._error import Error
 from pliant.study._engines import open_engine
 from pliant.study._item import shown
-from pliant.study._merge import manifests_of
-from pliant.study._run import run_on
+from pliant.study._keys import one_line
+from pliant.study._merge import merge_study
+from pliant.study._run import BY_USER, run_on, strays_line
 from pliant.study._search import Search
 from pliant.study._stores import open_store
 from pliant.study._study import Study
+from pliant.study._verify import Status
+from pliant.study._work import line_of
 
 _SHOWN = 10
+_EXAMPLES = """
+a study, press.toml:
+  [parameters]
+  young_pa = [5000, 10000]
+  depth_mm = { low = 1, high = 4, steps = 7 }
+  copy = { count = 10 }
+  [run]
+  what = "python"
+  function = "press.py:press"
+
+examples:
+  pliant study plan press.toml
+  pliant study run press.toml --workers 8
+  pliant study run press.toml --engine dask://HOST:8786 --out s3://bucket/press
+  pliant study status press.toml
+  pliant study verify press.toml
+  pliant study merge press.toml
+
+exit status: 0 all items are done, 1 some are not, 2 an error, in one line
+"""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -31,6 +57,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="pliant study",
         description="Run thousands of independent items, on one machine or many "
         "(docs/howto/study.md)",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     texts = {
@@ -38,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
         "run": "run the items that have no result yet",
         "search": "find the parameters with the smallest result (the table search)",
         "status": "count the items that are done, failed and left",
+        "verify": "compare all bytes of all results with their hashes",
         "merge": "write one table and one manifest of all results",
         "report": "write a page with plots, failures and machines",
     }
@@ -72,15 +101,49 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _say(line: object = "", *, is_end: bool = False) -> None:
+    """Prints a line; the last call writes them out.
+
+    Raises:
+        pliant.Error: Standard output fails. Nothing more is written to it.
+    """
+    try:
+        if not is_end:
+            print(line)
+        elif sys.stdout is not None:  # closed
+            sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise Error(f"standard output: {error.strerror}", "unwritable") from None
+
+
+def _list(lines: Mapping[str, str]) -> None:
+    """The first lines of some items, on standard error."""
+    for item, line in list(lines.items())[:_SHOWN]:
+        print(f"{item}  {one_line(line)}", file=sys.stderr)
+    if len(lines) > _SHOWN:
+        print(f"... and {len(lines) - _SHOWN} more", file=sys.stderr)
+
+
+def _note(status: Status) -> None:
+    if status.strays:
+        print(f"pliant study: {strays_line(status)}", file=sys.stderr)
+
+
+def _damaged(status: Status) -> str:
+    return f", {len(status.damaged)} damaged (run repeats them)" if status.damaged else ""
+
+
 def _plan(study: Study, out: str, is_all: bool) -> int:
     status = study.status(out)
+    _note(status)
     done = {item.id for item in status.done}
-    print(f"{study.name}: {len(study.items)} items")
+    _say(f"{study.name}: {len(study.items)} items")
     if study.duplicates:
-        print(f"{study.duplicates} more have the same parameters and contents as another")
-    print(
+        _say(f"{study.duplicates} more have the same parameters and contents as another")
+    _say(
         f"{out}: {len(done)} done, {len(status.failed)} failed, {len(status.left)} to run, "
-        f"{status.others} results of other items"
+        f"{status.others} results of other items{_damaged(status)}"
     )
     known = [item for item in study.items if item.id in done][:: max(1, len(done) // 100)]
     if known and status.left:
@@ -89,31 +152,48 @@ def _plan(study: Study, out: str, is_all: bool) -> int:
         size = sum(f["bytes"] for m in made for f in m["files"].values()) / len(made)
         seconds = sum(m["made"]["seconds"] for m in made) / len(made)
         rest = len(status.left)
-        print(f"left: about {rest * size / 1e6:.1f} MB, {rest * seconds:.0f} s of one process")
+        _say(f"left: about {rest * size / 1e6:.1f} MB, {rest * seconds:.0f} s of one process")
     for item in study.items if is_all else study.items[:_SHOWN]:
         state = "done" if item.id in done else "failed" if item.id in status.failed else "to run"
+        state = "damaged" if item.id in status.damaged else state
         values = ", ".join(f"{name} = {shown(v)}" for name, v in item.parameters.items())
-        print(f"{item.id}  {state:6}  {values}")
+        _say(f"{item.id}  {state:6}  {one_line(values)}")
     if not is_all and len(study.items) > _SHOWN:
-        print(f"... and {len(study.items) - _SHOWN} more (--all)")
+        _say(f"... and {len(study.items) - _SHOWN} more (--all)")
     return 0
 
 
 def _status(study: Study, out: str) -> int:
     status = study.status(out)
-    print(f"{len(status.done)} done, {len(status.failed)} failed, {len(status.left)} left")
+    _note(status)
+    _say(
+        f"{len(status.done)} done, {len(status.failed)} failed, {len(status.left)} left"
+        f"{_damaged(status)}"
+    )
     for item, record in list(status.failed.items())[:_SHOWN]:
-        print(f"{item}  {record.get('error', '')}")
+        _say(f"{item}  {one_line(record.get('error', ''))}")
     if len(status.failed) > _SHOWN:
-        print(f"... and {len(status.failed) - _SHOWN} more")
-    return 0 if not status.failed and not status.left else 1
+        _say(f"... and {len(status.failed) - _SHOWN} more")
+    for item, damage in list(status.damaged.items())[:_SHOWN]:
+        _say(f"{item}  {one_line(damage)}")
+    return 1 if status.failed or status.left or status.damaged else 0
+
+
+def _verify(study: Study, out: str) -> int:
+    status = study.verify(out)
+    _note(status)
+    for item, damage in status.damaged.items():
+        _say(f"{item}  {one_line(damage)}")
+    rest = len(status.left) + len(status.failed)
+    _say(f"{len(status.done)} whole, {rest} without a result{_damaged(status)}")
+    return 1 if status.damaged else 0
 
 
 def _merge(study: Study, out: str) -> int:
-    found = study.merge(out)
-    count = len(manifests_of(study, open_store(out)))
-    print(f"{out}/merged/table.csv: {count} of {len(study.items)} items, hash {found}")
-    return 0 if count == len(study.items) else 1
+    merged = merge_study(study, out)
+    _list(merged.damaged)
+    _say(f"{merged.path}: {merged.count} of {len(study.items)} items, hash {merged.hash}")
+    return 0 if merged.count == len(study.items) else 1
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -123,11 +203,12 @@ def _run(options: argparse.Namespace) -> int:
         study = Study.load(options.study)
         out = options.out or f"{study.name}-results"
         report = run_on(study, out, engine, options.threads, options.retry_failed, True)
-    for item, error in list(report.failed.items())[:_SHOWN]:
-        print(f"{item}  {error}", file=sys.stderr)
-    if len(report.failed) > _SHOWN:
-        print(f"... and {len(report.failed) - _SHOWN} more", file=sys.stderr)
-    print(report)
+    _list(report.failed)
+    _say(str(report).partition("\n")[0])
+    if report.stopped == BY_USER:
+        raise KeyboardInterrupt
+    if report.stopped:
+        raise Error(report.stopped, "unwritable")
     return 0 if report.is_complete else 1
 
 
@@ -139,40 +220,62 @@ def _search(options: argparse.Namespace) -> int:
     )
     if found is None:
         return 0
+    store = open_store(out)
     values = ", ".join(f"{name} = {value}" for name, value in found.parameters.items())
-    print(f"{search.minimise} = {found.value:g} at {values}")
-    print(
+    _say(f"{search.minimise} = {found.value:g} at {values}")
+    _say(
         f"{found.generations} generations, {found.evaluations} items, "
-        f"{'' if found.is_converged else 'not '}converged; {out}/best.json, {out}/report.html"
+        f"{'' if found.is_converged else 'not '}converged; {store.path('best.json')}, "
+        f"{store.path('report.html')}"
     )
     return 0 if found.is_converged else 1
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Returns the exit status: 0 all items are done, 1 some are not, 2 the study is wrong."""
-    try:
-        options = _parser().parse_args(arguments)
-        if min(getattr(options, "workers", 0), getattr(options, "threads", 0)) < 0:
-            raise Error("--workers and --threads: expected 0 or more")
-        if options.command == "run":
-            return _run(options)
-        if options.command == "search":
-            return _search(options)
-        study = Study.load(options.study)
-        out = options.out or f"{study.name}-results"
-        if options.command == "plan":
-            return _plan(study, out, options.all)
-        if options.command == "status":
-            return _status(study, out)
-        if options.command == "merge":
-            return _merge(study, out)
-        print(study.report(out))
+def _command(arguments: Sequence[str] | None) -> int:
+    options = _parser().parse_args(arguments)
+    if min(getattr(options, "workers", 0), getattr(options, "threads", 0)) < 0:
+        raise Error("--workers and --threads: expected 0 or more")
+    if options.command == "run":
+        return _run(options)
+    if options.command == "search":
+        return _search(options)
+    study = Study.load(options.study)
+    out = options.out or f"{study.name}-results"
+    if options.command == "plan":
+        return _plan(study, out, options.all)
+    if options.command == "report":
+        _say(study.report(out))
         return 0
+    command = {"status": _status, "verify": _verify, "merge": _merge}[options.command]
+    return command(study, out)
+
+
+def _fault(line: str) -> int:
+    with contextlib.suppress(OSError):
+        print(f"pliant study: {line}", file=sys.stderr, flush=True)
+    return 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Returns the exit status: 0 all items are done, 1 some are not, 2 an error, in one line."""
+    interrupts_are_exceptions()
+    try:
+        try:
+            status = _command(arguments)
+        except SystemExit as ended:  # --help
+            status = int(ended.code or 0)
+        _say(is_end=True)
+        return status
     except Error as error:
-        print(f"pliant study: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+        return _fault(one_line(error))
     except KeyboardInterrupt:
         return 130
+    except RecursionError:
+        return _fault("expected fewer levels of lists and tables, found too many")
+    except MemoryError:
+        return _fault("out of memory")
+    except Exception as error:
+        return _fault(line_of(error))
 
 
 if __name__ == "__main__":

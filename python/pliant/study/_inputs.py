@@ -29,7 +29,7 @@ from typing import Any
 
 from pliant._core import read_volume
 from pliant._error import Error
-from pliant.study._keys import canonical, digest, digest_of_path, digest_of_stream
+from pliant.study._keys import canonical, digest, digest_of_path, digest_of_stream, open_file
 
 _FRESH_S = 2.0  # a file may change again within the resolution of its time
 _USED_S = 3600.0  # copies that were used so recently are not removed
@@ -90,11 +90,17 @@ def cache() -> pathlib.Path:
 @functools.lru_cache(maxsize=4)
 def _made(path: str) -> pathlib.Path:
     folder = pathlib.Path(path)
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    if folder.stat().st_uid != os.getuid():
-        raise Error(f"{folder}: expected a folder of this user's, found another's", "unwritable")
-    for name in ("files", "scans", "hashes", "locks", "staging"):
-        (folder / name).mkdir(exist_ok=True)
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if folder.stat().st_uid != os.getuid():
+            raise Error(f"{folder}: expected a folder of this user, found another's", "unwritable")
+        for name in ("files", "scans", "hashes", "locks", "staging"):
+            (folder / name).mkdir(exist_ok=True)
+    except OSError as error:
+        raise Error(
+            f"{folder}: can't be written ({error.strerror}); PLIANT_STUDY_CACHE names another",
+            "unwritable",
+        ) from None
     return folder
 
 
@@ -116,11 +122,12 @@ def _stamps(path: str) -> list[tuple[str, int, int, int]]:
 
 def _remembered(name: str, stamps: Any) -> tuple[pathlib.Path, str | None]:
     record = cache() / "hashes" / digest(name.encode())
-    try:
-        known = json.loads(record.read_bytes())
-    except (OSError, ValueError):
-        return record, None
-    return record, known["hash"] if known.get("stamps") == digest(canonical(stamps)) else None
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        with open_file(record) as stream:
+            known = json.load(stream)
+        if known["stamps"] == digest(canonical(stamps)):
+            return record, str(known["hash"])
+    return record, None
 
 
 def _remember(record: pathlib.Path, stamps: Any, found: str) -> None:

@@ -11,6 +11,7 @@ and not as copies of the caller's main module, so programs need no guard for the
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import json
 import os
 import pickle
@@ -33,25 +34,25 @@ class WorkerLost(Exception):
 
 
 def serve(descriptor: int) -> None:
-    """Runs calls until the other end of the connection is closed."""
+    """Runs calls until the other end of the connection is closed, or its process has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C in the terminal is for the caller
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     connection = Connection(descriptor)
-    connection.send(None)  # ready
-    while True:
-        try:
-            function, arguments = connection.recv()
-        except EOFError:
-            return
-        try:
-            answer: tuple[bool, Any] = True, function(*arguments)
-        except Exception as error:
-            answer = False, error
-        try:
-            connection.send(answer)
-        except (TypeError, AttributeError, pickle.PicklingError) as error:
-            connection.send((False, RuntimeError(f"the result can't be sent: {error}")))
-        except BrokenPipeError:
-            return
+    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        connection.send(None)  # ready
+        while True:
+            _answer(connection, *connection.recv())
+
+
+def _answer(connection: Any, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    try:
+        answer: tuple[bool, Any] = True, function(*arguments)
+    except Exception as error:
+        answer = False, error
+    try:
+        connection.send(answer)
+    except (TypeError, AttributeError, pickle.PicklingError) as error:
+        connection.send((False, RuntimeError(f"the result can't be sent: {error}")))
 
 
 class _Process:
@@ -59,12 +60,17 @@ class _Process:
         count = str(threads) if threads > 0 else str(os.cpu_count() or 1)
         names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
         self.connection, theirs = Pipe()
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", _START, str(theirs.fileno()), json.dumps(sys.path)],
-            pass_fds=[theirs.fileno()],
-            stdin=subprocess.DEVNULL,
-            env={**os.environ, **dict.fromkeys(names, count)},
-        )
+        # Blocked until it is ignored: a Ctrl-C ends no import.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, "-c", _START, str(theirs.fileno()), json.dumps(sys.path)],
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                env={**os.environ, **dict.fromkeys(names, count)},
+            )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         theirs.close()
 
     def is_ready(self) -> bool:

@@ -4,20 +4,21 @@
 
 from __future__ import annotations
 
-import concurrent.futures
 import csv
+import dataclasses
 import fnmatch
 import io
+import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pliant.study._item import Item, shown
 from pliant.study._keys import canonical, digest
+from pliant.study._manifest import Manifest
 from pliant.study._plan import Plan
 from pliant.study._store import Store
 from pliant.study._stores import open_store
-
-_READERS = 16  # files that are read at a time: stores may be far away
+from pliant.study._verify import examine, log_damage
 
 
 def flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
@@ -32,12 +33,19 @@ def flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         yield name, value
 
 
-def manifests_of(plan: Plan, store: Store) -> list[tuple[Item, dict[str, Any]]]:
-    """The items that are done, sorted by id, with their manifests."""
+def manifests_of(
+    plan: Plan, store: Store, *, is_full: bool = False
+) -> tuple[list[tuple[Item, Manifest]], dict[str, str]]:
+    """The items that are done, sorted by id, with their manifests; and what is damaged, by id."""
     there = store.items()
-    done = sorted((item for item in plan.items if item.id in there), key=lambda item: item.id)
-    with concurrent.futures.ThreadPoolExecutor(_READERS) as readers:
-        return list(zip(done, readers.map(lambda i: store.manifest(i.id), done), strict=True))
+    items = sorted((item for item in plan.items if item.id in there), key=lambda item: item.id)
+    found, damaged = list[tuple[Item, Manifest]](), dict[str, str]()
+    for seen in examine(store, items, is_full=is_full):
+        if seen.manifest is None:
+            damaged[seen.item.id] = seen.damage
+        else:
+            found.append((seen.item, seen.manifest))
+    return found, damaged
 
 
 def results_of(plan: Plan, manifest: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,7 +68,16 @@ def _row(plan: Plan, item: Item, manifest: Mapping[str, Any]) -> dict[str, Any]:
 
 def rows_of(plan: Plan, out: str) -> list[dict[str, Any]]:
     """A row for each item that is done: Study.table."""
-    return [_row(plan, *found) for found in manifests_of(plan, open_store(out))]
+    found, damaged = manifests_of(plan, open_store(out))
+    warn_of(damaged)
+    return [_row(plan, *one) for one in found]
+
+
+def warn_of(damaged: dict[str, str]) -> None:
+    """Warns of damaged items, which a table lacks."""
+    for item, damage in list(damaged.items())[:1]:
+        line = f"{len(damaged)} damaged items are left out, run() repeats them; {item}: {damage}"
+        warnings.warn(line, stacklevel=4)
 
 
 def columns_of(plan: Plan, rows: list[dict[str, Any]]) -> list[str]:
@@ -78,10 +95,21 @@ def _cell(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def merge_study(plan: Plan, out: str) -> str:
-    """Writes the table and the manifest: Study.merge."""
+@dataclasses.dataclass(frozen=True)
+class Merged:
+    """A table: the hash of its bytes and its manifest's, its path, its rows, damaged items."""
+
+    hash: str
+    path: str
+    count: int
+    damaged: dict[str, str]
+
+
+def merge_study(plan: Plan, out: str) -> Merged:
+    """Reads all results, and writes the table and the manifest: Study.merge."""
     store = open_store(out)
-    found = manifests_of(plan, store)
+    found, damaged = manifests_of(plan, store, is_full=True)
+    log_damage(store, damaged)
     rows = [_row(plan, *one) for one in found]
     columns = columns_of(plan, rows)
     text = io.StringIO(newline="")
@@ -96,6 +124,6 @@ def merge_study(plan: Plan, out: str) -> str:
     manifest = canonical(
         {"study": plan.name, "planned": len(plan.items), "table": digest(table), "items": items}
     )
-    store.write("merged/table.csv", table)
-    store.write("merged/manifest.json", manifest + b"\n")
-    return digest(table + manifest)
+    store.write({"merged/table.csv": table, "merged/manifest.json": manifest + b"\n"})
+    where = store.path("merged/table.csv")
+    return Merged(digest(table + manifest), where, len(rows), damaged)

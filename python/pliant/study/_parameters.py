@@ -15,33 +15,37 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pliant._error import Error
-from pliant.study._keys import number_of, plain, uniform
+from pliant.study._keys import number_of, one_line, plain, uniform
 
 _FORMS = (
     "a list, {files = GLOB}, {scans = GLOB}, {count = N}, {low, high, steps} or {low, high}, "
     "which is drawn"
 )
 _METHODS = ("random", "latin-hypercube")
+MOST_ITEMS = 2_000_000  # a plan takes 17 µs and 0.5 kB of memory for each
+_LARGEST = 1e300
 
 
 def expected(field: str, text: str, found: object) -> Error:
     """The error of a field."""
-    return Error(
-        f"{field}: expected {text}, found {found}", field=field, expected=text, found=str(found)
-    )
+    told = one_line(found, 60)
+    return Error(f"{field}: expected {text}, found {told}", field=field, expected=text, found=told)
 
 
 def known(field: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:
     """Refuses names that a table doesn't have."""
     for name in given:
         if name not in names:
-            raise expected(f"{field}.{name}", f"one of {', '.join(names)}", "this name")
+            where = f"{field}.{one_line(name, 60)}"
+            raise expected(where, f"one of {', '.join(names)}", "this name")
 
 
-def whole(field: str, value: object, low: int) -> int:
+def whole(field: str, value: object, low: int, high: int | None = None) -> int:
     """A checked count."""
     if isinstance(value, bool) or not isinstance(value, int) or value < low:
         raise expected(field, f"a whole number from {low} upwards", value)
+    if high is not None and value > high:
+        raise expected(field, f"at most {high}", value)
     return value
 
 
@@ -65,6 +69,8 @@ class Span:
         value = spec.get(name)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise expected(f"{field}.{name}", "a number", value)
+        if not abs(value) <= _LARGEST:
+            raise expected(f"{field}.{name}", f"a number of at most {_LARGEST:g}", value)
         return float(value)
 
     def at(self, share: float) -> float | int:
@@ -94,13 +100,13 @@ def _axis(
             return files_of(field, form, spec[form])
     if "count" in spec:
         known(field, spec, ("count",))
-        return list(range(whole(f"{field}.count", spec["count"], 1)))
+        return list(range(whole(f"{field}.count", spec["count"], 1, MOST_ITEMS)))
     if not {"low", "high"} <= set(spec):
         raise expected(field, _FORMS, dict(spec))
     span = Span(field, spec)
     if "steps" not in spec:
         return span
-    steps = whole(f"{field}.steps", spec["steps"], 2)
+    steps = whole(f"{field}.steps", spec["steps"], 2, MOST_ITEMS)
     return [span.at(n / (steps - 1)) for n in range(steps)]
 
 
@@ -117,7 +123,7 @@ def shares(seed: int, name: str, method: str, count: int) -> list[float]:
 
 
 def combinations(
-    parameters: Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    tables: Sequence[Mapping[str, Any]],
     sample: Mapping[str, Any],
     seed: int,
     files_of: Callable[[str, str, Any], list[Any]],
@@ -125,28 +131,48 @@ def combinations(
     """All items' parameters: every combination of the lists with every sample.
 
     Args:
-        parameters: One table, or several, one after the other.
+        tables: Parameters, one table after the other.
         files_of: Finds the files of {files = …} and {scans = …}: (field, form, given).
+
+    Raises:
+        pliant.Error: A field is wrong, or there are too many items; before any is made.
     """
-    if not isinstance(parameters, Mapping):
-        for table in parameters:
-            yield from combinations(table, sample, seed, files_of)
-        return
-    axes = {name: _axis(f"parameters.{name}", v, files_of) for name, v in parameters.items()}
-    lists = {name: axis for name, axis in axes.items() if not isinstance(axis, Span)}
-    spans = {name: axis for name, axis in axes.items() if isinstance(axis, Span)}
     known("sample", sample, ("method", "count"))
     method = sample.get("method", "random")
     if method not in _METHODS:
         raise expected("sample.method", " or ".join(_METHODS), method)
-    if spans and "count" not in sample:
-        raise expected("sample.count", f"the number of samples of {', '.join(spans)}", "none")
-    if sample and not spans:
+    all_axes = [
+        {name: _axis(f"parameters.{name}", v, files_of) for name, v in table.items()}
+        for table in tables
+    ]
+    counts = [_count(axes, sample) for axes in all_axes]
+    if sum(counts) > MOST_ITEMS:
+        raise expected(
+            "parameters", f"at most {MOST_ITEMS} items; make several studies of them", sum(counts)
+        )
+    for axes in all_axes:
+        yield from _products(axes, sample.get("count", 1), seed, method)
+
+
+def _count(axes: Mapping[str, list[Any] | Span], sample: Mapping[str, Any]) -> int:
+    """The number of a table's items."""
+    drawn = [name for name, axis in axes.items() if isinstance(axis, Span)]
+    if drawn and "count" not in sample:
+        raise expected("sample.count", f"the number of samples of {', '.join(drawn)}", "none")
+    if sample and not drawn:
         raise expected("sample", "parameters with {low, high}", "none")
-    count = whole("sample.count", sample["count"], 1) if spans else 1
+    samples = whole("sample.count", sample["count"], 1, MOST_ITEMS) if drawn else 1
+    return samples * math.prod(len(a) for a in axes.values() if not isinstance(a, Span))
+
+
+def _products(
+    axes: Mapping[str, list[Any] | Span], count: int, seed: int, method: str
+) -> Iterator[dict[str, Any]]:
+    lists = {name: axis for name, axis in axes.items() if not isinstance(axis, Span)}
     drawn = {
-        name: [span.at(u) for u in shares(seed, name, method, count)]
-        for name, span in spans.items()
+        name: [axis.at(u) for u in shares(seed, name, method, count)]
+        for name, axis in axes.items()
+        if isinstance(axis, Span)
     }
     for values in itertools.product(*lists.values()):
         for n in range(count):

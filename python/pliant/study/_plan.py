@@ -27,12 +27,25 @@ from pliant._core import version
 from pliant._error import Error
 from pliant.study._inputs import hash_of, input_of, inputs_of, is_url
 from pliant.study._item import Item, key_of, names_in
-from pliant.study._keys import canonical, digest, number_of, plain
+from pliant.study._keys import canonical, digest, number_of, one_line, plain, read_file
 from pliant.study._kinds import KINDS, Kind
 from pliant.study._parameters import combinations, expected, known, whole
 from pliant.study._work import refuse_in_items
 
 Function = Callable[..., Any]
+_LARGEST_FILE = 16 << 20
+
+
+def _tables_of(path: str | os.PathLike[str], about: str) -> dict[str, Any]:
+    """The tables of a TOML file. about: begins the message of an error."""
+    try:
+        return tomllib.loads(read_file(path, _LARGEST_FILE).decode())
+    except OSError as error:
+        raise Error(f"{about}: {error.strerror}", "not_found") from None
+    except RecursionError:
+        raise Error(f"{about}: expected TOML, found too many levels", "unreadable") from None
+    except ValueError as error:  # of TOML, of UTF-8, of a number's length
+        raise Error(f"{about}: expected TOML, {one_line(error)}", "unreadable") from None
 
 
 @contextlib.contextmanager
@@ -45,12 +58,7 @@ def study_file(path: str | os.PathLike[str], names: tuple[str, ...]) -> Iterator
     Raises:
         pliant.Error: One line that names the file and the field, also for errors in the block.
     """
-    try:
-        tables = tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise Error(f"{path}: {error.strerror}", "not_found") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise Error(f"{path}: expected TOML, {error}", "unreadable") from None
+    tables = _tables_of(path, os.fspath(path))
     try:
         if "search" in tables and "search" not in names:
             raise Error("search: a study with this table is for `pliant study search`", "wrong")
@@ -68,6 +76,8 @@ def study_file(path: str | os.PathLike[str], names: tuple[str, ...]) -> Iterator
             "folder": pathlib.Path(path).parent,
             **tables,
         }
+    except RecursionError:
+        raise Error(f"{path}: expected tables, found too many levels", "unreadable") from None
     except Error as error:
         raise Error(
             f"{path}: {error}", error.code, error.field, error.expected, error.found
@@ -183,13 +193,7 @@ class Plan:
         if form != "toml":
             return input_of(self.folder, value, is_scan=form == "scan")
         path = self._path(value)
-        try:
-            tables = tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise Error(f"{field}: {value}: {error.strerror}", "not_found", field) from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise Error(f"{field}: {value}: {error}", "unreadable", field) from None
-        return _with_files(tables, os.path.dirname(path))
+        return _with_files(_tables_of(path, f"{field}: {value}"), os.path.dirname(path))
 
     def _path(self, name: str) -> str:
         return os.path.join(self.folder, os.path.expanduser(name))

@@ -14,8 +14,8 @@ from pliant._core import version
 from pliant.study._item import shown
 from pliant.study._merge import manifests_of, results_of
 from pliant.study._plan import Plan
-from pliant.study._run import failures
 from pliant.study._stores import open_store
+from pliant.study._verify import failures
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM = 300, 190, 56, 34
 _PARAMETERS, _RESULTS, _POINTS, _FAILURES = 6, 8, 2000, 200
@@ -156,11 +156,11 @@ def _hosts(manifests: list[dict[str, Any]]) -> str:
 def report_study(plan: Plan, out: str) -> str:
     """Writes the page: Study.report."""
     store = open_store(out)
-    found = manifests_of(plan, store)
-    done = {item.id for item, _ in found}
-    failed = {k: v for k, v in failures(store).items() if k not in done}
+    found, damaged = manifests_of(plan, store)
+    there = {item.id for item, _ in found} | set(damaged)
+    failed = {k: v for k, v in failures(store).items() if k not in there}
     failed = {item.id: failed[item.id] for item in plan.items if item.id in failed}
-    left = len(plan.items) - len(found) - len(failed)
+    left = len(plan.items) - len(there) - len(failed)
     given = [pair for table in plan.parameters for pair in table.items()]
     counts = {n for n, v in given if isinstance(v, Mapping) and "count" in v}
     parameters = [
@@ -168,13 +168,15 @@ def report_study(plan: Plan, out: str) -> str:
     ]
     results = [results_of(plan, manifest) for _, manifest in found]
     title = html.escape(f"Study {plan.name}")
+    more = f", {len(damaged)} damaged" if damaged else ""
     page = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style>'
         f"<h1>{title}</h1><p>{len(plan.items)} items: {len(found)} done, {len(failed)} failed, "
-        f"{left} left. Seed {plan.seed}, {html.escape(plan.run_table['what'])}, "
+        f"{left} left{more}. Seed {plan.seed}, {html.escape(plan.run_table['what'])}, "
         f"Pliant {version}.</p><h2>Results</h2>{_plots(parameters, results)}"
         f"<h2>Failures</h2>{_failures(plan, failed)}"
         f"<h2>Machines</h2>{_hosts([manifest for _, manifest in found])}"
     )
-    return store.write("report.html", page.encode())
+    store.write({"report.html": page.encode(errors="replace")})
+    return store.path("report.html")

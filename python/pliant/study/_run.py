@@ -23,11 +23,13 @@ from pliant._error import Error
 from pliant.study._engines import Engine, SchedulerLost
 from pliant.study._inputs import contents
 from pliant.study._item import Item
-from pliant.study._keys import canonical
+from pliant.study._keys import canonical, one_line
 from pliant.study._plan import Plan
-from pliant.study._store import Store
+from pliant.study._store import Record, Store
 from pliant.study._stores import open_store
-from pliant.study._worker import Job, Record, inputs_of_item, run_items
+from pliant.study._verify import Status, damage_lines, status_of
+from pliant.study._work import line_of
+from pliant.study._worker import Job, inputs_of_item, run_items
 
 _MOST_LOSSES = 5
 _MOST_SENDS = 10  # of one item's files
@@ -35,6 +37,8 @@ _CALL_S = 0.1  # calls of short items are so long, and with many workers so long
 _PER_CALL_S = 0.001  # waits or runs: schedulers need about that for one
 _MOST_PER_CALL = 1000
 _DRAIN_S = 10.0
+_SHOWN = 5
+BY_USER = "by Ctrl-C"
 _LOG_S = {False: 0.5, True: 20.0}  # between writes of the log: of a folder; of a URL
 
 
@@ -51,6 +55,7 @@ class RunReport:
         lost: Calls whose worker was lost.
         seconds: Of the run.
         stopped: Why it was stopped, or nothing.
+        damaged: Where items that were damaged are now, by id. They were repeated.
     """
 
     done: int
@@ -61,6 +66,7 @@ class RunReport:
     lost: int
     seconds: float
     stopped: str = ""
+    damaged: dict[str, str] = dataclasses.field(default_factory=dict)
 
     @property
     def is_complete(self) -> bool:
@@ -74,48 +80,9 @@ class RunReport:
         parts += [f"{self.skipped} failed before (--retry-failed)"] if self.skipped else []
         parts += [f"{self.left} left"] if self.left else []
         parts += [f"{self.lost} calls repeated"] if self.lost else []
+        parts += [f"{len(self.damaged)} damaged, set aside"] if self.damaged else []
         stopped = f"\nstopped: {self.stopped}" if self.stopped else ""
         return f"{', '.join(parts)}; {self.seconds:.1f} s{stopped}"
-
-
-@dataclasses.dataclass(frozen=True)
-class Status:
-    """Which items are done.
-
-    Attributes:
-        done, left: Items with a result, and without an attempt that failed.
-        failed: The last log line of items without a result, by id.
-        others: Number of results that belong to no item of the study as it is now.
-    """
-
-    done: list[Item]
-    left: list[Item]
-    failed: dict[str, Record]
-    others: int
-
-
-def failures(store: Store) -> dict[str, Record]:
-    """The last line of each item whose last attempt failed."""
-    last: dict[str, Record] = {}
-    for record in sorted(store.logs(), key=lambda r: float(r.get("started", 0))):
-        if record.get("status") in ("done", "failed"):
-            last[str(record.get("id"))] = record
-    return {item: record for item, record in last.items() if record["status"] == "failed"}
-
-
-def status_of(plan: Plan, out: str) -> Status:
-    """Which items of a study are done."""
-    store = open_store(out)
-    there, failed = store.items(), failures(store)
-    ids = {item.id for item in plan.items}
-    done = [item for item in plan.items if item.id in there]
-    rest = [item for item in plan.items if item.id not in there]
-    return Status(
-        done,
-        [item for item in rest if item.id not in failed],
-        {item.id: failed[item.id] for item in rest if item.id in failed},
-        len(there - ids),
-    )
 
 
 class _Progress:
@@ -158,7 +125,13 @@ class _Call:
 
 class _Run:
     def __init__(
-        self, job: Job, store: Store, engine: Engine, items: list[Item], progress: _Progress
+        self,
+        job: Job,
+        store: Store,
+        engine: Engine,
+        items: list[Item],
+        progress: _Progress,
+        lines: list[str],
     ) -> None:
         self._job, self._store, self._engine, self._progress = job, store, engine, progress
         self._waiting = collections.deque(items)
@@ -168,7 +141,7 @@ class _Run:
         self._losses, self._sends = collections.Counter[str](), collections.Counter[str]()
         self._sending = dict[tuple[str, str], concurrent.futures.Future[Any]]()
         self._held = dict[concurrent.futures.Future[Any], list[Item]]()  # until a file has come
-        self._lines, self._logged = list[str](), time.monotonic()
+        self._lines, self._logged = lines, time.monotonic()
         self._store_errors, self._mean_s = 0, 0.0
         self._window, self._window_known = engine.window, time.monotonic()
         self.done, self.lost, self.stopped, self.unwritten = 0, 0, "", ""
@@ -181,7 +154,7 @@ class _Run:
                 self._collect(1.0)
                 self._progress.show(self.done, len(self.failed))
         except KeyboardInterrupt:
-            self.stopped = "by Ctrl-C"
+            self.stopped = BY_USER
         for future in list(self._running):
             future.cancel()
         if self.stopped:
@@ -252,7 +225,7 @@ class _Run:
                 self._engine.reconnect(error, self._progress.tell)
         else:
             self.lost += 1
-            self._repeat(call, str(error) or type(error).__name__, is_counted=True)
+            self._repeat(call, one_line(error) or type(error).__name__, is_counted=True)
 
     def _repeat(self, call: _Call, why: str, *, is_counted: bool) -> None:
         """Repeats the items of a lost call that have no result. The first may be at fault."""
@@ -307,7 +280,7 @@ class _Run:
             try:
                 sent, data = contents(found)
             except Exception as error:
-                line = f"{found.name}: can't be read ({error})"
+                line = f"{found.name}: can't be read ({line_of(error)})"
                 self._record({**record, "status": "failed", "error": line}, item)
                 return
             arrived = self._engine.send(record.get("worker"), sent, data)
@@ -340,7 +313,14 @@ class _Run:
             self._lines = []
         except Exception as error:
             if is_last:
-                self._progress.tell(f"the log can't be written ({error})")
+                self._progress.tell(f"the log can't be written ({line_of(error)})")
+
+
+def strays_line(status: Status) -> str:
+    """The note of entries that are ignored."""
+    names = ", ".join(status.strays[:_SHOWN])
+    more = f" and {len(status.strays) - _SHOWN} more" if len(status.strays) > _SHOWN else ""
+    return one_line(f"note: no part of the results, and ignored: {names}{more}")
 
 
 def _record_of(manifest: dict[str, Any]) -> Record:
@@ -357,15 +337,22 @@ def run_on(
     token = store.prepare(plan.name)
     status = status_of(plan, out)
     skipped = 0 if retry_failed else len(status.failed)
-    items = status.left + [i for i in plan.items if retry_failed and i.id in status.failed]
+    again = {*status.damaged, *(status.failed if retry_failed else ())}
+    items = status.left + [i for i in plan.items if i.id in again]
     shown = _Progress(progress, len(items))
+    if status.strays:
+        shown.tell(strays_line(status))
+    aside = {}
+    for item, damage in status.damaged.items():
+        aside[item] = store.set_aside(item)
+        shown.tell(f"{item}: {damage}; set aside: {aside[item]}")
     job = Job(store.spec, token, plan.run_table, plan.keep["files"], threads, plan.timeout_s)
-    run = _Run(job, store, engine, items, shown)
+    run = _Run(job, store, engine, items, shown, damage_lines(status.damaged))
     run.loop()
     store.tidy()
     shown.end()
     left = len(items) - run.done - len(run.failed)
     return RunReport(
         run.done, len(status.done), run.failed, skipped, left, run.lost,
-        time.monotonic() - begun, run.stopped or run.unwritten,
+        time.monotonic() - begun, run.stopped or run.unwritten, aside,
     )  # fmt: skip

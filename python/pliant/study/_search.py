@@ -25,12 +25,13 @@ from pliant._error import Error
 from pliant.study._engines import open_engine
 from pliant.study._item import key_of
 from pliant.study._keys import canonical, number_of, uniform
-from pliant.study._parameters import Span, expected, known, shares, whole
+from pliant.study._parameters import MOST_ITEMS, Span, expected, known, shares, whole
 from pliant.study._plan import Function, study_file
-from pliant.study._run import run_on
+from pliant.study._run import BY_USER, run_on
 from pliant.study._stores import open_store
 from pliant.study._study import Study
 
+_MOST_POPULATION = 10_000  # a generation draws this number of numbers for each candidate
 _CROSSOVER = 0.7  # share of the parameters that a trial takes from the mutant
 
 
@@ -102,10 +103,14 @@ class Search:
                 self._fixed[key] = spec
         if not self._spans:
             raise expected("parameters", "a range {low, high}", "none")
-        self.population = whole(
-            "search.population", search.get("population", 10 * len(self._spans)), 4
+        population = search.get("population", 10 * len(self._spans))
+        self.population = whole("search.population", population, 4, _MOST_POPULATION)
+        self.generations = whole(
+            "search.generations",
+            search.get("generations", 100),
+            0,
+            MOST_ITEMS // self.population - 1,
         )
-        self.generations = whole("search.generations", search.get("generations", 100), 0)
         tolerance = search.get("tolerance", 1e-6)
         if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or tolerance < 0:
             raise expected("search.tolerance", "a number, 0 or more", tolerance)
@@ -155,6 +160,8 @@ class Search:
             def evaluate(candidates: list[_Candidate]) -> None:
                 study = self._study([self._row(c) for c in candidates])
                 report = run_on(study, place, opened, threads, False, progress)
+                if report.stopped == BY_USER:
+                    raise KeyboardInterrupt
                 if report.stopped:
                     raise Error(f"search: stopped {report.stopped}", "failed", "search")
                 self._take(study, place, candidates)
@@ -164,7 +171,7 @@ class Search:
         everything.merge(place)
         everything.report(place)
         best = {"parameters": result.parameters, self.minimise: result.value, "id": result.id}
-        open_store(place).write("best.json", canonical(best) + b"\n")
+        open_store(place).write({"best.json": canonical(best) + b"\n"})
         return result
 
     def _evolve(self, evaluate: Any) -> SearchResult:

@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from pliant.study._inputs import is_url
-from pliant.study._store import FolderStore, Store, UrlStore
+from pliant.study._objects import UrlStore
+from pliant.study._store import FolderStore, Store
 from pliant.study._zarr import ZarrStore
 
 

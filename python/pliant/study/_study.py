@@ -9,10 +9,11 @@ import os
 from typing import Any
 
 from pliant.study._engines import open_engine
-from pliant.study._merge import merge_study, rows_of
+from pliant.study._merge import merge_study, rows_of, warn_of
 from pliant.study._plan import Plan
 from pliant.study._report import report_study
-from pliant.study._run import RunReport, Status, run_on, status_of
+from pliant.study._run import RunReport, run_on
+from pliant.study._verify import Status, status_of, verify_study
 from pliant.study._work import refuse_in_items
 
 
@@ -52,6 +53,8 @@ class Study(Plan):
     ) -> RunReport:
         """Runs all items that have no result yet; each is attempted.
 
+        Items whose results are damaged are set aside, and repeated.
+
         Args:
             out: Folder, name ending in .zarr, or URL of fsspec; None: NAME-results.
             engine: "local", "dask://HOST:PORT", "mpi", or an Executor of one's own.
@@ -73,18 +76,31 @@ class Study(Plan):
         return f"{self.name}-results" if out is None else os.fspath(out)
 
     def status(self, out: str | os.PathLike[str] | None = None) -> Status:
-        """Which items are done, failed or left."""
+        """Which items are done, failed, left or damaged."""
         return status_of(self, self._out(out))
+
+    def verify(self, out: str | os.PathLike[str] | None = None) -> Status:
+        """The status after all bytes of all results were compared with their hashes.
+
+        Damaged items are lines of the log afterwards; the next run repeats them.
+        """
+        return verify_study(self, self._out(out))
 
     def merge(self, out: str | os.PathLike[str] | None = None) -> str:
         """Writes merged/table.csv and merged/manifest.json; returns the hash of both.
 
-        Items are sorted by id, and there are no times or hosts: equal results are equal bytes.
+        Items are sorted by id, and there are no times or hosts: equal results are equal bytes. All
+        results are read as by verify(); damaged ones are left out, with a warning.
         """
-        return merge_study(self, self._out(out))
+        merged = merge_study(self, self._out(out))
+        warn_of(merged.damaged)
+        return merged.hash
 
     def table(self, out: str | os.PathLike[str] | None = None) -> list[dict[str, Any]]:
-        """A row for each item that is done: id, seed, parameters, results, hash."""
+        """A row for each item that is done: id, seed, parameters, results, hash.
+
+        Damaged items are left out, with a warning.
+        """
         return rows_of(self, self._out(out))
 
     def report(self, out: str | os.PathLike[str] | None = None) -> str:

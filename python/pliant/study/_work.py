@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from pliant._error import Error
+from pliant.study._keys import one_line
 
 Results = dict[str, Any]
 _here = threading.local()
@@ -72,3 +73,14 @@ def too_long(seconds: float) -> Error:
     """The error of an item that has taken too long."""
     line = f"run.timeout_s: expected an end within {seconds:g} s, found none"
     return Error(line, "limit_exceeded")
+
+
+def line_of(error: BaseException) -> str:
+    """An exception in one line."""
+    if isinstance(error, OSError) and error.strerror:
+        where = f"{error.filename}: " if error.filename else ""
+        return one_line(f"{where}{error.strerror}")
+    name, text = type(error).__name__, one_line(error)
+    if name == "Error":
+        return text
+    return f"{name}: {text}" if text else name

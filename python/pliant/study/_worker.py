@@ -22,12 +22,13 @@ from typing import Any
 
 from pliant._core import version
 from pliant.study._inputs import Input, Missing, keep_copy, local
-from pliant.study._item import Item, arguments_of, shown
-from pliant.study._keys import canonical, digest, digest_of_path, files_below, plain
+from pliant.study._item import Item, arguments_of
+from pliant.study._keys import files_below, plain
 from pliant.study._kinds import KINDS
-from pliant.study._store import Store, StoreError
+from pliant.study._manifest import make_manifest
+from pliant.study._store import Record, Store, StoreError
 from pliant.study._stores import open_store
-from pliant.study._work import Work, at_work, too_long
+from pliant.study._work import Work, at_work, line_of, too_long
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,8 +44,6 @@ class Job:
 
 
 _FULL_BYTES = 1 << 20
-Record = dict[str, Any]
-"""A line of the log: id, status, seconds, hash, version, host, pid, error."""
 
 
 @functools.lru_cache(maxsize=4)
@@ -121,26 +120,30 @@ def _attempt(job: Job, item: Item) -> Record:
             store.check(job.token)
             staged = store.staging(item.id)
         except OSError as error:
-            raise StoreError(_line(error)) from error
+            raise StoreError(line_of(error)) from error
         results = _make(job, item, staged)
-        manifest = _manifest(item, staged, results, record, begun)
+        made = {name: record[name] for name in ("host", "pid", "started")}
+        made["seconds"] = round(time.time() - begun, 6)
+        manifest = make_manifest(item, staged, results, made)
         try:
             store.commit(item.id, staged, manifest)
         except Exception as error:  # object stores have exceptions of their own
-            raise StoreError(_line(error)) from error
+            raise StoreError(line_of(error)) from error
         record.update(status="done", hash=manifest["hash"])
     except Missing as missing:
         record.update(status="missing", missing=str(missing), worker=_address())
     except StoreError as error:
-        record.update(status="store", error=f"{job.store}: {error}".replace("\n", " "))
+        line = str(error)
+        where = "" if line.startswith(job.store) else f"{job.store}: "
+        record.update(status="store", error=f"{where}{line}")
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # a function may even call sys.exit
         why = _store_error(error, staged)
         record.update(
             status="store" if why else "failed",
-            error=f"{_line(error)}{why}".strip(),
-            trace="".join(traceback.format_exception(error)[-6:])[-4000:],
+            error=f"{line_of(error)}{why}".strip(),
+            trace=_trace(error),
         )
     finally:
         if staged is not None:
@@ -192,36 +195,7 @@ def _make(job: Job, item: Item, staged: str) -> dict[str, Any]:
     return results
 
 
-def _manifest(
-    item: Item, staged: str, results: dict[str, Any], record: Record, begun: float
-) -> dict[str, Any]:
-    files = {
-        name: {"bytes": path.stat().st_size, "hash": digest_of_path(path)}
-        for name, path in files_below(staged)
-    }
-    return {
-        "id": item.id,
-        "version": version,
-        "parameters": {name: shown(value) for name, value in item.parameters.items()},
-        "results": results,
-        "files": files,
-        "hash": digest(canonical({"results": results, "files": files})),
-        "made": {
-            "host": record["host"],
-            "pid": record["pid"],
-            "started": record["started"],
-            "seconds": round(time.time() - begun, 6),
-        },
-    }
 
-
-def _line(error: BaseException) -> str:
-    """An exception in one line."""
-    if isinstance(error, OSError) and error.strerror:
-        where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror}"
-    text = " ".join(str(error).split())
-    name = type(error).__name__
-    if name == "Error":
-        return text
-    return f"{name}: {text}" if text else name
+def _trace(error: BaseException) -> str:
+    text = "".join(traceback.format_exception(error)[-6:])[-4000:]
+    return text.encode(errors="replace").decode()

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Studies on Dask and MPI, and in Zarr and object stores, with processes that are killed."""
 
+import concurrent.futures
 import contextlib
 import os
 import pathlib
@@ -19,6 +20,7 @@ import pytest
 
 import pliant
 from pliant.study import Study
+from pliant.study.__main__ import main
 
 pytest.importorskip("distributed")  # before anything is made in other environments
 
@@ -304,7 +306,7 @@ def test_scans_of_an_object_store_are_copied_once(place, bucket):
 
 
 @pytest.mark.parametrize("is_far", [False, True])
-def test_a_zarr_store_holds_arrays(place, bucket, is_far):
+def test_a_zarr_store_holds_arrays(place, bucket, is_far, capsys):
     zarr = pytest.importorskip("zarr")
     study = Study("grid", "solve.py:grid", parameters={"n": {"count": 4}})
     study.run(place / "quiet")
@@ -328,4 +330,55 @@ def test_a_zarr_store_holds_arrays(place, bucket, is_far):
         read.write_bytes(ZarrStore(out).read(item, "scan.nrrd"))
         assert (pliant.read_volume(read).array == scan.array).all()
         assert numpy.allclose(pliant.read_volume(read).origin_mm, scan.origin_mm)
-        assert pathlib.Path(f"{out}.study/merged/table.csv").exists()
+        (place / "grid.toml").write_text(
+            "[parameters]\nn = {count = 4}\n[run]\nwhat = 'python'\nfunction = 'solve.py:grid'\n"
+        )
+        assert main(["merge", "grid.toml", "--out", out]) == 0
+        named = capsys.readouterr().out.split(": ")[0]
+        assert pathlib.Path(named) == pathlib.Path(f"{out}.study/merged/table.csv")
+        assert pathlib.Path(named).exists()
+
+
+def cut(system, manifest, part):
+    system.pipe_file(manifest, system.cat_file(manifest)[:50])
+
+
+def lose(system, manifest, part):
+    system.rm(part)
+
+
+def change(system, manifest, part):
+    data = bytearray(system.cat_file(part))
+    data[-1] ^= 1
+    system.pipe_file(part, bytes(data))
+
+
+@pytest.mark.parametrize("kind", ["grid", "grid.zarr", "near"])
+def test_damaged_items_of_other_stores_are_set_aside_and_repeated(place, bucket, kind):
+    fsspec = pytest.importorskip("fsspec")
+    pytest.importorskip("zarr")
+    study = Study("grid", "solve.py:grid", parameters={"n": {"count": 3}})
+    out = str(place / "near.zarr") if kind == "near" else f"{bucket}/{kind}"
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        study.run(place / "quiet", threads)
+        assert study.run(out, threads).is_complete
+        expected = study.merge(place / "quiet")
+        assert study.merge(out) == expected
+        system, root = fsspec.core.url_to_fs(out)
+        beside = root if kind == "grid" else f"{root}.study"
+        item = study.items[1].id
+        there = f"items/{item[:2]}/{item}"
+        for damage in (cut, lose, change):
+            system.invalidate_cache()
+            named = [p for p in system.find(f"{root}/{there}") if f"{item}/scan.nrrd" in p]
+            part = next(p for p in named if kind == "grid" or "/c/" in p)
+            damage(system, f"{beside}/{there}/manifest.json", part)
+            assert list(study.verify(out).damaged) == [item], damage
+            assert list(study.status(out).damaged) == [item], "the log knows"
+            report = study.run(out, threads)
+            assert report.done == 1
+            (aside,) = report.damaged.values()
+            system.invalidate_cache()
+            assert system.find(aside), aside
+            assert study.verify(out).damaged == {}
+            assert study.merge(out) == expected
