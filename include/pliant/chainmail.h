@@ -87,10 +87,11 @@ class ChainMail final : public MovingScan {
     /// far as the limits allow: by u = min(max(f·T, −D), D) for each component along the lattice's
     /// axes. f is the largest fraction for which f·T is within the tightest limits of the
     /// materials in the box, D the displacement that they allow beside bone and the box's outside,
-    /// which don't move. The lattice stays valid, and can be pushed afterwards.
+    /// which don't move. The lattice stays valid, and can be pushed afterwards. Of rounded limits,
+    /// the field keeps the box of each link alone.
     /// @param displacement_mm  T at a position at rest [mm, LPS]; called for each element
-    /// @returns InvalidArgument if the tissue is not at rest, or cut, carved, bounded or of rounded
-    ///          limits, or a displacement isn't finite or exceeds 500 mm; LimitExceeded. Then
+    /// @returns InvalidArgument if the tissue is not at rest, or cut, carved or bounded, or a
+    ///          displacement isn't finite or exceeds 500 mm; LimitExceeded. Then
     ///          nothing has changed
     Result<FollowReport> follow(const Box3i& elements,
                                 const std::function<Vec3d(Vec3d point_mm)>& displacement_mm);

@@ -14,6 +14,8 @@ from gymnasium.vector import AutoresetMode
 
 from pliant._core import CatheterArena, Fluoroscopy, VesselWall, Volume
 from pliant._environment import (
+    MOST_N,
+    UNIT,
     ArenaEnv,
     ArenaVectorEnv,
     Array,
@@ -21,6 +23,7 @@ from pliant._environment import (
     Ways,
     arguments_of,
     arguments_of_one,
+    symmetric_box,
 )
 from pliant._error import Error
 from pliant._vessels import Vessel, vessel_from
@@ -118,6 +121,9 @@ class _Wires(Ways[CatheterArena]):
             bend_rad=0.0 if steerable else bend, max_bend_rad=abs(bend),
             threads=1 if threads is None else threads, **chosen,
         )  # fmt: skip
+        nodes = self.vessel.wall.mesh.nodes_mm
+        self._far_mm = 2 * float(numpy.abs(nodes).max() + numpy.ptp(nodes, axis=0).sum() + longest)
+        self._control_hz = control_hz
         ends = self.vessel.ends
         radii = numpy.array([float(end.radius_mm[-1]) for end in ends])
         self._set_out(
@@ -135,13 +141,15 @@ class _Wires(Ways[CatheterArena]):
 
     def _spaces(self) -> dict[str, gymnasium.Space[Any]]:
         width, height = self.size
-        box, any_number = gymnasium.spaces.Box, numpy.inf
+        box, far = gymnasium.spaces.Box, self._far_mm
+        turned = numpy.pi + ROTATE_RAD_S * self.max_steps / self._control_hz
+        state = [far] * 3 + [UNIT] * 6 + [far, turned, numpy.pi, MOST_N, MOST_N, far, far]
         return {
             "fluoro": box(0, 255, (height, width), numpy.uint8),
-            "tracking2d": box(-any_number, any_number, (self._points, 2), numpy.float32),
-            "target2d": box(-any_number, any_number, (2,), numpy.float32),
-            "state": box(-any_number, any_number, (16,), numpy.float32),
-            "guide": box(-any_number, any_number, (7,), numpy.float32),
+            "tracking2d": box(-far, far, (self._points, 2), numpy.float32),
+            "target2d": box(-far, far, (2,), numpy.float32),
+            "state": symmetric_box(state),
+            "guide": symmetric_box([far] * 7),
         }
 
     def reset(self, n: int, rng: numpy.random.Generator, options: dict[str, Any]) -> None:
@@ -188,7 +196,7 @@ class _Wires(Ways[CatheterArena]):
         return {
             "depth_mm": self.states[:, _DEPTH].copy(),
             "has_left": self._is_lost(),
-            "hash": numpy.array(hashes, numpy.uint64),
+            "hash": numpy.array(hashes, numpy.uint64).view(numpy.int64),  # Gymnasium's
         }
 
 

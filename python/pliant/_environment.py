@@ -7,6 +7,7 @@ A kind of instrument is a subclass of Ways; ArenaEnv and ArenaVectorEnv are the 
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable, Sequence
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
@@ -32,12 +33,20 @@ _WINDOW = 12  # points of the path around the last nearest one that are looked a
 _PER_STEP = 0.02  # reward for a step, for a newton, and for success
 _PER_NEWTON = 1.0
 _FOR_SUCCESS = 20.0
+_PICTURES = ("rgb", "depth", "normals", "flow", "fluoro")  # have their bounds already
+UNIT, MOST_N = 1.0 + 1e-6, 100.0  # bounds of directions and of forces [N] in observations
 _FOR_LOSS = 10.0  # penalty for a force above max_force_n, and for a tip that is lost
 
 
 def item_of(values: dict[str, Array], n: int) -> dict[str, Any]:
     """Those of one instrument, as Python's numbers or arrays."""
     return {k: v[n].copy() if v.ndim > 1 else v[n].item() for k, v in values.items()}
+
+
+def symmetric_box(bounds: Sequence[float]) -> gymnasium.spaces.Box:
+    """Numbers from -bound to bound."""
+    high = numpy.array(bounds, numpy.float32)
+    return gymnasium.spaces.Box(-high, high, dtype=numpy.float32)
 
 
 class Ways(Generic[_Arena]):
@@ -133,6 +142,16 @@ class Ways(Generic[_Arena]):
         spaces = self._spaces()
         return gymnasium.spaces.Dict({name: spaces[name] for name in self.obs})
 
+    @functools.cached_property
+    def _boxes(self) -> dict[str, gymnasium.spaces.Box]:
+        """Bounds of observations that are lengths, forces and directions."""
+        spaces = self._spaces()
+        return {
+            name: space
+            for name in self.obs
+            if name not in _PICTURES and isinstance(space := spaces[name], gymnasium.spaces.Box)
+        }
+
     def _tips(self) -> Array:
         """Positions, directions and upward directions (n, 9)."""
         return self.states[:, :9]
@@ -209,7 +228,10 @@ class Ways(Generic[_Arena]):
 
     def observation(self) -> Observation:
         """Copies, with the instruments as first axis."""
-        return {name: self._observed(name) for name in self.obs}
+        observed = {name: self._observed(name) for name in self.obs}
+        for name, box in self._boxes.items():
+            observed[name] = numpy.clip(observed[name], box.low, box.high)
+        return observed
 
     def _guide(self) -> Array:
         tips = self._tips()

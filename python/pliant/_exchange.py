@@ -15,9 +15,67 @@ import numpy.typing
 
 import pliant._core
 from pliant._core import Field, SpringParts, TetMesh, Tissue, Volume
-from pliant._error import Error
+from pliant._error import Error, expected_error
+
+Array = numpy.typing.NDArray[Any]
 
 _RAS = numpy.diag([-1.0, -1.0, 1.0])
+
+
+def array_of_argument(given: Any, name: str) -> Array:
+    """numpy.asarray(given), without masked values.
+
+    Raises:
+        pliant.Error: It has some, or has rows of different lengths.
+    """
+    if numpy.ma.is_masked(given):
+        raise expected_error(
+            name, "no masked values (numpy.ma.filled gives them one)", "a masked array"
+        )
+    try:
+        return numpy.asarray(given)
+    except (TypeError, ValueError) as error:
+        raise expected_error(name, "an array of numbers", error) from None
+
+
+def array_in(given: Any, name: str, kind: str, must_be_finite: bool = False) -> Array:
+    """An array of an argument, in C order and of a type; nothing is converted silently.
+
+    Raises:
+        pliant.Error: It isn't an array of real numbers, has masked values, or values that the type
+            can't hold; if must_be_finite also NaN and infinite ones.
+    """
+    array = array_of_argument(given, name)
+    if array.dtype.kind not in "biuf":
+        raise expected_error(name, "real numbers", f"an array of {array.dtype}")
+    with numpy.errstate(over="ignore", invalid="ignore"):
+        made = numpy.ascontiguousarray(array, kind)
+        if made.size == 0:
+            return made
+        # A sum in one pass is finite only if all numbers are.
+        if must_be_finite and made.dtype.kind == "f" and not numpy.isfinite(made.sum()):
+            if count := made.size - int(numpy.count_nonzero(numpy.isfinite(made))):
+                raise expected_error(
+                    name, f"finite {kind} (numpy.nan_to_num replaces others)",
+                    f"{count} that are not, of {made.size}",
+                )  # fmt: skip
+        if array.dtype.kind in "iu" and made.dtype != array.dtype and array.dtype.itemsize > 2:
+            _check_whole(array, made, name)
+    return made
+
+
+def _check_whole(array: Array, made: Array, name: str) -> None:
+    """Raises if whole numbers have changed by their conversion."""
+    low, high = int(array.min()), int(array.max())
+    held = 2**24 if made.dtype == numpy.float32 else 2**53
+    if made.dtype.kind in "iu":
+        limits = numpy.iinfo(made.dtype)
+        if low < limits.min or high > limits.max:
+            raise expected_error(name, f"numbers that {made.dtype} holds", f"{low} to {high}")
+    elif (low < -held or high > held) and not numpy.array_equal(made.astype(array.dtype), array):
+        raise expected_error(
+            name, f"whole numbers that {made.dtype} holds, such as up to {held}", f"{low} to {high}"
+        )
 
 
 def _grid_of(item: Volume | Field) -> dict[str, Any]:
@@ -38,6 +96,8 @@ def volume_from_sitk(image: Any) -> Volume:
     """A scan of a SimpleITK image; its memory is viewed if it has int16 or float32."""
     sitk: Any = importlib.import_module("SimpleITK")
 
+    if not isinstance(image, sitk.Image):
+        raise expected_error("image", "a SimpleITK image", repr(image))
     view = sitk.GetArrayViewFromImage(image).view(_ViewOfImage)
     view.image = image
     return Volume(
@@ -65,6 +125,8 @@ def volume_from_nibabel(image: Any) -> Volume:
     Raises:
         pliant.Error: The axes aren't perpendicular.
     """
+    if not hasattr(image, "affine") or not hasattr(image, "dataobj"):
+        raise expected_error("image", "a NiBabel image", repr(image))
     affine = _RAS @ image.affine[:3, :3]
     spacing = numpy.linalg.norm(affine, axis=0)
     values = numpy.asanyarray(image.dataobj)
@@ -105,8 +167,10 @@ def array_of(
 
 
 def dlpack_of(volume: Volume, options: dict[str, Any]) -> Any:
-    """DLPack's protocol: the values without a copy, where the other side takes read-only ones."""
-    return volume.array.__dlpack__(**options)
+    """DLPack's protocol: a copy, since other sides write into what is marked as read-only."""
+    if options.pop("copy", None) is False:
+        raise BufferError("expected copy=None or True, found False: the scan is read-only")
+    return volume.array.copy().__dlpack__(**options)
 
 
 def _remade_volume(array: Any, grid: dict[str, Any], background: float) -> Volume:
@@ -204,3 +268,49 @@ def reduced_own_tissue(tissue: Tissue, *_: Any) -> tuple[Any, ...]:
     attributes = dict(tissue.__dict__)
     state = _state_of(tissue)
     return _remade_own_tissue, (type(tissue), tissue.scan, tissue.threads, attributes, state)
+
+
+def _remade_scene(
+    wall: Any, entry: Any, threads: int, settings: dict[str, Any], state: Any,
+    hand: tuple[float, float, float, float],
+) -> Any:  # fmt: skip
+    scene = pliant._core.CatheterScene(wall, entry, threads=threads, **settings)
+    scene.restore(state)
+    scene.command(*hand)
+    return scene
+
+
+def reduced_scene(
+    scene: Any, entry: Any, settings: dict[str, Any], hand: Any
+) -> tuple[Any, ...]:
+    """For pickle and copy.deepcopy: wall, settings and dynamic state."""
+    for name in ("place_mm", "direction"):
+        settings.pop(name, None)  # the entry
+    return _remade_scene, (scene.wall, entry, scene.threads, settings, scene.state(), hand)
+
+
+def _remade_truth_maker(scan: Volume, threads: int, materials: Any, settings: Any) -> Any:
+    return pliant._core.TruthMaker(scan, threads, materials, **settings)
+
+
+def _remade_truth(arguments: tuple[Any, ...], seed: int) -> Any:
+    return _remade_truth_maker(*arguments).make(seed)
+
+
+def reduced_truth_maker(arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+    """For pickle and copy.deepcopy."""
+    return _remade_truth_maker, arguments
+
+
+def reduced_truth(case: Any) -> tuple[Any, ...]:
+    """For pickle and copy.deepcopy: scan, settings and seed, of which the same case is made."""
+    return _remade_truth, case._made_of
+
+
+def _remade_prepared(scan: Volume, threads: int, settings: dict[str, Any]) -> Any:
+    return pliant._core.PreparedScan(scan, threads, **settings)
+
+
+def reduced_prepared(scan: Volume, threads: int, settings: dict[str, Any]) -> tuple[Any, ...]:
+    """For pickle and copy.deepcopy."""
+    return _remade_prepared, (scan, threads, dict(settings))

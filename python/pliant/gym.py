@@ -29,6 +29,8 @@ from gymnasium.vector import AutoresetMode
 from pliant._catheter_gym import CatheterEnv, CatheterVectorEnv
 from pliant._core import EndoscopeArena, Volume, find_endoscope, make_phantom, read_volume
 from pliant._environment import (
+    MOST_N,
+    UNIT,
     ArenaEnv,
     ArenaVectorEnv,
     Array,
@@ -36,6 +38,7 @@ from pliant._environment import (
     Ways,
     arguments_of,
     arguments_of_one,
+    symmetric_box,
 )
 from pliant._error import Error
 from pliant._lumen_tree import LumenEnd, find_lumen_ends
@@ -193,13 +196,15 @@ class _Flights(Ways[EndoscopeArena]):
         width, height = self.size
         box = gymnasium.spaces.Box
         far, jump = self._far_mm, 4.0 * max(self.size)
+        wide = float(numpy.abs(self.lumen.scan.origin_mm).max() + 2 * far + self._ahead.max())
+        state = [wide] * 3 + [UNIT] * 6 + [MOST_N] * 3 + [far, 1.0, 1.0]
         return {
             "rgb": box(0, 255, (height, width, 3), numpy.uint8),
             "depth": box(0, far, (height, width), numpy.float32),
             "normals": box(-1, 1, (height, width, 3), numpy.float32),
             "flow": box(-jump, jump, (height, width, 2), numpy.float32),
-            "state": box(-numpy.inf, numpy.inf, (15,), numpy.float32),
-            "guide": box(-numpy.inf, numpy.inf, (7,), numpy.float32),
+            "state": symmetric_box(state),
+            "guide": symmetric_box([wide] * 7),
         }
 
     def reset(self, n: int, rng: numpy.random.Generator, options: dict[str, Any]) -> None:

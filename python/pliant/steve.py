@@ -280,6 +280,15 @@ class Simulation(_Base):  # type: ignore[misc, unused-ignore]
         """Removes one of add_interim_targets()."""
         self.interim_targets.remove(interim_target)
 
+    def get_config_dict(self) -> dict[str, Any]:
+        """Class and arguments, of which eve makes it again in other processes (make_mp)."""
+        names = ("friction", "dt_simulation", "wall", "segment_mm", "young_modulus_pa", "threads")
+        return {
+            "_class": f"{Simulation.__module__}.{Simulation.__name__}",
+            "_id": id(self),
+            **{name: getattr(self, name) for name in names},
+        }
+
     def get_reset_state(self) -> dict[str, Any]:
         """Positions, lengths, rotations and whether there was an error: copies."""
         names = ("dof_positions", "inserted_lengths", "rotations", "simulation_error")

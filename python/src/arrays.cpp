@@ -28,19 +28,48 @@ const char* name_of(ErrorCode code) {
 
 }  // namespace
 
+namespace {
+
+/// A setting of a table of a file, "[material] offset", as the keyword that it is here.
+std::string without_table(const std::string& text) {
+    const std::size_t end = text.find("] ");
+    return text.starts_with('[') && !text.starts_with("[[") && end != std::string::npos
+               ? text.substr(end + 2)
+               : text;
+}
+
+}  // namespace
+
 void raise(const Error& error) {
     const nb::object kind = nb::module_::import_("pliant._error").attr("Error");
-    const nb::object raised =
-        kind(error.message, name_of(error.code), error.field, error.expected, error.found);
+    const nb::object raised = kind(without_table(error.message), name_of(error.code),
+                                   without_table(error.field), error.expected, error.found);
     PyErr_SetObject(kind.ptr(), raised.ptr());
     throw nb::python_error();
 }
 
+void Claim::take(const Exclusive& object, nb::handle type) {
+    if (m_object) return;
+    const auto thread = std::this_thread::get_id();
+    if (object.m_calls > 0 && !(object.m_has_inner_calls && object.m_thread == thread)) {
+        const nb::object kind = nb::module_::import_("pliant._error").attr("busy_error");
+        const nb::object raised = kind(type.attr("__name__"));
+        PyErr_SetObject(nb::handle(raised.type()).ptr(), raised.ptr());
+        throw nb::python_error();
+    }
+    m_object = const_cast<Exclusive*>(&object);
+    m_object->m_thread = thread;
+    ++m_object->m_calls;
+}
+
 Arena::Arena(int threads) {
-    if (threads < 0)
-        raise({ErrorCode::InvalidArgument,
-               "threads: expected 0 (one for each core) or more, found " + std::to_string(threads),
-               "threads", "0 or more", std::to_string(threads)});
+    constexpr int kMost = 256;  // as of the program
+    if (threads < 0 || threads > kMost) {
+        const std::string expected = "0 (one for each core) to " + std::to_string(kMost);
+        const std::string found = std::to_string(threads);
+        raise({ErrorCode::InvalidArgument, "threads: expected " + expected + ", found " + found,
+               "threads", expected, found});
+    }
     const int count =
         threads > 0 ? threads : int(std::max(1u, std::thread::hardware_concurrency()));
     HostJobs jobs{.thread_count = count};
@@ -99,9 +128,14 @@ nb::object points_of(std::vector<Vec3d> points) {
         reinterpret_cast<double*>(kept->data()), {kept->size(), 3}, owner));
 }
 
-std::vector<double> numbers_of(const std::optional<nb::object>& nested) {
+nb::object array_in(const nb::object& given, const char* name, const char* type,
+                    bool must_be_finite) {
+    return exchange("array_in")(given, name, type, must_be_finite);
+}
+
+std::vector<double> numbers_of(const std::optional<nb::object>& nested, const char* name) {
     if (!nested) return {};
-    const nb::object flat = nb::module_::import_("numpy").attr("ravel")(*nested);
+    const nb::object flat = array_in(*nested, name, "float64").attr("ravel")();
     return nb::cast<std::vector<double>>(flat.attr("tolist")());
 }
 

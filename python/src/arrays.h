@@ -24,6 +24,7 @@
 #include <pliant/core/vec.h>
 #include <pliant/result.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -33,6 +34,8 @@
 #include <string>
 #include <thread>
 #include <utility>
+
+#include "exclusive.h"
 
 namespace nb = nanobind;
 
@@ -54,7 +57,7 @@ inline void take(const Status& status) {
 /// Threads of a tissue or a call.
 class Arena {
   public:
-    /// @param threads  0: one for each core; 1: the caller's alone, also after fork()
+    /// @param threads  0: one for each core; 1: the caller's alone, also after fork(); at most 256
     explicit Arena(int threads);
     const TaskArena& tasks() const { return *m_tasks; }
     int threads() const { return m_tasks->thread_count(); }
@@ -133,6 +136,19 @@ class Interruption {
     std::chrono::steady_clock::time_point m_next{};
 };
 
+/// Calls work(n) for 0…count without the interpreter's lock. Ctrl-C raises.
+template <class Work>
+void for_each_row(std::size_t count, const Work& work) {
+    constexpr std::size_t kPiece = 4096;
+    Interruption interruption;
+    {
+        const nb::gil_scoped_release without_lock;
+        for (std::size_t n = 0; n < count && !interruption.is_there();)
+            for (const std::size_t end = std::min(count, n + kPiece); n < end; ++n) work(n);
+    }
+    interruption.raise_if_there();
+}
+
 /// The settings in a call's keyword arguments. @returns InvalidArgument for other kinds of values
 Record record_of(const nb::dict& arguments);
 nb::dict dict_of(const Record& record);
@@ -172,8 +188,17 @@ inline nb::object exchange(const char* name) {
 }
 /// An array (n, 3) that keeps the points.
 nb::object points_of(std::vector<Vec3d> points);
+/// numpy.asarray(given); masked values and ragged rows are refused.
+inline nb::object array_of_argument(const nb::object& given, const char* name) {
+    return exchange("array_of_argument")(given, name);
+}
+/// An array in C order of a type ("float64", …), viewed where it has both. Masked values, text,
+/// objects and complex numbers are refused, as are whole numbers that the type can't hold, and NaN,
+/// infinite and too large ones if all must be finite.
+nb::object array_in(const nb::object& given, const char* name, const char* type,
+                    bool must_be_finite = false);
 /// The numbers of a nested sequence or an array, by rows; none without one.
-std::vector<double> numbers_of(const std::optional<nb::object>& nested);
+std::vector<double> numbers_of(const std::optional<nb::object>& nested, const char* name);
 /// Three numbers of any sequence.
 bool vector_from(nb::handle from, Vec3d& to) noexcept;
 
@@ -194,6 +219,8 @@ void bind_augment(nb::module_& m);
 void bind_gym(nb::module_& m);
 void bind_catheter_gym(nb::module_& m);
 void bind_truth(nb::module_& m);
+/// @pre all of them are bound
+void finish_functions(nb::module_& m);
 
 }  // namespace pliant::python
 

@@ -15,6 +15,7 @@
 #include <type_traits>
 
 #include "keywords.h"
+#include "pickled.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -23,10 +24,55 @@ namespace {
 using Numbers = nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>;
 using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-/// A warp, with the threads that find its inverse.
+/// The grid of with_doubled_slices.
+Grid doubled_grid(const Grid& grid) {
+    if (std::min({grid.size.x, grid.size.y, grid.size.z}) != 1) return grid;
+    const Volume still{grid, VoxelArray<std::int16_t>(voxel_count(grid)), {}};
+    return take(with_doubled_slices(still)).grid;
+}
+
+/// A warp of arrays on a grid. One slice has no cells: the warp of such a grid has two, which move
+/// alike (with_doubled_slices).
 struct PyWarp {
     Warp warp;
+    Grid grid;
+
+    bool is_doubled() const { return grid.size != warp.grid().size; }
 };
+
+/// Calls write(from, to) for a channel, with the slices that the warp has.
+template <class T, class Write>
+void with_slices_of(const PyWarp& self, std::span<const T> from, std::span<T> to,
+                    const Write& write) {
+    if (!self.is_doubled()) return write(from, to);
+    const Grid& doubled = self.warp.grid();
+    const Vec3i last = self.grid.size - Vec3i{1, 1, 1};
+    std::vector<T> given(voxel_count(doubled)), made(given.size());
+    const auto for_each_voxel = [](const Grid& grid, const auto& visit) {
+        for (int k = 0; k < grid.size.z; ++k)
+            for (int j = 0; j < grid.size.y; ++j)
+                for (int i = 0; i < grid.size.x; ++i) visit(Vec3i{i, j, k});
+    };
+    for_each_voxel(doubled, [&](Vec3i p) {
+        const Vec3i single{std::min(p.x, last.x), std::min(p.y, last.y), std::min(p.z, last.z)};
+        given[voxel_index(doubled, p)] = from[voxel_index(self.grid, single)];
+    });
+    write(std::span<const T>(given), std::span<T>(made));
+    for_each_voxel(self.grid,
+                   [&](Vec3i p) { to[voxel_index(self.grid, p)] = made[voxel_index(doubled, p)]; });
+}
+
+/// A field on the grid of the arrays.
+VectorField single_field(const PyWarp& self, VectorField field) {
+    if (!self.is_doubled()) return field;
+    VectorField single{self.grid, field.kind, std::vector<Vec3f>(voxel_count(self.grid))};
+    with_slices_of<Vec3f>(self, single.vectors_mm, single.vectors_mm,
+                          [&](std::span<const Vec3f>, std::span<Vec3f> to) {
+                              std::copy(field.vectors_mm.begin(), field.vectors_mm.end(),
+                                        to.begin());
+                          });
+    return single;
+}
 
 /// A ball that grows: its surface moves outwards, and what is around it by less.
 struct Swelling {
@@ -70,6 +116,14 @@ struct Breath {
     }
 };
 
+/// A plane wave.
+struct Wave {
+    Vec3d by, vector;  ///< amplitude [mm], 2π times the direction over the length [rad/mm]
+    double phase;
+
+    Vec3d at(Vec3d x) const { return std::sin(dot(vector, x) + phase) * by; }
+};
+
 Box3i hull_of(const Box3i& a, const Box3i& b) {
     if (is_empty(a)) return b;
     if (is_empty(b)) return a;
@@ -83,6 +137,7 @@ Box3i hull_of(const Box3i& a, const Box3i& b) {
 
 using SwellingNumbers = std::tuple<Vec3d, double, double>;
 using BreathNumbers = std::tuple<Vec3d, Vec3d, double, double, double>;
+using WaveNumbers = std::tuple<Vec3d, Vec3d, double>;
 
 /// City-block distances from bone, in blocks of voxels: how far tissue can move follows from them.
 class BoneDistance {
@@ -150,7 +205,7 @@ class BoneDistance {
 };
 
 /// The members are destroyed in reverse order: each refers to those above it.
-class PreparedScan {
+class PreparedScan : public Exclusive {
     template <class Work>
     auto run(const Work& work) const {
         return take(m_arena->run(work));
@@ -162,12 +217,19 @@ class PreparedScan {
         ChainMailSettings settings = settings_from<ChainMailSettings>(given, chainmail_rows());
         settings.history_max_steps = 0;
         const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
+        const Vec3i n = volume.grid.size;
+        if (std::min({n.x, n.y, n.z}) == 1) {
+            m_doubled.emplace(take(with_doubled_slices(volume)));
+            m_doubled->background = volume.background;
+        }
+        const Volume& moving = m_doubled ? *m_doubled : volume;
         m_tissue.emplace(take(
-            m_arena->run([&] { return ChainMail::create(volume, settings, m_arena->tasks()); })));
+            m_arena->run([&] { return ChainMail::create(moving, settings, m_arena->tasks()); })));
     }
 
     nb::object scan() const { return m_scan; }
     nb::dict settings() const { return m_given; }
+    int threads() const { return m_arena->threads(); }
     double bone_distance_mm(Vec3d point_mm) {
         if (!m_bone) {
             const nb::gil_scoped_release without_lock;
@@ -183,7 +245,8 @@ class PreparedScan {
         return run([&] { return slide_sphere(*m_tissue, {point_mm, way_mm, radius_mm}); });
     }
     FollowReport follow(const std::vector<SwellingNumbers>& swellings,
-                        const std::vector<BreathNumbers>& breaths) {
+                        const std::vector<BreathNumbers>& breaths,
+                        const std::vector<WaveNumbers>& wave_numbers) {
         std::vector<Swelling> balls;
         for (const auto& [centre, growth, radius] : swellings) {
             if (!(radius > 0))
@@ -191,33 +254,48 @@ class PreparedScan {
             if (!is_finite(centre)) raise_value("centre_mm", "finite numbers", nb::cast(centre));
             balls.push_back({centre, growth, radius});
         }
-        std::vector<Breath> waves;
+        std::vector<Breath> breathing;
         for (const auto& [diaphragm, by, above, below, depth] : breaths) {
             if (!(above > 0 && below > 0 && depth > 0))
                 raise({ErrorCode::InvalidArgument,
                        "breath: expected above_mm, below_mm and depth_mm above 0", "breath"});
-            waves.push_back({diaphragm, by, above, below, depth});
+            breathing.push_back({diaphragm, by, above, below, depth});
         }
+        std::vector<Wave> waves;
+        for (const auto& [by, vector, phase] : wave_numbers) waves.push_back({by, vector, phase});
         const Grid& grid = m_tissue->volume().grid;
         Box3i box;
         for (const Swelling& ball : balls) box = hull_of(box, ball.box(grid));
-        if (!waves.empty()) box = voxel_box(grid);
+        if (!breathing.empty() || !waves.empty()) box = voxel_box(grid);
         if (is_empty(box)) return {.fraction = 1};
-        return run([&] {
+        return take(m_arena->run_reading([&] {
+            int calls = 0;
             return m_tissue->follow(box, [&](Vec3d x) {
+                // Ctrl-C: the field of a call that is given up isn't finite, and nothing changes.
+                constexpr int kLookEvery = 1 << 16;
+                constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+                if (++calls % kLookEvery == 0 && m_arena->tasks().gives_up())
+                    return Vec3d{kNone, kNone, kNone};
                 Vec3d u{0, 0, 0};
                 for (const Swelling& ball : balls) u = u + ball.at(x);
-                for (const Breath& wave : waves) u = u + wave.at(x);
+                for (const Breath& breath : breathing) u = u + breath.at(x);
+                for (const Wave& wave : waves) u = u + wave.at(x);
                 return u;
             });
-        });
+        }));
     }
     /// @returns the warp and the deformed scan; the tissue is at rest again
     std::pair<PyWarp, PyVolume> finish() {
         PyVolume deformed;
         auto warp = run([&] { return Warp::create(*m_tissue, &deformed.volume); });
         m_tissue->reset();
-        return {PyWarp{std::move(warp)}, std::move(deformed)};
+        const Grid& grid = nb::cast<const PyVolume&>(m_scan).volume.grid;
+        if (m_doubled) {
+            const float background = deformed.volume.background;
+            deformed.volume = take(with_single_slices(deformed.volume, grid));
+            deformed.volume.background = background;
+        }
+        return {PyWarp{std::move(warp), grid}, std::move(deformed)};
     }
     void reset() { m_tissue->reset(); }
 
@@ -225,6 +303,7 @@ class PreparedScan {
     nb::object m_scan;
     nb::dict m_given;
     std::unique_ptr<Arena> m_arena;
+    std::optional<Volume> m_doubled;  ///< the scan, if it has one slice
     std::optional<ChainMail> m_tissue;
     std::optional<BoneDistance> m_bone;
 };
@@ -257,7 +336,8 @@ void for_type(const Numbers& array, const Work& work) {
 
 /// A new array of the same shape and type, of which each channel is written by write(from, to).
 template <class Write>
-nb::object each_channel(const Grid& grid, const nb::object& given, const Write& write) {
+nb::object each_channel(const PyWarp& self, const nb::object& given, const Write& write) {
+    const Grid& grid = self.grid;
     const nb::module_ numpy = nb::module_::import_("numpy");
     const nb::object memory = numpy.attr("ascontiguousarray")(given);
     Numbers from;
@@ -283,7 +363,8 @@ nb::object each_channel(const Grid& grid, const nb::object& given, const Write& 
         auto* const target = static_cast<T*>(to.data());
         const nb::gil_scoped_release without_lock;
         for (std::size_t first = 0; first < from.size(); first += voxels)
-            write(std::span<const T>(source + first, voxels), std::span<T>(target + first, voxels));
+            with_slices_of<T>(self, std::span<const T>(source + first, voxels),
+                              std::span<T>(target + first, voxels), write);
     });
     return made;
 }
@@ -305,13 +386,12 @@ nb::object image(const PyWarp& self, const nb::object& array, double beyond, boo
     if (is_integer && std::isnan(beyond)) raise_value("beyond", "a number", nb::float_(beyond));
     if (!back && !self.warp.has_inverse())
         raise({ErrorCode::InvalidArgument, "warp: expected one with an inverse", "warp"});
-    return each_channel(self.warp.grid(), array,
-                        [&]<class T>(std::span<const T> from, std::span<T> to) {
-                            if (back)
-                                self.warp.unwarp_image(from, to, number<T>(beyond));
-                            else
-                                self.warp.warp_image(from, to, number<T>(beyond));
-                        });
+    return each_channel(self, array, [&]<class T>(std::span<const T> from, std::span<T> to) {
+        if (back)
+            self.warp.unwarp_image(from, to, number<T>(beyond));
+        else
+            self.warp.warp_image(from, to, number<T>(beyond));
+    });
 }
 
 nb::object labels(const PyWarp& self, const nb::object& array, const std::string& sampling,
@@ -319,18 +399,16 @@ nb::object labels(const PyWarp& self, const nb::object& array, const std::string
     const LabelSampling how = sampling_of(sampling);
     if (!back && !self.warp.has_inverse())
         raise({ErrorCode::InvalidArgument, "warp: expected one with an inverse", "warp"});
-    return each_channel(self.warp.grid(), array,
-                        [&]<class T>(std::span<const T> from, std::span<T> to) {
-                            if (back)
-                                self.warp.unwarp_labels(from, to, how, number<T>(beyond));
-                            else
-                                self.warp.warp_labels(from, to, how, number<T>(beyond));
-                        });
+    return each_channel(self, array, [&]<class T>(std::span<const T> from, std::span<T> to) {
+        if (back)
+            self.warp.unwarp_labels(from, to, how, number<T>(beyond));
+        else
+            self.warp.warp_labels(from, to, how, number<T>(beyond));
+    });
 }
 
 nb::object points(const PyWarp& self, const nb::object& given, bool back) {
-    const nb::object memory =
-        nb::module_::import_("numpy").attr("ascontiguousarray")(given, "float64");
+    const nb::object memory = array_in(given, "points_mm", "float64");
     Points from;
     if (!nb::try_cast<Points>(memory, from) || from.shape(1) != 3)
         raise({ErrorCode::InvalidArgument,
@@ -338,16 +416,13 @@ nb::object points(const PyWarp& self, const nb::object& given, bool back) {
                "points_mm"});
     std::vector<Vec3d> moved(from.shape(0));
     bool is_found = true;
-    {
-        const nb::gil_scoped_release without_lock;
-        for (std::size_t n = 0; n < moved.size(); ++n) {
-            const double* const p = from.data() + 3 * n;
-            const Vec3d at{p[0], p[1], p[2]};
-            const auto to = back ? self.warp.inverse(at) : self.warp.forward(at);
-            is_found &= to.has_value();
-            moved[n] = to.value_or(at);
-        }
-    }
+    for_each_row(moved.size(), [&](std::size_t n) {
+        const double* const p = from.data() + 3 * n;
+        const Vec3d at{p[0], p[1], p[2]};
+        const auto to = back ? self.warp.inverse(at) : self.warp.forward(at);
+        is_found &= to.has_value();
+        moved[n] = to.value_or(at);
+    });
     if (!is_found)
         raise(
             {ErrorCode::InvalidArgument, "points_mm: a point has no unique inverse", "points_mm"});
@@ -383,7 +458,7 @@ void for_rows_of_block(const Box3i& box, int number, const Visit& visit) {
 /// displacements (n, 3, 8, 8, 8), has an inverse)
 nb::tuple state_of(const PyWarp& self) {
     const WarpState& state = self.warp.state();
-    const Grid& g = state.grid;
+    const Grid& g = self.grid;
     const Box3i& box = state.box;
     constexpr std::size_t kElements = kStateBlock * kStateBlock * kStateBlock;
     auto* const numbers = new std::vector<std::int32_t>;
@@ -430,7 +505,7 @@ nb::tuple state_of(const PyWarp& self) {
     raise({ErrorCode::InvalidArgument, "warp: expected the state of another warp", "warp"});
 }
 
-Warp warp_of(const nb::tuple& state) {
+PyWarp warp_of(const nb::tuple& state) {
     using List = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
     using Units = nb::ndarray<const std::int32_t, nb::ndim<5>, nb::c_contig, nb::device::cpu>;
     if (nb::len(state) != 8) raise_about_state();
@@ -447,8 +522,10 @@ Warp warp_of(const nb::tuple& state) {
         units.size() != 3 * 512 * list.size())
         raise_about_state();
     WarpState made;
-    made.grid = grid_from({size[0], size[1], size[2]}, spacing_mm, origin_mm,
-                          numbers_of(nb::cast<nb::object>(state[3])));
+    const Grid grid = grid_from({size[0], size[1], size[2]}, spacing_mm, origin_mm,
+                                numbers_of(nb::cast<nb::object>(state[3]), "direction"));
+    if (!check_grid(grid).ok()) raise_about_state();
+    made.grid = doubled_grid(grid);
     made.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
     constexpr double kMostElements = 1e11;  // whose blocks have numbers of 32 bits
     double elements = 1;
@@ -473,8 +550,9 @@ Warp warp_of(const nb::tuple& state) {
                           });
     }
     const Arena arena(1);
-    return take(
-        arena.run([&] { return Warp::create(std::move(made), arena.tasks(), with_inverse); }));
+    return {
+        take(arena.run([&] { return Warp::create(std::move(made), arena.tasks(), with_inverse); })),
+        grid};
 }
 
 void bind_warp(nb::module_& m) {
@@ -534,7 +612,8 @@ void bind_warp(nb::module_& m) {
                     "numpy.typing.NDArray[numpy.float64]"),
             "Takes moved points back.")
         .def(
-            "forward_field", [](const PyWarp& w) { return take(w.warp.forward_field()); },
+            "forward_field",
+            [](const PyWarp& w) { return single_field(w, take(w.warp.forward_field())); },
             "The displacement field, at rest voxel centres.")
         .def(
             "inverse_field",
@@ -542,7 +621,7 @@ void bind_warp(nb::module_& m) {
                 if (!w.warp.has_inverse())
                     raise(
                         {ErrorCode::InvalidArgument, "warp: expected one with an inverse", "warp"});
-                return take(w.warp.inverse_field());
+                return single_field(w, take(w.warp.inverse_field()));
             },
             "Its inverse, for resampling filters.")
         .def_prop_ro(
@@ -557,7 +636,7 @@ void bind_warp(nb::module_& m) {
             "Voxels away from their rest position, those beyond the grid included.")
         .def(
             "__init__",
-            [](PyWarp* self, const nb::tuple& state) { new (self) PyWarp{warp_of(state)}; },
+            [](PyWarp* self, const nb::tuple& state) { new (self) PyWarp(warp_of(state)); },
             nb::arg("state"), nb::sig("def __init__(self, state: tuple[typing.Any, ...]) -> None"),
             "Of another warp's state.")
         .def_prop_ro("state", &state_of, nb::sig("def state(self, /) -> tuple[typing.Any, ...]"),
@@ -575,7 +654,7 @@ void bind_warp(nb::module_& m) {
         .def("__repr__", [](const PyWarp& w) {
             return "Warp(" + std::to_string(w.warp.moved_elements()) + " voxels moved)";
         });
-    bind_grid(c, [](const PyWarp& w) -> const Grid& { return w.warp.grid(); });
+    bind_grid(c, [](const PyWarp& w) -> const Grid& { return w.grid; });
 }
 
 }  // namespace
@@ -583,6 +662,9 @@ void bind_warp(nb::module_& m) {
 void bind_augment(nb::module_& m) {
     bind_warp(m);
     nb::class_<FollowReport>(m, "FollowReport", "Result of a motion that follows a field.")
+        .def(Pickled<&FollowReport::fraction, &FollowReport::held_elements,
+                     &FollowReport::moved_elements, &FollowReport::solve_ms,
+                     &FollowReport::forgotten_steps>())
         .def_ro("fraction", &FollowReport::fraction, "Part of the field that was made, 0…1.")
         .def_ro("held_elements", &FollowReport::held_elements, "Voxels that bone holds back.")
         .def_ro("moved_elements", &FollowReport::moved_elements)
@@ -593,13 +675,13 @@ void bind_augment(nb::module_& m) {
                              "thread at a time.")
         .def(
             "__init__",
-            [](PreparedScan* self, const nb::object& scan, int threads,
+            [](nb::pointer_and_handle<PreparedScan> self, const nb::object& scan, int threads,
                const nb::kwargs& settings) {
                 if (!nb::isinstance<PyVolume>(scan))
                     raise({ErrorCode::InvalidArgument,
                            "scan: expected a Volume, found " + shown(nb::borrow(scan.type())),
                            "scan"});
-                new (self) PreparedScan(scan, threads, settings);
+                new (self.p) PreparedScan(scan, threads, settings);
             },
             nb::arg("scan"), nb::arg("threads") = 1, nb::arg("settings"),
             typed("def __init__(self, scan: Volume, threads: int = 1, *, **settings) -> None",
@@ -614,15 +696,23 @@ void bind_augment(nb::module_& m) {
         .def("bone_distance_mm", &PreparedScan::bone_distance_mm, nb::arg("point_mm"),
              "About the distance from bone along the grid's axes, which bounds motions there.")
         .def("follow", &PreparedScan::follow, nb::arg("swellings"), nb::arg("breaths"),
-             "Swellings (centre, growth, radius) and breaths (diaphragm, motion, above, below, "
-             "depth) of a scan at rest, as one motion.")
+             nb::arg("waves") = std::vector<WaveNumbers>{},
+             "Swellings (centre, growth, radius), breaths (diaphragm, motion, above, below, depth) "
+             "and waves (amplitude, wave vector [rad/mm], phase) of a scan at rest, as one motion.")
         .def("push", &PreparedScan::push, nb::arg("point_mm"), nb::arg("push_mm"),
              nb::arg("sphere_radius_mm"))
         .def("slide", &PreparedScan::slide, nb::arg("point_mm"), nb::arg("way_mm"),
              nb::arg("sphere_radius_mm"))
         .def("finish", &PreparedScan::finish,
              "The warp of all motions and the deformed scan. The tissue is at rest again.")
-        .def("reset", &PreparedScan::reset, "Takes all motions back.");
+        .def("reset", &PreparedScan::reset, "Takes all motions back.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                const auto& scan = nb::cast<const PreparedScan&>(self);
+                return exchange("reduced_prepared")(scan.scan(), scan.threads(), scan.settings());
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"), "At rest.");
 }
 
 }  // namespace pliant::python

@@ -19,7 +19,7 @@ namespace {
 using Flags = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 /// The members are destroyed in reverse order: each refers to those above it.
-class PyCatheters {
+class PyCatheters : public Exclusive {
   public:
     PyCatheters(const VesselWall& wall, nb::object scan, const CatheterArenaSettings& settings,
                 int threads)
@@ -46,7 +46,7 @@ class PyCatheters {
         nb::object flag_memory;
         std::span<const std::uint8_t> asked;
         if (!moves.is_none()) {
-            flag_memory = nb::module_::import_("numpy").attr("ascontiguousarray")(moves, "uint8");
+            flag_memory = array_in(moves, "moves", "uint8");
             if (!nb::try_cast<Flags>(flag_memory, flags))
                 raise({ErrorCode::InvalidArgument, "moves: expected one axis", "moves"});
             asked = {flags.data(), flags.shape(0)};
@@ -60,11 +60,12 @@ class PyCatheters {
     std::unique_ptr<CatheterArena> m_arena;
 };
 
-void make_catheters(PyCatheters* self, const VesselWall& wall, const nb::object& scan,
-                    const nb::object& entry, double inwards, int count, std::pair<int, int> size,
-                    double control_hz, const std::optional<nb::object>& view, bool has_pictures,
-                    double device_water, int points, double points_mm, double bend_rad,
-                    double max_bend_rad, int threads, const nb::kwargs& settings) {
+void make_catheters(nb::pointer_and_handle<PyCatheters> self, const VesselWall& wall,
+                    const nb::object& scan, const nb::object& entry, double inwards, int count,
+                    std::pair<int, int> size, double control_hz,
+                    const std::optional<nb::object>& view, bool has_pictures, double device_water,
+                    int points, double points_mm, double bend_rad, double max_bend_rad, int threads,
+                    const nb::kwargs& settings) {
     CatheterArenaSettings s;
     s.catheter = settings_from<CatheterSettings>(settings, catheter_rows());
     s.catheter.entry = entry_of(entry, inwards, s.catheter.entry.inserted_mm, wall);
@@ -79,7 +80,7 @@ void make_catheters(PyCatheters* self, const VesselWall& wall, const nb::object&
     s.points_mm = points_mm;
     s.bend_rad = bend_rad;
     s.max_bend_rad = max_bend_rad;
-    new (self) PyCatheters(wall, scan, s, threads);
+    new (self.p) PyCatheters(wall, scan, s, threads);
 }
 
 nb::object states_of(const PyCatheters& a) {

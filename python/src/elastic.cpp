@@ -13,7 +13,10 @@ namespace pliant::python {
 namespace {
 
 /// A solver with its threads.
-struct PyElastic {
+struct PyElastic : Exclusive {
+    PyElastic(std::unique_ptr<Arena> its_arena, ElasticSolver its_solver, std::size_t nodes)
+        : arena(std::move(its_arena)), solver(std::move(its_solver)), node_count(nodes) {}
+
     std::unique_ptr<Arena> arena;
     ElasticSolver solver;
     std::size_t node_count;
@@ -132,9 +135,10 @@ void bind_solver(nb::module_& m) {
         "    >>> solver.solve(nodes=[999], forces_n=[(0, 0, -0.1)]).displacement_mm[999]")
         .def(
             "__init__",
-            [](PyElastic* self, const nb::object& mesh, const nb::object& materials,
-               const nb::object& held, const Array& held_axes, const Array& displacement_mm,
-               const Array& material_of, int threads, const nb::kwargs& settings) {
+            [](nb::pointer_and_handle<PyElastic> self, const nb::object& mesh,
+               const nb::object& materials, const nb::object& held, const Array& held_axes,
+               const Array& displacement_mm, const Array& material_of, int threads,
+               const nb::kwargs& settings) {
                 auto chosen = settings_from<ElasticSettings>(settings, elastic_rows());
                 const HexLattice* lattice = nullptr;
                 const HexMesh* cells = nullptr;
@@ -162,7 +166,7 @@ void bind_solver(nb::module_& m) {
                 }));
                 const std::size_t count =
                     lattice ? std::size_t(node_count(*lattice)) : cells->nodes_mm.size();
-                new (self) PyElastic{std::move(arena), std::move(solver), count};
+                new (self.p) PyElastic(std::move(arena), std::move(solver), count);
             },
             nb::arg("mesh"), nb::arg("materials"), nb::arg("held"),
             nb::arg("held_axes") = nb::none(), nb::arg("displacement_mm") = nb::none(),

@@ -24,8 +24,7 @@ VectorField field_of(const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
         raise({ErrorCode::InvalidArgument, "kind: expected modeling or resampling, found " + kind,
                "kind", "modeling or resampling", kind});
     Vectors vectors;
-    const nb::object memory =
-        nb::module_::import_("numpy").attr("ascontiguousarray")(array, "float32");
+    const nb::object memory = array_in(array, "array", "float32", true);
     if (!nb::try_cast<Vectors>(memory, vectors) || vectors.shape(3) != 3)
         raise({ErrorCode::InvalidArgument,
                "array: expected axes (k, j, i, 3), found " + shown(memory.attr("shape")), "array"});
@@ -41,21 +40,17 @@ VectorField field_of(const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
 }
 
 nb::object apply_to_points(const VectorField& field, const nb::object& given) {
-    const nb::module_ numpy = nb::module_::import_("numpy");
-    const nb::object memory = numpy.attr("ascontiguousarray")(given, "float64");
+    const nb::object memory = array_in(given, "points_mm", "float64");
     Points points;
     if (!nb::try_cast<Points>(memory, points) || points.shape(1) != 3)
         raise({ErrorCode::InvalidArgument,
                "points_mm: expected axes (n, 3), found " + shown(memory.attr("shape")),
                "points_mm"});
     std::vector<Vec3d> moved(points.shape(0));
-    {
-        const nb::gil_scoped_release without_lock;
-        for (std::size_t n = 0; n < moved.size(); ++n) {
-            const double* const p = points.data() + 3 * n;
-            moved[n] = Vec3d{p[0], p[1], p[2]} + sample_field(field, {p[0], p[1], p[2]});
-        }
-    }
+    for_each_row(moved.size(), [&](std::size_t n) {
+        const double* const p = points.data() + 3 * n;
+        moved[n] = Vec3d{p[0], p[1], p[2]} + sample_field(field, {p[0], p[1], p[2]});
+    });
     return points_of(std::move(moved));
 }
 
@@ -72,15 +67,17 @@ void bind_fields(nb::module_& m) {
          "__init__",
          [](VectorField* self, const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
             const std::optional<nb::object>& direction, const std::string& kind) {
-             new (self)
-                 VectorField(field_of(array, spacing_mm, origin_mm, numbers_of(direction), kind));
+             new (self) VectorField(
+                 field_of(array, spacing_mm, origin_mm, numbers_of(direction, "direction"), kind));
          },
          nb::arg("array"), nb::arg("spacing_mm") = Vec3d{1, 1, 1},
          nb::arg("origin_mm") = Vec3d{0, 0, 0}, nb::arg("direction") = nb::none(),
          nb::arg("kind") = "modeling",
          nb::sig("def __init__(self, array: numpy.typing.ArrayLike, "
-                 "spacing_mm: collections.abc.Sequence[float] = (1, 1, 1), "
-                 "origin_mm: collections.abc.Sequence[float] = (0, 0, 0), "
+                 "spacing_mm: collections.abc.Sequence[float] | "
+                 "numpy.typing.NDArray[typing.Any] = (1, 1, 1), "
+                 "origin_mm: collections.abc.Sequence[float] | "
+                 "numpy.typing.NDArray[typing.Any] = (0, 0, 0), "
                  "direction: numpy.typing.ArrayLike | None = None, "
                  "kind: str = \"modeling\") -> None"),
          "Args:\n    array: Vectors (k, j, i, 3), components x, y, z in LPS [mm].")

@@ -40,7 +40,7 @@ Polarity polarity_of(const std::string& name) {
 }
 
 /// The members are destroyed in reverse order: each refers to those above it.
-class PyArena {
+class PyArena : public Exclusive {
   public:
     PyArena(nb::object scan, EndoscopeArenaSettings settings, int threads)
         : m_scan(std::move(scan)), m_threads(std::make_unique<Arena>(threads)) {
@@ -62,8 +62,7 @@ class PyArena {
 
     /// Without a look at Ctrl-C in it: a step takes milliseconds.
     void step(const nb::object& given, const nb::object& moves) const {
-        const nb::module_ numpy = nb::module_::import_("numpy");
-        const nb::object memory = numpy.attr("ascontiguousarray")(given, "float64");
+        const nb::object memory = array_in(given, "actions", "float64");
         Actions actions;
         if (!nb::try_cast<Actions>(memory, actions) || actions.shape(1) != 4 ||
             actions.shape(0) != std::size_t(m_arena->count()))
@@ -75,7 +74,7 @@ class PyArena {
         nb::object flag_memory;
         std::span<const std::uint8_t> asked;
         if (!moves.is_none()) {
-            flag_memory = numpy.attr("ascontiguousarray")(moves, "uint8");
+            flag_memory = array_in(moves, "moves", "uint8");
             if (!nb::try_cast<Flags>(flag_memory, flags))
                 raise({ErrorCode::InvalidArgument, "moves: expected one axis", "moves"});
             asked = {flags.data(), flags.shape(0)};
@@ -170,13 +169,14 @@ void bind_pictures(nb::class_<PyArena>& c) {
             "Labels of the present picture's tissue (n, h, w).");
 }
 
-void make_arena(PyArena* self, const nb::object& scan, int count, std::pair<int, int> size,
-                double control_hz, const std::string& wall, double radius_mm, int relax_sweeps,
-                int relax_every, double young_modulus_pa, double iso_hu,
-                const std::string& polarity, double field_of_view_deg, double barrel_distortion,
-                const std::string& style, const std::string& lining, const std::string& field_stop,
-                bool is_smooth, const std::vector<std::string>& pictures,
-                const std::optional<nb::object>& labels, int threads, const nb::kwargs& materials) {
+void make_arena(nb::pointer_and_handle<PyArena> self, const nb::object& scan, int count,
+                std::pair<int, int> size, double control_hz, const std::string& wall,
+                double radius_mm, int relax_sweeps, int relax_every, double young_modulus_pa,
+                double iso_hu, const std::string& polarity, double field_of_view_deg,
+                double barrel_distortion, const std::string& style, const std::string& lining,
+                const std::string& field_stop, bool is_smooth,
+                const std::vector<std::string>& pictures, const std::optional<nb::object>& labels,
+                int threads, const nb::kwargs& materials) {
     EndoscopeArenaSettings s;
     s.count = count;
     s.width = size.first;
@@ -217,7 +217,7 @@ void make_arena(PyArena* self, const nb::object& scan, int count, std::pair<int,
             object_in<PyVolume>(*labels, "labels", "a Volume").volume);
     }
     s.materials = settings_from<ChainMailSettings>(materials, chainmail_rows());
-    new (self) PyArena(scan, s, threads);
+    new (self.p) PyArena(scan, s, threads);
 }
 
 nb::object states_of(const PyArena& a) {

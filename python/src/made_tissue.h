@@ -24,6 +24,8 @@ struct MakerCall {
 nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make, MakerCall maker);
 /// The tissue in an object of Python, which must outlive it; null for other objects.
 Tissue* find_tissue(nb::handle object);
+/// Keeps it for a call. @pre find_tissue(object)
+void claim_tissue(nb::handle object, Claim& claim);
 
 /// The scan in a Volume, or as a Tissue has it now, with its owner.
 struct SeenScan {

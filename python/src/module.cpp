@@ -8,6 +8,17 @@
 NB_MODULE(_core, m) {
     m.doc() = "Pliant's library. Use it as `import pliant`.";
     m.attr("version") = PLIANT_VERSION;
+    // Values of other types than a call expects, where it doesn't name them.
+    nb::register_exception_translator([](const std::exception_ptr& thrown, void*) {
+        try {
+            std::rethrow_exception(thrown);
+        } catch (const std::bad_cast&) {
+            const nb::object kind = nb::module_::import_("pliant._error").attr("Error");
+            PyErr_SetString(kind.ptr(),
+                            "arguments: expected the types of the signature, found "
+                            "another type in one of them");
+        }
+    });
     pliant::python::bind_settings(m);
     pliant::python::bind_volumes(m);
     pliant::python::bind_fields(m);
@@ -24,4 +35,5 @@ NB_MODULE(_core, m) {
     pliant::python::bind_gym(m);
     pliant::python::bind_catheter_gym(m);
     pliant::python::bind_truth(m);
+    pliant::python::finish_functions(m);
 }

@@ -27,7 +27,7 @@ class Numbers {
   public:
     Numbers(const nb::object& given, const char* name) {
         const nb::module_ numpy = nb::module_::import_("numpy");
-        nb::object array = numpy.attr("asarray")(given);
+        nb::object array = array_of_argument(given, name);
         const std::string kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
         const bool is_empty = nb::cast<std::size_t>(array.attr("size")) == 0;
         const auto ndim = nb::cast<std::size_t>(array.attr("ndim"));

@@ -121,7 +121,7 @@ class PythonTissue final : public NodeTissue {
   private:
     Result<std::vector<double>> found_state() const {
         return called<std::vector<double>>(
-            "state", [](const nb::object& s) { return numbers_of(std::optional(s)); });
+            "state", [](const nb::object& s) { return numbers_of(std::optional(s), "state"); });
     }
     static bool is_done(const nb::object&) { return true; }
 
@@ -192,8 +192,7 @@ void displace_own(Tissue& tissue, Vec3d first, const nb::object& displacements_m
     }
     auto* const own = dynamic_cast<PythonTissue*>(&tissue);
     if (!own) raise({ErrorCode::Unsupported, "displace: expected a tissue of a class of your own"});
-    const nb::object array =
-        nb::module_::import_("numpy").attr("ascontiguousarray")(displacements_mm, "float64");
+    const nb::object array = array_in(displacements_mm, "displacements_mm", "float64");
     nb::ndarray<const double, nb::ndim<4>, nb::c_contig, nb::device::cpu> values;
     if (!nb::try_cast(array, values) || values.shape(3) != 3)
         raise({ErrorCode::InvalidArgument,

@@ -12,6 +12,7 @@
 
 #include "made_tissue.h"
 #include "numbers.h"
+#include "pickled.h"
 #include "pictures.h"
 #include "struct_class.h"
 
@@ -54,11 +55,13 @@ namespace {
 using Points = Numbers<double, 3>;
 
 /// Casts rays at a volume, or at the present shape of a tissue, which it follows.
-class PyCaster {
+class PyCaster : public Exclusive {
   public:
     PyCaster(const nb::object& scan, int threads) : m_arena(threads), m_tissue(find_tissue(scan)) {
         m_scan = m_tissue ? scan : seen_scan(scan).owner;
+        Claim claim;
         if (m_tissue) {
+            claim_tissue(m_scan, claim);
             auto live = [&] {
                 const nb::gil_scoped_release without_lock;
                 return LiveDeformation::create(*m_tissue);
@@ -70,26 +73,30 @@ class PyCaster {
     }
 
     nb::object scan() const { return m_scan; }
+    int threads() const { return m_arena.threads(); }
 
     /// Calls work(caster), without the interpreter's lock, with the tissue's present shape.
     template <class Work>
     auto run(const Work& work) {
-        follow(false);
+        Claim claim;
+        follow(false, claim);
         return m_arena.run_reading([&] { return work(*m_caster); });
     }
 
     /// Calls work(caster, endoscope) likewise, with the rest field that the style needs.
     template <class Work>
     auto look(const Endoscope& endoscope, const Work& work) {
-        follow(endoscope.style == Style::Real);
+        Claim claim;
+        follow(endoscope.style == Style::Real, claim);
         Endoscope e = endoscope;
         if (m_rest) e.rest = &*m_rest;
         return m_arena.run_reading([&] { return work(*m_caster, e); });
     }
 
   private:
-    void follow(bool with_rest) {
+    void follow(bool with_rest, Claim& claim) {
         if (!m_tissue) return;
+        claim_tissue(m_scan, claim);
         const auto done = [&]() -> Status {
             const nb::gil_scoped_release without_lock;
             const auto update = m_live->update();
@@ -193,6 +200,7 @@ void bind_structs(nb::module_& m) {
         .field<&F::seed>("seed", "Seed of the noise: a picture's number.")
         .done();
     nb::class_<RayHit>(m, "RayHit", "First intersection of a ray with the surface.")
+        .def(Pickled<&RayHit::distance_mm, &RayHit::point_mm, &RayHit::normal>())
         .def_ro("distance_mm", &RayHit::distance_mm, "From the ray's origin [mm].")
         .def_ro("point_mm", &RayHit::point_mm, "Position [mm, LPS].")
         .def_ro("normal", &RayHit::normal, "Unit vector towards the side of the camera, LPS.")
@@ -263,6 +271,13 @@ void bind_caster(nb::module_& m) {
              "    threads: 0: one for each core; 1: the caller's alone.")
         .def_prop_ro("scan", &PyCaster::scan, nb::sig("def scan(self, /) -> Volume | Tissue"),
                      "The Volume or Tissue at which it casts rays.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                const auto& caster = nb::cast<const PyCaster&>(self);
+                return nb::make_tuple(self.type(), nb::make_tuple(caster.scan(), caster.threads()));
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
         .def(
             "endoscope_view",
             [](PyCaster& caster, const Endoscope& endoscope, int width, int height) {

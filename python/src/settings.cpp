@@ -42,7 +42,10 @@ SettingValue value_from(const std::string& name, nb::handle value) {
                 continue;
             }
             numbers.push_back(PyFloat_AsDouble(each.ptr()));
-            if (PyErr_Occurred()) throw nb::python_error();
+            if (PyErr_Occurred()) {
+                PyErr_Clear();
+                raise_value(name, "numbers or points", value);
+            }
         }
         if (points.empty()) return numbers;
         if (numbers.empty()) return points;

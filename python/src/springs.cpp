@@ -6,6 +6,7 @@
 #include "keywords.h"
 #include "made_tissue.h"
 #include "numbers.h"
+#include "pickled.h"
 #include "struct_class.h"
 
 #include <pliant/models/network_file.h>
@@ -307,7 +308,10 @@ void bind_builders(nb::module_& m) {
 }
 
 /// A network in motion, with its threads.
-struct PySprings {
+struct PySprings : Exclusive {
+    PySprings(std::unique_ptr<Arena> its_arena, SpringTissue its_tissue)
+        : arena(std::move(its_arena)), tissue(std::move(its_tissue)) {}
+
     std::unique_ptr<Arena> arena;
     SpringTissue tissue;
 };
@@ -471,6 +475,7 @@ void bind_state(nb::class_<PySprings>& c) {
 
 void bind_tissue(nb::module_& m) {
     nb::class_<SpringStep>(m, "SpringStep", "Result of SpringTissue.step().")
+        .def(Pickled<&SpringStep::steps, &SpringStep::active_nodes, &SpringStep::iterations>())
         .def_ro("steps", &SpringStep::steps, "Number of time steps.")
         .def_ro("active_nodes", &SpringStep::active_nodes, "Nodes that could move.")
         .def_ro("iterations", &SpringStep::iterations,
@@ -478,12 +483,15 @@ void bind_tissue(nb::module_& m) {
     nb::class_<SpringReaction>(m, "SpringReaction",
                                "Force of the tissue on a tool: force(shift) = force + stiffness "
                                "shift, to first order.")
+        .def(Pickled<&SpringReaction::force, &SpringReaction::stiffness>())
         .def_ro("force", &SpringReaction::force, "Without a shift.")
         .def_prop_ro(
             "stiffness", [](const SpringReaction& r) { return matrix(r.stiffness); },
             nb::sig("def stiffness(self, /) -> numpy.typing.NDArray[numpy.float64]"),
             "Symmetric (3, 3), negative definite or 0.");
     nb::class_<SpringCut>(m, "SpringCut", "Connectivity after a cut.")
+        .def(Pickled<&SpringCut::cut_links, &SpringCut::cut_cells, &SpringCut::pieces,
+                     &SpringCut::loose_nodes>())
         .def_ro("cut_links", &SpringCut::cut_links, "Links that this call has cut.")
         .def_ro("cut_cells", &SpringCut::cut_cells, "Cells that this call has cut.")
         .def_ro("pieces", &SpringCut::pieces, "Connected pieces of the network.")
@@ -502,13 +510,14 @@ void bind_tissue(nb::module_& m) {
     const Keywords keywords = keywords_of(spring_solver_rows());
     c.def(
         "__init__",
-        [](PySprings* self, const SpringParts& parts, int threads, const nb::kwargs& settings) {
+        [](nb::pointer_and_handle<PySprings> self, const SpringParts& parts, int threads,
+           const nb::kwargs& settings) {
             const auto chosen = settings_from<SpringSettings>(settings, spring_solver_rows());
             auto arena = std::make_unique<Arena>(threads);
             auto network = take(SpringNetwork::create(parts));
             auto tissue =
                 take(arena->run([&] { return SpringTissue::create(std::move(network), chosen); }));
-            new (self) PySprings{std::move(arena), std::move(tissue)};
+            new (self.p) PySprings(std::move(arena), std::move(tissue));
         },
         nb::arg("parts"), nb::arg("threads") = 0, nb::arg("settings"),
         typed("def __init__(self, parts: SpringParts, threads: int = 0, *, **settings) -> "

@@ -13,13 +13,14 @@
 #include "keywords.h"
 #include "made_tissue.h"
 #include "own_tissue.h"
+#include "pickled.h"
 #include "volumes.h"
 
 namespace pliant::python {
 namespace {
 
 /// The members are destroyed in reverse order: each refers to those above it.
-class PyTissue {
+class PyTissue : public Exclusive {
   public:
     PyTissue(nb::object scan, int threads)
         : m_scan(std::move(scan)), m_arena(std::make_unique<Arena>(threads)) {}
@@ -27,6 +28,7 @@ class PyTissue {
     PyTissue(nb::handle self, nb::object scan, int threads) : PyTissue(std::move(scan), threads) {
         m_tissue = make_own_tissue(self, rest(), m_arena->tasks());
         m_is_own = true;
+        allow_inner_calls();
     }
 
     template <class Make>
@@ -54,6 +56,18 @@ class PyTissue {
     }
     nb::list changes() const { return m_changes; }
     Tissue& tissue() const { return *m_tissue; }
+    void begin_group(const std::string& name) {
+        m_tissue->begin_group(name);
+        ++m_groups;
+    }
+    int end_group() {
+        if (m_groups == 0)
+            raise({ErrorCode::InvalidArgument,
+                   "end_group: expected a group of begin_group(), found none", "end_group",
+                   "a group of begin_group()", "none"});
+        --m_groups;
+        return m_tissue->end_group();
+    }
     template <class Work>
     auto run(const Work& work) const {
         return take(m_arena->run([&] { return work(*m_tissue); }));
@@ -78,6 +92,7 @@ class PyTissue {
     std::unique_ptr<Tissue> m_tissue;
     std::optional<LiveDeformation> m_live;
     bool m_is_own = false;
+    int m_groups = 0;  ///< that have begun
     nb::object m_maker = nb::none();
     nb::list m_changes;  ///< of settings, in order
 };
@@ -111,6 +126,9 @@ PushStatus status_of(const std::string& name) {
 
 void bind_reports(nb::module_& m) {
     nb::class_<PushReport>(m, "PushReport", "Result of a push or a step of a drag.")
+        .def(Pickled<&PushReport::status, &PushReport::limited_by, &PushReport::step_fraction,
+                     &PushReport::grabbed_elements, &PushReport::moved_elements,
+                     &PushReport::solve_ms, &PushReport::forgotten_steps, &PushReport::message>())
         .def(
             "__init__",
             [](PushReport* report, const std::string& status, double step_fraction,
@@ -146,6 +164,10 @@ void bind_reports(nb::module_& m) {
                    ", moved_elements=" + std::to_string(r.moved_elements) + ")";
         });
     nb::class_<SlideReport>(m, "SlideReport", "Result of a slide.")
+        .def(Pickled<&SlideReport::way_fraction, &SlideReport::limited_by, &SlideReport::end_mm,
+                     &SlideReport::ends_in_tissue, &SlideReport::contacts,
+                     &SlideReport::inside_elements, &SlideReport::slide_ms,
+                     &SlideReport::forgotten_steps>())
         .def_ro("way_fraction", &SlideReport::way_fraction, "Part of the way that was made, 0…1.")
         .def_prop_ro(
             "limited_by", [](const SlideReport& r) { return std::string(name_of(r.limited_by)); },
@@ -158,13 +180,18 @@ void bind_reports(nb::module_& m) {
         .def_ro("message", &SlideReport::message, "Reason, if it ended early.")
         .def_ro("bone_mm", &SlideReport::bone_mm, "As of a push.");
     nb::class_<CutReport>(m, "CutReport", "Result of a cut.")
+        .def(Pickled<&CutReport::cut_links, &CutReport::cut_ms, &CutReport::forgotten_steps>())
         .def_ro("cut_links", &CutReport::cut_links,
                 "Links between the scan's elements that were cut.")
         .def_ro("cut_ms", &CutReport::cut_ms, "Wall-clock time [ms].");
     nb::class_<CarveReport>(m, "CarveReport", "Result of a carving.")
+        .def(Pickled<&CarveReport::carved_elements, &CarveReport::carve_ms,
+                     &CarveReport::forgotten_steps>())
         .def_ro("carved_elements", &CarveReport::carved_elements, "Elements that were removed.")
         .def_ro("carve_ms", &CarveReport::carve_ms, "Wall-clock time [ms].");
     nb::class_<AdvanceReport>(m, "AdvanceReport", "Result of motion by itself.")
+        .def(Pickled<&AdvanceReport::steps, &AdvanceReport::settled, &AdvanceReport::ms,
+                     &AdvanceReport::message>())
         .def_ro("steps", &AdvanceReport::steps, "Sweeps or time steps that were made.")
         .def_ro("settled", &AdvanceReport::settled, "Whether more steps have no effect.")
         .def_ro("ms", &AdvanceReport::ms, "Wall-clock time.")
@@ -292,13 +319,11 @@ void bind_motion(nb::class_<PyTissue>& c) {
             "configure", [](PyTissue& t, const nb::kwargs& changes) { t.configure(changes); },
             typed("def configure(self, *, **settings) -> None", all_settings()),
             "Changes settings of the tissue's model, all or none.")
-        .def(
-            "begin_group",
-            [](const PyTissue& t, const std::string& name) { t.tissue().begin_group(name); },
-            nb::arg("name"), "Calls until end_group() are one step of the history.")
-        .def(
-            "end_group", [](const PyTissue& t) { return t.tissue().end_group(); },
-            "Returns the number of the oldest steps that were forgotten.")
+        .def("begin_group", &PyTissue::begin_group, nb::arg("name"),
+             "Calls until end_group() are one step of the history.")
+        .def("end_group", &PyTissue::end_group,
+             "Returns the number of the oldest steps that were forgotten.\n\n"
+             "Raises:\n    pliant.Error: No group has begun.")
         .def(
             "undo", [](const PyTissue& t) { take(t.tissue().undo()); }, "Takes the last step back.")
         .def(
@@ -415,8 +440,11 @@ nb::object tissue_of(const nb::object& scan, int threads, const MakeTissue& make
 }
 
 Tissue* find_tissue(nb::handle object) {
-    const PyTissue* found = nullptr;
-    return nb::try_cast(object, found) && found ? &found->tissue() : nullptr;
+    const bool is_one = nb::isinstance<PyTissue>(object) && nb::inst_ready(object);
+    return is_one ? &nb::inst_ptr<PyTissue>(object)->tissue() : nullptr;
+}
+void claim_tissue(nb::handle object, Claim& claim) {
+    claim.take(*nb::inst_ptr<PyTissue>(object), nb::type<PyTissue>());
 }
 
 void bind_tissues(nb::module_& m) {

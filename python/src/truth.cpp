@@ -17,10 +17,12 @@ namespace {
 using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 /// The members are destroyed in reverse order: the maker refers to the scan and the threads.
-class PyMaker {
+class PyMaker : public Exclusive {
   public:
     PyMaker(nb::object scan, int threads, const nb::dict& materials, const nb::kwargs& settings)
-        : m_scan(std::move(scan)), m_arena(std::make_unique<Arena>(threads)) {
+        : m_scan(std::move(scan)),
+          m_arguments(nb::make_tuple(m_scan, threads, materials, settings)),
+          m_arena(std::make_unique<Arena>(threads)) {
         const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         ChainMailSettings chosen;
         suit_materials(value_defaults(volume), chosen);
@@ -29,12 +31,17 @@ class PyMaker {
         m_maker = std::make_unique<TruthMaker>(take(m_arena->run(
             [&] { return TruthMaker::create(volume, chosen, wanted, m_arena->tasks()); })));
     }
-    TruthCase make(std::uint64_t seed) const {
-        return take(m_arena->run([&] { return m_maker->make(seed); }));
+    /// @returns a TruthCase
+    nb::object make(std::uint64_t seed) const {
+        nb::object made = nb::cast(take(m_arena->run([&] { return m_maker->make(seed); })));
+        made.attr("_made_of") = nb::make_tuple(m_arguments, seed);
+        return made;
     }
+    nb::tuple arguments() const { return m_arguments; }
 
   private:
     nb::object m_scan;
+    nb::tuple m_arguments;  ///< of the constructor
     std::unique_ptr<Arena> m_arena;
     std::unique_ptr<TruthMaker> m_maker;
 };
@@ -60,8 +67,7 @@ nb::dict dict_of(const TruthScore& score) {
 }
 
 std::vector<Vec3d> points_from(const nb::object& given) {
-    const nb::object memory =
-        nb::module_::import_("numpy").attr("ascontiguousarray")(given, "float64");
+    const nb::object memory = array_in(given, "points_mm", "float64");
     Points points;
     if (!nb::try_cast<Points>(memory, points) || points.shape(1) != 3)
         raise({ErrorCode::InvalidArgument,
@@ -113,7 +119,7 @@ nb::list motions_of(const TruthCase& c) {
 }
 
 void bind_case(nb::module_& m) {
-    nb::class_<TruthCase>(m, "TruthCase",
+    nb::class_<TruthCase>(m, "TruthCase", nb::dynamic_attr(),
                           "A pair of scans whose deformation is known.\n\n"
                           "phi maps points of the fixed image, the scan, to the moving image. Both "
                           "fields are exact at their voxel centres only.")
@@ -192,6 +198,9 @@ void bind_case(nb::module_& m) {
             nb::sig("def fixed_from_moving(self, points_mm: numpy.typing.ArrayLike) -> "
                     "numpy.typing.NDArray[numpy.float64]"),
             "The inverse of phi at points (n, 3) [mm, LPS]; NaN likewise.")
+        .def(
+            "__reduce__", [](nb::handle self) { return exchange("reduced_truth")(self); },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
         .def("__repr__", [](const TruthCase& c) {
             return "TruthCase(seed " + std::to_string(c.seed) + ", " +
                    std::to_string(c.motions.size()) + " motions, " +
@@ -207,14 +216,14 @@ void bind_truth(nb::module_& m) {
     nb::class_<PyMaker>(m, "TruthMaker", "Makes cases of one scan.")
         .def(
             "__init__",
-            [](PyMaker* self, const nb::object& scan, int threads,
+            [](nb::pointer_and_handle<PyMaker> self, const nb::object& scan, int threads,
                const std::optional<nb::dict>& materials, const nb::kwargs& settings) {
                 if (!nb::isinstance<PyVolume>(scan))
                     raise({ErrorCode::InvalidArgument,
                            "scan: expected a pliant.Volume, found " +
                                shown(nb::object(nb::borrow(scan.type()))),
                            "scan"});
-                new (self) PyMaker(scan, threads, materials.value_or(nb::dict()), settings);
+                new (self.p) PyMaker(scan, threads, materials.value_or(nb::dict()), settings);
             },
             nb::arg("scan"), nb::arg("threads") = 0, nb::arg("materials") = nb::none(),
             nb::arg("settings"),
@@ -229,7 +238,14 @@ void bind_truth(nb::module_& m) {
                       "    **settings",
                       keywords))
         .def("make", &PyMaker::make, nb::arg("seed"),
-             "Makes the case of a seed: the same bits for any number of threads.");
+             nb::sig("def make(self, seed: int) -> TruthCase"),
+             "Makes the case of a seed: the same bits for any number of threads.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                return exchange("reduced_truth_maker")(nb::cast<const PyMaker&>(self).arguments());
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"));
     m.def(
         "score_truth_field",
         [](const TruthCase& c, const VectorField* field, int threads) {

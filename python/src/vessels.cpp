@@ -11,6 +11,7 @@
 #include "keywords.h"
 #include "made_tissue.h"
 #include "numbers.h"
+#include "pickled.h"
 #include "struct_class.h"
 #include "vessels.h"
 
@@ -312,16 +313,20 @@ void bind_walls(nb::module_& m) {
 }
 
 /// A scene with its threads.
-struct PyCatheter {
+struct PyCatheter : Exclusive {
+    PyCatheter(std::unique_ptr<Arena> its_arena, CatheterScene its_scene, CatheterSettings settings)
+        : arena(std::move(its_arena)), scene(std::move(its_scene)), given(std::move(settings)) {}
+
     std::unique_ptr<Arena> arena;
     CatheterScene scene;
+    CatheterSettings given;  ///< at first, for copies
 };
 
 std::unique_ptr<PyCatheter> catheter_in(VesselWall wall, const CatheterSettings& settings,
                                         int threads) {
     auto arena = std::make_unique<Arena>(threads);
     auto scene = take(arena->run([&] { return CatheterScene::create(std::move(wall), settings); }));
-    return std::unique_ptr<PyCatheter>(new PyCatheter{std::move(arena), std::move(scene)});
+    return std::make_unique<PyCatheter>(std::move(arena), std::move(scene), settings);
 }
 
 nb::object matrix_of(const Rotation& frame) {
@@ -336,10 +341,15 @@ nb::object matrix_of(const Rotation& frame) {
 void bind_measures(nb::module_& m) {
     using M = CatheterMeasures;
     nb::class_<VolumeChange>(m, "VolumeChange", "Change of the wall's volumes.")
+        .def(Pickled<&VolumeChange::total, &VolumeChange::mean, &VolumeChange::largest>())
         .def_ro("total", &VolumeChange::total, "Of the sum of all volumes, relative.")
         .def_ro("mean", &VolumeChange::mean, "Mean of the absolute relative changes.")
         .def_ro("largest", &VolumeChange::largest, "Largest absolute relative change.");
     nb::class_<M>(m, "CatheterMeasures", "Figures of a catheter's present state.")
+        .def(Pickled<&M::steps, &M::time_s, &M::inserted_mm, &M::rotated_deg, &M::force_n,
+                     &M::torque_n_mm, &M::contact_n, &M::wall_moved_mm, &M::depth_mm,
+                     &M::wire_energy_mj, &M::wall_energy_mj, &M::kinetic_energy_mj, &M::volume,
+                     &M::inverted, &M::active_tetrahedra, &M::sub_steps, &M::left_end>())
         .def_ro("steps", &M::steps, "Time steps since the start.")
         .def_ro("time_s", &M::time_s, "Simulated time [s].")
         .def_ro("inserted_mm", &M::inserted_mm, "Inserted length [mm].")
@@ -401,11 +411,11 @@ void bind_scene(nb::module_& m) {
                     "\nA call that raises has changed nothing. One thread at a time.");
     c.def(
          "__init__",
-         [](P* self, const VesselWall& wall, const nb::object& entry, double inwards,
-            double inserted_mm, int threads, const nb::kwargs& settings) {
+         [](nb::pointer_and_handle<P> self, const VesselWall& wall, const nb::object& entry,
+            double inwards, double inserted_mm, int threads, const nb::kwargs& settings) {
              auto chosen = settings_from<CatheterSettings>(settings, catheter_rows());
              chosen.entry = entry_of(entry, inwards, inserted_mm, wall);
-             new (self) P(std::move(*catheter_in(wall, chosen, threads)));
+             new (self.p) P(std::move(*catheter_in(wall, chosen, threads)));
          },
          nb::arg("wall"), nb::arg("entry") = 0, nb::arg("inwards") = 0.5,
          nb::arg("inserted_mm") = CatheterEntry{}.inserted_mm, nb::arg("threads") = 0,
@@ -521,6 +531,18 @@ void bind_scene(nb::module_& m) {
         .def(
             "hash", [](const P& p) { return p.scene.hash(); },
             "Of all positions and velocities: the same for any number of threads.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                const P& p = nb::cast<const P&>(self);
+                const CatheterCommand hand = p.scene.hand();
+                return exchange("reduced_scene")(
+                    self, nb::make_tuple(p.given.entry.position_mm, p.given.entry.direction),
+                    dict_of(record_of(p.given, catheter_rows())),
+                    nb::make_tuple(hand.insert_mm_s, hand.rotate_deg_s, hand.bend_first_deg,
+                                   hand.bend_second_deg));
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
         .def("__repr__", [](const P& p) {
             return "CatheterScene(" + std::to_string(p.scene.wall().mesh.cells.size()) +
                    " tetrahedra, inserted_mm=" +
@@ -647,7 +669,7 @@ void bind_files(nb::module_& m) {
 }
 
 /// Carries a scan along, with the volume, threads and deformed scan that belong to it.
-class PyCarried {
+class PyCarried : public Exclusive {
   public:
     PyCarried(nb::object scan, const TetMesh& wall, const CarriedScanSettings& settings,
               int threads)
@@ -680,10 +702,10 @@ void bind_carried(nb::module_& m) {
                           "wall fully, beyond reach_mm not at all.")
         .def(
             "__init__",
-            [](PyCarried* self, const nb::object& scan, const TetMesh& wall, double reach_mm,
-               double cell_mm, int threads) {
-                new (self) PyCarried(seen_scan(scan).owner, wall,
-                                     CarriedScanSettings{reach_mm, cell_mm}, threads);
+            [](nb::pointer_and_handle<PyCarried> self, const nb::object& scan, const TetMesh& wall,
+               double reach_mm, double cell_mm, int threads) {
+                new (self.p) PyCarried(seen_scan(scan).owner, wall,
+                                       CarriedScanSettings{reach_mm, cell_mm}, threads);
             },
             nb::arg("scan"), nb::arg("wall"), nb::arg("reach_mm") = 20.0, nb::arg("cell_mm") = 3.0,
             nb::arg("threads") = 0,

@@ -19,7 +19,7 @@ using Numbers = nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 /// The array in a type that volumes have, without a copy if it has one already.
 nb::object stored(const nb::object& given) {
     const nb::module_ numpy = nb::module_::import_("numpy");
-    const nb::object array = numpy.attr("asarray")(given);
+    const nb::object array = numpy.attr("asanyarray")(given);
     const std::string kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
     const auto bytes = nb::cast<int>(array.attr("dtype").attr("itemsize"));
     const auto ndim = nb::cast<int>(array.attr("ndim"));
@@ -32,12 +32,12 @@ nb::object stored(const nb::object& given) {
     if (kind != "f" && (bytes == 1 || (kind == "i" && bytes == 2))) {
         type = "int16";
     } else if (kind != "f" && nb::cast<std::int64_t>(array.attr("size")) > 0) {
-        const auto least = nb::cast<std::int64_t>(nb::int_(array.attr("min")()));
-        const auto most =
-            nb::cast<std::uint64_t>(nb::int_(numpy.attr("maximum")(array.attr("max")(), 0)));
+        // As doubles: whole numbers of 16 bits are exact there, and larger ones stay larger.
+        const auto least = nb::cast<double>(nb::float_(array.attr("min")()));
+        const auto most = nb::cast<double>(nb::float_(array.attr("max")()));
         if (least >= -32768 && most <= 32767) type = "int16";
     }
-    return numpy.attr("ascontiguousarray")(array, type);
+    return array_in(array, "array", type, true);
 }
 
 template <class T>
@@ -134,7 +134,7 @@ Grid grid_from(Vec3i size, Vec3d spacing_mm, Vec3d origin_mm,
         raise(
             {ErrorCode::InvalidArgument,
              "direction: expected nine numbers, by rows, found " + std::to_string(direction.size()),
-             "direction"});
+             "direction", "nine numbers, by rows", std::to_string(direction.size())});
     for (std::size_t n = 0; n < 9; ++n) grid.direction.columns[n % 3][int(n / 3)] = direction[n];
     return grid;
 }
@@ -165,15 +165,17 @@ void bind_volumes(nb::module_& m) {
          "__init__",
          [](PyVolume* self, const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
             const std::optional<nb::object>& direction, std::optional<double> background) {
-             new (self) PyVolume(
-                 volume_of(array, spacing_mm, origin_mm, numbers_of(direction), background));
+             new (self) PyVolume(volume_of(array, spacing_mm, origin_mm,
+                                           numbers_of(direction, "direction"), background));
          },
          nb::arg("array"), nb::arg("spacing_mm") = Vec3d{1, 1, 1},
          nb::arg("origin_mm") = Vec3d{0, 0, 0}, nb::arg("direction") = nb::none(),
          nb::arg("background") = nb::none(),
          nb::sig("def __init__(self, array: numpy.typing.ArrayLike, "
-                 "spacing_mm: collections.abc.Sequence[float] = (1, 1, 1), "
-                 "origin_mm: collections.abc.Sequence[float] = (0, 0, 0), "
+                 "spacing_mm: collections.abc.Sequence[float] | "
+                 "numpy.typing.NDArray[typing.Any] = (1, 1, 1), "
+                 "origin_mm: collections.abc.Sequence[float] | "
+                 "numpy.typing.NDArray[typing.Any] = (0, 0, 0), "
                  "direction: numpy.typing.ArrayLike | None = None, "
                  "background: float | None = None) -> None"),
          "Args:\n"

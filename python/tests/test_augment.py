@@ -8,6 +8,7 @@ import os
 import pickle
 import subprocess
 import sys
+import warnings
 
 import numpy
 import pytest
@@ -15,7 +16,7 @@ import pytest
 import pliant
 from augment_samples import worst_of
 from conftest import random_direction
-from pliant.augment import Plan, TissueMotions, Warp
+from pliant.augment import Plan, TissueMotions, Warp, _frames
 
 
 def moved_airway(airway, rng, **settings):
@@ -98,6 +99,121 @@ def test_the_order_of_axes_and_the_direction_do_not_matter(airway, rng):
     assert first.warp.warp_points(point) == pytest.approx(second.warp.warp_points(point), abs=1e-5)
 
 
+def slice_of(rng, axis):
+    """A slice with bone and air, on an oblique grid."""
+    shape = [40, 44, 48]
+    shape[axis] = 1
+    values = rng.uniform(-100, 100, shape).astype("float32")
+    values[:6, :6] = 1000
+    direction = random_direction(rng)
+    return pliant.Volume(values, (0.8, 1.0, 1.2), (3, 4, 5), direction, background=-1000)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_scan_of_one_slice_moves_in_its_plane(axis, rng):
+    scan = slice_of(rng, axis)
+    motions = TissueMotions(pushes=2, swellings=1, breathing=1, waves=1)
+    plan = motions.sample(scan, rng)
+    assert [m["kind"] for m in plan.motions] == ["push", "push"]
+    points = [scan.world_from_voxel(p) for p in rng.uniform(0, numpy.array(scan.size) - 1, (9, 3))]
+    labels = (scan.array > 0).astype(numpy.uint8)
+    moved = motions.apply(scan, plan, labels=labels, images=scan.array, points=points)
+    assert moved.image.array.shape == labels.shape == moved.labels.shape
+    assert moved.image.size == moved.warp.size == moved.forward.size == scan.size
+    assert moved.image.background == scan.background
+    assert (moved.image.array != scan.array).any()
+    assert moved.smallest_jacobian > 0
+    normal = numpy.array(scan.direction)[:, 2 - axis]
+    assert numpy.abs(moved.forward.array @ normal).max() < 1e-6
+    assert numpy.abs(moved.forward.array[scan.array > 300]).max() == 0
+    assert moved.warp.unwarp_points(moved.points) == pytest.approx(numpy.array(points), abs=1e-6)
+    again = pickle.loads(pickle.dumps(moved.warp))
+    assert (again.warp_labels(labels) == moved.labels).all()
+    # The same by the field, resampled by NumPy's own arithmetic.
+    resampled = moved.inverse.apply_to_volume(scan).array
+    inner = numpy.abs(resampled) < 150  # no bone, no background
+    assert numpy.abs(resampled - moved.image.array)[inner].max() < 1
+
+
+def test_motions_never_fail_on_a_slice(rng):
+    scan = slice_of(rng, 0)
+    motions = TissueMotions(pushes=(1, 3), pulls=1, slides=1)
+    for _ in range(20):
+        motions(scan, rng)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_arrays_of_other_packages_may_be_flat_or_sheared(axes, rng):
+    array = rng.uniform(-100, 100, (24, 26, 20)[:axes]).astype("float32")
+    affine = numpy.eye(4)
+    affine[:3, :3] = random_direction(rng) @ numpy.diag([1, 1, 3]) @ random_direction(rng)
+    affine[:3, 3] = rng.uniform(-50, 50, 3)
+    if axes == 2:
+        affine = _frames.affine_of_spacing((0.8, 1.2))
+    scan = _frames.scan_of(array, affine)
+    assert scan.array.shape == (*array.shape, 1)[:3]
+    lengths = numpy.linalg.norm(affine[:3, :3], axis=0)
+    assert scan.spacing_mm == pytest.approx(tuple(lengths[::-1]))
+    warp, _ = _frames.drawn_warp(TissueMotions(pushes=3, push_mm=6), scan, 5)
+    assert warp.smallest_jacobian > 0 and warp.moved_voxels > 0
+    moved = _frames.moved_array(warp, array[None], "bilinear")
+    assert moved.shape == (1, *array.shape) and (moved[0] != array).any()
+    # A point and the voxel in which it lies move alike, in each space.
+    ijk = rng.uniform(2, 17, (20, axes))
+    to = _frames.moved_points(warp, ijk, "voxel", affine)
+    assert numpy.abs(to - ijk).max() > 0.01
+    assert _frames.moved_points(warp, to, "voxel", affine, True) == pytest.approx(ijk, abs=1e-5)
+    if axes == 3:
+        ras = ijk @ affine[:3, :3].T + affine[:3, 3]
+        moved_ras = _frames.moved_points(warp, ras, "ras", affine)
+        assert moved_ras == pytest.approx(to @ affine[:3, :3].T + affine[:3, 3], abs=1e-6)
+
+
+def test_a_push_moves_a_ball():
+    """The moved region is as wide along diagonals as along axes."""
+    scan = pliant.Volume(numpy.zeros((64, 64, 64), numpy.int16))
+    plan = Plan(
+        ({"kind": "push", "point_mm": [32, 32, 32], "by_mm": [3, 0, 0], "radius_mm": 4},),
+        TissueMotions().tissue_settings,
+    )
+    moved = numpy.linalg.norm(TissueMotions().apply(scan, plan).forward.array, axis=-1) > 1.0
+    k, j, i = numpy.nonzero(moved)
+    offsets = numpy.stack([i, j, k], -1) - 32
+    along = numpy.abs(offsets).max()
+    diagonal = (offsets @ numpy.array([1, 1, 0])).max() / 2**0.5
+    assert diagonal > 0.85 * along  # 0.7 of an octahedron
+
+
+def test_elastic_moves_most_of_the_scan_smoothly(rng):
+    values = numpy.zeros((64, 64, 64), numpy.int16)
+    values[:, 30:34, :8] = 700
+    scan = pliant.Volume(values, (1.5, 1.5, 1.5))
+    motions = TissueMotions(preset="elastic")
+    plan = motions.sample(scan, rng)
+    assert {m["kind"] for m in plan.motions} == {"wave"}
+    moved = motions.apply(scan, plan)
+    field = moved.forward.array
+    lengths = numpy.linalg.norm(field, axis=-1)
+    assert (lengths > 0.1).mean() > 0.8
+    assert moved.smallest_jacobian > 0.2
+    assert lengths[values > 300].max() == 0
+    # Smooth: second differences are a small part of the first ones; of noise, they are larger.
+    interior = field[16:-16, 16:-16, 16:-16]
+    first, second = (numpy.abs(numpy.diff(interior, n, axis=0)).mean() for n in (1, 2))
+    assert second < 0.35 * first
+    assert Plan.from_json(plan.to_json()) == plan
+
+
+def test_a_scan_that_is_not_in_hu_is_named(rng):
+    scan = pliant.Volume(rng.random((16, 16, 16)).astype("float32"))
+    with pytest.warns(UserWarning, match="expected HU, found values from .* to .*: no bone"):
+        TissueMotions().prepare(scan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        TissueMotions(bone_hu=None).prepare(scan)
+        TissueMotions().prepare(pliant.Volume(numpy.zeros((8, 8, 8), "float32")))
+
+
 def test_motions_begin_at_a_label(airway, rng):
     labels = numpy.zeros(airway.array.shape, numpy.uint8)
     soft = numpy.argwhere((airway.array > 0) & (airway.array < 200))
@@ -162,6 +278,7 @@ def test_forked_workers_apply_plans(airway, rng):
         ({"breathing": 2}, "breathing"),
         ({"label_sampling": "linear"}, "label_sampling"),
         ({"threads": -1}, "threads"),
+        ({"preset": "rubber"}, "preset"),
     ],
 )
 def test_bad_settings_are_named(settings, field):
@@ -205,6 +322,12 @@ def test_other_bad_input(airway, rng, tmp_path):
         Plan.load(tmp_path / "missing.json")
     with pytest.raises(pliant.Error, match="state"):
         Warp(())
+    with pytest.raises(pliant.Error, match="rng: expected a numpy.random.Generator, found 7"):
+        motions.sample(airway, 7)
+    (tmp_path / "latin.json").write_bytes(b"\xff")
+    with pytest.raises(pliant.Error, match="expected a plan in JSON"):
+        Plan.load(tmp_path / "latin.json")
+    assert motions.apply(airway, plan, labels=[]).labels == []
     nothing = pliant.Volume(numpy.full((8, 8, 8), -1000, numpy.int16))
     assert motions.sample(nothing, rng).motions == ()
     still = motions.apply(nothing, Plan((), motions.tissue_settings), points=[(1, 2, 3)])

@@ -41,13 +41,75 @@ PARTS = pliant.springs_of_lattice((3, 3, 3))
         (lambda s: pliant.EndoscopeArena(s, labels=3), "labels: expected a Volume, found 3"),
         (lambda s: pliant.make_chainmail(s, brick_size=2**70), "brick_size: expected a whole"),
         (lambda s: pliant.make_chainmail(s, brick_size=numpy.array([8, 9])), "brick_size"),
+        (lambda s: pliant.make_chainmail(s, range=["a", "b"]), "range: expected numbers or points"),
+        (lambda s: pliant.make_chainmail(s, offset=7), "^offset: expected"),
+        (lambda s: pliant.Volume(s.array, spacing_mm=1.0), "spacing_mm: expected three numbers"),
+        (lambda s: pliant.Volume(s.array, direction=["a"] * 9), "direction: expected real numbers"),
+        (lambda s: pliant.Volume(s.array, direction=[[1], [1, 2]]), "direction: expected an array"),
+        (lambda s: pliant.Volume(array=s.array, gap=1), "gap"),
+        (lambda s: pliant.make_phantom(3), "name: expected a text, found 3"),
+        (lambda s: pliant.make_chainmail(s).release(-1), "tool: expected a whole number of 32"),
+        (lambda s: pliant.settings_of("x" * 10**6), "model: expected .* found xxx.*…$"),
         (lambda s: pliant.TetMesh(numpy.eye(4, 3), [(0, 1, 2, 2.7)]), "cells: expected"),
         (lambda s: pliant.TetMesh(numpy.eye(4, 3), [(0, 1, 2, 2**32 + 3)]), "cells: expected"),
     ],
 )
 def test_the_argument_is_named(scan, call, expected):
-    with pytest.raises(pliant.Error, match=expected):
+    with pytest.raises(pliant.Error, match=expected) as raised:
         call(scan)
+    assert len(str(raised.value)) < 2001 and "\n" not in str(raised.value)
+
+
+FLOATS = numpy.zeros((3, 4, 5), numpy.float32)
+
+
+def changed(value, kind="float32"):
+    array = FLOATS.astype(kind)
+    array[1, 2, 3] = value
+    return array
+
+
+@pytest.mark.parametrize(
+    ("array", "expected"),
+    [
+        (changed(NAN), "array: expected finite float32 .* found 1 that are not, of 60"),
+        (changed(numpy.inf), "array: expected finite float32"),
+        (changed(1e300, "float64"), "array: expected finite float32"),
+        (changed(2**24 + 1, "int32"), "array: expected whole numbers that float32 holds"),
+        (changed(2**63, "uint64"), None),
+        (changed(2**63 + 1, "uint64"), "array: expected whole numbers that float32 holds"),
+        (changed(1j, "complex64"), "array: expected three axes .* of complex64"),
+        (numpy.ma.masked_array(FLOATS, FLOATS == 0), "array: expected no masked values"),
+        (numpy.ma.masked_array(FLOATS, FLOATS > 0), None),
+        (changed(2**24, "int32"), None),
+        (changed(70000, "uint32"), None),
+    ],
+)
+def test_values_that_a_scan_cannot_hold_are_refused(array, expected):
+    if expected is None:
+        assert (pliant.Volume(array).array == array).all()
+        return
+    with pytest.raises(pliant.Error, match=expected):
+        pliant.Volume(array)
+
+
+def test_values_that_a_field_cannot_hold_are_refused():
+    vectors = numpy.zeros((3, 4, 5, 3))
+    assert pliant.Field(vectors.astype("int16")).array.shape == (3, 4, 5, 3)
+    for value, kind, expected in (
+        (NAN, float, "finite"), (1e300, float, "finite"), (1j, complex, "real numbers"),
+    ):  # fmt: skip
+        wrong = vectors.astype(kind)
+        wrong[0, 0, 0, 0] = value
+        with pytest.raises(pliant.Error, match=f"array: expected {expected}"):
+            pliant.Field(wrong)
+
+
+def test_messages_are_one_line_of_bounded_length():
+    error = pliant.Error("name: expected y, found " + "a\n" * 10**6, found="a\n" * 10**6)
+    assert len(str(error)) <= 2000 and "\n" not in str(error)
+    assert len(error.found) == 200 and error.found.endswith("…")
+    assert str(pliant.Error("a: expected b, found c", found="c")) == "a: expected b, found c"
 
 
 def test_an_array_without_axes_is_a_number(scan):

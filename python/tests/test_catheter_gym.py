@@ -88,7 +88,29 @@ def test_the_same_seed_gives_the_same_bits_on_any_number_of_threads(bend, wall):
     assert same(first, many(bend, 3, wall=wall))
     assert not same(first, many(bend, 1, wall=wall, seed=6))
     hashes = first[-1][-1]["hash"]
-    assert hashes.dtype == numpy.uint64 and len(set(hashes.tolist())) == 3
+    assert hashes.dtype == numpy.int64 and len(set(hashes.tolist())) == 3
+
+
+def test_gymnasiums_own_vector_takes_the_infos(bend):
+    envs = gymnasium.make_vec(
+        "pliant/Catheter-v0", num_envs=2, vectorization_mode="sync", scene=bend, wall="rigid"
+    )
+    for seed in range(6):
+        _, infos = envs.reset(seed=seed)
+        assert infos["hash"].dtype == numpy.int64
+        assert infos["is_success"].dtype == infos["has_left"].dtype == bool
+        assert infos["target"].dtype.kind == "i"
+
+
+def test_observations_are_in_finite_boxes(bend):
+    obs = ("fluoro", "tracking2d", "target2d", "state", "guide")
+    env = gymnasium.make("pliant/Catheter-v0", scene=bend, wall="rigid", obs=obs, max_steps=9)
+    for name, box in env.observation_space.spaces.items():
+        assert numpy.isfinite(box.low).all() and numpy.isfinite(box.high).all(), name
+    env.reset(seed=1)
+    for _ in range(9):
+        observation, *_ = env.step(env.action_space.sample())
+        assert env.observation_space.contains(observation)
 
 
 def test_a_vectors_catheter_is_the_single_one(bend):

@@ -4,6 +4,7 @@
 
 import inspect
 import json
+import operator
 import subprocess
 import sys
 
@@ -42,6 +43,31 @@ def described(text):
         return False
     lines = [line for line in text.strip().splitlines() if line.strip()]
     return any("->" not in line and not line.startswith("def ") for line in lines)
+
+
+def test_every_function_has_a_signature():
+    bare = []
+    for name in [*pliant.__all__, "Tissue.push", "Volume.from_sitk"]:
+        public = operator.attrgetter(name)(pliant)
+        if not callable(public):
+            continue
+        try:
+            inspect.signature(public)
+        except (TypeError, ValueError) as error:
+            bare.append(f"{name}: {error}")
+    # Reports and results are made by the library alone.
+    assert [line for line in bare if "Tissue" in line or not line[0].isupper()] == []
+    push = inspect.signature(pliant.Tissue.push)
+    assert list(push.parameters) == ["self", "point_mm", "push_mm", "sphere_radius_mm", "tool"]
+    assert push.parameters["tool"].default == 1
+    assert push.return_annotation == "pliant._core.PushReport"
+    tissue = pliant.make_chainmail(pliant.make_phantom("airway", (8, 8, 8)))
+    assert list(inspect.signature(tissue.undo).parameters) == []
+    assert list(inspect.signature(tissue.push).parameters)[0] == "point_mm"
+    made = inspect.signature(pliant.make_chainmail).parameters
+    assert made["offset"].kind is inspect.Parameter.KEYWORD_ONLY
+    assert isinstance(made["offset"].default, float)
+    assert list(inspect.signature(pliant.Volume).parameters)[:2] == ["array", "spacing_mm"]
 
 
 def test_names_are_exported_once():

@@ -57,8 +57,10 @@ def test_gymnasiums_checker_passes(lumen, wall):
         size=(24, 20), render_mode="rgb_array", render_size=(40, 30),
     )  # fmt: skip
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # ranges without bounds
+        warnings.simplefilter("ignore")  # actions in units
         check_env(env.unwrapped)
+    for name, box in env.observation_space.spaces.items():
+        assert numpy.isfinite(box.low).all() and numpy.isfinite(box.high).all(), name
     env.reset(seed=1)
     assert env.render().shape == (30, 40, 3)
     assert env.render().std() > 5

@@ -214,6 +214,14 @@ def test_with_eve_it_is_one_of_its_simulations(tmp_path):
         import eve.intervention.simulation, pliant.steve
         simulation = pliant.steve.Simulation()
         assert isinstance(simulation, eve.intervention.simulation.Simulation)
+        # make_mp() sends a dictionary to another process, which makes the class in it.
+        soft = pliant.steve.Simulation(friction=0.2, wall="deforming")
+        config = soft.get_config_dict()
+        module, _, name = config.pop("_class").rpartition(".")
+        config.pop("_id")
+        again = getattr(sys.modules[module], name)(**config)
+        assert type(again) is pliant.steve.Simulation
+        assert again.get_config_dict() == {{**soft.get_config_dict(), "_id": id(again)}}
         # eve's configurations: each argument of the constructor is an attribute.
         for name in inspect.signature(simulation.__init__).parameters:
             getattr(simulation, name)

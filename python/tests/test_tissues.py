@@ -98,7 +98,7 @@ def test_a_failed_call_changes_nothing(airway):
         with pytest.raises(pliant.Error):
             wrong()
     assert tissue.hash() == before
-    with pytest.raises(TypeError):
+    with pytest.raises(pliant.Error, match="point_mm: expected three numbers, found .1, 2."):
         tissue.push((1, 2), (1, 0, 0))
 
 

@@ -3,6 +3,7 @@
 """Registration truth in Python."""
 
 import pathlib
+import pickle
 import re
 import subprocess
 import sys
@@ -83,6 +84,30 @@ def test_scores_know_fields_arrays_images_transforms_and_points(scan, case):
     points = truth.score(case, case.landmarks_moving_mm + [0, 0.3, 0.4])
     assert set(points) == {"landmarks"}
     assert points["landmarks"]["mean_mm"] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_a_field_of_nifti_has_the_grid_of_the_scan(tmp_path):
+    oblique = [0.96, 0.28, 0.0, -0.28, 0.96, 0.0, 0.0, 0.0, 1.0]
+    airway = pliant.make_phantom("airway", (32, 32, 32))
+    scan = pliant.Volume(airway.array, (1.03, 0.97, 1.1), (-31.7, 18.123, -207.3), oblique)
+    case = truth.make_case(scan, 3, motions=1)
+    field = sitk.GetImageFromArray(numpy.ones(case.forward.array.shape), isVector=True)
+    field.SetSpacing(scan.spacing_mm)
+    field.SetOrigin(scan.origin_mm)
+    field.SetDirection(oblique)
+    found = {}
+    for ending in ("mha", "nii.gz"):
+        sitk.WriteImage(field, str(tmp_path / f"field.{ending}"))
+        found[ending] = truth.score(case, sitk.ReadImage(str(tmp_path / f"field.{ending}")))
+    assert found["mha"]["bone"]["max_mm"] == pytest.approx(3**0.5, abs=1e-5)
+    for row, errors in found["mha"].items():
+        assert found["nii.gz"][row] == pytest.approx(errors, abs=1e-4), row
+
+
+def test_a_case_is_pickled_as_its_seed(case):
+    again = pickle.loads(pickle.dumps(case))
+    assert again.hash == case.hash and again.seed == case.seed
+    assert (again.forward.array == case.forward.array).all()
 
 
 def test_errors_name_the_argument(scan, case):

@@ -22,7 +22,10 @@ def test_an_array_is_viewed_both_ways(dtype, rng):
     assert volume.size == (6, 5, 4)
     assert not volume.array.flags.writeable
     assert numpy.shares_memory(numpy.asarray(volume), array)
-    assert numpy.shares_memory(numpy.from_dlpack(volume), array)
+    taken = numpy.from_dlpack(volume)
+    assert (taken == array).all() and not numpy.shares_memory(taken, array)
+    with pytest.raises(BufferError, match="read-only"):
+        numpy.from_dlpack(volume, copy=False)
 
 
 def test_memory_lives_as_long_as_its_views():

@@ -63,6 +63,21 @@ TEST(ApplyField, AnAffineFieldIsInterpolatedExactlyAndIsZeroBeyondTheGrid) {
     }
 }
 
+TEST(ApplyField, VoxelCentresAtTheBorderAreInsideWhenRoundingMovesThem) {
+    for (unsigned n = 0; n < 10; ++n) {
+        const Affine affine(seed_of(n));
+        VectorField rounded = affine.field;
+        for (int a = 0; a < 3; ++a) rounded.grid.origin_mm[a] = float(rounded.grid.origin_mm[a]);
+        const Vec3i size = rounded.grid.size;
+        for (int c = 0; c < 8; ++c) {
+            const Vec3d corner{(c & 1) * (size.x - 1.0), (c >> 1 & 1) * (size.y - 1.0),
+                               (c >> 2) * (size.z - 1.0)};
+            const Vec3d point = world_from_voxel(affine.field.grid, corner);
+            EXPECT_LT(norm(sample_field(rounded, point) - affine.at(point)), 1e-3);
+        }
+    }
+}
+
 TEST(ApplyField, TheJacobianOfAnAffineFieldIsItsDeterminant) {
     for (unsigned n = 0; n < 10; ++n) {
         Affine affine(seed_of(n));

@@ -258,6 +258,24 @@ TEST_F(Scores, A_field_on_another_grid_is_interpolated) {
     EXPECT_GE(at(*score, TruthRow::Still).max_mm, 0.2);
 }
 
+TEST_F(Scores, A_grid_of_32_bits_is_that_of_the_truth) {
+    VectorField found = made.forward;
+    for (Vec3f& v : found.vectors_mm) v = {1, 1, 1};
+    const auto expected = score_field(made, found, arena);
+    for (int a = 0; a < 3; ++a) {  // as NIfTI stores them
+        found.grid.origin_mm[a] = float(found.grid.origin_mm[a] + 1e-6);
+        found.grid.spacing_mm[a] = float(found.grid.spacing_mm[a]);
+    }
+    ASSERT_NE(found.grid, made.forward.grid);
+    const auto score = score_field(made, found, arena);
+    ASSERT_TRUE(score.ok() && expected.ok());
+    for (const TruthRow row : {TruthRow::Moved, TruthRow::Still, TruthRow::Bone}) {
+        EXPECT_EQ(at(*score, row).mean_mm, at(*expected, row).mean_mm);
+        EXPECT_EQ(at(*score, row).max_mm, at(*expected, row).max_mm);
+    }
+    EXPECT_EQ(at(*score, TruthRow::Landmarks).max_mm, at(*expected, TruthRow::Landmarks).max_mm);
+}
+
 TEST_F(Scores, Bad_input_is_named) {
     EXPECT_EQ(score_points(made, {}).error().field, "points");
     VectorField found = made.forward;

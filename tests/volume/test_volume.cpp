@@ -7,6 +7,7 @@
 
 #include "support/broken_volumes.h"
 #include "support/temporary_folder.h"
+#include "volume/same_grid.h"
 
 namespace pliant::test {
 namespace {
@@ -43,6 +44,30 @@ TEST(CheckVolume, EachFieldThatIsWrongIsNamedWithWhatWasExpectedAndFound) {
               "field.vectors_mm: expected 24 of them (2 × 3 × 4), found 23");
     field.vectors_mm.resize(24);
     EXPECT_TRUE(check_field(field).ok());
+}
+
+TEST(Grids, AreOneUpToTheRoundingOfFiles) {
+    const Grid grid{{512, 512, 300}, {0.7, 0.7, 1.25}, {-179.12345678, -201.7, -1432.3}};
+    Grid other = grid;
+    EXPECT_EQ(corner_distance(grid, other), 0);
+    for (int a = 0; a < 3; ++a) {
+        other.origin_mm[a] = float(grid.origin_mm[a]);
+        other.spacing_mm[a] = float(grid.spacing_mm[a]);
+    }
+    EXPECT_NE(grid, other);
+    EXPECT_TRUE(is_same_grid(grid, other));
+    other.origin_mm.y += 0.7 * 0.02;
+    EXPECT_FALSE(is_same_grid(grid, other));
+    EXPECT_NEAR(corner_distance(other, grid), 0.02, 1e-3);
+    other = grid;
+    other.direction = {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
+    EXPECT_FALSE(is_same_grid(grid, other));
+    other = grid;
+    other.size.z = 299;
+    EXPECT_FALSE(is_same_grid(grid, other));
+    other = grid;
+    other.origin_mm.x = kNotANumber;
+    EXPECT_FALSE(is_same_grid(grid, other));
 }
 
 TEST(CheckVolume, RandomVolumesPassAndOnesWithABrokenFieldAreNeverWritten) {

@@ -11,54 +11,73 @@ import numpy
 import numpy.typing
 
 from pliant._core import Volume, Warp
-from pliant._error import Error
+from pliant._error import Error, expected_error
 from pliant.augment._motions import TissueMotions
 
 Array = numpy.typing.NDArray[Any]
+
+# Largest cosine of the angle between axes that are perpendicular up to rounding.
+_MAX_SKEW = 1e-3
 
 # (x, y, z) of RAS to LPS and back.
 _TURN = numpy.diag([-1.0, -1.0, 1.0, 1.0])
 
 
+def _whole_affine(affine_ras: Any) -> Array:
+    """4 x 4, of one of two axes too: the third is perpendicular, with voxels of 1 mm."""
+    given = numpy.asarray(affine_ras, float)
+    if given.shape == (4, 4):
+        return given
+    if given.shape != (3, 3):
+        raise expected_error("affine", "4 x 4 or 3 x 3 numbers", given.shape)
+    whole = numpy.eye(4)
+    whole[:2, :2], whole[:2, 3] = given[:2, :2], given[:2, 2]
+    return whole
+
+
+def _is_sheared(affine: Array) -> bool:
+    """Whether axes aren't perpendicular, as after a rotation of voxels that aren't cubes."""
+    axes = affine[:3, :3] / numpy.linalg.norm(affine[:3, :3], axis=0)
+    return float(numpy.abs(axes.T @ axes - numpy.eye(3)).max()) > _MAX_SKEW
+
+
 def scan_of(
     array: Array, affine_ras: Any, hu_from_value: tuple[float, float] = (1.0, 0.0)
 ) -> Volume:
-    """A scan of one channel (x, y, z).
+    """A scan of one channel (x, y, z) or (x, y), which is one slice.
 
     Args:
-        affine_ras: 4 x 4, from voxel (x, y, z) to RAS millimetres.
+        affine_ras: 4 x 4, from voxel (x, y, z) to RAS millimetres. Of a sheared one, the scan has
+            the nearest perpendicular axes and the same spacings: motions are sheared with the
+            voxels, and nothing is interpolated.
         hu_from_value: HU = first * value + second.
     """
+    if array.ndim == 2:
+        array = array[..., None]
     if array.ndim != 3:
-        raise Error(
-            f"scan: expected three spatial axes, found {array.ndim}",
-            field="scan",
-            expected="three spatial axes",
-            found=str(array.ndim),
-        )
-    affine = _TURN @ numpy.asarray(affine_ras, float)
+        raise expected_error("scan", "two or three spatial axes", array.ndim)
+    affine = _TURN @ _whole_affine(affine_ras)
     axes = affine[:3, 2::-1]
     spacing = numpy.linalg.norm(axes, axis=0)
     if not (spacing > 0).all():
         raise Error("affine: expected three axes, found a zero one", field="affine")
+    directions = axes / spacing
+    if _is_sheared(affine):
+        left, _, right = numpy.linalg.svd(directions)
+        directions = left @ right
     if hu_from_value != (1.0, 0.0):
         array = numpy.float32(hu_from_value[0]) * array + numpy.float32(hu_from_value[1])
     elif array.dtype.kind != "f" and array.dtype != numpy.int16:
         array = array.astype(numpy.float32)  # without a search for its range
-    return Volume(array, tuple(spacing), tuple(affine[:3, 3]), axes / spacing, background=-1000.0)
+    return Volume(array, tuple(spacing), tuple(affine[:3, 3]), directions, background=-1000.0)
 
 
 def affine_of_spacing(spacing_mm: Any) -> Array:
     """An affine of axes along the world's, for arrays that only have a spacing."""
     spacing = numpy.asarray(spacing_mm, float)
-    if spacing.shape != (3,):
-        raise Error(
-            f"spacing_mm: expected three numbers, found {spacing_mm}",
-            field="spacing_mm",
-            expected="three numbers",
-            found=str(spacing_mm),
-        )
-    return numpy.diag([*spacing, 1.0])
+    if spacing.shape not in ((2,), (3,)):
+        raise expected_error("spacing_mm", "three numbers, or two of a slice", spacing_mm)
+    return numpy.diag([*spacing, 1.0, 1.0][:3] + [1.0])
 
 
 def drawn_warp(
@@ -66,6 +85,8 @@ def drawn_warp(
 ) -> tuple[Warp, str]:
     """The warp of a sample, and its plan as JSON."""
     prepared = motions.prepare(scan)
+    if labels is not None and labels.ndim == 2:
+        labels = labels[..., None]
     plan = motions.sample(prepared, numpy.random.default_rng(seed), labels)
     return motions.apply(prepared, plan).warp, plan.to_json()
 
@@ -83,6 +104,12 @@ def check_mode(mode: str) -> str:
     return mode
 
 
+def _is_flat(warp: Warp, array: Array) -> bool:
+    """Whether an array (..., x, y) belongs to a warp of one slice."""
+    shape = warp.size[::-1]
+    return shape[2] == 1 and array.shape[-3:] != shape and array.shape[-2:] == shape[:2]
+
+
 def moved_array(
     warp: Warp, array: Array, mode: str, beyond: float | None = None, back: bool = False
 ) -> Array:
@@ -92,6 +119,8 @@ def moved_array(
         mode: "bilinear" (trilinear, as others call it), "nearest" or "majority".
         beyond: Value outside of the grid; None: the array's smallest for images, 0 for labels.
     """
+    if _is_flat(warp, array):
+        return moved_array(warp, array[..., None], mode, beyond, back)[..., 0]
     given = array.dtype
     if given == bool:
         array = array.view(numpy.uint8)
@@ -112,7 +141,11 @@ def moved_array(
 def moved_points(
     warp: Warp, points: Array, space: str, affine_ras: Any, back: bool = False
 ) -> Array:
-    """Points (..., 3) in a space: "ras", "lps" or "voxel" (x, y, z)."""
+    """Points (..., 3) in a space: "ras", "lps" or "voxel" (x, y, z); (..., 2) of one slice.
+
+    Args:
+        affine_ras: Of the scan, as scan_of() got it.
+    """
     if space not in ("ras", "lps", "voxel"):
         raise Error(
             f"point_space: expected ras, lps or voxel, found {space}",
@@ -120,10 +153,19 @@ def moved_points(
             expected="ras, lps or voxel",
             found=str(space),
         )
+    if points.shape[-1:] == (2,) and warp.size[0] == 1:
+        whole = numpy.concatenate([points, numpy.zeros_like(points[..., :1])], axis=-1)
+        return moved_points(warp, whole, space, affine_ras, back)[..., :2]
     flat = points.reshape(-1, 3).astype(float)
     affine = _TURN if space == "ras" else numpy.eye(4)
+    whole_affine = _TURN @ _whole_affine(affine_ras)
     if space == "voxel":
-        affine = _TURN @ numpy.asarray(affine_ras, float)
+        affine = whole_affine
+    if _is_sheared(whole_affine):  # to the warp's perpendicular axes
+        straight = numpy.eye(4)
+        straight[:3, 2::-1] = warp.direction * warp.spacing_mm
+        straight[:3, 3] = warp.origin_mm
+        affine = straight @ numpy.linalg.inv(whole_affine) @ affine
     lps = flat @ affine[:3, :3].T + affine[:3, 3]
     moved = warp.unwarp_points(lps) if back else warp.warp_points(lps)
     inverse = numpy.linalg.inv(affine)

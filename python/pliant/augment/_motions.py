@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random motions of soft tissue: drawn as a plan, applied to a scan and all that belongs to it."""
 
+import copy
 import functools
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -17,6 +19,12 @@ from pliant.augment._steps import report_of
 Array = numpy.typing.NDArray[Any]
 Range = float | Sequence[float]
 
+_PRESETS: dict[str, dict[str, Range]] = {
+    "push": {"pushes": (1, 3), "waves": 0},
+    "elastic": {"pushes": 0, "waves": (3, 6)},
+}
+# A scan whose values are all smaller isn't in HU; so many of its voxels are looked at.
+_NO_HU, _LOOKED_AT = 20.0, 4096
 # Tries to find a position, and values that are looked at in each.
 _TRIES, _DRAWN = 12, 256
 # A position is good if bone is so far that at least this part of the push is possible.
@@ -45,9 +53,23 @@ def _each(given: Any, work: Callable[[Any], Any]) -> Any:
         return None
     if isinstance(given, Mapping):
         return {name: work(value) for name, value in given.items()}
-    if isinstance(given, (list, tuple)) and not numpy.isscalar(given[0]):
+    if isinstance(given, (list, tuple)) and not (given and numpy.isscalar(given[0])):
         return type(given)(work(value) for value in given)
     return work(given)
+
+
+def _warn_unless_hu(scan: Volume) -> None:
+    """Warns of normalised values, among which neither bone nor air is found."""
+    if scan.array.dtype.kind != "f":
+        return
+    values = scan.array.ravel()[:: max(1, scan.array.size // _LOOKED_AT)]
+    low, high = float(values.min()), float(values.max())
+    if low < high and max(abs(low), abs(high)) <= _NO_HU:
+        warnings.warn(
+            f"scan: expected HU, found values from {low:g} to {high:g}: no bone is held; "
+            "hu_from_value gives HU, bone_hu=None moves all",
+            stacklevel=4,
+        )
 
 
 class Applied:
@@ -97,17 +119,22 @@ class TissueMotions:
     Counts and lengths are a number, or two between which they are drawn.
 
     Args:
+        preset: "push", or "elastic": waves, which move most of the scan smoothly, and no pushes.
         pushes, pulls: Number of spheres that carry tissue along. From a wall (at="wall") pushes go
-            into the tissue and pulls out of it; elsewhere they go anywhere.
+            into the tissue and pulls out of it; elsewhere they go anywhere. None: those of the
+            preset. A push moves a ball of tissue, less towards its edge.
         push_mm: Length of a push or pull. Bone nearby shortens it.
         tool_mm: Radius of the sphere.
         slides: Number of spheres that move along a wall of air without friction.
         slide_mm, slide_tool_mm: Length of their way, and their radius.
-        swellings: Number of balls that grow.
+        swellings: Number of balls that grow; none in a scan of one slice.
         swelling_mm, swelling_radius_mm: Growth of a ball's radius, and the radius.
-        breathing: Probability of a breath, 0...1: in or out.
+        breathing: Probability of a breath, 0...1: in or out; none in a scan of one slice.
         breath_mm: Motion of the diaphragm. Swellings and breaths come first, fade out towards bone
             and the scan's border, and are made smaller as a whole where they could fold.
+        waves: Number of plane waves that shift tissue to and fro; None: those of the preset.
+        wave_mm, wave_length_mm: Their amplitude and length. They are made with swellings and
+            breaths, and likewise fade out and are made smaller; none in a scan of one slice.
         at: Where motions begin: "soft" (any soft tissue), "wall" (beside air), or a label or
             several, for which sample() needs the label map.
         bone_hu: Voxels above it don't move; None: all move.
@@ -124,7 +151,8 @@ class TissueMotions:
     def __init__(
         self,
         *,
-        pushes: Range = (1, 3),
+        preset: str = "push",
+        pushes: Range | None = None,
         pulls: Range = 0,
         push_mm: Range = (2.0, 12.0),
         tool_mm: Range = (3.0, 15.0),
@@ -136,6 +164,9 @@ class TissueMotions:
         swelling_radius_mm: Range = (8.0, 25.0),
         breathing: float = 0.0,
         breath_mm: Range = (3.0, 12.0),
+        waves: Range | None = None,
+        wave_mm: Range = (2.0, 6.0),
+        wave_length_mm: Range = (60.0, 160.0),
         at: str | int | Sequence[int] = "soft",
         bone_hu: float | None = 300.0,
         air_hu: float = -500.0,
@@ -145,6 +176,13 @@ class TissueMotions:
         threads: int = 1,
         tissue: Mapping[str, Any] | None = None,
     ) -> None:
+        if preset not in _PRESETS:
+            raise expected_error("preset", " or ".join(_PRESETS), preset)
+        pushes = _PRESETS[preset]["pushes"] if pushes is None else pushes
+        waves = _PRESETS[preset]["waves"] if waves is None else waves
+        self.preset = preset
+        self.waves, self.wave_mm = _count("waves", waves), _range("wave_mm", wave_mm)
+        self.wave_length_mm = _range("wave_length_mm", wave_length_mm, 1.0)
         self.pushes, self.pulls = _count("pushes", pushes), _count("pulls", pulls)
         self.push_mm, self.tool_mm = _range("push_mm", push_mm), _range("tool_mm", tool_mm)
         self.slides = _count("slides", slides)
@@ -185,6 +223,7 @@ class TissueMotions:
             "max_movement_mm": 500.0,
             "air_enabled": False,
             "air_threshold_hu": self.air_hu,
+            "limits": "rounded",
             **self.tissue,
         }
 
@@ -197,6 +236,8 @@ class TissueMotions:
 
     def _prepared(self, scan: Volume, settings: Mapping[str, Any]) -> PreparedScan:
         prepared = PreparedScan(scan, self.threads, **settings)
+        if self.bone_hu is not None:
+            _warn_unless_hu(scan)
         if not prepared.fold_number < 1:
             raise expected_error(
                 "tissue", "settings that can't fold (a fold number below 1)", prepared.fold_number
@@ -215,6 +256,8 @@ class TissueMotions:
             A plan. It has fewer motions where the scan has no position for them: no soft tissue, no
             wall, no voxel of the labels.
         """
+        if not isinstance(rng, numpy.random.Generator):
+            raise expected_error("rng", "a numpy.random.Generator", repr(rng))
         prepared = scan if isinstance(scan, PreparedScan) else self.prepare(scan)
         return _Sampler(self, prepared, rng, labels).plan()
 
@@ -294,6 +337,8 @@ class _Sampler:
         self.scan = prepared.scan
         self.array: Array = self.scan.array
         self.size = numpy.array(self.array.shape)
+        # Axes of the world along which there is one slice: nothing moves out of it.
+        self.single: Array = self.scan.direction.T[self.size[::-1] == 1]
         self.labels: Array | None = None
         if not isinstance(motions.at, str):
             if labels is None:
@@ -307,9 +352,14 @@ class _Sampler:
     def plan(self) -> Plan:
         m = self.motions
         drawn: list[dict[str, Any] | None] = []
+        if len(self.single):
+            m = copy.copy(m)
+            m.breathing, m.swellings, m.waves = 0.0, (0, 0), (0, 0)  # need a surrounding
         if m.breathing > 0 and self.rng.random() < m.breathing:
             drawn.append(self.breath())
         drawn += [self.swelling() for _ in range(self.number(m.swellings))]
+        if m.waves[1] > 0:
+            drawn += [self.wave() for _ in range(self.number(m.waves))]
         for kind, count in (("push", m.pushes), ("pull", m.pulls)):
             drawn += [self.push(kind) for _ in range(self.number(count))]
         drawn += [self.slide() for _ in range(self.number(m.slides))]
@@ -324,6 +374,8 @@ class _Sampler:
     def direction(self) -> Array:
         while True:
             vector = self.rng.normal(size=3)
+            for axis in self.single:
+                vector = vector - (vector @ axis) * axis
             length = float(numpy.linalg.norm(vector))
             if length > 1e-3:
                 return vector / length
@@ -382,11 +434,13 @@ class _Sampler:
     def point(self, at: Array) -> Array:
         # A border voxel's centre may lie outside of an oblique scan by rounding.
         inside = numpy.clip(at.astype(float), 1e-6, self.size - 1 - 1e-6)
+        inside[self.size == 1] = 0
         return numpy.array(self.scan.world_from_voxel(inside[::-1]))
 
     def is_inside(self, point: Array) -> bool:
         ijk = numpy.array(self.scan.voxel_from_world(point))
-        return bool((ijk >= 0).all() and (ijk <= self.size[::-1] - 1).all())
+        rounding = numpy.where(self.size[::-1] == 1, 1e-6, 0)
+        return bool((ijk >= -rounding).all() and (ijk <= self.size[::-1] - 1 + rounding).all())
 
     def push(self, kind: str) -> dict[str, Any] | None:
         best: dict[str, Any] | None = None
@@ -429,6 +483,15 @@ class _Sampler:
             "point_mm": self.point(at).tolist(),
             "by_mm": self.length(self.motions.swelling_mm),
             "radius_mm": self.length(self.motions.swelling_radius_mm),
+        }
+
+    def wave(self) -> dict[str, Any]:
+        length = self.length(self.motions.wave_length_mm)
+        return {
+            "kind": "wave",
+            "by_mm": (self.length(self.motions.wave_mm) * self.direction()).tolist(),
+            "vector_per_mm": (2 * numpy.pi / length * self.direction()).tolist(),
+            "phase": self.length((0.0, 2 * numpy.pi)),
         }
 
     def breath(self) -> dict[str, Any]:

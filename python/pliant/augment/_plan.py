@@ -19,6 +19,7 @@ _FIELDS = {
     "slide": {"point_mm": 3, "by_mm": 3, "radius_mm": 0},
     "swelling": {"point_mm": 3, "by_mm": 0, "radius_mm": 0},
     "breath": {"point_mm": 3, "by_mm": 3, "above_mm": 0, "below_mm": 0, "depth_mm": 0},
+    "wave": {"by_mm": 3, "vector_per_mm": 3, "phase": 0},
 }
 
 
@@ -58,7 +59,7 @@ class Plan:
 
     Attributes:
         motions: Dictionaries with the kind of a motion ("push", "pull", "slide", "swelling",
-            "breath") and its numbers [mm, LPS].
+            "breath", "wave") and its numbers [mm, LPS].
         tissue: Settings of the tissue: pliant.settings_of("chainmail").
     """
 
@@ -102,7 +103,7 @@ class Plan:
         """The plan of to_json()."""
         try:
             data = json.loads(text)
-        except ValueError as error:
+        except (ValueError, TypeError, RecursionError) as error:
             raise Error(f"plan: expected JSON, {error}", code="unreadable") from None
         return Plan.from_dict(data)
 
@@ -117,4 +118,6 @@ class Plan:
             text = pathlib.Path(path).read_text(encoding="utf-8")
         except OSError as error:
             raise Error(f"{path}: {error.strerror}", code="not_found") from None
+        except UnicodeDecodeError:
+            raise Error(f"{path}: expected a plan in JSON, found no text", "unreadable") from None
         return Plan.from_json(text)

@@ -24,7 +24,7 @@ def _step(status: str, limited_by: str, fraction: float, moved: int | None) -> d
 
 
 def _follow(prepared: PreparedScan, plan: Plan) -> dict[str, Any]:
-    """Makes the swellings and breaths, which come first, as one motion."""
+    """Makes the swellings, breaths and waves, which come first, as one motion."""
     swellings = [
         (m["point_mm"], m["by_mm"], m["radius_mm"]) for m in plan.motions if m["kind"] == "swelling"
     ]
@@ -33,9 +33,12 @@ def _follow(prepared: PreparedScan, plan: Plan) -> dict[str, Any]:
         for m in plan.motions
         if m["kind"] == "breath"
     ]
-    if not swellings and not breaths:
+    waves = [
+        (m["by_mm"], m["vector_per_mm"], m["phase"]) for m in plan.motions if m["kind"] == "wave"
+    ]
+    if not swellings and not breaths and not waves:
         return {}
-    followed = prepared.follow(swellings, breaths)
+    followed = prepared.follow(swellings, breaths, waves)
     done = followed.fraction
     by = "none" if done == 1 else "fold"
     return _step(_status(done), by, done, followed.moved_elements)
@@ -54,7 +57,7 @@ def report_of(prepared: PreparedScan, plan: Plan) -> list[dict[str, Any]]:
     """Moves a scan at rest; returns a step for each motion."""
     followed = _follow(prepared, plan)
     steps = [
-        followed if motion["kind"] in ("swelling", "breath") else _made(prepared, motion)
+        followed if motion["kind"] in ("swelling", "breath", "wave") else _made(prepared, motion)
         for motion in plan.motions
     ]
     return [

@@ -96,7 +96,8 @@ class TissueMotion(SpatialTransform):
         for name in self.points:
             given = subject[name]
             array = given.numpy() if isinstance(given, torch.Tensor) else numpy.asarray(given)
-            moved = _frames.moved_points(self.warp, array, "ras", None, back)
+            affine = subject.get_first_image().affine
+            moved = _frames.moved_points(self.warp, array, "ras", affine, back)
             subject[name] = torch.as_tensor(moved) if isinstance(given, torch.Tensor) else moved
         return subject
 

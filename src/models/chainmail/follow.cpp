@@ -234,8 +234,6 @@ Result<FollowReport> ChainMail::Impl::follow(const Box3i& elements,
     const Stopwatch watch;
     if (const Status s = check_following(lattice, elements, settings.max_elements); !s.ok())
         return s.error();
-    if (settings.limits == LinkLimits::Rounded)
-        return about("follow", ErrorCode::InvalidArgument, "expected limits of links, not rounded");
     Operation step(*this, {.step = "follow", .ends_drag = true, .has_copies = yields});
     Following following(lattice, elements);
     if (!following.take_targets(volume.grid, displacement_mm))

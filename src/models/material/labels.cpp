@@ -9,29 +9,20 @@
 #include <string>
 #include "base/errors.h"
 #include "base/text.h"
+#include "volume/same_grid.h"
 
 namespace pliant {
 namespace {
-
-/// Largest distance of corresponding corners of equal grids [voxels].
-constexpr double kSameGridVoxels = 0.01;
 
 Status check_grid(const std::string& name, const Grid& found, const Grid& expected) {
     if (found.size != expected.size)
         return expected_error(name, "the scan's grid, " + text_of_size(expected.size) + " voxels",
                               text_of_size(found.size));
-    for (int c = 0; c < 8; ++c) {
-        Vec3d corner{};
-        for (int a = 0; a < 3; ++a) corner[a] = (c >> a & 1) ? expected.size[a] - 1 : 0;
-        const Vec3d there = voxel_from_world(expected, world_from_voxel(found, corner));
-        if (!(norm(there - corner) <= kSameGridVoxels))
-            return expected_error(name, "the scan's grid",
-                                  "one of the same size whose origin, spacing or direction "
-                                  "differs (" +
-                                      std::to_string(norm(there - corner)) +
-                                      " voxels at a corner)");
-    }
-    return Ok{};
+    if (is_same_grid(found, expected)) return Ok{};
+    return expected_error(name, "the scan's grid",
+                          "one of the same size whose origin, spacing or direction differs (" +
+                              std::to_string(corner_distance(found, expected)) +
+                              " voxels at a corner)");
 }
 
 /// A value that no label material has.

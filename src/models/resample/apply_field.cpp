@@ -11,14 +11,19 @@
 namespace pliant {
 namespace {
 
+/// The outermost voxel centres count as inside if rounding moves them by so much [voxels]: a NIfTI
+/// file has positions of 32 bits.
+constexpr double kBorderVoxels = 1e-3;
+
 /// Corner of the cell around a continuous voxel index, and the position in the cell; false beyond
 /// the outermost voxel centres.
 bool cell_of(const Grid& grid, Vec3d ijk, Vec3i& corner, Vec3d& at) {
     for (int a = 0; a < 3; ++a) {
         const int last = grid.size[a] - 1;
-        if (!(ijk[a] >= 0 && ijk[a] <= last)) return false;
-        corner[a] = std::clamp(int(ijk[a]), 0, std::max(0, last - 1));
-        at[a] = ijk[a] - corner[a];
+        if (!(ijk[a] >= -kBorderVoxels && ijk[a] <= last + kBorderVoxels)) return false;
+        const double inside = std::clamp(ijk[a], 0.0, double(last));
+        corner[a] = std::clamp(int(inside), 0, std::max(0, last - 1));
+        at[a] = inside - corner[a];
     }
     return true;
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "volume/same_grid.h"
 
 namespace pliant {
 namespace {
@@ -21,7 +22,7 @@ using Displacement = std::function<Vec3d(std::size_t voxel, Vec3d point_mm)>;
 
 Status check_grid_of(const Volume& volume, const Grid& grid, const char* name) {
     if (const Status s = check_volume(volume, name); !s.ok()) return s;
-    if (!volume.is_16_bit() || volume.grid != grid)
+    if (!volume.is_16_bit() || !is_same_grid(volume.grid, grid))
         return expected_error(name, "16-bit values on the grid of the forward field", "others");
     return Ok{};
 }
@@ -180,11 +181,11 @@ Result<TruthScore> score_field(const TruthData& truth, const VectorField& found,
     return attempt([&]() -> Result<TruthScore> {
         if (const Status s = check_truth(truth); !s.ok()) return s.error();
         if (const Status s = check_field(found, "found"); !s.ok()) return s.error();
-        const bool is_same_grid = found.grid == truth.forward.grid;
+        const bool has_same_grid = is_same_grid(found.grid, truth.forward.grid);
         auto score = score_displacements(
             truth,
             [&](std::size_t n, Vec3d point) {
-                return is_same_grid ? vector_of(found.vectors_mm[n]) : sample_field(found, point);
+                return has_same_grid ? vector_of(found.vectors_mm[n]) : sample_field(found, point);
             },
             [&](Vec3d point) { return sample_field(found, point); }, arena);
         if (!score.ok()) return score;
