@@ -77,9 +77,7 @@ Status check_first_bytes(const fs::path& path, ImageFormat format) {
             expected = "a header with ObjectType and NDims";
             break;
         case ImageFormat::Nifti: {
-            const bool gzip = lower_case(path.extension().string()) == ".gz";
-            fits = !gzip || start.starts_with("\x1f\x8b");
-            expected = "gzip";
+            fits = true;  // its header's size decides, which may be compressed
             break;
         }
         case ImageFormat::Vti:
@@ -139,6 +137,15 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
 namespace {
 
 /// Smaller scans are read: a mapping would cost more than it saves.
+/// VTK's files go on behind the voxels.
+bool ends_with_data(ImageFormat format) {
+    return format != ImageFormat::Vti && format != ImageFormat::Vtk;
+}
+
+/// The header may be wrong, or another file's.
+constexpr const char* kLongerNote =
+    "the data are longer than the header says; the rest was ignored";
+
 constexpr std::size_t kMinMappedBytes = 1 << 20;
 
 /// Computes slope · number + intercept in double precision, rounded to a float if the number was an
@@ -178,6 +185,7 @@ class FrameStream {
     }
     Status finish() { return m_stream.finish(); }
 
+    bool is_longer() const { return m_stream.is_longer(); }
   private:
     /// The images' numbers of a voxel are adjacent.
     Status read_adjacent(std::span<std::byte> out) {
@@ -252,6 +260,7 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
     }
     if (Status status = stream.finish(); !status) return status.error();
     return voxels.finish(notes.notes);
+    if (stream.is_longer() && ends_with_data(header.format)) notes.notes.push_back(kLongerNote);
 }
 
 /// Maps the file's bytes if they have a volume's memory layout.
@@ -305,6 +314,9 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
     const bool leans = !is_perpendicular(header->grid.direction);
     if (!leans) note_lean(header->grid, notes.notes);
     auto voxels = read_voxels(path, *header, options, notes);
+    const auto beyond = bytes_beyond(path, *header);
+    if (!beyond) return beyond.error();
+    if (*beyond > 0 && ends_with_data(*format)) notes.notes.push_back(kLongerNote);
     if (!voxels) return voxels.error();
     Volume volume{header->grid, std::move(*voxels), std::move(header->key_values)};
     if (!leans) return volume;
