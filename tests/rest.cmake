@@ -43,8 +43,8 @@ target_include_directories(test_fit PRIVATE ${PROJECT_SOURCE_DIR}/research/resul
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
-            test_distance.cpp test_files.cpp test_fill_surface.cpp test_limits.cpp
-            test_stuffing.cpp test_write_vtu.cpp
+            test_distance.cpp test_files.cpp test_fill_surface.cpp test_foreign_files.cpp
+            test_limits.cpp test_stuffing.cpp test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem

@@ -48,7 +48,7 @@ Result<ReadMesh> read_organ(const FitOptions& o, const TaskArena& arena) {
         if (data->triangles.empty())
             return named({ErrorCode::Unsupported,
                           "found neither tetrahedra nor triangles, expected an organ"});
-        auto filled = fill_surface(joined({data->nodes_mm, data->triangles}),
+        auto filled = fill_surface(cleaned({data->nodes_mm, data->triangles}),
                                    {.tetrahedra = o.tetrahedra}, arena);
         if (!filled) return named(filled.error());
         read.mesh = std::move(filled->mesh);

@@ -181,7 +181,8 @@ struct PathOptions {
 };
 
 struct MeshOptions {
-    std::string file;  ///< a scan, a surface, a centreline or tetrahedra
+    std::string file;          ///< a scan, a surface, a centreline or tetrahedra
+    std::string units = "mm";  ///< "mm", "cm" or "m": lengths in a mesh's file
     ScanChoice scan;
     std::string out, ghost, surface;   ///< outputs; none: only report on the file's mesh
     bool solid = false;                ///< a solid instead of a vessel's wall
