@@ -27,7 +27,7 @@ pliant_test(formats
             test_dicom_sandbox.cpp test_dicom_series.cpp test_foreign_headers.cpp test_frames.cpp
             test_give_up.cpp
             test_headers.cpp test_mapped_scans.cpp test_nifti_2.cpp test_read_formats.cpp
-            test_read_orientation.cpp test_read_vtk.cpp test_recorded_scans.cpp
+            test_read_labels.cpp test_read_orientation.cpp test_read_vtk.cpp test_recorded_scans.cpp
             test_shared_scans.cpp test_straighten.cpp test_vector_field.cpp test_voxel_builder.cpp
             test_write_formats.cpp test_write_volume.cpp test_write_vti.cpp
     LIBRARIES pliant_lz4 ZLIB::ZLIB
@@ -135,7 +135,7 @@ if(PLIANT_BUILD_APP)
                              ../support/scan_files.cpp test_body.cpp
                              test_crashes.cpp test_ending.cpp
                              test_ending_movies.cpp test_failing_calls.cpp test_fit_mesh.cpp
-                             test_keyframes.cpp
+                             test_keyframes.cpp test_labels.cpp
                              test_kinds_of_scans.cpp
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp

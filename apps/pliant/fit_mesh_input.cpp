@@ -145,7 +145,7 @@ Result<std::vector<std::int32_t>> nodes_at(const ReadMesh& read, const std::stri
 /// Label of each tetrahedron from a volume: that of the voxel at its centre. Background takes the
 /// label of a neighbour, since a surface is half a voxel beside its labels.
 Result<std::vector<int>> labels_of_volume(const std::string& file, const TetMesh& mesh) {
-    const auto volume = read_volume(file);
+    const auto volume = read_labels(file);
     if (!volume.ok()) return of_option("--labels", volume.error());
     std::vector<int> labels;
     for (const auto& cell : mesh.cells) {

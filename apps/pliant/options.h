@@ -125,7 +125,7 @@ struct DeformOptions {
     std::string solver;             ///< "sweep" or "heap"; empty: sweep
     std::string mapping = "cells";  ///< or "tetrahedra"
     std::string load_state, save_state;
-    std::string out, displacement, transform, jacobian, strain, report;
+    std::string out, labels_out, displacement, transform, jacobian, strain, report;
     std::string mesh_out;  ///< of pliant body: the moved mesh
     bool raw = false;
     int threads = 0;

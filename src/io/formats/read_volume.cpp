@@ -12,6 +12,7 @@
 #include "formats/dicom_series.h"
 #include "formats/image_file.h"
 #include "formats/image_header.h"
+#include "formats/segment_layers.h"
 #include "formats/straighten.h"
 #include "formats/voxel_builder.h"
 
@@ -136,7 +137,6 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
 
 namespace {
 
-/// Smaller scans are read: a mapping would cost more than it saves.
 /// VTK's files go on behind the voxels.
 bool ends_with_data(ImageFormat format) {
     return format != ImageFormat::Vti && format != ImageFormat::Vtk;
@@ -146,6 +146,7 @@ bool ends_with_data(ImageFormat format) {
 constexpr const char* kLongerNote =
     "the data are longer than the header says; the rest was ignored";
 
+/// Smaller scans are read: a mapping would cost more than it saves.
 constexpr std::size_t kMinMappedBytes = 1 << 20;
 
 /// Computes slope · number + intercept in double precision, rounded to a float if the number was an
@@ -184,8 +185,8 @@ class FrameStream {
         return m_run == 1 ? read_adjacent(out) : read_runs(out);
     }
     Status finish() { return m_stream.finish(); }
-
     bool is_longer() const { return m_stream.is_longer(); }
+
   private:
     /// The images' numbers of a voxel are adjacent.
     Status read_adjacent(std::span<std::byte> out) {
@@ -259,8 +260,8 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
         done += next;
     }
     if (Status status = stream.finish(); !status) return status.error();
-    return voxels.finish(notes.notes);
     if (stream.is_longer() && ends_with_data(header.format)) notes.notes.push_back(kLongerNote);
+    return voxels.finish(notes.notes);
 }
 
 /// Maps the file's bytes if they have a volume's memory layout.
@@ -313,12 +314,13 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
     notes.notes = std::move(header->notes);
     const bool leans = !is_perpendicular(header->grid.direction);
     if (!leans) note_lean(header->grid, notes.notes);
-    auto voxels = read_voxels(path, *header, options, notes);
     const auto beyond = bytes_beyond(path, *header);
     if (!beyond) return beyond.error();
     if (*beyond > 0 && ends_with_data(*format)) notes.notes.push_back(kLongerNote);
+    auto voxels = read_voxels(path, *header, options, notes);
     if (!voxels) return voxels.error();
     Volume volume{header->grid, std::move(*voxels), std::move(header->key_values)};
+    keep_layer(volume.key_values, options.frame.value_or(0));
     if (!leans) return volume;
     notes.notes.push_back("the axes are sheared by " +
                           short_text(std::round(100 * shear_degrees(volume.grid)) / 100) +

@@ -375,7 +375,8 @@ Status check_bodies(const OrganFile& file, const Volume& map) {
 
 /// Names the bodies that have no name after their label.
 Status name_bodies(OrganFile& file, const Volume& map) {
-    const auto names = find_label_names(file.label_volume, map.key_values, file.label_names);
+    const auto names =
+        find_label_names(label_file(file.label_volume), map.key_values, file.label_names);
     if (!names) return about("label_names", names.error().code, names.error().message);
     for (OrganSettings& body : file.bodies) {
         if (!body.name.empty() || body.labels.empty()) continue;
@@ -425,7 +426,7 @@ Result<MadeOrgans> make(const OrganFile& given, const TaskArena& arena) {
         made.scan = std::move(*scan);
     }
     if (!file.label_volume.empty()) {
-        auto labels = read_volume(file.label_volume);
+        auto labels = read_labels(file.label_volume);
         if (!labels) return about("label_volume", labels.error().code, labels.error().message);
         made.labels = std::make_shared<const Volume>(std::move(*labels));
         if (const Status s = check_bodies(file, *made.labels); !s.ok()) return s.error();

@@ -116,7 +116,7 @@ Result<OrganFile> file_of_labels(const std::string& scan, const std::string& lab
     if (labels.empty()) {
         const auto values = read_volume(scan);
         if (!values) return values.error();
-        const auto map = read_volume(label_volume);
+        const auto map = read_labels(label_volume);
         if (!map) return map.error();
         const Grid& grid = map->grid;
         std::map<int, LabelSum> sums;
