@@ -24,9 +24,10 @@ pliant_test(formats
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
             test_damaged_at_random.cpp test_dicom_codestreams.cpp test_dicom_decoder.cpp
             test_dicom_folders.cpp test_dicom_frames.cpp test_dicom_pixels.cpp
-            test_dicom_sandbox.cpp test_dicom_series.cpp test_frames.cpp test_give_up.cpp
+            test_dicom_sandbox.cpp test_dicom_series.cpp test_foreign_headers.cpp test_frames.cpp
+            test_give_up.cpp
             test_headers.cpp test_mapped_scans.cpp test_nifti_2.cpp test_read_formats.cpp
-            test_read_orientation.cpp test_read_vtk.cpp test_recorded_scans.cpp
+            test_read_labels.cpp test_read_orientation.cpp test_read_vtk.cpp test_recorded_scans.cpp
             test_shared_scans.cpp test_straighten.cpp test_vector_field.cpp test_voxel_builder.cpp
             test_write_formats.cpp test_write_volume.cpp test_write_vti.cpp
     LIBRARIES pliant_lz4 ZLIB::ZLIB
@@ -42,8 +43,8 @@ target_include_directories(test_fit PRIVATE ${PROJECT_SOURCE_DIR}/research/resul
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
             test_cut_tetrahedra.cpp
-            test_distance.cpp test_files.cpp test_fill_surface.cpp test_limits.cpp
-            test_stuffing.cpp test_write_vtu.cpp
+            test_distance.cpp test_files.cpp test_fill_surface.cpp test_foreign_files.cpp
+            test_limits.cpp test_stuffing.cpp test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
@@ -134,7 +135,7 @@ if(PLIANT_BUILD_APP)
                              ../support/scan_files.cpp test_body.cpp
                              test_crashes.cpp test_ending.cpp
                              test_ending_movies.cpp test_failing_calls.cpp test_fit_mesh.cpp
-                             test_keyframes.cpp
+                             test_keyframes.cpp test_labels.cpp
                              test_kinds_of_scans.cpp
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp

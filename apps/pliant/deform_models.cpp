@@ -7,6 +7,7 @@
 #include <pliant/mesh_files.h>
 #include <pliant/models/network_file.h>
 #include <pliant/models/scene_files.h>
+#include <pliant/resample.h>
 #include <pliant/scan_files.h>
 
 #include <algorithm>
@@ -58,7 +59,7 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
              {"--network", !o.network.empty(), {"springs"}},
              {"--mesh", !o.mesh.empty(), {"body"}},
              {"--config", !o.config.empty(), labelled},
-             {"--labels", !o.labels.empty(), labelled},
+             {"--labels", !o.labels.empty() && o.labels_out.empty(), labelled},
              {"--directions", !o.directions.empty(), chainmail},
              {"--elastic", o.elastic.has_value(), chainmail},
              {"--relax", o.relax_ms.has_value(), chainmail},
@@ -126,8 +127,12 @@ Result<ChainMailSettings> chainmail_settings(const DeformOptions& o,
     if (!read.ok()) return read.error();
     ChainMailSettings settings = *read;
     settings.solver = o.solver == "heap" ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
-    if (!o.labels.empty()) {
-        auto labels = read_volume(o.labels);
+    if (!o.labels.empty() && settings.label_materials.empty() && o.labels_out.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--labels: expected [[label]] tables in --config, or --labels-out, found "
+                     "neither"};
+    if (!o.labels.empty() && !settings.label_materials.empty()) {
+        auto labels = read_labels(o.labels);
         if (labels.ok()) labels = with_doubled_slices(*labels);  // as the scan
         if (!labels.ok()) return Error{labels.error().code, "--labels: " + labels.error().message};
         settings.labels = std::make_shared<const Volume>(std::move(*labels));
@@ -138,10 +143,16 @@ Result<ChainMailSettings> chainmail_settings(const DeformOptions& o,
             return Error{directions.error().code, "--directions: " + directions.error().message};
         settings.directions = std::make_shared<const VectorField>(std::move(*directions));
     }
-    if (settings.labels && settings.label_materials.empty())
-        return Error{ErrorCode::InvalidArgument,
-                     "--labels: expected [[label]] tables in --config, found none"};
     return settings;
+}
+
+/// Puts the labels of label materials on the scan's grid.
+Status place_labels(const Volume& scan, const TaskArena& arena, ChainMailSettings& settings) {
+    if (!settings.labels) return Ok{};
+    auto labels = labels_on(*settings.labels, scan.grid, arena);
+    if (!labels.ok()) return labels.error();
+    settings.labels = std::make_shared<const Volume>(std::move(*labels));
+    return Ok{};
 }
 
 Result<MakeScanTissue> prepare_chainmail(const DeformOptions& o, std::vector<std::string>& notes) {
@@ -150,14 +161,17 @@ Result<MakeScanTissue> prepare_chainmail(const DeformOptions& o, std::vector<std
     return MakeScanTissue([&o, read = std::move(*settings)](
                               const Volume& scan, const ValueDefaults& values,
                               const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
-        if (values.kind == ValueKind::Hounsfield)
-            return make_chainmail(scan, read, arena, RestingTool::HoldsElements);
-        auto suited = settings_for(o, values);
-        if (!suited.ok()) return suited.error();
-        suited->solver = read.solver;
-        suited->labels = read.labels;
-        suited->directions = read.directions;
-        return make_chainmail(scan, *suited, arena, RestingTool::HoldsElements);
+        ChainMailSettings suited = read;
+        if (values.kind != ValueKind::Hounsfield) {
+            auto others = settings_for(o, values);
+            if (!others.ok()) return others.error();
+            suited = std::move(*others);
+            suited.solver = read.solver;
+            suited.labels = read.labels;
+            suited.directions = read.directions;
+        }
+        if (const Status s = place_labels(scan, arena, suited); !s) return s.error();
+        return make_chainmail(scan, suited, arena, RestingTool::HoldsElements);
     });
 }
 
@@ -205,7 +219,9 @@ Result<MakeScanTissue> prepare_springs(const DeformOptions& o, std::vector<std::
         SpringDeformationSettings settings;
         settings.air_threshold_hu = values.air_threshold;
         settings.fixed_hu = values.bone_threshold;
-        if (const Status s = take_materials(materials, settings); !s) return s.error();
+        ChainMailSettings labelled = materials;
+        if (const Status s = place_labels(scan, arena, labelled); !s) return s.error();
+        if (const Status s = take_materials(labelled, settings); !s) return s.error();
         if (const Status s = apply(o.settings, spring_rows(), settings); !s) return s.error();
         if (o.region_mm) {
             const auto region = region_of(*o.region_mm, scan.grid);

@@ -48,6 +48,7 @@ struct DeformSource {
     MakeScanTissue make;
     /// Writes the moved mesh; may be empty.
     std::function<Status(const std::filesystem::path&)> write_mesh;
+    std::string labels{};  ///< file of the label map that moves with the scan; may be empty
 };
 using Prepare =
     std::function<Result<DeformSource>(std::vector<std::string>& notes, const TaskArena& arena)>;

@@ -223,7 +223,10 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     add_tool(c, o, "point (the eight elements around it) or sphere:R_MM (default point)");
     add_models(c, o);
     c->add_option("--config", o.config, "settings: TOML, or the thesis's key=value format");
-    c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
+    c->add_option(
+        "--labels", o.labels,
+        "label map, for [[label]] settings and --labels-out; of a file of several layers FILE#0, "
+        "FILE#1, …");
     c->add_option("--directions", o.directions,
                   "vector field (NRRD, LPS) on the scan's grid, for frame = \"direction\"");
     c->add_option_function<std::string>(
@@ -245,6 +248,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--out", o.out, "deformed scan (.nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz or .vti)")
         ->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
+    c->add_option("--labels-out", o.labels_out, "deformed --labels, on the scan's grid");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
     c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
@@ -303,6 +307,7 @@ void add_body(CLI::App& app, BodyOptions& options) {
         "cut, its share of the material (.vtu)");
     c->add_option("--volume", o.out, "deformed scan (.nrrd, .mha, .nii.gz, .vti …)");
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
+    c->add_option("--labels-out", o.labels_out, "deformed --labels, on the scan's grid");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--report", o.report, "report, JSON; -: to standard output");
     add_picture(c, o.picture, "towards the push");

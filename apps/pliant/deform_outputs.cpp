@@ -18,6 +18,7 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
     const std::vector<std::string> scans = scan_endings();
     const OutputName names[] = {
         {o.mesh_out.empty() ? "--out" : "--volume", o.out, outputs.out, scans},
+        {"--labels-out", o.labels_out, outputs.labels, scans},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
         {"--jacobian", o.jacobian, outputs.jacobian, scans},
@@ -76,6 +77,8 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
                                     encoding);
             !s.ok())
             return s;
+    if (!outputs.labels.empty())
+        if (Status s = write_volume(outputs.labels, result.labels, encoding); !s.ok()) return s;
     if (!outputs.mesh.empty())
         if (Status s = own.write_mesh(outputs.mesh); !s.ok()) return s;
     bar.show(0.6);

@@ -20,7 +20,8 @@ namespace pliant::app {
 /// Staged paths of the outputs.
 struct Outputs {
     StagedFiles files;
-    std::filesystem::path out, displacement, transform, jacobian, strain, report, png, state, mesh;
+    std::filesystem::path out, labels, displacement, transform, jacobian, strain, report, png,
+        state, mesh;
 };
 
 /// Writers of the tissue's own files.

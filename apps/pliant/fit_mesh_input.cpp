@@ -48,7 +48,7 @@ Result<ReadMesh> read_organ(const FitOptions& o, const TaskArena& arena) {
         if (data->triangles.empty())
             return named({ErrorCode::Unsupported,
                           "found neither tetrahedra nor triangles, expected an organ"});
-        auto filled = fill_surface(joined({data->nodes_mm, data->triangles}),
+        auto filled = fill_surface(cleaned({data->nodes_mm, data->triangles}),
                                    {.tetrahedra = o.tetrahedra}, arena);
         if (!filled) return named(filled.error());
         read.mesh = std::move(filled->mesh);
@@ -145,7 +145,7 @@ Result<std::vector<std::int32_t>> nodes_at(const ReadMesh& read, const std::stri
 /// Label of each tetrahedron from a volume: that of the voxel at its centre. Background takes the
 /// label of a neighbour, since a surface is half a voxel beside its labels.
 Result<std::vector<int>> labels_of_volume(const std::string& file, const TetMesh& mesh) {
-    const auto volume = read_volume(file);
+    const auto volume = read_labels(file);
     if (!volume.ok()) return of_option("--labels", volume.error());
     std::vector<int> labels;
     for (const auto& cell : mesh.cells) {

@@ -125,7 +125,7 @@ struct DeformOptions {
     std::string solver;             ///< "sweep" or "heap"; empty: sweep
     std::string mapping = "cells";  ///< or "tetrahedra"
     std::string load_state, save_state;
-    std::string out, displacement, transform, jacobian, strain, report;
+    std::string out, labels_out, displacement, transform, jacobian, strain, report;
     std::string mesh_out;  ///< of pliant body: the moved mesh
     bool raw = false;
     int threads = 0;
@@ -181,7 +181,8 @@ struct PathOptions {
 };
 
 struct MeshOptions {
-    std::string file;  ///< a scan, a surface, a centreline or tetrahedra
+    std::string file;          ///< a scan, a surface, a centreline or tetrahedra
+    std::string units = "mm";  ///< "mm", "cm" or "m": lengths in a mesh's file
     ScanChoice scan;
     std::string out, ghost, surface;   ///< outputs; none: only report on the file's mesh
     bool solid = false;                ///< a solid instead of a vessel's wall

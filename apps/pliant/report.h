@@ -35,6 +35,7 @@ struct DeformResult {
     Deformed deformed;
     std::optional<Volume> single;  ///< the deformed scan, if it has one slice
     RestField rest;                ///< for a picture in the style real
+    Volume labels;                 ///< for --labels-out
     std::uint64_t hash = 0;
     std::vector<std::string> notes;
     ValueDefaults values;  ///< of the scan

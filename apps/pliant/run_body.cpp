@@ -77,9 +77,11 @@ struct Moved {
 
 int run_body(const BodyOptions& o) {
     if (o.deform.mesh_out.empty() && o.deform.out.empty() && o.deform.report.empty() &&
-        o.deform.picture.png.empty() && o.deform.displacement.empty())
+        o.deform.picture.png.empty() && o.deform.displacement.empty() &&
+        o.deform.labels_out.empty())
         return bad_input(
-            "body: expected one or more of --out, --volume, --report, --displacement and --png");
+            "body: expected one or more of --out, --volume, --labels-out, --report, --displacement "
+            "and --png");
     return deform(
         o.deform,
         [&](std::vector<std::string>& notes, const TaskArena& arena) -> Result<DeformSource> {
@@ -105,7 +107,8 @@ int run_body(const BodyOptions& o) {
                     return std::unique_ptr<Tissue>(std::move(*tissue));
                 },
                 .write_mesh =
-                    [moved](const std::filesystem::path& path) { return moved->write(path); }};
+                    [moved](const std::filesystem::path& path) { return moved->write(path); },
+                .labels = moved->organs.file.label_volume};
         });
 }
 

@@ -139,6 +139,25 @@ Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& resul
     return Ok{};
 }
 
+/// Reads the label map that moves with the scan. @param grid  of the scan as it was read
+Result<Volume> labels_to_move(const std::string& file, const Grid& grid) {
+    if (file.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--labels-out: expected --labels, the map to deform, found none"};
+    auto labels = read_labels(file);
+    if (labels.ok() && has_one_slice(grid)) labels = with_doubled_slices(*labels);
+    if (!labels.ok()) return Error{labels.error().code, "--labels: " + labels.error().message};
+    return labels;
+}
+
+/// Deforms the labels. @param grid  of the scan as it was read
+Result<Volume> moved_labels(const Volume& labels, const Grid& grid, const Tissue& tissue,
+                            const Deformed& deformed) {
+    auto moved = deform_labels(tissue, deformed, labels);
+    if (moved.ok() && has_one_slice(grid)) return with_single_slices(*moved, grid);
+    return moved;
+}
+
 /// The tissue's figures. Those of every tissue are added where it doesn't give its own.
 Result<Record> figures_of(const Tissue& tissue) {
     Record record = tissue.report();
@@ -228,6 +247,11 @@ int deform(const DeformOptions& options, const Prepare& prepare) {
         result.values, "--window, --level, --iso, --polarity, and --config with [material], [air]");
     if (!remark.empty()) result.notes.push_back(remark);
     bar->show(0.2);
+    if (!options.labels_out.empty()) {
+        auto labels = labels_to_move(source->labels, read_grid);
+        if (!labels.ok()) return fail(labels.error());
+        result.labels = std::move(*labels);
+    }
     const auto made = source->make(*volume, result.values, arena);
     if (!made.ok()) return fail(named_by_option(made.error()));
     Tissue& tissue = **made;
@@ -242,7 +266,7 @@ int deform(const DeformOptions& options, const Prepare& prepare) {
     result.figures = std::move(*figures);
     auto deformed = deform_volume(
         tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
-        !options.transform.empty() || shows_rest(options.picture));
+        !options.transform.empty() || !options.labels_out.empty() || shows_rest(options.picture));
     if (!deformed) return fail(deformed.error());
     if (shows_rest(options.picture)) {
         auto rest = RestField::create(tissue, *deformed);
@@ -255,6 +279,11 @@ int deform(const DeformOptions& options, const Prepare& prepare) {
         auto single = with_single_slices(result.deformed.volume, read_grid);
         if (!single.ok()) return fail(single.error());
         result.single = std::move(*single);
+    }
+    if (!options.labels_out.empty()) {
+        auto moved = moved_labels(result.labels, read_grid, tissue, result.deformed);
+        if (!moved.ok()) return fail(named_by_option(moved.error()));
+        result.labels = std::move(*moved);
     }
     bar->show(0.5);
     const OwnOutputs own{
@@ -282,7 +311,8 @@ int run_deform(const DeformOptions& options) {
                                                                      options.scan.options(), &read);
                                               },
                                           .make = std::move(*make),
-                                          .write_mesh = {}};
+                                          .write_mesh = {},
+                                          .labels = options.labels};
                   });
 }
 

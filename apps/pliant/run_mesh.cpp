@@ -5,6 +5,7 @@
 // labels; reports on meshes.
 
 #include <pliant/core/files.h>
+#include <pliant/core/text.h>
 #include <pliant/mesh_files.h>
 #include <pliant/models/organs.h>
 #include <pliant/models/vessel.h>
@@ -93,8 +94,28 @@ void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& qualit
                     end.centre_mm.y, end.centre_mm.z, end.radius_mm);
 }
 
+/// Length of the file's unit [mm].
+double unit_mm(const MeshOptions& o) {
+    return o.units == "m" ? 1000 : o.units == "cm" ? 10 : 1;
+}
+
+nlohmann::ordered_json with_notes(nlohmann::ordered_json report,
+                                  const std::vector<std::string>& notes) {
+    if (!notes.empty()) report["notes"] = notes;
+    return report;
+}
+void print_notes(const std::vector<std::string>& notes) {
+    for (const std::string& note : notes) std::printf("note                %s\n", note.c_str());
+}
+
+/// The surface of a file. @param[out] notes  of the file and of the surface
+TriangleMesh surface_of(const MeshData& mesh, std::vector<std::string>& notes) {
+    return cleaned({mesh.nodes_mm, mesh.triangles}, &notes);
+}
+
 /// Reports on a file's mesh without making a wall.
 int judge(const MeshOptions& o, const MeshData& mesh) {
+    std::vector<std::string> notes = mesh.notes;
     if (!mesh.tetrahedra.empty()) {
         const TetMesh solid = with_used_nodes({mesh.nodes_mm, mesh.tetrahedra});
         const TetQuality q = tet_quality(solid);
@@ -102,17 +123,18 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
         if (o.json) {
             auto report = quality_json(q);
             report["corners_mm"] = bounds.json();
-            std::printf("%s\n", report.dump().c_str());
+            std::printf("%s\n", with_notes(report, notes).dump().c_str());
         } else {
             std::printf("%s\n", describe(q).c_str());
             bounds.print();
+            print_notes(notes);
         }
         if (const Status s = check_quality(q); !s)
             return bad_input(o.file + ": " + s.error().message);
         return kExitOk;
     }
     if (!mesh.triangles.empty()) {
-        const TriangleMesh surface = joined({mesh.nodes_mm, mesh.triangles});
+        const TriangleMesh surface = surface_of(mesh, notes);
         const SurfaceTopology t = surface_topology(surface);
         const double volume = t.open_edges ? 0 : enclosed_volume_mm3(surface);
         const Bounds bounds(surface.nodes_mm);
@@ -127,7 +149,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
                                                    {"pinched_nodes", t.pinched_nodes},
                                                    {"volume_mm3", volume},
                                                    {"corners_mm", bounds.json()}};
-            std::printf("%s\n", report.dump().c_str());
+            std::printf("%s\n", with_notes(report, notes).dump().c_str());
         } else {
             std::printf("triangles           %zu, %zu nodes, %lld piece%s\n", surface.cells.size(),
                         surface.nodes_mm.size(), static_cast<long long>(t.pieces),
@@ -142,6 +164,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
                 std::printf("encloses            %.1f mm3%s\n", std::abs(volume),
                             volume < 0 ? ", its triangles face inwards" : "");
             bounds.print();
+            print_notes(notes);
         }
         return kExitOk;
     }
@@ -154,7 +177,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
 }
 
 Result<std::vector<VesselEnd>> ends_from(const MeshOptions& o) {
-    const auto file = read_mesh(o.ends);
+    const auto file = read_mesh(o.ends, unit_mm(o));
     if (!file) return file.error();
     const auto centreline = centreline_of(*file);
     if (!centreline)
@@ -187,7 +210,10 @@ Result<VesselWall> wall_from_mesh(const MeshOptions& o, const MeshData& mesh,
     }
     if (mesh.triangles.empty())
         return Error{ErrorCode::InvalidArgument, "found no triangles, expected a surface"};
-    return wall_around_surface(joined({mesh.nodes_mm, mesh.triangles}), ends, settings, arena);
+    std::vector<std::string> notes = mesh.notes;
+    const TriangleMesh surface = surface_of(mesh, notes);
+    if (!o.json) print_notes(notes);
+    return wall_around_surface(surface, ends, settings, arena);
 }
 
 /// @param[out] surface  surface of the lumen
@@ -234,13 +260,26 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
     return wall_around_surface(lumen->surface, ends, settings, arena);
 }
 
+/// A surface that is too thin for a wall may have other units.
+std::string hint_at_units(const MeshOptions& o, const MeshData& mesh) {
+    constexpr double kSmall = 30;  // [mm]: vessels are longer
+    const Bounds bounds(mesh.nodes_mm);
+    const double extent = norm(bounds.high - bounds.low);
+    if (mesh.nodes_mm.empty() || extent > kSmall || o.units != "mm") return {};
+    return " (the mesh is " + short_text(extent, 3) +
+           " mm across; --units cm or m reads other lengths)";
+}
+
 /// Returns the closed surface to be filled with tetrahedra.
 Result<TriangleMesh> surface_to_fill(const MeshOptions& o, bool from_mesh, const MeshData& mesh,
                                      const TaskArena& arena) {
     if (from_mesh) {
         if (mesh.triangles.empty())
             return Error{ErrorCode::InvalidArgument, "found no triangles, expected a surface"};
-        return joined({mesh.nodes_mm, mesh.triangles});
+        std::vector<std::string> notes = mesh.notes;
+        TriangleMesh surface = surface_of(mesh, notes);
+        if (!o.json) print_notes(notes);
+        return surface;
     }
     if (o.labels.empty())
         return Error{ErrorCode::InvalidArgument,
@@ -329,8 +368,9 @@ int run_mesh(const MeshOptions& o) {
                                 .ghost_mm = o.ghost_mm};
     const bool from_mesh = is_mesh_file(o.file);
     MeshData mesh;
+    if (const Status s = check_mesh_or_scan(o.file); !s) return bad_input(s.error().message);
     if (from_mesh) {
-        auto read = read_mesh(o.file);
+        auto read = read_mesh(o.file, unit_mm(o));
         if (!read) return bad_input(read.error().message);
         mesh = std::move(*read);
         if (o.out.empty()) return judge(o, mesh);
@@ -351,7 +391,7 @@ int run_mesh(const MeshOptions& o) {
     bar.reset();
     if (!wall)
         return bad_input(from_mesh && wall.error().message.rfind("--", 0) != 0
-                             ? o.file + ": " + wall.error().message
+                             ? o.file + ": " + wall.error().message + hint_at_units(o, mesh)
                              : wall.error().message);
     const TetQuality quality = tet_quality(wall->mesh);
     if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);

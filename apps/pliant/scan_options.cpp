@@ -183,10 +183,14 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
     auto* c = app.add_subcommand(
         "mesh",
         "Make tetrahedra of a vessel's wall or of an organ, or judge a mesh (docs/method/mesh.md)");
-    c->add_option("FILE", o.file,
-                  "scan or label volume; surface or centreline (VTP, VTU, VTK, MSH, STL, OBJ, PLY)")
+    c->add_option(
+         "FILE", o.file,
+         "scan or label volume; surface or centreline (VTP, VTU, VTK, MSH, STL, OBJ, PLY, OFF, "
+         "Medit's MESH)")
         ->required();
     add_scan(c, o.scan);
+    c->add_option("--units", o.units, "lengths in a mesh's file: mm, cm or m (default mm)")
+        ->check(CLI::IsMember({"mm", "cm", "m"}));
     auto* out =
         c->add_option("--out", o.out, "tetrahedra to write (.vtu); else FILE is only judged");
     auto* solid = c->add_flag("--solid", o.solid,

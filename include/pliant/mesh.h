@@ -188,7 +188,7 @@ class SurfaceDistance {
 };
 
 /// Contents of a mesh's file (mesh_files.h), as far as Pliant uses them. Polygons are split into
-/// fans of triangles.
+/// triangles.
 struct MeshData {
     std::vector<Vec3d> nodes_mm;
     std::vector<std::array<std::int32_t, 4>> tetrahedra;
@@ -202,6 +202,7 @@ struct MeshData {
     };
     std::vector<Field> node_fields;
     std::vector<Field> tetrahedron_fields;  ///< numbers of the tetrahedra, such as labels; VTU only
+    std::vector<std::string> notes;         ///< remarks of the reader, one line each
 
     const Field* field(std::string_view name) const { return find(node_fields, name); }
     const Field* tetrahedron_field(std::string_view name) const {
@@ -222,6 +223,15 @@ inline constexpr double kMaxNodeDistanceMm = 1e4;
 
 /// Merges nodes in equal positions and drops collapsed triangles.
 TriangleMesh joined(const TriangleMesh& surface);
+/// Likewise, for surfaces of other programs: drops repeated triangles, and merges nodes that are
+/// within 10⁻⁵ of the extent if that closes edges and collapses no triangle.
+/// @param[out] notes  grows by a line for each change; may be null
+TriangleMesh cleaned(const TriangleMesh& surface, std::vector<std::string>* notes = nullptr);
+/// Swaps two corners of tetrahedra in mirrored order. A tetrahedron in the order of its neighbours
+/// stays inverted, because the mesh is folded there.
+/// @returns number of turned tetrahedra
+std::int64_t turn_mirrored(std::span<const Vec3d> nodes_mm,
+                           std::span<std::array<std::int32_t, 4>> cells);
 
 // Quality and boundary of tetrahedral meshes, and points embedded in them.
 

@@ -4,7 +4,7 @@
 // Files of meshes.
 //
 //   read: VTP and VTU (text, base64, appended, zlib), legacy VTK, Gmsh's MSH 2.2, 4.0 and 4.1,
-//         STL, OBJ, PLY; detected by the content
+//         STL, OBJ, PLY, OFF, Medit's MESH; detected by the content
 //   written: VTP, VTU, STL, OBJ, PLY, and PVD for series in time; chosen by the extension
 //
 // World coordinates are LPS and written as such (SPACE=LPS, as 3D Slicer does). A file that
@@ -31,11 +31,14 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
+/// Tetrahedra in mirrored order are turned (turn_mirrored); of cells of second order, the corners
+/// are taken. MeshData::notes says so.
+/// @param unit_mm  length of the file's unit: 10 for centimetres, 1000 for metres
 /// @returns NotFound, Unreadable, Unsupported, or LimitExceeded for a node beyond
 ///          kMaxNodeDistanceMm, with one line that names the file
-Result<MeshData> read_mesh(const std::filesystem::path& path);
-/// Reads the triangles, or the boundary of the tetrahedra if there are no triangles. Nodes in equal
-/// positions are merged (STL has no others). @returns also Unsupported if there are neither
+Result<MeshData> read_mesh(const std::filesystem::path& path, double unit_mm = 1);
+/// Reads the triangles, or the boundary of the tetrahedra if there are no triangles. The
+/// triangles are cleaned (STL has separate corners). @returns also Unsupported if there are neither
 Result<TriangleMesh> read_surface(const std::filesystem::path& path);
 /// Reads the tetrahedra with their nodes. @returns also Unsupported if there are none
 Result<TetMesh> read_tetrahedra(const std::filesystem::path& path);

@@ -46,6 +46,15 @@ struct Deformed {
 Result<Deformed> deform_volume(const MovingScan& scan, Mapping mapping = Mapping::Cells,
                                bool with_inverse = false) noexcept;
 
+/// Puts a label map on a grid, wherever its own voxels are: each voxel takes the value of the map's
+/// nearest one, and 0 beyond the map. A map that is on the grid, to 0.01 voxels, stays as it is.
+/// @returns InvalidArgument if no label is on the grid
+Result<Volume> labels_on(const Volume& labels, const Grid& grid, const TaskArena& arena) noexcept;
+/// Moves a label map with the scan: labels'(p) = labels(φ⁻¹(p)) on the scan's grid, by labels_on; 0
+/// in gaps and beyond the scan. @pre deformed is the scan's, made with_inverse
+Result<Volume> deform_labels(const MovingScan& scan, const Deformed& deformed,
+                             const Volume& labels) noexcept;
+
 /// Result of one update of a LiveDeformation.
 struct LiveUpdate {
     /// Boxes of voxels that may have changed: whole bricks of the lattice, clipped to the scan,

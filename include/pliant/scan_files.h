@@ -52,6 +52,16 @@ struct ReadOptions {
 Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},
                            ReadNotes* notes = nullptr);
 
+/// Reads a label map, as read_volume does. A file of several layers, in which 3D Slicer stores
+/// segments that overlap, has one chosen by its number behind the name, from 0:
+/// "organs.seg.nrrd#1". The keys of the segments are those of the layer.
+/// @returns also InvalidArgument for several layers without a choice, sheared axes, and values that
+///          aren't whole numbers
+Result<Volume> read_labels(const std::filesystem::path& path, const ReadOptions& options = {},
+                           ReadNotes* notes = nullptr);
+/// Path of a label map without the number of its layer.
+std::filesystem::path label_file(const std::filesystem::path& path);
+
 enum class Encoding { Gzip, Raw };
 
 /// Name endings that write_volume accepts: ".nrrd", ".nhdr", ".nii", …

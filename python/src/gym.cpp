@@ -280,7 +280,7 @@ void bind_arena(nb::module_& m) {
               "\"vessel\"; field_stop: \"full\", \"round\" or \"octagon\".\n"
               "    is_smooth: Four rays for each pixel at an edge.\n"
               "    pictures: Of \"rgb\", \"depth\", \"normals\", \"flow\".\n"
-              "    labels: Labels on the scan's grid, seen together with flow.\n"
+              "    labels: Label map of the scan, seen together with flow.\n"
               "    **settings",
               keywords))
         .def(

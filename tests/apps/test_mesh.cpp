@@ -142,8 +142,9 @@ TEST_F(MeshTest, ASurfaceThatFacesInwardsIsNoted) {
 }
 
 TEST_F(MeshTest, WhatCantBeUsedIsSaidInOneLine) {
-    TetMesh mesh = tet_mesh({});
-    std::swap(mesh.cells[2][0], mesh.cells[2][1]);
+    // The second tetrahedron is folded into the first one.
+    TetMesh mesh{{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {0, 0, 10}, {3, 3, 3}},
+                 {{0, 1, 2, 3}, {1, 2, 3, 4}}};
     ASSERT_TRUE(write_vtu(m_folder / "t.vtu", mesh).ok());
     EXPECT_EQ(run("mesh t.vtu"), 2);
     EXPECT_EQ(said(), "pliant: t.vtu: mesh: found 1 inverted or flat tetrahedra, expected none\n");
@@ -156,7 +157,37 @@ TEST_F(MeshTest, WhatCantBeUsedIsSaidInOneLine) {
     EXPECT_EQ(said(), "pliant: --out: expected a file that ends in .vtu, found 'w.stl'\n");
     EXPECT_EQ(run("mesh missing.vtp"), 2);
     EXPECT_EQ(said(), "pliant: missing.vtp: expected a file, found none\n");
+    for (const char* arguments : {"mesh missing.nrrd", "mesh missing.xyz --solid --out w.vtu"}) {
+        EXPECT_EQ(run(arguments), 2);
+        EXPECT_NE(said().find(": no such file or folder\n"), std::string::npos) << said();
+    }
+    m_folder.write("ball.xyz", "0 0 0\n");
+    for (const char* arguments : {"mesh ball.xyz", "mesh ball.xyz --solid --out w.vtu"}) {
+        EXPECT_EQ(run(arguments), 2);
+        EXPECT_EQ(said(),
+                  "pliant: ball.xyz: '.xyz' is an ending of neither a mesh nor a scan, expected "
+                  ".vtp, .vtu, .vtk, .msh, .stl, .obj, .ply, .off or .mesh, or a scan\n");
+    }
     EXPECT_FALSE(exists("w.vtu"));
+}
+
+TEST_F(MeshTest, WhatWasPutRightIsNoted) {
+    m_folder.write("t.off",
+                   "OFF\n5 5 0\n0 0 0\n0.01 0 0\n0 0.01 0\n0 0 0.01\n0.01 0 0.00000001\n"
+                   "3 0 2 1\n3 0 4 3\n3 1 2 3\n3 0 3 2\n3 0 3 2\n");
+    ASSERT_EQ(run("mesh t.off --units m"), 0) << said();
+    EXPECT_NE(out().find("encloses            166.7 mm3\n"), std::string::npos) << out();
+    EXPECT_NE(
+        out().find("note                corners within 0.00017 mm of each other were joined: 0 "
+                   "open edges instead of 4\n"
+                   "note                1 repeated triangle was dropped\n"),
+        std::string::npos)
+        << out();
+    ASSERT_EQ(run("mesh t.off --json"), 0) << said();
+    EXPECT_EQ(Json::parse(out())["notes"][0],
+              "the mesh is 0.0173 mm across: lengths are in millimetres, and pliant mesh --units m "
+              "converts metres");
+    EXPECT_EQ(run("mesh t.off --units km"), 2);
 }
 
 }  // namespace

@@ -80,10 +80,20 @@ TEST_F(ProgramTest, LabelsDecideWhatGivesWay) {
     EXPECT_EQ(held["status"], "rejected");
     EXPECT_EQ(held["limited_by"], "bone");
     EXPECT_EQ(held["no_fold_certified"], false);
+    // The same labels with their rows reversed, and elsewhere.
+    Volume turned = *labels;
+    Grid& grid = turned.grid;
+    grid.origin_mm = world_from_voxel(grid, {grid.size.x - 1.0, 0, 0});
+    grid.direction.columns[0] = -1.0 * grid.direction.columns[0];
+    ASSERT_TRUE(write_volume(file("turned.nrrd"), turned).ok());
+    EXPECT_EQ(deform_report(push + "held.toml --labels turned.nrrd")["limited_by"], "bone");
+    grid.origin_mm.x += 5000;
+    ASSERT_TRUE(write_volume(file("far.nrrd"), turned).ok());
     const struct {
         const char *arguments, *expected;
     } wrong[] = {
-        {"held.toml --labels airway.nrrd", "--labels: expected the scan's grid"},
+        {"held.toml --labels far.nrrd", "--labels: expected a label map with labels inside"},
+        {"free.toml --labels-out moved.nrrd", "--labels-out: expected --labels, the map"},
         {"held.toml --labels none.nrrd", "none.nrrd"},
         {"held.toml", "--labels: expected a label volume for [[label]], found none"},
         {"free.toml --labels ones.nrrd", "--labels: expected [[label]] tables in --config"},

@@ -200,7 +200,6 @@ TEST(BrokenMetaImage, HeadersAndGeometryThatMakeNoSenseAreRefused) {
         {"huge.mha", meta([](auto& f) { f.sizes = "4294967296 4294967296 2"; }), "at most 65536"},
         {"nan.mha", meta([](auto& f) { f.spacing = "nan 1 1"; }), "spacing of axis 1 is nan mm"},
         {"zero.mha", meta([](auto& f) { f.spacing = "1 0 1"; }), "spacing of axis 2 is 0 mm"},
-        {"negative.mha", meta([](auto& f) { f.spacing = "1 1 -1"; }), "axis 3 is -1 mm"},
         {"words.mha", meta([](auto& f) { f.spacing = "1 1 one"; }), "ElementSpacing is"},
         {"offset.mha", meta([](auto& f) { f.offset = "nan 0 0"; }), "origin is (nan, 0, 0) mm"},
         {"skew.mha", meta([](auto& f) { f.matrix = "1 0 0 0.5 1 0 0 0 1"; }), "perpendicular"},
@@ -277,7 +276,6 @@ TEST(BrokenNifti, HeadersAndGeometryThatMakeNoSenseAreRefused) {
         {"huge.nii", nifti([](auto& f) { f.dim = {3, 32000, 32000, 32000, 1, 1, 1, 1}; }),
          "at most"},
         {"start.nii", nifti([](auto& f) { f.vox_offset = 0; }), "vox_offset is 0"},
-        {"slope.nii", nifti([](auto& f) { f.intercept = 5; }), "scl_slope is 0 with scl_inter 5"},
         {"offset.nii", nifti([&](auto& f) { f.vox_offset = kNan; }), "vox_offset is nan"},
         {"sform.nii", nifti([&](auto& f) { f.sform[0] = kNan; }), "sform has the axis (nan"},
         {"huge-sform.nii", nifti([](auto& f) { f.sform[4] = 1.7e38f; }), "spacing of axis 1 is"},
@@ -306,7 +304,6 @@ TEST(BrokenNifti, DataThatEndEarlyOrAreDamagedAreNoticed) {
     expect_all({
         {"raw.nii", good.substr(0, good.size() - 1), "ends early"},
         {"header.nii.gz", gzip.substr(0, 20), "348 bytes of NIfTI header"},
-        {"plain.nii.gz", good, "expected gzip"},
         {"cut.nii.gz", cut, "cut off"},
         {"sum.nii.gz", damaged, "are damaged"},
         {"short.nii.gz", gzipped(good.substr(0, good.size() - 1)), "hold less than"},

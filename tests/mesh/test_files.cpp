@@ -447,7 +447,8 @@ TEST(MeshFiles, WhatIsWrongIsSaid) {
     EXPECT_EQ(complaint(read_mesh(folder / "no.vtp")),
               (folder / "no.vtp").string() + ": expected a file, found none");
     EXPECT_EQ(complaint(read_mesh(folder.write("a.txt", "hello"))),
-              (folder / "a.txt").string() + ": expected VTP, VTU, VTK, MSH, STL, OBJ or PLY");
+              (folder / "a.txt").string() +
+                  ": expected VTP, VTU, VTK, MSH, STL, OBJ, PLY, OFF or MESH (Medit)");
     EXPECT_EQ(complaint(mesh::parse_mesh("$MeshFormat\n3 0 8\n$EndMeshFormat\n", "")),
               "MSH version '3', expected 2.2, 4.0 or 4.1");
     EXPECT_EQ(complaint(mesh::parse_mesh("v 0 0 0\nf 1 2 3\n", ".obj")),

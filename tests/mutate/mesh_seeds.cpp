@@ -23,7 +23,7 @@ Format meshes(const Sources& from, const std::string& name, const std::vector<st
 }  // namespace
 
 Format surface(const Sources& from) {
-    return meshes(from, "surface", {"b.ply", "a.obj", "a.stl", "b.stl"},
+    return meshes(from, "surface", {"b.ply", "a.obj", "a.stl", "b.stl", "a.off", "a.mesh"},
                   {"ply\n",
                    "format ascii 1.0\n",
                    "format binary_big_endian 1.0\n",
@@ -51,6 +51,12 @@ Format surface(const Sources& from) {
                    "#",
                    "\\\n",
                    "f 1 2 3 4 5 6 7 8\n",
+                   "OFF\n",
+                   "MeshVersionFormatted 2\n",
+                   "Dimension 3\n",
+                   "Vertices\n",
+                   "Tetrahedra\n",
+                   "Quadrilaterals\n",
                    "solid ",
                    "facet normal 0 0 1\n",
                    "outer loop\n",

@@ -141,8 +141,8 @@ struct ChainMailSettings {
     double air_shear = 50;           ///< sideways slack as a fraction of its length, 0…500
     // [[label]]
     std::vector<LabelMaterial> label_materials{};
-    std::shared_ptr<const Volume> labels{};           ///< on the scan's grid; required by
-                                                      ///< label_materials
+    std::shared_ptr<const Volume> labels{};           ///< on the scan's grid (labels_on);
+                                                      ///< required by label_materials
     std::shared_ptr<const VectorField> directions{};  ///< on the scan's grid; required by
                                                       ///< along_direction
     // [history]

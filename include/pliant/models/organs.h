@@ -95,6 +95,9 @@ SettingRows<OrganFile> organ_file_rows() noexcept;
 
 /// Whether a file is a mesh, by its extension; .vtk also by its content, since scans have it too.
 bool is_mesh_file(const std::filesystem::path& file);
+/// Checks that a file may be a mesh or a scan, by its name, or by the content of a DICOM file.
+/// @returns NotFound, or Unsupported with the endings of meshes
+Status check_mesh_or_scan(const std::filesystem::path& file);
 /// Whether a TOML file is a scene of organs: it has a [[body]].
 bool is_organ_file(const std::filesystem::path& file);
 /// Reads a scene file. Its relative paths refer to its folder.

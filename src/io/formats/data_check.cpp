@@ -16,8 +16,6 @@ namespace {
 
 /// Maximum ratio of decompressed to compressed bytes (deflate's own bound is 1032).
 constexpr std::uint64_t kMaxCompressionRatio = 1040;
-/// Maximum number of bytes that are decompressed and skipped before an image's data.
-constexpr std::uint64_t kMaxInnerSkip = std::uint64_t(1) << 28;
 /// Maximum number of files of one image.
 constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;
 /// Bound on numbers in their names that avoids overflow of differences.
@@ -104,6 +102,17 @@ Status check_data(const fs::path& path, const ImageHeader& header) {
     for (const fs::path& file : header.data.files)
         if (const auto start = find_data_start(path, header, file); !start) return start.error();
     return Ok{};
+}
+
+Result<std::uint64_t> bytes_beyond(const fs::path& path, const ImageHeader& header) {
+    if (header.data.encoding != DataEncoding::Raw) return std::uint64_t(0);
+    std::uint64_t beyond = 0;
+    for (const fs::path& file : header.data.files) {
+        const auto start = find_data_start(path, header, file);
+        if (!start) return start.error();
+        beyond += InputFile(file).size() - *start - bytes_per_file(header);
+    }
+    return beyond;
 }
 
 std::vector<std::string> numbered_names(std::string_view text) {

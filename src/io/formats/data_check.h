@@ -9,6 +9,9 @@
 
 namespace pliant {
 
+/// Maximum number of bytes that are decompressed and skipped before an image's data.
+inline constexpr std::uint64_t kMaxInnerSkip = std::uint64_t(1) << 28;
+
 /// Checks that there are data files, and that each is a regular file.
 Status check_data_files(const std::filesystem::path& path, const DataLocation& data);
 
@@ -22,6 +25,9 @@ Status check_data(const std::filesystem::path& path, const ImageHeader& header);
 /// @returns Unreadable if the file ends too early; @pre as for check_data
 Result<std::uint64_t> find_data_start(const std::filesystem::path& path, const ImageHeader& header,
                                       const std::filesystem::path& name);
+
+/// Bytes behind the data in raw files, which the header doesn't count. @pre check_data succeeded
+Result<std::uint64_t> bytes_beyond(const std::filesystem::path& path, const ImageHeader& header);
 
 /// Expands a pattern such as "slice%03d.raw 1 40 1" (first, last, step) to file names.
 std::vector<std::string> numbered_names(std::string_view text);

@@ -95,6 +95,8 @@ class DataStream::Source {
     /// Skips bytes without reading them. @returns false if they must be read
     virtual bool jump(std::uint64_t) { return false; }
     virtual Status finish() { return Ok{}; }
+    /// Whether data follow those that were read. @pre finish() succeeded
+    virtual bool is_longer() { return false; }
 };
 
 /// An array of VTK's XML files.
@@ -138,6 +140,7 @@ class DataStream::TextSource final : public DataStream::Source {
         }
         return m_file.status();
     }
+    bool is_longer() override { return !next_word().empty(); }
 
   private:
     /// Maximum length of a number's text [bytes].
@@ -204,17 +207,36 @@ class DataStream::InflatedSource final : public DataStream::Source {
     }
     Status finish() override {
         std::byte rest[4096];
-        for (std::size_t beyond = 0; !m_file.ended() && beyond < kPieceBytes;) {
+        while (!m_file.ended() && m_beyond < kPieceBytes) {
             const auto count = m_file.read_some(rest);
             if (!count) return count.error();
-            beyond += *count;
+            m_beyond += *count;
         }
         return Ok{};
     }
+    bool is_longer() override { return m_beyond > 0; }
 
   private:
     InflatedFile m_file;
+    std::size_t m_beyond = 0;
 };
+
+/// Counts the decompressed bytes of a file. @param most  stops there
+Result<std::uint64_t> inflated_size(const fs::path& path, const fs::path& name, std::uint64_t start,
+                                    std::uint64_t most) {
+    InflatedFile file(path, name, start);
+    std::vector<std::byte> piece(kPieceBytes);
+    std::uint64_t size = 0;
+    while (size <= most) {
+        const bool ended = file.ended();
+        const auto count = file.read_some(piece);
+        if (Status status = file.status(); !status) return status.error();
+        if (!count && ended) break;
+        if (!count) return count.error();
+        size += *count;
+    }
+    return size;
+}
 
 DataStream::DataStream(const fs::path& path, const ImageHeader& header)
     : m_path(path), m_header(header) {
@@ -241,8 +263,20 @@ Status DataStream::open_next() {
     else
         m_source = std::make_unique<BytesSource>(m_path, name, *start);
     m_left = m_bytes_per_file;
+    std::uint64_t before = deflated ? data.inner_skip : 0;
+    if (deflated && data.at_end) {
+        const std::uint64_t most = m_bytes_per_file + kMaxInnerSkip;
+        const auto size = inflated_size(m_path, name, *start, most);
+        if (!size) return size.error();
+        if (*size < m_bytes_per_file || *size > most)
+            return unreadable(m_path, "byte skip is -1, but its compressed data hold " +
+                                          std::to_string(*size) + " bytes or more, expected " +
+                                          std::to_string(m_bytes_per_file) + " to " +
+                                          std::to_string(most));
+        before = *size - m_bytes_per_file;
+    }
     std::vector<std::byte> skipped;
-    for (std::uint64_t left = deflated ? data.inner_skip : 0; left > 0; left -= skipped.size()) {
+    for (std::uint64_t left = before; left > 0; left -= skipped.size()) {
         skipped.resize(std::size_t(std::min<std::uint64_t>(left, kPieceBytes)));
         if (Status status = m_source->read(skipped); !status) return status;
     }
@@ -284,6 +318,10 @@ Status DataStream::skip(std::uint64_t bytes) {
 
 Status DataStream::finish() {
     return m_source ? m_source->finish() : Status(Ok{});
+}
+
+bool DataStream::is_longer() const {
+    return m_source && m_left == 0 && m_source->is_longer();
 }
 
 }  // namespace pliant

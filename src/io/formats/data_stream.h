@@ -31,6 +31,9 @@ class DataStream {
     /// Reads on to the checksum of compressed data, if it is near. Like a raw file, a compressed
     /// one may have excess data.
     Status finish();
+    /// Whether all numbers were read, and compressed data or a text go on behind them.
+    /// @pre finish() succeeded
+    bool is_longer() const;
 
   private:
     class Source;

@@ -54,7 +54,7 @@ struct DataLocation {
     std::int64_t line_skip = 0;    ///< then skipped lines
     std::uint64_t byte_skip = 0;   ///< then skipped bytes (before decompression)
     std::uint64_t inner_skip = 0;  ///< skipped decompressed bytes
-    bool at_end = false;           ///< raw data are the last bytes of each file
+    bool at_end = false;           ///< the data are the last (decompressed) bytes of each file
     bool swapped = false;          ///< numbers are in the other byte order
     /// Consecutive numbers of one component before the next component's; 1 if the numbers of a
     /// voxel are adjacent.

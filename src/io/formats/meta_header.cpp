@@ -199,7 +199,7 @@ Status read_spacing(const fs::path& path, const Fields& fields, ImageHeader& hea
         return bad_field(path, "ElementSpacing", text,
                          axes == 3 ? "three numbers" : std::to_string(axes) + " numbers");
     for (int a = 0; a < int(std::min<std::size_t>(3, axes)); ++a) {
-        header.grid.spacing_mm[a] = (*spacing)[std::size_t(a)];
+        header.grid.spacing_mm[a] = std::abs((*spacing)[std::size_t(a)]);
         if (Status status = check_spacing(path, a, header.grid.spacing_mm[a]); !status)
             return status;
     }
@@ -233,7 +233,15 @@ Status read_placement(const fs::path& path, const Fields& fields, ImageHeader& h
             return bad_field(path, "TransformMatrix", matrix_text, "three directions");
         header.grid.direction.columns[a] = axis;
     }
-    for (Vec3d& axis : header.grid.direction.columns) axis = normalized(axis);
+    const auto spacing = numbers_from(fields.value({"ElementSpacing", "ElementSize"}));
+    for (std::size_t a = 0; a < 3; ++a) {
+        Vec3d& axis = header.grid.direction.columns[a];
+        axis = normalized(axis);
+        if (a >= used || !spacing || a >= spacing->size() || (*spacing)[a] >= 0) continue;
+        axis = -1.0 * axis;  // as ITK does
+        header.notes.push_back("spacing of axis " + std::to_string(a + 1) +
+                               " is negative; the axis points the other way");
+    }
     return Ok{};
 }
 

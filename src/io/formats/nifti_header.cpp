@@ -57,6 +57,7 @@ struct NiftiFields {
     int datatype = 0, intent = 0, units = 0, qform_code = 0, sform_code = 0;
     std::array<std::int64_t, 8> dim{};
     std::array<double, 8> pixdim{};
+    bool deflated = false;
     double vox_offset = 0, slope = 0, intercept = 0;
     std::array<double, 6> qform{};  ///< quaternion's b, c, d, and offset
     std::array<double, 12> srow{};
@@ -98,11 +99,14 @@ NiftiFields fields_2(const HeaderBytes& bytes) {
 }
 
 /// Reads the first bytes, of gzip's content if it is gzip; fewer at the end of the file.
-Result<std::size_t> read_start(const fs::path& path, std::span<unsigned char> bytes) {
+/// @param[out] deflated  whether it is gzip, whatever the file's name
+Result<std::size_t> read_start(const fs::path& path, std::span<unsigned char> bytes,
+                               bool& deflated) {
     InputFile file(path);
     std::size_t count = file.read(bytes.data(), bytes.size());
     if (Status status = file.status(); !status) return status.error();
-    if (count < 2 || bytes[0] != 0x1f || bytes[1] != 0x8b) return count;
+    deflated = count >= 2 && bytes[0] == 0x1f && bytes[1] == 0x8b;
+    if (!deflated) return count;
     InflatedFile inflated(path, path, 0);
     for (count = 0; count < bytes.size();) {
         const auto more = inflated.read_some(std::as_writable_bytes(bytes).subspan(count));
@@ -115,7 +119,8 @@ Result<std::size_t> read_start(const fs::path& path, std::span<unsigned char> by
 
 Result<NiftiFields> read_nifti_fields(const fs::path& path) {
     HeaderBytes header;
-    const auto read = read_start(path, header.bytes);
+    bool deflated = false;
+    const auto read = read_start(path, header.bytes, deflated);
     if (!read) return read.error();
     const std::size_t count = *read;
     const auto ends_early = [&](std::size_t expected) {
@@ -145,6 +150,7 @@ Result<NiftiFields> read_nifti_fields(const fs::path& path) {
                                     ")");
     NiftiFields fields = second ? fields_2(header) : fields_1(header);
     fields.swapped = header.swapped;
+    fields.deflated = deflated;
     return fields;
 }
 
@@ -168,6 +174,11 @@ Status read_type_and_sizes(const fs::path& path, const NiftiFields& fields, Imag
     if (dimension < 1 || dimension > 7)
         return unreadable(path, "dim[0] is " + std::to_string(dimension) + ", expected 1 to 7");
     header.sizes.assign(fields.dim.begin() + 1, fields.dim.begin() + 1 + dimension);
+    for (std::size_t a = 3; a < header.sizes.size(); ++a) {
+        if (header.sizes[a] != 0) continue;
+        header.sizes[a] = 1;
+        header.notes.push_back("dim[" + std::to_string(a + 1) + "] is 0, taken as 1");
+    }
     if (header.sizes.size() == 5 && header.sizes[3] == 1 && header.sizes[4] > 1) {
         header.components = header.sizes[4];
         header.sizes.resize(3);
@@ -216,10 +227,6 @@ Status check_geometry(const fs::path& path, const NiftiFields& fields) {
             !(std::abs(number) <= (n < 3 ? 1.01 : kMaxOriginMm)))
             return unreadable(
                 path, "qform has " + text_of(number) + ", expected a rotation and a position");
-    const double slope = fields.slope, intercept = fields.intercept;
-    if ((slope == 0 || !std::isfinite(slope)) && std::isfinite(intercept) && intercept != 0)
-        return unreadable(path, "scl_slope is " + text_of(slope) + " with scl_inter " +
-                                    text_of(intercept) + ", expected a slope");
     return Ok{};
 }
 
@@ -294,7 +301,7 @@ Status find_data(const fs::path& path, const NiftiFields& fields, DataLocation& 
     data.files = {path};
     data.swapped = fields.swapped;
     const auto start = std::uint64_t(offset);
-    if (lower_case(path.extension().string()) == ".gz") {
+    if (fields.deflated) {
         data.encoding = DataEncoding::Deflated;
         data.inner_skip = start;
     } else {
@@ -303,10 +310,16 @@ Status find_data(const fs::path& path, const NiftiFields& fields, DataLocation& 
     return Ok{};
 }
 
-/// Reads slope and intercept if they are meaningful. @pre check_geometry succeeded
-void read_rescale(const NiftiFields& fields, DataLocation& data) {
+/// Reads slope and intercept if they are meaningful: without a slope there is no intercept.
+void read_rescale(const NiftiFields& fields, ImageHeader& header) {
     constexpr double kNothing = std::numeric_limits<double>::epsilon();
+    DataLocation& data = header.data;
     double slope = fields.slope, intercept = fields.intercept;
+    if ((slope == 0 || !std::isfinite(slope)) && std::isfinite(intercept) && intercept != 0) {
+        header.notes.push_back("scl_slope is " + text_of(slope) + ", so scl_inter " +
+                               text_of(intercept) + " is not added");
+        intercept = 0;
+    }
     if (!std::isfinite(slope) || std::abs(slope) < kNothing) slope = 1;
     if (!std::isfinite(intercept)) intercept = 0;
     data.rescaled = std::abs(slope - 1) > kNothing || std::abs(intercept) > kNothing;
@@ -341,9 +354,22 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     if (header.components != 1 && !header.has_frames && !is_vector) return header;  // refused later
     if (is_vector) take_vectors(*fields, header);
     if (fields->dim[0] < 3 && fields->pixdim[3] == 0) fields->pixdim[3] = 1;
+    for (std::size_t a = 1; a < 4; ++a) {
+        double& pixdim = fields->pixdim[a];
+        if (!(pixdim < 0)) continue;
+        pixdim = -pixdim;  // as nibabel does
+        header.notes.push_back("pixdim[" + std::to_string(a) +
+                               "] is negative; its absolute value is used");
+    }
+    const bool no_sform = std::all_of(fields->srow.begin(), fields->srow.end(),
+                                      [](double number) { return number == 0; });
+    if (fields->sform_code > 0 && fields->qform_code > 0 && no_sform) {
+        fields->sform_code = 0;
+        header.notes.push_back("the sform is zero; the qform is used");
+    }
     if (Status status = check_geometry(path, *fields); !status) return status.error();
     if (Status status = find_data(path, *fields, header.data); !status) return status.error();
-    read_rescale(*fields, header.data);
+    read_rescale(*fields, header);
     place_grid(*fields, header.grid);
     note_orientation(*fields, header);
     return header;
@@ -359,7 +385,8 @@ Result<std::string> nifti_extension(const fs::path& path) {
     if (!(fields->vox_offset > first)) return std::string();
     std::vector<unsigned char> bytes(
         std::size_t(first + std::min(fields->vox_offset - first, kMaxBytes)));
-    const auto count = read_start(path, bytes);
+    bool deflated = false;
+    const auto count = read_start(path, bytes, deflated);
     if (!count) return count.error();
     const auto begin = std::min(*count, std::size_t(first));
     return std::string(bytes.begin() + std::ptrdiff_t(begin),

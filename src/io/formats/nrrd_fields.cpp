@@ -212,24 +212,20 @@ std::optional<Component> nrrd_type_from(std::string_view name) {
 }
 
 std::optional<NrrdSpace> nrrd_space_from(std::string_view name) {
+    constexpr std::pair<std::string_view, NrrdSpace::Axes> kSpaces[] = {
+        {"rightanteriorsuperior", NrrdSpace::Ras}, {"ras", NrrdSpace::Ras},
+        {"leftanteriorsuperior", NrrdSpace::Las},  {"las", NrrdSpace::Las},
+        {"leftposteriorsuperior", NrrdSpace::Lps}, {"lps", NrrdSpace::Lps},
+        {"scannerxyz", NrrdSpace::Other},          {"3drighthanded", NrrdSpace::Other},
+        {"3dlefthanded", NrrdSpace::Other}};
     const std::string word = without(name, " -");
-    if (word == "rightanteriorsuperior" || word == "ras") return NrrdSpace::Ras;
-    if (word == "leftanteriorsuperior" || word == "las") return NrrdSpace::Las;
-    if (word == "leftposteriorsuperior" || word == "lps") return NrrdSpace::Lps;
-    if (word == "scannerxyz" || word == "3drighthanded" || word == "3dlefthanded")
-        return NrrdSpace::Other;
-    constexpr std::string_view kWithTime[] = {"rightanteriorsuperiortime",
-                                              "rast",
-                                              "leftanteriorsuperiortime",
-                                              "last",
-                                              "leftposteriorsuperiortime",
-                                              "lpst",
-                                              "scannerxyztime",
-                                              "scannerxyzt",
-                                              "3drighthandedtime",
-                                              "3dlefthandedtime"};
-    for (const std::string_view known : kWithTime)
-        if (word == known) return NrrdSpace::OtherWithTime;
+    for (const auto& [known, axes] : kSpaces) {
+        if (!word.starts_with(known)) continue;
+        const std::string_view rest = std::string_view(word).substr(known.size());
+        if (rest.empty()) return NrrdSpace{axes, 3};
+        const bool is_short = known.size() == 3 || known == "scannerxyz";
+        if (rest == "time" ? known.size() > 3 : rest == "t" && is_short) return NrrdSpace{axes, 4};
+    }
     return std::nullopt;
 }
 
@@ -263,9 +259,9 @@ std::optional<NrrdKind> nrrd_kind_from(std::string_view name) {
     return NrrdKind{false, entries + (is_masked ? 1 : 0)};
 }
 
-std::optional<std::vector<std::optional<std::array<double, 3>>>> nrrd_vectors_from(
-    std::string_view text) {
-    std::vector<std::optional<std::array<double, 3>>> vectors;
+std::optional<std::vector<std::optional<std::array<double, 4>>>> nrrd_vectors_from(
+    std::string_view text, std::size_t dimension) {
+    std::vector<std::optional<std::array<double, 4>>> vectors;
     for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
         if (vectors.size() == 16) return std::nullopt;  // limit of the format
         if (text.starts_with("none")) {
@@ -279,9 +275,9 @@ std::optional<std::vector<std::optional<std::array<double, 3>>>> nrrd_vectors_fr
         const std::string_view inside = text.substr(1, end - 1);
         text.remove_prefix(end + 1);
         const auto numbers = numbers_from(inside, ',');
-        if (!numbers || numbers->size() != 3) return std::nullopt;
-        std::array<double, 3> vector{};
-        for (std::size_t n = 0; n < 3; ++n) {
+        if (!numbers || numbers->size() != dimension) return std::nullopt;
+        std::array<double, 4> vector{};
+        for (std::size_t n = 0; n < dimension; ++n) {
             vector[n] = (*numbers)[n];
             if (!std::isfinite(vector[n])) return std::nullopt;
         }

@@ -35,7 +35,11 @@ Result<NrrdFields> read_nrrd_fields(const std::filesystem::path& path);
 /// Parsers of the fields `type`, `space` and `kinds`, with all spellings of the format.
 std::optional<Component> nrrd_type_from(std::string_view name);
 
-enum class NrrdSpace { Unnamed, Ras, Las, Lps, Other, OtherWithTime };
+/// The coordinates of positions: the first three or two are in space, a fourth one is time.
+struct NrrdSpace {
+    enum Axes { Unnamed, Ras, Las, Lps, Other } axes = Unnamed;
+    std::size_t dimension = 3;  ///< 2, 3 or 4
+};
 std::optional<NrrdSpace> nrrd_space_from(std::string_view name);
 
 struct NrrdKind {
@@ -45,9 +49,10 @@ struct NrrdKind {
 std::optional<NrrdKind> nrrd_kind_from(std::string_view name);
 
 /// Parses vectors "(x,y,z)", or "none", one per axis.
+/// @param dimension  of the space, up to 4; the other components are 0
 /// @returns nullopt for other text or numbers that aren't finite
-std::optional<std::vector<std::optional<std::array<double, 3>>>> nrrd_vectors_from(
-    std::string_view text);
+std::optional<std::vector<std::optional<std::array<double, 4>>>> nrrd_vectors_from(
+    std::string_view text, std::size_t dimension = 3);
 
 /// Parses words in double quotes, with \" for a quote.
 std::optional<std::vector<std::string>> quoted_words_from(std::string_view text);

@@ -19,6 +19,10 @@ namespace {
 
 constexpr std::int64_t kMaxAxes = 16;  // limit of the format
 
+Vec3d in_space(const std::array<double, 4>& vector) {
+    return {vector[0], vector[1], vector[2]};
+}
+
 /// The stored axes.
 struct Axes {
     std::vector<std::int64_t> sizes;
@@ -41,21 +45,23 @@ Status read_sizes(const fs::path& path, const NrrdFields& fields, Axes& axes) {
 }
 
 /// Index in axes.domain of the axis of time among four: the one of that kind or without a
-/// direction, or the last one.
-std::size_t time_axis(const NrrdFields& fields, const Axes& axes) {
+/// direction in space, or the last one.
+std::size_t time_axis(const NrrdFields& fields, std::size_t dimension, const Axes& axes) {
     const auto words = split(fields.field("kinds"), ' ');
-    const auto vectors = nrrd_vectors_from(fields.field("space directions"));
+    const auto vectors = nrrd_vectors_from(fields.field("space directions"), dimension);
     for (std::size_t n = 0; n < axes.domain.size(); ++n) {
         const std::size_t a = axes.domain[n];
         if (a < words.size() && lower_case(words[a]) == "time") return n;
-        if (vectors && vectors->size() == axes.sizes.size() && !(*vectors)[a]) return n;
+        if (!vectors || vectors->size() != axes.sizes.size()) continue;
+        const auto& vector = (*vectors)[a];
+        if (!vector || (dimension == 4 && norm(in_space(*vector)) == 0)) return n;
     }
     return axes.domain.size() - 1;
 }
 
 /// Takes the axis of time of a 4-D image for its images.
-void take_time(const NrrdFields& fields, Axes& axes, ImageHeader& header) {
-    const auto time = std::ptrdiff_t(time_axis(fields, axes));
+void take_time(const NrrdFields& fields, std::size_t dimension, Axes& axes, ImageHeader& header) {
+    const auto time = std::ptrdiff_t(time_axis(fields, dimension, axes));
     header.components = header.sizes[std::size_t(time)];
     header.has_frames = true;
     header.data.voxels_before_component = 1;
@@ -66,7 +72,8 @@ void take_time(const NrrdFields& fields, Axes& axes, ImageHeader& header) {
 }
 
 /// Classifies the axes: those of space and time, and at most one with the components of a voxel.
-Status sort_axes(const fs::path& path, const NrrdFields& fields, Axes& axes, ImageHeader& header) {
+Status sort_axes(const fs::path& path, const NrrdFields& fields, std::size_t dimension, Axes& axes,
+                 ImageHeader& header) {
     const std::string_view text = fields.field("kinds");
     const auto words = split(text, ' ');
     if (!text.empty() && words.size() != axes.sizes.size())
@@ -90,21 +97,23 @@ Status sort_axes(const fs::path& path, const NrrdFields& fields, Axes& axes, Ima
         for (const std::int64_t size : header.sizes)
             header.data.voxels_before_component *= std::uint64_t(size);
     }
-    if (component_axes == 0 && axes.domain.size() == 4) take_time(fields, axes, header);
+    if (component_axes == 0 && axes.domain.size() == 4) take_time(fields, dimension, axes, header);
     while (header.sizes.size() < 3) header.sizes.push_back(1);
     return Ok{};
 }
 
 /// Millimetres per unit of "space units".
-Result<double> millimetres_per_unit(const fs::path& path, std::string_view field) {
+Result<double> millimetres_per_unit(const fs::path& path, std::string_view field,
+                                    std::size_t dimension) {
     static const std::map<std::string, double, std::less<>> kUnits = {
         {"mm", 1},   {"millimeter", 1}, {"millimetre", 1},    {"", 1},
         {"???", 1},  {"um", 1e-3},      {"micrometer", 1e-3}, {"cm", 10},
         {"m", 1000}, {"meter", 1000},   {"microns", 1e-3}};
     if (field.empty()) return 1.0;
-    const auto words = quoted_words_from(field);
-    if (!words || words->size() != 3)
+    auto words = quoted_words_from(field);
+    if (!words || words->size() != dimension)
         return bad_nrrd_field(path, "space units", field, "\"mm\" for each axis");
+    words->resize(std::min<std::size_t>(3, dimension));
     std::optional<double> scale;
     for (const std::string& unit : *words) {
         const auto found = kUnits.find(lower_case(unit));
@@ -115,22 +124,45 @@ Result<double> millimetres_per_unit(const fs::path& path, std::string_view field
     return *scale;
 }
 
-/// Reads the space, which must have three dimensions if directions are given.
+/// Reads the space: named, or of two dimensions, three, or three and time.
 Result<NrrdSpace> read_space(const fs::path& path, const NrrdFields& fields) {
     const std::string_view name = fields.field("space"),
                            dimension = fields.field("space dimension");
     if (!name.empty() && !dimension.empty())
         return bad_nrrd_field(path, "space dimension", dimension, "none beside a space");
-    if (!dimension.empty() && whole_number_from(dimension) != 3)
-        return bad_nrrd_field(path, "space dimension", dimension, "3");
-    if (name.empty()) return NrrdSpace::Unnamed;
+    if (name.empty()) {
+        const auto count = dimension.empty() ? 3 : whole_number_from(dimension);
+        if (!count || *count < 2 || *count > 4)
+            return bad_nrrd_field(path, "space dimension", dimension, "2, 3 or 4");
+        return NrrdSpace{NrrdSpace::Unnamed, std::size_t(*count)};
+    }
     const auto space = nrrd_space_from(name);
     if (!space)
         return bad_nrrd_field(path, "space", name, "left-posterior-superior or another 3-D space");
     return *space;
 }
 
-/// Places a grid that has at most spacings.
+/// Moves the first voxel by the minimum of each axis, which is a border of cells unless the samples
+/// are nodes, as ITK does.
+Status place_by_mins(const fs::path& path, const NrrdFields& fields, const Axes& axes,
+                     ImageHeader& header) {
+    const std::string_view text = fields.field("axis mins");
+    const auto mins = numbers_from(text);
+    if (!mins || mins->size() != axes.sizes.size())
+        return bad_nrrd_field(path, "axis mins", text, "a number for each axis");
+    const auto centerings = split(fields.field("centerings"), ' ');
+    Vec3d origin_mm{0, 0, 0};
+    for (std::size_t a = 0; a < axes.domain.size(); ++a) {
+        const std::size_t axis = axes.domain[a];
+        if (!std::isfinite((*mins)[axis])) return Ok{};  // "nan": not known
+        const bool is_node = axis < centerings.size() && lower_case(centerings[axis]) == "node";
+        origin_mm[int(a)] = (*mins)[axis] + (is_node ? 0 : header.grid.spacing_mm[int(a)] / 2);
+    }
+    header.grid.origin_mm = origin_mm;
+    return Ok{};
+}
+
+/// Places a grid that has at most spacings and minima.
 Status place_by_spacings(const fs::path& path, const NrrdFields& fields, const Axes& axes,
                          ImageHeader& header) {
     const std::string_view text = fields.field("spacings");
@@ -142,25 +174,29 @@ Status place_by_spacings(const fs::path& path, const NrrdFields& fields, const A
         if (Status status = check_spacing(path, int(a), spacing_mm); !status) return status;
         header.grid.spacing_mm[int(a)] = spacing_mm;
     }
-    header.notes.push_back("no orientation; the axes are taken as L, P, S from (0, 0, 0)");
+    if (!fields.field("axis mins").empty() && !text.empty())
+        if (Status status = place_by_mins(path, fields, axes, header); !status) return status;
+    header.notes.push_back(std::string("no orientation; the axes are taken as L, P, S from (") +
+                           text_of(header.grid.origin_mm) + ")");
     if (text.empty()) header.notes.push_back("no spacings; taken as 1 mm");
     return Ok{};
 }
 
 /// Signs that convert components to LPS.
 Vec3d sign_of(NrrdSpace space) {
-    if (space == NrrdSpace::Ras) return {-1, -1, 1};
-    if (space == NrrdSpace::Las) return {1, -1, 1};
+    if (space.axes == NrrdSpace::Ras) return {-1, -1, 1};
+    if (space.axes == NrrdSpace::Las) return {1, -1, 1};
     return {1, 1, 1};
 }
 
 void note_space(const NrrdFields& fields, NrrdSpace space, ImageHeader& header) {
-    if (space == NrrdSpace::Ras || space == NrrdSpace::Las)
+    if (space.axes == NrrdSpace::Ras || space.axes == NrrdSpace::Las)
         header.notes.push_back("converted from " +
-                               std::string(space == NrrdSpace::Ras ? "RAS" : "LAS") + " to LPS");
-    else if (space == NrrdSpace::Unnamed)
+                               std::string(space.axes == NrrdSpace::Ras ? "RAS" : "LAS") +
+                               " to LPS");
+    else if (space.axes == NrrdSpace::Unnamed)
         header.notes.push_back("no space is named; taken as LPS");
-    else if (space == NrrdSpace::Other)
+    else if (space.axes == NrrdSpace::Other)
         header.notes.push_back("space '" + shown(lower_case(fields.field("space"))) +
                                "' is taken as LPS");
 }
@@ -176,14 +212,17 @@ bool are_empty_or_mm(std::string_view units) {
 Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdSpace space,
                            const Axes& axes, ImageHeader& header) {
     const std::string_view text = fields.field("space directions");
-    const auto vectors = nrrd_vectors_from(text);
+    const auto vectors = nrrd_vectors_from(text, space.dimension);
+    const std::string a_vector = space.dimension == 2   ? "a vector (x,y)"
+                                 : space.dimension == 3 ? "a vector (x,y,z)"
+                                                        : "a vector (x,y,z,t)";
     const auto bad_directions = [&] {
-        return bad_nrrd_field(path, "space directions", text,
-                              "a vector (x,y,z) for each axis of space");
+        return bad_nrrd_field(path, "space directions", text, a_vector + " for each axis of space");
     };
-    if (!vectors || vectors->size() != axes.sizes.size() || space == NrrdSpace::OtherWithTime)
+    if (!vectors || vectors->size() != axes.sizes.size() ||
+        (space.dimension == 2 && axes.domain.size() > 2))
         return bad_directions();
-    if (space == NrrdSpace::Unnamed && fields.field("space dimension").empty())
+    if (space.axes == NrrdSpace::Unnamed && fields.field("space dimension").empty())
         return bad_nrrd_field(path, "space", "", "one for the space directions");
     if (!fields.field("spacings").empty())
         return unreadable(path, "spacings and space directions are both there, expected one");
@@ -192,12 +231,15 @@ Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdS
                               "space units beside space directions");
     Grid& grid = header.grid;
     const Vec3d sign = sign_of(space);
-    const auto unit_mm = millimetres_per_unit(path, fields.field("space units"));
+    const auto unit_mm = millimetres_per_unit(path, fields.field("space units"), space.dimension);
     if (!unit_mm) return unit_mm.error();
     for (std::size_t a = 0; a < axes.domain.size(); ++a) {
         const auto& vector = (*vectors)[axes.domain[a]];
         if (!vector) return bad_directions();
-        const Vec3d step{(*vector)[0], (*vector)[1], (*vector)[2]};
+        if ((*vector)[3] != 0)
+            return bad_nrrd_field(path, "space directions", text,
+                                  "axes of space without a component of time");
+        const Vec3d step = in_space(*vector);
         const double length = norm(step);
         if (length == 0)
             return bad_nrrd_field(path, "space directions", text,
@@ -216,22 +258,20 @@ Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdS
         header.notes.push_back("no space origin; the first voxel is put at (0, 0, 0)");
         return Ok{};
     }
-    const auto origin = nrrd_vectors_from(origin_text);
+    const auto origin = nrrd_vectors_from(origin_text, space.dimension);
     if (!origin || origin->size() != 1 || !(*origin)[0])
-        return bad_nrrd_field(path, "space origin", origin_text, "a vector (x,y,z)");
+        return bad_nrrd_field(path, "space origin", origin_text, a_vector);
     for (int row = 0; row < 3; ++row)
         grid.origin_mm[row] = *unit_mm * (sign[row] * (*(*origin)[0])[std::size_t(row)]);
     return Ok{};
 }
 
-Status place_grid(const fs::path& path, const NrrdFields& fields, const Axes& axes,
+Status place_grid(const fs::path& path, const NrrdFields& fields, NrrdSpace space, const Axes& axes,
                   ImageHeader& header) {
-    const auto space = read_space(path, fields);
-    if (!space) return space.error();
     if (axes.domain.size() > 3) return Ok{};  // refused later
     if (!fields.field("space directions").empty())
-        return place_by_directions(path, fields, *space, axes, header);
-    if (*space != NrrdSpace::Unnamed && !fields.field("spacings").empty())
+        return place_by_directions(path, fields, space, axes, header);
+    if (space.axes != NrrdSpace::Unnamed && !fields.field("spacings").empty())
         return bad_nrrd_field(path, "space directions", "", "a vector (x,y,z) for each axis");
     return place_by_spacings(path, fields, axes, header);
 }
@@ -258,15 +298,14 @@ Status find_skips(const fs::path& path, const NrrdFields& fields, DataLocation& 
     const auto byte_skip = byte_text.empty() ? 0 : whole_number_from(byte_text);
     if (!line_skip || *line_skip < 0)
         return bad_nrrd_field(path, "line skip", line_text, "a number ≥ 0");
-    const bool raw = data.encoding == DataEncoding::Raw;
-    if (!byte_skip || *byte_skip < (raw ? -1 : 0))
-        return bad_nrrd_field(path, "byte skip", byte_text, raw ? "a number ≥ -1" : "a number ≥ 0");
+    const bool text = data.encoding == DataEncoding::Text;
+    if (!byte_skip || *byte_skip < (text ? 0 : -1))
+        return bad_nrrd_field(path, "byte skip", byte_text,
+                              text ? "a number ≥ 0" : "a number ≥ -1");
     data.line_skip = *line_skip;
-    if (data.encoding == DataEncoding::Deflated)
-        data.inner_skip = std::uint64_t(*byte_skip);
-    else if (*byte_skip > 0)
-        data.byte_skip = std::uint64_t(*byte_skip);
     data.at_end = *byte_skip == -1;
+    const auto skipped = std::uint64_t(std::max<std::int64_t>(0, *byte_skip));
+    (data.encoding == DataEncoding::Deflated ? data.inner_skip : data.byte_skip) = skipped;
     return Ok{};
 }
 
@@ -323,14 +362,17 @@ Status read_type(const fs::path& path, const NrrdFields& fields, ImageHeader& he
 }
 
 /// Whether vectors have a measurement frame other than the axes of the space.
-Status find_frame(const fs::path& path, const NrrdFields& fields, ImageHeader& header) {
+Status find_frame(const fs::path& path, const NrrdFields& fields, std::size_t dimension,
+                  ImageHeader& header) {
     const std::string_view text = fields.field("measurement frame");
     if (text.empty()) return Ok{};
-    const auto frame = nrrd_vectors_from(text);
-    if (!frame || frame->size() != 3)
-        return bad_nrrd_field(path, "measurement frame", text, "three vectors (x,y,z)");
-    for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t b = 0; b < 3; ++b)
+    const auto frame = nrrd_vectors_from(text, dimension);
+    if (!frame || frame->size() != dimension)
+        return bad_nrrd_field(
+            path, "measurement frame", text,
+            dimension == 3 ? "three vectors (x,y,z)" : "as many vectors as the space has axes");
+    for (std::size_t a = 0; a < dimension; ++a)
+        for (std::size_t b = 0; b < dimension; ++b)
             if (!(*frame)[a] || (*(*frame)[a])[b] != (a == b ? 1 : 0)) header.turned_vectors = true;
     return Ok{};
 }
@@ -346,9 +388,14 @@ Result<ImageHeader> read_nrrd_header(const fs::path& path) {
     if (Status status = read_sizes(path, *fields, axes); !status) return status.error();
     if (Status status = find_data(path, *fields, axes, header.data); !status) return status.error();
     if (Status status = read_type(path, *fields, header); !status) return status.error();
-    if (Status status = sort_axes(path, *fields, axes, header); !status) return status.error();
-    if (Status status = place_grid(path, *fields, axes, header); !status) return status.error();
-    if (Status status = find_frame(path, *fields, header); !status) return status.error();
+    const auto space = read_space(path, *fields);
+    if (!space) return space.error();
+    if (Status status = sort_axes(path, *fields, space->dimension, axes, header); !status)
+        return status.error();
+    if (Status status = place_grid(path, *fields, *space, axes, header); !status)
+        return status.error();
+    if (Status status = find_frame(path, *fields, space->dimension, header); !status)
+        return status.error();
     header.key_values = std::move(fields->key_values);
     return header;
 }

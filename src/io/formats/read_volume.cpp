@@ -12,6 +12,7 @@
 #include "formats/dicom_series.h"
 #include "formats/image_file.h"
 #include "formats/image_header.h"
+#include "formats/segment_layers.h"
 #include "formats/straighten.h"
 #include "formats/voxel_builder.h"
 
@@ -77,9 +78,7 @@ Status check_first_bytes(const fs::path& path, ImageFormat format) {
             expected = "a header with ObjectType and NDims";
             break;
         case ImageFormat::Nifti: {
-            const bool gzip = lower_case(path.extension().string()) == ".gz";
-            fits = !gzip || start.starts_with("\x1f\x8b");
-            expected = "gzip";
+            fits = true;  // its header's size decides, which may be compressed
             break;
         }
         case ImageFormat::Vti:
@@ -138,6 +137,15 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
 
 namespace {
 
+/// VTK's files go on behind the voxels.
+bool ends_with_data(ImageFormat format) {
+    return format != ImageFormat::Vti && format != ImageFormat::Vtk;
+}
+
+/// The header may be wrong, or another file's.
+constexpr const char* kLongerNote =
+    "the data are longer than the header says; the rest was ignored";
+
 /// Smaller scans are read: a mapping would cost more than it saves.
 constexpr std::size_t kMinMappedBytes = 1 << 20;
 
@@ -177,6 +185,7 @@ class FrameStream {
         return m_run == 1 ? read_adjacent(out) : read_runs(out);
     }
     Status finish() { return m_stream.finish(); }
+    bool is_longer() const { return m_stream.is_longer(); }
 
   private:
     /// The images' numbers of a voxel are adjacent.
@@ -251,6 +260,7 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
         done += next;
     }
     if (Status status = stream.finish(); !status) return status.error();
+    if (stream.is_longer() && ends_with_data(header.format)) notes.notes.push_back(kLongerNote);
     return voxels.finish(notes.notes);
 }
 
@@ -304,9 +314,13 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
     notes.notes = std::move(header->notes);
     const bool leans = !is_perpendicular(header->grid.direction);
     if (!leans) note_lean(header->grid, notes.notes);
+    const auto beyond = bytes_beyond(path, *header);
+    if (!beyond) return beyond.error();
+    if (*beyond > 0 && ends_with_data(*format)) notes.notes.push_back(kLongerNote);
     auto voxels = read_voxels(path, *header, options, notes);
     if (!voxels) return voxels.error();
     Volume volume{header->grid, std::move(*voxels), std::move(header->key_values)};
+    keep_layer(volume.key_values, options.frame.value_or(0));
     if (!leans) return volume;
     notes.notes.push_back("the axes are sheared by " +
                           short_text(std::round(100 * shear_degrees(volume.grid)) / 100) +

@@ -161,9 +161,20 @@ class CellList {
 };
 
 /// Adds a cell of VTK's numbering (1, 2 vertices, 3, 4 lines, 5 triangle, 6 strip, 7 polygon,
-/// 8 pixel, 9 quadrilateral, 10 tetrahedron). @returns Unreadable for a node that doesn't exist or
+/// 8 pixel, 9 quadrilateral, 10 tetrahedron; 21…24 and 28, the same of second order, of which the
+/// corners are taken, with a note). @returns Unreadable for a node that doesn't exist or
 /// a wrong number of them, Unsupported for other cells
 Status add_cell(MeshData& mesh, int vtk_type, std::span<const std::int64_t> nodes);
+
+/// Largest concave polygon that add_polygon splits: the time may grow with the cube.
+inline constexpr std::size_t kMaxConcaveCorners = 1024;
+/// Adds a polygon's triangles: a fan around its first corner where that is right, as it is for all
+/// convex polygons. @pre the nodes exist. @returns Unsupported for a large concave one
+Status add_polygon(MeshData& mesh, std::span<const std::int64_t> nodes);
+inline constexpr const char* kSecondOrderNote =
+    "of the cells of second order, only the corners were taken";
+/// Adds a remark for the user, once.
+void add_note(MeshData& mesh, const std::string& note);
 
 /// Sets the nodes from coordinates. @returns Unreadable if one isn't finite or there are more than
 /// 2³¹
@@ -176,6 +187,8 @@ Result<MeshData> parse_msh(std::string_view file);
 Result<MeshData> parse_stl(std::string_view file);
 Result<MeshData> parse_obj(std::string_view file);
 Result<MeshData> parse_ply(std::string_view file);
+Result<MeshData> parse_off(std::string_view file);
+Result<MeshData> parse_medit(std::string_view file);
 /// Chooses a reader by the first bytes. @param ending  extension, for OBJ, which has no signature
 Result<MeshData> parse_mesh(std::string_view file, std::string_view ending);
 

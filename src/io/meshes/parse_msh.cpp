@@ -15,11 +15,13 @@
 namespace pliant::mesh {
 namespace {
 
-/// Supported element types: Gmsh's number, VTK's number, and number of nodes.
+/// Supported element types: Gmsh's number, VTK's number, and numbers of nodes and of corners, which
+/// are the first nodes.
 constexpr struct {
     int gmsh, vtk;
-    std::size_t nodes;
-} kTypes[] = {{1, 3, 2}, {2, 5, 3}, {3, 9, 4}, {4, 10, 4}, {15, 1, 1}};
+    std::size_t nodes, corners;
+} kTypes[] = {{1, 3, 2, 2}, {2, 5, 3, 3},  {3, 9, 4, 4},    {4, 10, 4, 4}, {8, 3, 3, 2},
+              {9, 5, 6, 3}, {10, 9, 9, 4}, {11, 10, 10, 4}, {15, 1, 1, 1}, {16, 9, 8, 4}};
 
 class Msh {
   public:
@@ -48,15 +50,16 @@ class Msh {
     }
     Status read_format();
     Status read_position(std::int64_t node);
-    Status read_nodes_2();
+    Status read_nodes_2(bool parametric);
     Status read_nodes_4();
     Status read_elements_1();
     Status read_elements_2();
     Status read_elements_4();
-    Status add_element(std::int64_t type, std::size_t nodes, NumberType number);
+    void add_element(std::int64_t type, NumberType number);
     Status finish();
 
     TextCursor m_text;
+    bool m_second_order = false;
     bool m_binary = false, m_big_endian = false, m_four = false, m_is_4_0 = false;
     std::vector<std::pair<std::int64_t, std::int64_t>> m_numbers;  ///< number in the file and
                                                                    ///< index; sorted
@@ -98,13 +101,19 @@ Status Msh::read_position(std::int64_t node) {
     return Ok{};
 }
 
-Status Msh::read_nodes_2() {
+/// @param parametric  behind each position are the dimension and the tag of the curve or surface
+///                    that the node is on, and its parameters on it
+Status Msh::read_nodes_2(bool parametric) {
     const auto count = m_text.number<std::int64_t>().value_or(-1);
     m_text.line();
     if (!can_follow(count, 28)) return unreadable("$Nodes is shorter than it says");
     for (std::int64_t n = 0; n < count; ++n) {
         m_numbers.emplace_back(integer(), n);
         if (const Status s = read_position(n); !s) return s;
+        if (!parametric) continue;
+        const std::int64_t dimension = integer();
+        integer();
+        for (std::int64_t p = 0; p < dimension && dimension < 3; ++p) real();
     }
     return Ok{};
 }
@@ -135,13 +144,6 @@ Status Msh::read_nodes_4() {
     return Ok{};
 }
 
-Status Msh::add_element(std::int64_t type, std::size_t nodes, NumberType number) {
-    Element e{int(type), {}, nodes};
-    for (std::size_t n = 0; n < nodes; ++n) e.nodes[n] = whole(number);
-    m_elements.push_back(e);
-    return Ok{};
-}
-
 const auto* find_type(std::int64_t gmsh) {
     const auto* found = std::find_if(std::begin(kTypes), std::end(kTypes),
                                      [gmsh](const auto& t) { return t.gmsh == gmsh; });
@@ -150,7 +152,19 @@ const auto* find_type(std::int64_t gmsh) {
 
 Error unknown_type(std::int64_t type) {
     return unsupported("an element of Gmsh's type " + std::to_string(type) +
-                       ", expected linear lines, polygons or tetrahedra");
+                       ", expected lines, triangles, quadrilaterals or tetrahedra of first or "
+                       "second order");
+}
+
+void Msh::add_element(std::int64_t type, NumberType number) {
+    const auto* kind = find_type(type);
+    Element e{int(type), {}, kind->corners};
+    for (std::size_t n = 0; n < kind->nodes; ++n) {
+        const std::int64_t node = whole(number);
+        if (n < kind->corners) e.nodes[n] = node;
+    }
+    m_elements.push_back(e);
+    m_second_order |= kind->corners < kind->nodes;
 }
 
 /// An element of version 1: its number, type, two regions, number of nodes, and nodes.
@@ -167,7 +181,7 @@ Status Msh::read_elements_1() {
         if (!kind) return unknown_type(type);
         if (nodes != std::int64_t(kind->nodes))
             return unreadable("$ELM is damaged at element " + std::to_string(done));
-        if (const Status s = add_element(type, kind->nodes, NumberType::Int32); !s) return s;
+        add_element(type, NumberType::Int32);
     }
     return Ok{};
 }
@@ -195,7 +209,7 @@ Status Msh::read_elements_2() {
         for (std::int64_t n = 0; n < own; ++n, ++done) {
             if (m_binary) integer();
             for (std::int64_t t = 0; t < tags; ++t) integer();
-            if (const Status s = add_element(type, kind->nodes, NumberType::Int32); !s) return s;
+            add_element(type, NumberType::Int32);
         }
     }
     return Ok{};
@@ -217,7 +231,7 @@ Status Msh::read_elements_4() {
             return unreadable("$Elements is damaged in block " + std::to_string(b));
         for (std::int64_t n = 0; n < own; ++n) {
             whole(number);
-            if (const Status s = add_element(type, kind->nodes, number); !s) return s;
+            add_element(type, number);
         }
     }
     return Ok{};
@@ -228,16 +242,21 @@ Result<MeshData> Msh::read() {
         const std::string name(m_text.word());
         m_text.line();
         Status s = Ok{};
+        bool known = true;
         if (name == "$MeshFormat")
             s = read_format();
         else if (name == "$NOD")
-            s = read_nodes_2();
+            s = read_nodes_2(false);
+        else if (name == "$ParametricNodes")
+            s = read_nodes_2(true);
         else if (name == "$ELM")
             s = read_elements_1();
         else if (name == "$Nodes")
-            s = m_four ? read_nodes_4() : read_nodes_2();
+            s = m_four ? read_nodes_4() : read_nodes_2(false);
         else if (name == "$Elements")
             s = m_four ? read_elements_4() : read_elements_2();
+        else
+            known = false;
         if (!s) return s.error();
         // Skips to the section's end: an unknown section may contain any bytes.
         const bool is_first = name == "$NOD" || name == "$ELM";
@@ -246,10 +265,13 @@ Result<MeshData> Msh::read() {
         const auto at = m_text.rest().find(end);
         if (!name.starts_with('$') || at == std::string_view::npos)
             return unreadable("'" + name.substr(0, 40) + "' has no end");
+        if (known && !TextCursor(m_text.rest().substr(0, at)).at_end())
+            return unreadable(name + " has more numbers than its rows should have");
         m_text.bytes(at + end.size());
     }
     std::sort(m_numbers.begin(), m_numbers.end());
     MeshData mesh;
+    if (m_second_order) add_note(mesh, kSecondOrderNote);
     if (const Status s = set_nodes(mesh, m_positions); !s) return s.error();
     for (Element& e : m_elements) {
         for (std::size_t n = 0; n < e.count; ++n) {

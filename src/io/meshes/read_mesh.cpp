@@ -104,9 +104,7 @@ Status add_cell(MeshData& mesh, int type, std::span<const std::int64_t> nodes) {
         case 9:
             if (type != 7)
                 if (const Status s = count_is(type == 5 ? 3 : 4); !s) return s;
-            for (std::size_t n = 1; n + 1 < nodes.size(); ++n)
-                mesh.triangles.push_back({at(0), at(n), at(n + 1)});
-            return Ok{};
+            return add_polygon(mesh, nodes);
         case 8:
             if (const Status s = count_is(4); !s) return s;
             mesh.triangles.push_back({at(0), at(1), at(3)});
@@ -117,8 +115,17 @@ Status add_cell(MeshData& mesh, int type, std::span<const std::int64_t> nodes) {
             mesh.tetrahedra.push_back({at(0), at(1), at(2), at(3)});
             return Ok{};
     }
+    // Those of second order have their corners first.
+    constexpr int kSecondOrder[][4] = {
+        {21, 3, 3, 2}, {22, 5, 6, 3}, {23, 9, 8, 4}, {24, 10, 10, 4}, {28, 9, 9, 4}};
+    for (const auto& [second, first, all, corners] : kSecondOrder) {
+        if (second != type) continue;
+        if (const Status s = count_is(std::size_t(all)); !s) return s;
+        add_note(mesh, kSecondOrderNote);
+        return add_cell(mesh, first, nodes.first(std::size_t(corners)));
+    }
     return unsupported("a cell of VTK's type " + std::to_string(type) +
-                       ", expected lines, polygons or linear tetrahedra");
+                       ", expected lines, polygons or tetrahedra");
 }
 
 Status CellList::add_to(MeshData& mesh, int type) const {
@@ -140,14 +147,41 @@ Result<MeshData> parse_mesh(std::string_view file, std::string_view ending) {
     const std::string_view first = text.word();
     if (first.starts_with("<?xml") || first.starts_with("<VTKFile") || first.starts_with("<!--"))
         return parse_vtk_xml(file);
+    if (first.ends_with("OFF") && first.size() <= 5) return parse_off(file);
+    if (first == "MeshVersionFormatted") return parse_medit(file);
     if (ending == ".obj") return parse_obj(file);
-    if (ending == ".stl" || first == "solid") return parse_stl(file);
-    return unreadable("expected VTP, VTU, VTK, MSH, STL, OBJ or PLY");
+    if (ending == ".stl" || first == "solid" || first == "SOLID") return parse_stl(file);
+    return unreadable("expected VTP, VTU, VTK, MSH, STL, OBJ, PLY, OFF or MESH (Medit)");
 }
 
 }  // namespace mesh
 
 namespace {
+
+/// A mesh of a smaller extent is probably in metres [mm].
+constexpr double kSmallMesh = 1;
+
+/// Turns tetrahedra in mirrored order, and remarks on lengths.
+void put_right(MeshData& mesh) {
+    const auto count = mesh.tetrahedra.size();
+    if (const auto turned = turn_mirrored(mesh.nodes_mm, mesh.tetrahedra); turned > 0)
+        mesh::add_note(mesh, std::to_string(turned) + " of " + std::to_string(count) +
+                                 " tetrahedra have their corners in mirrored order; these were "
+                                 "turned");
+    if (mesh.nodes_mm.empty()) return;
+    Vec3d low = mesh.nodes_mm[0], high = low;
+    for (const Vec3d& p : mesh.nodes_mm)
+        for (int a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], p[a]);
+            high[a] = std::max(high[a], p[a]);
+        }
+    const double extent = norm(high - low);
+    if (extent > 0 && extent < kSmallMesh)
+        mesh::add_note(mesh,
+                       "the mesh is " + short_text(extent, 3) +
+                           " mm across: lengths are in millimetres, and pliant mesh --units m "
+                           "converts metres");
+}
 
 /// A distant node would enlarge all lattices and trees around the mesh.
 Status check_distances(const MeshData& mesh) {
@@ -165,7 +199,7 @@ Status check_distances(const MeshData& mesh) {
 
 }  // namespace
 
-Result<MeshData> read_mesh(const std::filesystem::path& path) {
+Result<MeshData> read_mesh(const std::filesystem::path& path, double unit_mm) {
     const auto too_large = [&] {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
     };
@@ -182,8 +216,11 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
         auto mesh = mesh::parse_mesh(*bytes, ending);
         if (!mesh)
             return Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)};
+        if (unit_mm != 1)
+            for (Vec3d& p : mesh->nodes_mm) p = unit_mm * p;
         if (Status status = check_distances(*mesh); !status)
             return Error{status.error().code, path.string() + ": " + status.error().message};
+        put_right(*mesh);
         return mesh;
     } catch (const std::bad_alloc&) {
         return too_large();
@@ -196,7 +233,7 @@ Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
     auto mesh = read_mesh(path);
     if (!mesh) return mesh.error();
     if (!mesh->triangles.empty())
-        return joined({std::move(mesh->nodes_mm), std::move(mesh->triangles)});
+        return cleaned({std::move(mesh->nodes_mm), std::move(mesh->triangles)});
     if (!mesh->tetrahedra.empty())
         return boundary_triangles(TetMesh{std::move(mesh->nodes_mm), std::move(mesh->tetrahedra)});
     return Error{ErrorCode::Unsupported,

@@ -307,10 +307,15 @@ struct Source {
     double volume_mm3 = 0;  ///< of the surface
 };
 
-Result<Source> source_of_file(const std::string& file) {
+/// @param[out] notes  grows by remarks on the file
+Result<Source> source_of_file(const std::string& file, std::vector<std::string>& notes) {
     const auto mesh = read_mesh(file);
     if (!mesh) return mesh.error();
     Source source;
+    std::vector<std::string> remarks = mesh->notes;
+    if (mesh->tetrahedra.empty())
+        source.surface = cleaned({mesh->nodes_mm, mesh->triangles}, &remarks);
+    for (const std::string& remark : remarks) notes.push_back(file + ": " + remark);
     if (!mesh->tetrahedra.empty()) {
         source.tetrahedra = with_used_nodes({mesh->nodes_mm, mesh->tetrahedra});
         if (const Status s = check_quality(tet_quality(*source.tetrahedra)); !s.ok())
@@ -320,7 +325,6 @@ Result<Source> source_of_file(const std::string& file) {
     if (mesh->triangles.empty())
         return within(file, {ErrorCode::Unsupported,
                              "found neither tetrahedra nor triangles, expected an organ"});
-    source.surface = joined({mesh->nodes_mm, mesh->triangles});
     if (const Status s = check_closed(source.surface); !s.ok()) return within(file, s.error());
     source.volume_mm3 = std::abs(enclosed_volume_mm3(source.surface));
     return source;
@@ -371,7 +375,8 @@ Status check_bodies(const OrganFile& file, const Volume& map) {
 
 /// Names the bodies that have no name after their label.
 Status name_bodies(OrganFile& file, const Volume& map) {
-    const auto names = find_label_names(file.label_volume, map.key_values, file.label_names);
+    const auto names =
+        find_label_names(label_file(file.label_volume), map.key_values, file.label_names);
     if (!names) return about("label_names", names.error().code, names.error().message);
     for (OrganSettings& body : file.bodies) {
         if (!body.name.empty() || body.labels.empty()) continue;
@@ -421,7 +426,7 @@ Result<MadeOrgans> make(const OrganFile& given, const TaskArena& arena) {
         made.scan = std::move(*scan);
     }
     if (!file.label_volume.empty()) {
-        auto labels = read_volume(file.label_volume);
+        auto labels = read_labels(file.label_volume);
         if (!labels) return about("label_volume", labels.error().code, labels.error().message);
         made.labels = std::make_shared<const Volume>(std::move(*labels));
         if (const Status s = check_bodies(file, *made.labels); !s.ok()) return s.error();
@@ -431,7 +436,7 @@ Result<MadeOrgans> make(const OrganFile& given, const TaskArena& arena) {
     double volume = 0;
     for (const OrganSettings& body : file.bodies) {
         auto source = body.mesh.empty() ? source_of_labels(file, body, *made.labels, arena)
-                                        : source_of_file(body.mesh);
+                                        : source_of_file(body.mesh, made.notes.notes);
         if (!source) return source.error();
         volume += source->volume_mm3;
         sources.push_back(std::move(*source));

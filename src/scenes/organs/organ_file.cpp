@@ -16,6 +16,7 @@
 #include "base/input_file.h"
 #include "base/record_toml.h"
 #include "base/text.h"
+#include "formats/image_file.h"
 
 namespace pliant {
 namespace {
@@ -115,7 +116,7 @@ Result<OrganFile> file_of_labels(const std::string& scan, const std::string& lab
     if (labels.empty()) {
         const auto values = read_volume(scan);
         if (!values) return values.error();
-        const auto map = read_volume(label_volume);
+        const auto map = read_labels(label_volume);
         if (!map) return map.error();
         const Grid& grid = map->grid;
         std::map<int, LabelSum> sums;
@@ -152,9 +153,39 @@ bool is_mesh_file(const std::filesystem::path& file) {
     std::string ending = file.extension().string();
     for (char& c : ending)
         if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-    constexpr std::array kEndings = {".vtp", ".vtu", ".msh", ".stl", ".obj", ".ply"};
+    constexpr std::array kEndings = {".vtp", ".vtu", ".msh", ".stl",
+                                     ".obj", ".ply", ".off", ".mesh"};
     if (ending == ".vtk") return !holds_image(file);
     return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+Status check_mesh_or_scan(const std::filesystem::path& file) {
+    if (is_mesh_file(file)) return Ok{};
+    const auto type = type_of(file);
+    if (!type) return type.error();
+    if (*type == std::filesystem::file_type::not_found)
+        return Error{ErrorCode::NotFound, file.string() + ": no such file or folder"};
+    const std::string ending = lower_case(file.extension().string());
+    // The numbers of a UID are no ending of a DICOM file's name.
+    const bool is_name =
+        std::any_of(ending.begin(), ending.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+    if (*type != std::filesystem::file_type::regular || !is_name || ending == ".toml" ||
+        format_by_name(file))
+        return Ok{};
+    constexpr std::size_t kPreamble = 128;
+    std::string start(kPreamble + 4, ' ');
+    InputFile content(file);
+    const std::size_t count = content.read(start.data(), start.size());
+    if (const Status s = content.status(); !s) return s;
+    constexpr std::array kDicom = {".dcm", ".dicom", ".ima", ".img"};
+    if ((count == start.size() && start.ends_with("DICM")) ||
+        std::find(kDicom.begin(), kDicom.end(), ending) != kDicom.end())
+        return Ok{};
+    return Error{
+        ErrorCode::Unsupported,
+        file.string() + ": '" + shown(ending) +
+            "' is an ending of neither a mesh nor a scan, expected .vtp, .vtu, .vtk, .msh, "
+            ".stl, .obj, .ply, .off or .mesh, or a scan"};
 }
 
 bool is_organ_file(const std::filesystem::path& file) {

@@ -5,6 +5,7 @@
 // organ as a mass-spring network.
 
 #include <pliant/models/organs.h>
+#include <pliant/resample.h>
 
 #include <algorithm>
 #include <cmath>
@@ -157,7 +158,8 @@ std::string line_about(const Organ& organ) {
 }
 
 /// The organ that carries each voxel of the scan, by label.
-std::vector<std::int16_t> organs_of_voxels(const MadeOrgans& made, const Volume& scan) {
+Result<std::vector<std::int16_t>> organs_of_voxels(const MadeOrgans& made, const Volume& scan,
+                                                   const TaskArena& arena) {
     constexpr std::int16_t kAny = -1;
     std::map<int, std::int16_t> organ_of;
     std::int16_t others = kAny;
@@ -167,24 +169,15 @@ std::vector<std::int16_t> organs_of_voxels(const MadeOrgans& made, const Volume&
             others = std::int16_t(n);
     }
     std::vector<std::int16_t> organs(voxel_count(scan.grid), others);
-    const Volume& labels = *made.labels;
-    const Vec3i size = scan.grid.size;
-    for (int k = 0; k < size.z; ++k)
-        for (int j = 0; j < size.y; ++j)
-            for (int i = 0; i < size.x; ++i) {
-                const Vec3d at = voxel_from_world(
-                    labels.grid, world_from_voxel(scan.grid, {double(i), double(j), double(k)}));
-                Vec3i nearest;
-                bool inside = true;
-                for (int a = 0; a < 3; ++a) {
-                    nearest[a] = int(std::lround(at[a]));
-                    inside &= nearest[a] >= 0 && nearest[a] < labels.grid.size[a];
-                }
-                if (!inside) continue;
-                const auto found = organ_of.find(int(labels.at(nearest)));
-                if (found != organ_of.end())
-                    organs[voxel_index(scan.grid, {i, j, k})] = found->second;
-            }
+    const auto labels = labels_on(*made.labels, scan.grid, arena);
+    if (!labels) return labels.error();
+    std::visit(
+        [&](const auto& voxels) {
+            for (std::size_t n = 0; n < organs.size(); ++n)
+                if (const auto found = organ_of.find(int(voxels[n])); found != organ_of.end())
+                    organs[n] = found->second;
+        },
+        labels->voxels);
     return organs;
 }
 
@@ -249,10 +242,13 @@ Result<std::unique_ptr<MeshTissue>> tissue_of(const MadeOrgans& made, const Volu
     plan.friction = file.friction;
     plan.reach_mm = file.reach_mm;
     plan.mesh = std::move(mesh);
-    if (made.labels)
-        plan.solid_at = [organs = organs_of_voxels(made, scan), grid = scan.grid](Vec3i p) {
+    if (made.labels) {
+        auto by_voxel = organs_of_voxels(made, scan, arena);
+        if (!by_voxel) return by_voxel.error();
+        plan.solid_at = [organs = std::move(*by_voxel), grid = scan.grid](Vec3i p) {
             return std::int32_t(organs[voxel_index(grid, p)]);
         };
+    }
     return BodyTissue::create(scan, std::move(*body), std::move(plan), arena);
 }
 

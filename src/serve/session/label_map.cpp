@@ -3,6 +3,8 @@
 
 #include "session/label_map.h"
 
+#include <pliant/resample.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -74,24 +76,23 @@ void grow(std::uint16_t number, const Volume& scan, Numbers& numbers) {
 }
 
 /// Numbers the voxels of the bodies that have labels, by the label at the nearest voxel.
-void fill_labels(const MadeOrgans& made, const Grid& grid, Numbers& numbers) {
+Status fill_labels(const MadeOrgans& made, const Grid& grid, const TaskArena& arena,
+                   Numbers& numbers) {
     std::map<int, std::uint16_t> number_of;
     for (std::size_t n = 0; n < made.organs.size(); ++n)
         for (const int label : made.organs[n].settings.labels)
             number_of[label] = std::uint16_t(n + 1);
-    if (!made.labels || number_of.empty()) return;
-    const Volume& labels = *made.labels;
-    for (int k = 0; k < grid.size.z; ++k)
-        for (int j = 0; j < grid.size.y; ++j)
-            for (int i = 0; i < grid.size.x; ++i) {
-                const Vec3d at = voxel_from_world(
-                    labels.grid, world_from_voxel(grid, {double(i), double(j), double(k)}));
-                const Vec3i nearest{int(std::lround(at.x)), int(std::lround(at.y)),
-                                    int(std::lround(at.z))};
-                if (!contains(voxel_box(labels.grid), nearest)) continue;
-                const auto found = number_of.find(int(labels.at(nearest)));
-                if (found != number_of.end()) numbers[voxel_index(grid, {i, j, k})] = found->second;
-            }
+    if (!made.labels || number_of.empty()) return Ok{};
+    const auto labels = labels_on(*made.labels, grid, arena);
+    if (!labels.ok()) return labels.error();
+    std::visit(
+        [&](const auto& voxels) {
+            for (std::size_t n = 0; n < numbers.size(); ++n)
+                if (const auto found = number_of.find(int(voxels[n])); found != number_of.end())
+                    numbers[n] = found->second;
+        },
+        labels->voxels);
+    return Ok{};
 }
 
 }  // namespace
@@ -115,13 +116,16 @@ void count_labels(LabelMap& map) {
     }
 }
 
-std::shared_ptr<const LabelMap> map_bodies(const MadeOrgans& made, const Volume& scan) {
-    if (made.organs.size() < 2 || made.organs.size() > kMaxLabels) return nullptr;
+Result<std::shared_ptr<const LabelMap>> map_bodies(const MadeOrgans& made, const Volume& scan,
+                                                   const TaskArena& arena) {
+    using Map = std::shared_ptr<const LabelMap>;
+    if (made.organs.size() < 2 || made.organs.size() > kMaxLabels) return Map();
     auto map = std::make_shared<LabelMap>();
     map->name = "bodies";
     map->grid = scan.grid;
     map->numbers.assign(voxel_count(scan.grid), 0);
-    fill_labels(made, scan.grid, map->numbers);
+    if (const Status s = fill_labels(made, scan.grid, arena, map->numbers); !s.ok())
+        return s.error();
     for (std::size_t n = 0; n < made.organs.size(); ++n) {
         const Organ& organ = made.organs[n];
         const bool is_rest = made.file.surroundings && n + 1 == made.organs.size();
@@ -144,7 +148,7 @@ std::shared_ptr<const LabelMap> map_bodies(const MadeOrgans& made, const Volume&
     }
     map->stripe_mm = std::max(kStripeVoxels * voxel_mm, longest_mm / kStripesPerScan);
     count_labels(*map);
-    return map;
+    return Map(std::move(map));
 }
 
 void mark_bodies(LabelMap& map, const LabelMap& bodies) {

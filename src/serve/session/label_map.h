@@ -33,9 +33,8 @@ struct LabelMap {
     double stripe_mm = 0;
 };
 
-/// Reads a label map. One on another grid than the scan's is sampled at the nearest voxel, so that
-/// the labels of a crop fit the whole scan. Colours are those of 3D Slicer's segments in a NRRD
-/// file, names those of find_label_names (organs/label_names.h).
+/// Reads a label map and puts it on the scan's grid by labels_on. Colours are those of 3D Slicer's
+/// segments in a NRRD file, names those of find_label_names (organs/label_names.h).
 /// @param names  table of names; empty: none
 /// @param give_up  polled while the file is read; may be empty
 /// @returns an error for values that aren't whole numbers, more than kMaxLabels labels, and maps
@@ -49,8 +48,9 @@ Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::pa
 void count_labels(LabelMap& map);
 
 /// Makes the map of a scene's bodies; the surroundings are not shown.
-/// @returns null for a single body
-std::shared_ptr<const LabelMap> map_bodies(const MadeOrgans& made, const Volume& scan);
+/// @returns null for a single body; an error for labels beside the scan
+Result<std::shared_ptr<const LabelMap>> map_bodies(const MadeOrgans& made, const Volume& scan,
+                                                   const TaskArena& arena);
 
 /// Marks the labels whose voxels bodies carry, and makes a label of the surroundings' voxels that
 /// have none. @pre both maps are on the same grid

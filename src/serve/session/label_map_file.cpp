@@ -3,6 +3,7 @@
 
 // Label maps from files.
 
+#include <pliant/resample.h>
 #include <pliant/scan_files.h>
 
 #include <algorithm>
@@ -43,26 +44,15 @@ std::map<int, LabelInfo> segments_of(const KeyValues& pairs) {
 
 /// Counts labels, in the order of their values.
 Result<std::map<int, LabelInfo>> labels_of(const Volume& volume, const std::string& name) {
-    constexpr double kMostValue = 1 << 24;  // whole numbers of a float
     std::map<int, LabelInfo> labels = segments_of(volume.key_values);
     std::map<int, std::int64_t> counts;
-    float odd = 0;
     std::visit(
         [&](const auto& values) {
             for (const auto value : values) {
-                if (value == 0) continue;
-                const auto number = float(value);
-                if (number != std::floor(number) || std::abs(number) > kMostValue)
-                    odd = number;
-                else if (counts.size() <= kMaxLabels)
-                    ++counts[int(number)];
+                if (value != 0 && counts.size() <= kMaxLabels) ++counts[int(value)];
             }
         },
         volume.voxels);
-    if (odd != 0)
-        return pliant::Error{
-            ErrorCode::InvalidArgument,
-            name + ": expected a label map of whole numbers, found " + std::to_string(odd)};
     if (counts.size() > kMaxLabels)
         return pliant::Error{ErrorCode::LimitExceeded, name + ": expected a label map of up to " +
                                                            std::to_string(kMaxLabels) +
@@ -79,14 +69,14 @@ Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::pa
                                                        const std::function<bool()>& give_up,
                                                        const std::filesystem::path& names) {
     return attempt([&]() -> Result<std::shared_ptr<const LabelMap>> {
-        const auto volume =
-            read_volume(file.string(),
-                        {.series_uid = {}, .may_map = false, .progress = {}, .give_up = give_up});
+        const auto volume = read_labels(
+            file, {.series_uid = {}, .may_map = false, .progress = {}, .give_up = give_up});
         if (!volume.ok()) return volume.error();
-        const std::string name = file.filename().string();
+        const std::filesystem::path path = label_file(file);
+        const std::string name = path.filename().string();
         const auto labels = labels_of(*volume, name);
         if (!labels.ok()) return labels.error();
-        const auto found = find_label_names(file, volume->key_values, names);
+        const auto found = find_label_names(path, volume->key_values, names);
         if (!found.ok()) return about("label_names", found.error().code, found.error().message);
         auto map = std::make_shared<LabelMap>();
         map->name = name;
@@ -99,39 +89,27 @@ Result<std::shared_ptr<const LabelMap>> read_label_map(const std::filesystem::pa
             number_of[value] = std::uint16_t(map->labels.size());
         }
         map->numbers.resize(voxel_count(scan));
-        // Voxel of the map = base + i·step + …, as the two grids are affine.
-        const Grid& own = volume->grid;
-        const auto voxel = [&](Vec3d ijk) {
-            return voxel_from_world(own, world_from_voxel(scan, ijk));
-        };
-        const Vec3d base = voxel({0, 0, 0});
-        const Vec3d along_i = voxel({1, 0, 0}) - base, along_j = voxel({0, 1, 0}) - base,
-                    along_k = voxel({0, 0, 1}) - base;
-        const auto fill = [&](int k) {
-            for (int j = 0; j < scan.size.y; ++j) {
-                std::uint16_t* out = map->numbers.data() + voxel_index(scan, Vec3i{0, j, k});
-                const Vec3d row = base + double(j) * along_j + double(k) * along_k;
-                for (int i = 0; i < scan.size.x; ++i, ++out) {
-                    const Vec3d p = row + double(i) * along_i;
-                    const Vec3i nearest{int(std::lround(p.x)), int(std::lround(p.y)),
-                                        int(std::lround(p.z))};
-                    if (!contains(voxel_box(own), nearest)) continue;
-                    const auto value = int(volume->at(nearest));
-                    if (value != 0) *out = number_of.find(value)->second;
-                }
-            }
-        };
-        arena.for_each(scan.size.z, 4, [&](std::int64_t begin, std::int64_t end) {
-            for (std::int64_t k = begin; k < end; ++k) fill(int(k));
-        });
+        const auto on_scan = labels_on(*volume, scan, arena);
+        const pliant::Error outside{
+            ErrorCode::InvalidArgument,
+            name + ": expected a label map with labels inside of the scan, found none"};
+        if (!on_scan.ok())
+            return on_scan.error().code == ErrorCode::InvalidArgument ? outside : on_scan.error();
+        std::visit(
+            [&](const auto& voxels) {
+                arena.for_each(scan.size.z, 4, [&](std::int64_t begin, std::int64_t end) {
+                    const std::size_t slice = map->numbers.size() / std::size_t(scan.size.z);
+                    for (std::size_t n = std::size_t(begin) * slice; n < std::size_t(end) * slice;
+                         ++n)
+                        if (voxels[n] != 0)
+                            map->numbers[n] = number_of.find(int(voxels[n]))->second;
+                });
+            },
+            on_scan->voxels);
         count_labels(*map);
         const bool has_any = std::any_of(map->labels.begin(), map->labels.end(),
                                          [](const LabelInfo& label) { return label.voxels > 0; });
-        if (!has_any)
-            return pliant::Error{ErrorCode::InvalidArgument,
-                                 name +
-                                     ": expected a label map with labels inside of the scan, "
-                                     "found none"};
+        if (!has_any) return outside;
         return std::shared_ptr<const LabelMap>(std::move(map));
     });
 }

@@ -213,7 +213,9 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     loaded.info.tool_mm = tool_mm_for(*made);
     loaded.info.starts_outside = true;
     loaded.info.name = std::filesystem::path(source.file).filename().string();
-    loaded.bodies = map_bodies(*made, loaded.volume);
+    auto bodies = map_bodies(*made, loaded.volume, arena);
+    if (!bodies.ok()) return bodies.error();
+    loaded.bodies = std::move(*bodies);
     loaded.own_tissues["own"] = [organs = std::make_shared<const MadeOrgans>(std::move(*made))](
                                     const Volume& scan,
                                     const TaskArena& own) -> Result<std::unique_ptr<Tissue>> {
@@ -225,7 +227,7 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
 }
 
 /// Reads ChainMail's settings and its label materials. Empty names leave the settings as they are.
-Status load_materials(const SceneSource& source, LoadedScan& loaded) {
+Status load_materials(const SceneSource& source, const TaskArena& arena, LoadedScan& loaded) {
     if (source.config.empty()) return Ok{};
     auto settings = read_chainmail_settings(source.config, loaded.info.values);
     if (!settings.ok()) return settings.error();
@@ -236,9 +238,11 @@ Status load_materials(const SceneSource& source, LoadedScan& loaded) {
     if (!text.ok()) return text.error();
     hash.add(std::span<const char>(*text));
     if (!source.labels.empty() && !loaded.settings.label_materials.empty()) {
-        auto labels = read_volume(source.labels);
+        auto labels = read_labels(source.labels);
         if (!labels.ok()) return about("labels", labels.error().code, labels.error().message);
         hash.add_word(hash_volume(*labels));
+        labels = labels_on(*labels, loaded.volume.grid, arena);
+        if (!labels.ok()) return labels.error();
         loaded.settings.labels = std::make_shared<const Volume>(std::move(*labels));
     }
     if (!source.directions.empty()) {
@@ -351,7 +355,8 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
         loaded.info.start = view_of_whole(loaded.volume);
     loaded.hash ^= hash_volume(loaded.volume);
     if (loaded.vessel) loaded.hash = hash_of(*loaded.vessel, loaded.hash);
-    if (const Status status = load_materials(source, loaded); !status.ok()) return status.error();
+    if (const Status status = load_materials(source, arena, loaded); !status.ok())
+        return status.error();
     if (const Status status = load_network(source, loaded); !status.ok()) return status.error();
     loaded.settings.history_max_steps = kHistorySteps;
     if (source.own_tissue) loaded.own_tissues["own"] = *source.own_tissue;

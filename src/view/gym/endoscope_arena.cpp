@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/resample.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -208,8 +210,6 @@ Status check_arena(const Volume& scan, const EndoscopeArenaSettings& s) {
         if (!status.ok()) return status;
     if (!std::isfinite(s.iso_hu))
         return about("iso_hu", ErrorCode::InvalidArgument, "expected a number");
-    if (s.labels && s.labels->grid.size != scan.grid.size)
-        return about("labels", ErrorCode::InvalidArgument, "expected the scan's size");
     return Ok{};
 }
 
@@ -293,7 +293,13 @@ Result<std::unique_ptr<EndoscopeArena>> EndoscopeArena::create(
     const Volume& scan, const EndoscopeArenaSettings& settings, const TaskArena& threads) noexcept {
     return attempt([&]() -> Result<std::unique_ptr<EndoscopeArena>> {
         if (const Status s = check_arena(scan, settings); !s.ok()) return s.error();
-        auto impl = std::make_unique<Impl>(scan, settings, threads);
+        EndoscopeArenaSettings placed = settings;
+        if (settings.labels) {
+            auto labels = labels_on(*settings.labels, scan.grid, threads);
+            if (!labels) return labels.error();
+            placed.labels = std::make_shared<const Volume>(std::move(*labels));
+        }
+        auto impl = std::make_unique<Impl>(scan, placed, threads);
         std::optional<EndoscopePose> start;
         if (const auto view = find_endoscope(scan, settings.iso_hu, settings.polarity, threads))
             start = EndoscopePose{view->eye_mm, view->look, view->up};
