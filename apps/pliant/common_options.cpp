@@ -49,7 +49,9 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
 }
 
 void add_scan(CLI::App* command, ScanChoice& scan) {
-    command->add_option("--series", scan.series, "DICOM series UID, where a folder has several");
+    command->add_option("--series", scan.series,
+                        "DICOM series, where a folder has several: its number, a part of its "
+                        "description, or its UID");
     command
         ->add_option("--frame", scan.frame,
                      "image of a 4-D file, or volume of a DICOM file, from 0")

@@ -354,5 +354,7 @@ int run_truth_score(const TruthScoreOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);
+/// The same, with a table of series to choose from below the message.
+int bad_input(const Error& error);
 
 }  // namespace pliant::app

@@ -30,8 +30,9 @@ const char* name_of(ErrorCode code) {
 
 void raise(const Error& error) {
     const nb::object kind = nb::module_::import_("pliant._error").attr("Error");
+    const std::string below = error.field == "series" ? "\n" + error.expected : "";
     const nb::object raised =
-        kind(error.message, name_of(error.code), error.field, error.expected, error.found);
+        kind(error.message + below, name_of(error.code), error.field, error.expected, error.found);
     PyErr_SetObject(kind.ptr(), raised.ptr());
     throw nb::python_error();
 }

@@ -66,6 +66,9 @@ struct NiftiFile {
 /// One slice: explicit or implicit VR, little or big endian, or a codestream.
 struct DicomFile {
     std::string series = "1.2.3", description = "a series";
+    std::string instance = {};  ///< SOP Instance UID; empty: by series and position
+    // Empty: no such element.
+    std::string series_number = {}, instance_number = {}, time = {}, image_type = {};
     std::array<double, 3> position = {0, 0, 0};
     std::array<double, 6> orientation = {1, 0, 0, 0, 1, 0};
     std::array<double, 2> spacing = {0.5, 0.25};  ///< between rows, between columns

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <limits>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -36,6 +37,8 @@ constexpr OtherObject kOtherObjects[] = {
 constexpr std::string_view kProjections[] = {
     "1.2.840.10008.5.1.4.1.1.12.1", "1.2.840.10008.5.1.4.1.1.12.1.1",
     "1.2.840.10008.5.1.4.1.1.12.2", "1.2.840.10008.5.1.4.1.1.12.2.1"};
+/// Maximum length of a description: 64 characters in UTF-8.
+constexpr std::size_t kMaxDescriptionBytes = 256;
 /// Elements that give the time of frames: Frame Time, Frame Time Vector.
 constexpr std::uint32_t kFrameTimes[] = {0x00181063, 0x00181065};
 
@@ -217,6 +220,16 @@ bool ought_to_have_pixels(const DicomWalk& tags) {
            kind == "1.2.840.10008.5.1.4.1.1.4" || kind == "1.2.840.10008.5.1.4.1.1.128";
 }
 
+/// Takes the numbers that tell the slices of a series apart.
+void take_identity(const DicomWalk& tags, DicomSlice& slice) {
+    slice.instance_uid = tags.text(kInstanceUid);
+    slice.instance_number = whole_number_from(trimmed(tags.text(kInstanceNumber)));
+    slice.is_localizer = tags.text(kImageType).find("LOCALIZER") != std::string::npos;
+    const auto time = whole_number_from(trimmed(tags.text(kTemporalPosition)));
+    if (time && *time >= 0 && *time <= std::numeric_limits<std::uint32_t>::max())
+        slice.numbers = {std::uint32_t(*time)};
+}
+
 enum class Start { Other, Preamble, Plain };
 
 Result<Start> start_of(const fs::path& path) {
@@ -337,7 +350,9 @@ Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path) {
     DicomSlice slice;
     slice.path = path;
     slice.series_uid = tags.text(kSeriesUid);
-    slice.description = shown(trimmed(tags.text(kSeriesDescription)));
+    take_identity(tags, slice);
+    slice.series_number = shown(trimmed(tags.text(kSeriesNumber)));
+    slice.description = printable(trimmed(tags.text(kSeriesDescription)), kMaxDescriptionBytes);
     slice.modality = shown(trimmed(tags.text(kModality)));
     slice.rescale_type = shown(trimmed(tags.text(kRescaleType)));
     slice.rows = tags.number(kRows, 0);

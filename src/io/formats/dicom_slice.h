@@ -35,7 +35,7 @@ struct DicomPixels {
 struct DicomSlice {
     std::filesystem::path path;
     std::string series_uid;  ///< kNoSeriesUid if the file has none; empty if unknown
-    std::string description;
+    std::string series_number, description;
     int rows = 0, columns = 0;
     double slope = 1, intercept = 0;  ///< value = slope·stored + intercept
     double window = 0, level = 0;     ///< first Window Width and Center; window 0: none
@@ -47,8 +47,12 @@ struct DicomSlice {
     double thickness_mm = 0;              ///< 0: unknown
     int frame = 0;                        ///< from 1; 0: the file has one
     bool is_spaced_by_thickness = false;  ///< its position follows from the frames' thickness
-    /// A frame's Temporal Position Index and Dimension Index Values; empty: none.
+    /// A frame's Temporal Position Index and Dimension Index Values, or the Temporal Position
+    /// Identifier of a file with one; empty: none.
     std::vector<std::uint32_t> numbers;
+    std::string instance_uid;                     ///< empty: none
+    std::optional<std::int64_t> instance_number;  ///< of the file
+    bool is_localizer = false;                    ///< by its Image Type
     DicomPixels pixels;
     bool has_modality_lut = false;
     std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then

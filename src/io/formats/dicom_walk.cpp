@@ -23,17 +23,39 @@ constexpr std::string_view kValueTypes =
     "US UT UV";
 constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
 /// Stored elements and their types.
-constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
-    {kTransferSyntax, "UI"},  {kSopClass, "UI"},     {kModality, ""},
-    {kSeriesDescription, ""}, {kSeriesUid, "UI"},    {kPosition, "DS"},
-    {kOrientation, "DS"},     {kSamples, "US"},      {kPhotometric, "CS"},
-    {kPlanar, "US"},          {kFrames, "IS"},       {kRows, "US"},
-    {kColumns, "US"},         {kPixelSpacing, "DS"}, {kBitsAllocated, "US"},
-    {kBitsStored, "US"},      {kHighBit, "US"},      {kPixelRepresentation, "US"},
-    {kIntercept, "DS"},       {kSlope, "DS"},        {kWindowCenter, "DS"},
-    {kWindowWidth, "DS"},     {kRescaleType, ""},    {kModalityLut, ""},
-    {kSliceThickness, "DS"},  {kSliceSpacing, "DS"}, {kFramePointer, "AT"},
-    {kFrameOffsets, "DS"}};
+constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {{kImageType, "CS"},
+                                                                {kInstanceUid, "UI"},
+                                                                {kInstanceNumber, "IS"},
+                                                                {kTemporalPosition, "IS"},
+                                                                {kTransferSyntax, "UI"},
+                                                                {kSopClass, "UI"},
+                                                                {kModality, ""},
+                                                                {kSeriesDescription, ""},
+                                                                {kSeriesUid, "UI"},
+                                                                {kSeriesNumber, ""},
+                                                                {kPosition, "DS"},
+                                                                {kOrientation, "DS"},
+                                                                {kSamples, "US"},
+                                                                {kPhotometric, "CS"},
+                                                                {kPlanar, "US"},
+                                                                {kFrames, "IS"},
+                                                                {kRows, "US"},
+                                                                {kColumns, "US"},
+                                                                {kPixelSpacing, "DS"},
+                                                                {kBitsAllocated, "US"},
+                                                                {kBitsStored, "US"},
+                                                                {kHighBit, "US"},
+                                                                {kPixelRepresentation, "US"},
+                                                                {kIntercept, "DS"},
+                                                                {kSlope, "DS"},
+                                                                {kWindowCenter, "DS"},
+                                                                {kWindowWidth, "DS"},
+                                                                {kRescaleType, ""},
+                                                                {kModalityLut, ""},
+                                                                {kSliceThickness, "DS"},
+                                                                {kSliceSpacing, "DS"},
+                                                                {kFramePointer, "AT"},
+                                                                {kFrameOffsets, "DS"}};
 /// Sequences of functional groups: for all frames and for each; and those of their sequences that
 /// are read: Frame Content, Plane Position, Plane Orientation, Pixel Measures, Frame VOI LUT, Pixel
 /// Value Transformation.

@@ -27,22 +27,25 @@
 namespace pliant {
 
 namespace dicom_tags {
-inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080016,
+inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kImageType = 0x00080008,
+                               kSopClass = 0x00080016, kInstanceUid = 0x00080018,
+                               kInstanceNumber = 0x00200013, kTemporalPosition = 0x00200100,
                                kModality = 0x00080060, kSeriesDescription = 0x0008103e,
-                               kSeriesUid = 0x0020000e, kPosition = 0x00200032,
-                               kOrientation = 0x00200037, kSamples = 0x00280002,
-                               kPhotometric = 0x00280004, kPlanar = 0x00280006,
-                               kFrames = 0x00280008, kRows = 0x00280010, kColumns = 0x00280011,
-                               kPixelSpacing = 0x00280030, kBitsAllocated = 0x00280100,
-                               kBitsStored = 0x00280101, kHighBit = 0x00280102,
-                               kPixelRepresentation = 0x00280103, kIntercept = 0x00281052,
-                               kSlope = 0x00281053, kRescaleType = 0x00281054,
-                               kWindowCenter = 0x00281050, kWindowWidth = 0x00281051,
-                               kModalityLut = 0x00283000, kSliceThickness = 0x00180050,
-                               kSliceSpacing = 0x00180088, kFramePointer = 0x00280009,
-                               kFrameOffsets = 0x3004000c, kTemporalIndex = 0x00209128,
-                               kDimensionIndices = 0x00209157, kPixelData = 0x7fe00010,
-                               kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xfffee0dd;
+                               kSeriesUid = 0x0020000e, kSeriesNumber = 0x00200011,
+                               kPosition = 0x00200032, kOrientation = 0x00200037,
+                               kSamples = 0x00280002, kPhotometric = 0x00280004,
+                               kPlanar = 0x00280006, kFrames = 0x00280008, kRows = 0x00280010,
+                               kColumns = 0x00280011, kPixelSpacing = 0x00280030,
+                               kBitsAllocated = 0x00280100, kBitsStored = 0x00280101,
+                               kHighBit = 0x00280102, kPixelRepresentation = 0x00280103,
+                               kIntercept = 0x00281052, kSlope = 0x00281053,
+                               kRescaleType = 0x00281054, kWindowCenter = 0x00281050,
+                               kWindowWidth = 0x00281051, kModalityLut = 0x00283000,
+                               kSliceThickness = 0x00180050, kSliceSpacing = 0x00180088,
+                               kFramePointer = 0x00280009, kFrameOffsets = 0x3004000c,
+                               kTemporalIndex = 0x00209128, kDimensionIndices = 0x00209157,
+                               kPixelData = 0x7fe00010, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
+                               kSequenceEnd = 0xfffee0dd;
 }
 
 /// Maximum number of frames of a file.
