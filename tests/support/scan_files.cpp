@@ -185,7 +185,7 @@ std::string DicomFile::bytes() const {
     add_number(0x0100, bits_allocated);
     add_number(0x0101, bits_stored);
     add_number(0x0102, high_bit);
-    add_number(0x0103, is_signed);
+    if (with_sign) add_number(0x0103, is_signed);
     if (!level.empty()) add(0x28, 0x1050, "DS", level);
     if (!window.empty()) add(0x28, 0x1051, "DS", window);
     add(0x28, 0x1052, "DS", intercept);
@@ -195,7 +195,7 @@ std::string DicomFile::bytes() const {
     if (!fragments.empty())
         bytes += body.fragments(fragments);
     else
-        add(0x7fe0, 0x0010, pixel_type.c_str(), !raw.empty() ? raw : packed(pixels));
+        add(0x7fe0, pixel_element, pixel_type.c_str(), !raw.empty() ? raw : packed(pixels));
     return bytes;
 }
 

@@ -30,7 +30,6 @@ constexpr OtherObject kOtherObjects[] = {
     {"1.2.840.10008.5.1.4.1.1.481.2", "an RT Dose"},
     {"1.2.840.10008.5.1.4.1.1.66.4", "a segmentation"},
     {"1.2.840.10008.5.1.4.1.1.66.7", "a label map"},
-    {"1.2.840.10008.5.1.4.1.1.30", "a parametric map"},
 };
 
 /// SOP classes of X-ray projections.
@@ -127,8 +126,15 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
 /// Checks that the pixel layout is valid and the pixels are complete.
 Status check_pixels(const DicomSlice& slice, bool in_fragments, std::size_t frames) {
     const DicomPixels& p = slice.pixels;
+    if (p.is_float() && p.compressed())
+        return unsupported(slice.path, "has compressed floats as pixels, expected integers");
+    const int float_bits = p.numbers == PixelNumbers::Float32 ? 32 : 64;
+    if (p.is_float() && p.bits_allocated != float_bits)
+        return unsupported(slice.path, "allocates " + std::to_string(p.bits_allocated) +
+                                           " bits for a float, expected " +
+                                           std::to_string(float_bits));
     const bool whole_bytes =
-        p.bits_allocated == 8 || p.bits_allocated == 16 || p.bits_allocated == 32;
+        p.is_float() || p.bits_allocated == 8 || p.bits_allocated == 16 || p.bits_allocated == 32;
     // Higher positions of the stored bits occur in old files only.
     if (!whole_bytes || p.bits_stored < 1 || p.bits_stored > p.bits_allocated ||
         p.high_bit + 1 != p.bits_stored)
@@ -153,18 +159,25 @@ Status check_pixels(const DicomSlice& slice, bool in_fragments, std::size_t fram
 Status take_pixels(const DicomWalk& tags, DicomSlice& slice) {
     DicomPixels& pixels = slice.pixels;
     pixels.syntax = *find_transfer_syntax(tags.syntax_uid());
+    pixels.numbers = tags.pixel_numbers();
     pixels.is_signed = tags.number(kPixelRepresentation, 0) != 0;
+    pixels.is_sign_unknown = !tags.has(kPixelRepresentation) && !pixels.is_float();
     pixels.bits_allocated = tags.number(kBitsAllocated, 16);
     pixels.bits_stored = tags.number(kBitsStored, pixels.bits_allocated);
     pixels.high_bit = tags.number(kHighBit, pixels.bits_stored - 1);
-    pixels.swapped_words = tags.has_swapped_words();
+    if (pixels.is_float()) {  // which have neither
+        pixels.bits_stored = pixels.bits_allocated;
+        pixels.high_bit = pixels.bits_allocated - 1;
+    }
+    pixels.swapped_bytes = tags.swapped_bytes();
+    pixels.deflated_from = tags.deflated_from();
     pixels.parts = tags.pixel_parts();
     return check_pixels(slice, tags.in_fragments(), frame_count(tags).value_or(1));
 }
 
 /// Reads an optional number. @returns false if it isn't finite
 bool take_number(const DicomValues& tags, std::uint32_t tag, double& number) {
-    if (!tags.has(tag)) return true;
+    if (trimmed(tags.text(tag)).empty()) return true;
     const auto numbers = tags.decimals(tag, 1);
     if (numbers.empty() || !std::isfinite(numbers[0])) return false;
     number = numbers[0];
@@ -244,6 +257,7 @@ Result<Start> start_of(const fs::path& path) {
 }
 
 std::optional<Error> fault_of(const DicomWalk& tags, DicomSlice& slice, bool whole) {
+    if (tags.fault()) return tags.fault();
     if (!whole || (!tags.has_pixels() && has_plain_elements(tags.syntax_uid())))
         return unreadable(slice.path, "is damaged or ends early, expected a whole DICOM file");
     if (Status status = check_object(tags, slice.path); !status) return status.error();
@@ -358,6 +372,7 @@ Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path) {
     slice.rows = tags.number(kRows, 0);
     slice.columns = tags.number(kColumns, 0);
     slice.has_modality_lut = tags.has(kModalityLut);
+    slice.is_parametric_map = tags.text(kSopClass) == "1.2.840.10008.5.1.4.1.1.30";
     if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1))
         return none;
     // The walk has passed the UID's position if it reached the pixels.

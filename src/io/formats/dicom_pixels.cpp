@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/input_file.h"
 #include "base/memory_budget.h"
 #include "formats/dicom_slice.h"
 
@@ -262,7 +261,7 @@ std::uint64_t pixels_in(const DicomSlice& slice) {
     return std::uint64_t(slice.rows) * std::uint64_t(slice.columns);
 }
 
-Status read_part(InputFile& file, FilePart part, std::uint8_t* out) {
+Status read_part(DicomInput& file, FilePart part, std::uint8_t* out) {
     file.seek(part.start);
     if (file.read(out, std::size_t(part.bytes)) == part.bytes) return Ok{};
     return file.fault("changed while it was read");
@@ -324,6 +323,28 @@ void add_pixels(const DicomSlice& slice, std::span<const std::uint8_t> bytes, in
     }
 }
 
+template <class Stored>
+void add_floats(const DicomSlice& slice, std::span<const std::uint8_t> bytes,
+                VoxelBuilder& voxels) {
+    constexpr bool is_double = sizeof(Stored) == sizeof(double);
+    if (slice.slope == 1 && slice.intercept == 0)
+        return add_as<Stored, Stored>(
+            bytes, is_double ? Component::Float64 : Component::Float32,
+            [](Stored stored) { return stored; }, voxels);
+    add_as<Stored, double>(
+        bytes, Component::Float64,
+        [&](Stored stored) { return slice.slope * double(stored) + slice.intercept; }, voxels);
+}
+
+/// Number of pixels whose highest used bit is set. @param bits  used ones of a pixel
+std::size_t count_top_bits(std::span<const std::uint8_t> bytes, int bytes_per_pixel, int bits) {
+    const auto step = std::size_t(bytes_per_pixel), byte = std::size_t(bits - 1) / 8;
+    std::size_t count = 0;
+    for (std::size_t n = byte; n < bytes.size(); n += step)
+        count += std::size_t(bytes[n] >> (bits - 1) % 8 & 1);
+    return count;
+}
+
 }  // namespace
 
 DicomPixelReader::DicomPixelReader(const std::vector<DicomSlice>& slices,
@@ -349,15 +370,23 @@ void DicomPixelReader::make_room(const DicomSlice& slice) {
     m_bytes.resize(std::size_t(pixels_in(slice)) * std::size_t(slice.pixels.bits_allocated / 8));
 }
 
+/// Opens the slice's file, unless it is open because of another frame.
+Status DicomPixelReader::open(const DicomSlice& slice) {
+    if (m_input && m_input->path() == slice.path) return Ok{};
+    m_input.emplace(slice.path);
+    const std::uint64_t start = slice.pixels.deflated_from;
+    return start ? m_input->inflate_from(start) : Status(Ok{});
+}
+
 Status DicomPixelReader::read_plain(const DicomSlice& slice) {
     make_room(slice);
-    InputFile file(slice.path);
+    if (Status status = open(slice); !status) return status;
     const FilePart whole = slice.pixels.parts.front();
-    if (Status status = read_part(file, {whole.start, m_bytes.size()}, m_bytes.data()); !status)
+    if (Status status = read_part(*m_input, {whole.start, m_bytes.size()}, m_bytes.data()); !status)
         return status;
-    if (slice.pixels.swapped_words)
-        for (std::size_t n = 0; n + 1 < m_bytes.size(); n += 2)
-            std::swap(m_bytes[n], m_bytes[n + 1]);
+    if (const std::size_t unit = slice.pixels.swapped_bytes)
+        for (std::size_t n = 0; n + unit <= m_bytes.size(); n += unit)
+            std::reverse(&m_bytes[n], &m_bytes[n] + unit);
     m_is_signed = slice.pixels.is_signed;
     m_bits = slice.pixels.bits_stored;
     return Ok{};
@@ -389,10 +418,10 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
         return unsupported(slice.path, "has " + std::to_string(size) +
                                            " bytes of compressed pixels, expected fewer");
     std::vector<std::uint8_t> codestream(std::size_t(padded), 0);
-    InputFile file(slice.path);
+    if (Status status = open(slice); !status) return status;
     std::size_t at = 0;
     for (const FilePart& part : slice.pixels.parts) {
-        if (Status status = read_part(file, part, &codestream[at]); !status) return status;
+        if (Status status = read_part(*m_input, part, &codestream[at]); !status) return status;
         at += std::size_t(part.bytes);
     }
     int bits = 0;
@@ -422,7 +451,20 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
     return Ok{};
 }
 
+std::vector<std::string> DicomPixelReader::notes() const {
+    if (!m_doubtful) return {};
+    return {"Pixel Representation is missing: pixels are taken as unsigned, " +
+            std::to_string(m_doubtful) + (m_doubtful == 1 ? " of them has" : " of them have") +
+            " the bit that would be the sign"};
+}
+
 void DicomPixelReader::add(const DicomSlice& slice, VoxelBuilder& voxels) {
+    if (slice.pixels.numbers == PixelNumbers::Float32)
+        return add_floats<float>(slice, m_bytes, voxels);
+    if (slice.pixels.numbers == PixelNumbers::Float64)
+        return add_floats<double>(slice, m_bytes, voxels);
+    if (slice.pixels.is_sign_unknown && !m_is_signed)
+        m_doubtful += count_top_bits(m_bytes, slice.pixels.bits_allocated / 8, m_bits);
     if (m_bytes.size() == pixels_in(slice))
         return add_pixels<std::uint8_t>(slice, m_bytes, m_bits, m_is_signed, voxels);
     if (m_bytes.size() == 2 * pixels_in(slice))

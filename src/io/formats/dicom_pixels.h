@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include "formats/dicom_input.h"
 #include "formats/dicom_slice.h"
 #include "formats/pixel_decoder.h"
 #include "formats/voxel_builder.h"
@@ -16,6 +17,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pliant {
@@ -34,9 +36,12 @@ class DicomPixelReader {
 
     /// Adds rows·columns values. After an error no more slices can be read.
     Status read(const DicomSlice& slice, VoxelBuilder& voxels);
+    /// Notes about the values of all slices that were read.
+    std::vector<std::string> notes() const;
 
   private:
     void make_room(const DicomSlice& slice);
+    Status open(const DicomSlice& slice);
     Status read_plain(const DicomSlice& slice);
     Status read_compressed(const DicomSlice& slice);
     Status start_decoder(const DicomSlice& slice);
@@ -45,6 +50,8 @@ class DicomPixelReader {
     std::filesystem::path m_program;
     DecoderLimits m_limits;
     std::optional<PixelDecoder> m_decoder;
+    std::optional<DicomInput> m_input;
+    std::size_t m_doubtful = 0;           ///< pixels whose sign is unknown
     std::vector<std::uint8_t> m_message;  ///< to the decoder
     std::vector<std::uint8_t> m_bytes;    ///< of the pixels, little endian
     bool m_is_signed = false;

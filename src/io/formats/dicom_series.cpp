@@ -80,12 +80,17 @@ Result<Volume> read_series(const fs::path& path, std::vector<DicomSlice> slices,
     notes.window = slices[slices.size() / 2].window;
     notes.level = slices[slices.size() / 2].level;
     const DicomPixels& pixels = slices.front().pixels;
-    notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
+    notes.stored_type = (pixels.is_float()  ? "float"
+                         : pixels.is_signed ? "int"
+                                            : "uint") +
+                        std::to_string(pixels.bits_allocated);
     for (const DicomSlice& slice : slices)
         if (slice.has_modality_lut) {
             notes.notes.push_back("the Modality LUT Sequence is not applied");
             break;
         }
+    if (slices.front().is_parametric_map)
+        notes.notes.push_back("the Real World Value Mapping Sequence is not applied");
     VoxelBuilder voxels(voxel_count(grid));
     DicomPixelReader reader(slices, decoder);
     double done = 0;
@@ -94,6 +99,7 @@ Result<Volume> read_series(const fs::path& path, std::vector<DicomSlice> slices,
             return status.error();
         if (Status status = reader.read(slice, voxels); !status) return status.error();
     }
+    for (const std::string& note : reader.notes()) notes.notes.push_back(note);
     Volume volume{grid, voxels.finish(notes.notes), {}};
     if (!stack->irregular) return volume;
     return straightened(path, volume, *stack->irregular, options, notes.notes);

@@ -22,13 +22,17 @@ namespace pliant {
 /// Location and encoding of the pixels.
 struct DicomPixels {
     TransferSyntax syntax;
+    PixelNumbers numbers = PixelNumbers::Integer;
     bool is_signed = false;
+    bool is_sign_unknown = false;  ///< Pixel Representation is missing; taken as unsigned
     int bits_allocated = 16, bits_stored = 16, high_bit = 15;
-    bool swapped_words = false;  ///< byte pairs are in big-endian order
+    std::size_t swapped_bytes = 0;    ///< size of units in big-endian order; 0: none
+    std::uint64_t deflated_from = 0;  ///< DicomWalk::deflated_from
     /// One part if uncompressed, otherwise the fragments of a codestream.
     std::vector<FilePart> parts;
 
     bool compressed() const { return syntax.codec != PixelCodec::None; }
+    bool is_float() const { return numbers != PixelNumbers::Integer; }
 };
 
 /// Header of a DICOM image.
@@ -55,6 +59,7 @@ struct DicomSlice {
     bool is_localizer = false;                    ///< by its Image Type
     DicomPixels pixels;
     bool has_modality_lut = false;
+    bool is_parametric_map = false;
     std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then
 
     /// Name for messages.

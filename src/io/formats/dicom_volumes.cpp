@@ -13,10 +13,12 @@
 
 #include "formats/dicom_series.h"
 
-#include "base/input_file.h"
 #include "formats/dicom_folder.h"
+#include "formats/dicom_input.h"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -112,14 +114,21 @@ Volumes volumes_of(const std::vector<DicomSlice>& slices) {
 bool have_same_pixels(const DicomSlice& a, const DicomSlice& b) {
     const DicomPixels &p = a.pixels, &q = b.pixels;
     if (p.syntax.uid != q.syntax.uid || p.parts.size() != q.parts.size()) return false;
-    InputFile first(a.path), second(b.path);
+    DicomInput first(a.path), second(b.path);
+    if (p.deflated_from && !first.inflate_from(p.deflated_from)) return false;
+    if (q.deflated_from && !second.inflate_from(q.deflated_from)) return false;
+    std::array<char, 1 << 14> one{}, other{};
     for (std::size_t n = 0; n < p.parts.size(); ++n) {
         if (p.parts[n].bytes != q.parts[n].bytes) return false;
         first.seek(p.parts[n].start);
         second.seek(q.parts[n].start);
-        for (std::uint64_t at = 0; at < p.parts[n].bytes; ++at)
-            if (const int byte = first.get(); byte == InputFile::kEnd || byte != second.get())
-                return false;
+        for (std::uint64_t left = p.parts[n].bytes; left > 0;) {
+            const auto count = std::size_t(std::min<std::uint64_t>(left, one.size()));
+            if (first.read(one.data(), count) != count) return false;
+            if (second.read(other.data(), count) != count) return false;
+            if (std::memcmp(one.data(), other.data(), count) != 0) return false;
+            left -= count;
+        }
     }
     return true;
 }

@@ -86,12 +86,14 @@ std::string_view known_type(const char* bytes) {
 bool DicomWalk::walk(bool preamble) {
     m_file.seek(preamble ? 132 : 0);
     if (preamble && !walk_meta()) return false;
-    take_syntax();
+    if (!take_syntax()) return false;
     if (!has_plain_elements(m_syntax_uid)) return true;  // refused by name later
     while (m_file.at() < m_file.size() && !m_has_pixels) {
         Element element;
         if (!read_element(element)) return false;
-        const bool sound = element.tag == kPixelData ? take_pixels(element) : take_value(element);
+        const bool is_pixels = element.tag == kPixelData || element.tag == kFloatPixelData ||
+                               element.tag == kDoublePixelData;
+        const bool sound = is_pixels ? take_pixels(element) : take_value(element);
         if (!sound) return false;
     }
     return true;
@@ -173,7 +175,8 @@ bool DicomWalk::walk_meta() {
 }
 
 /// Sets the syntax. If it isn't named, the first element shows whether types are explicit.
-void DicomWalk::take_syntax() {
+/// @returns false if deflated elements can't be inflated
+bool DicomWalk::take_syntax() {
     m_syntax_uid = text(kTransferSyntax);
     if (m_syntax_uid.empty()) {
         guess_explicit();
@@ -181,7 +184,14 @@ void DicomWalk::take_syntax() {
     } else if (const TransferSyntax* known = find_transfer_syntax(m_syntax_uid)) {
         m_explicit = known->explicit_types;
         m_big = known->big_endian;
+        if (!known->deflated) return true;
+        m_deflated_from = m_file.at();
+        if (const Status status = m_file.inflate_from(m_deflated_from); !status) {
+            m_fault = status.error();
+            return false;
+        }
     }
+    return true;
 }
 
 void DicomWalk::guess_explicit() {
@@ -262,6 +272,7 @@ bool DicomWalk::take_frame_value(const Element& element, DicomValues& values) {
     const bool is_kept = std::find(std::begin(kFrameTags), std::end(kFrameTags), element.tag) !=
                          std::end(kFrameTags);
     if (!is_kept || element.nests || element.length > kMaxValueBytes) return skip_value(element);
+    if (element.length == 0) return true;  // as absent
     std::string& value = values[element.tag];
     value.resize(element.length);
     return read(value.data(), value.size());
@@ -275,6 +286,7 @@ bool DicomWalk::take_value(const Element& element) {
                                    [&](const auto& k) { return k.first == element.tag; });
     if (kept == std::end(kKept)) return element.nests ? skip_nested(element) : skip(element.length);
     const std::string_view type = kept->second;
+    if (element.length == 0) return true;  // as absent
     // Writers that don't know the type of an implicit file's element make it UN.
     const bool is_known = !element.type.empty() && element.type != "UN";
     if (is_known && !type.empty() && element.type != type) return false;
@@ -312,10 +324,20 @@ bool DicomWalk::skip_items(const Element& outer, int depth) {
 bool DicomWalk::take_pixels(const Element& element) {
     m_has_pixels = true;
     m_pixel_type = element.type;
+    m_pixel_numbers = element.tag == kFloatPixelData    ? PixelNumbers::Float32
+                      : element.tag == kDoublePixelData ? PixelNumbers::Float64
+                                                        : PixelNumbers::Integer;
     m_in_fragments = element.nests;
     if (m_in_fragments) return take_fragments();
     m_pixel_parts = {{m_file.at(), element.length}};
     return skip(element.length);
+}
+
+std::size_t DicomWalk::swapped_bytes() const {
+    if (!m_big || m_pixel_type == "OB") return 0;
+    return m_pixel_numbers == PixelNumbers::Integer   ? 2
+           : m_pixel_numbers == PixelNumbers::Float32 ? 4
+                                                      : 8;
 }
 
 bool DicomWalk::take_fragments() {

@@ -14,12 +14,13 @@
 
 #pragma once
 
-#include "base/input_file.h"
+#include "formats/dicom_input.h"
 #include "formats/dicom_syntax.h"
 
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,6 +45,7 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kImageType = 0x0008
                                kSliceThickness = 0x00180050, kSliceSpacing = 0x00180088,
                                kFramePointer = 0x00280009, kFrameOffsets = 0x3004000c,
                                kTemporalIndex = 0x00209128, kDimensionIndices = 0x00209157,
+                               kFloatPixelData = 0x7fe00008, kDoublePixelData = 0x7fe00009,
                                kPixelData = 0x7fe00010, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
                                kSequenceEnd = 0xfffee0dd;
 }
@@ -51,7 +53,10 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kImageType = 0x0008
 /// Maximum number of frames of a file.
 inline constexpr std::size_t kMaxDicomFrames = std::size_t(1) << 16;
 
-/// A range of a file.
+/// Type of the stored pixels.
+enum class PixelNumbers { Integer, Float32, Float64 };
+
+/// A range of a file's bytes, after they were inflated.
 struct FilePart {
     std::uint64_t start = 0;  ///< [bytes] from the start of the file
     std::uint64_t bytes = 0;
@@ -87,6 +92,10 @@ class DicomWalk {
     bool walk(bool preamble);
     /// Error of reading, after which the file isn't complete.
     Status status() const { return m_file.status(); }
+    /// Reason why deflated elements aren't complete.
+    const std::optional<Error>& fault() const { return m_fault; }
+    /// Position of the first deflated element; 0: they aren't deflated.
+    std::uint64_t deflated_from() const { return m_deflated_from; }
 
     const DicomValues& values() const { return m_values; }
     std::string text(std::uint32_t tag) const { return m_values.text(tag); }
@@ -109,8 +118,9 @@ class DicomWalk {
     /// Fragments of each frame: by the table of offsets, or one each.
     /// @returns empty if they can't be told apart
     std::vector<std::vector<FilePart>> parts_of_frames(std::size_t frames) const;
-    /// Whether the pixels' byte pairs are in big-endian order.
-    bool has_swapped_words() const { return m_big && m_pixel_type != "OB"; }
+    PixelNumbers pixel_numbers() const { return m_pixel_numbers; }
+    /// Size of the pixels' units that are in big-endian order [bytes]; 0: none.
+    std::size_t swapped_bytes() const;
 
   private:
     struct Element {
@@ -125,7 +135,7 @@ class DicomWalk {
     std::uint32_t u32(const char* bytes) const;
     bool walk_meta();
     void guess_explicit();
-    void take_syntax();
+    bool take_syntax();
     bool read_element(Element& element);
     bool take_value(const Element& element);
     bool skip_nested(const Element& element);
@@ -142,10 +152,13 @@ class DicomWalk {
     bool take_pixels(const Element& element);
     bool take_fragments();
 
-    InputFile m_file;
+    DicomInput m_file;
+    std::optional<Error> m_fault;
     bool m_explicit = true, m_big = false, m_has_pixels = false, m_in_fragments = false;
     std::string m_syntax_uid;
     std::string_view m_pixel_type;
+    PixelNumbers m_pixel_numbers = PixelNumbers::Integer;
+    std::uint64_t m_deflated_from = 0;
     std::vector<FilePart> m_pixel_parts;
     std::vector<std::uint64_t> m_offsets;  ///< of the frames, from the first fragment's item
     std::uint64_t m_first_item = 0;        ///< position of that item
