@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <limits>
 
 namespace pliant {
 namespace {
@@ -122,6 +121,111 @@ TEST_F(DicomNumbers, FloatsAndDoublesAreRead) {
     EXPECT_NE(wrong.error().message.find("allocates 16 bits for a float, expected 32"),
               std::string::npos)
         << wrong.error().message;
+}
+
+/// A Pixel Padding Value, and the limit of its range if it differs.
+std::string padding(std::uint16_t value, std::uint16_t limit) {
+    std::string text = std::string("\x28\0\x20\1US\2\0", 8) + packed<std::uint16_t>({value});
+    if (limit != value)
+        text += std::string("\x28\0\x21\1US\2\0", 8) + packed<std::uint16_t>({limit});
+    return text;
+}
+
+TEST_F(DicomNumbers, PaddingOfCtBecomesAir) {
+    DicomFile slice;
+    slice.intercept = "0";
+    slice.pixels.assign(12, 40);
+    slice.pixels[0] = slice.pixels[5] = -2000;
+    slice.more = padding(std::uint16_t(-2000), std::uint16_t(-2000));
+    auto volume = read(slice);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({0, 0, 0}), -1024);
+    EXPECT_EQ(volume->at({1, 1, 1}), -1024);
+    EXPECT_EQ(volume->at({2, 1, 1}), 40);
+    EXPECT_EQ(m_notes.notes, std::vector<std::string>{"4 voxels of padding became -1024"});
+    // A range; and a number above the stored bits, as old scanners write it.
+    slice.pixels[1] = -1990;
+    slice.more = padding(std::uint16_t(-2000), std::uint16_t(-1990));
+    volume = read(slice);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({1, 0, 0}), -1024);
+    slice.intercept = "-1024";
+    slice.is_signed = 0;
+    slice.bits_stored = 12;
+    slice.high_bit = 11;
+    slice.pixels.assign(12, 2096);
+    slice.pixels[0] = std::int16_t(63536);
+    slice.pixels[1] = 0;
+    slice.more = padding(63536, 63536);
+    volume = read(slice);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({0, 0, 0}), -1024);
+    EXPECT_EQ(volume->at({1, 0, 0}), -1024);
+    EXPECT_EQ(volume->at({2, 0, 0}), 1072);
+    EXPECT_TRUE(volume->is_16_bit());
+    EXPECT_EQ(m_notes.notes, std::vector<std::string>{"2 voxels of padding became -1024"});
+}
+
+TEST_F(DicomNumbers, PaddingThatIsAirKeepsItsValue) {
+    DicomFile slice;  // −1000 … 0 HU
+    slice.is_signed = 0;
+    slice.pixels[0] = 0;
+    slice.more = padding(0, 0);
+    auto volume = read(slice);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({0, 0, 0}), -1000);
+    EXPECT_TRUE(m_notes.notes.empty());
+    slice.modality = "MR";
+    slice.intercept = "0";
+    volume = read(slice);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({0, 0, 0}), 0);
+    EXPECT_TRUE(m_notes.notes.empty());
+    // Other padding becomes 0 in scans that aren't CT.
+    slice.pixels[0] = std::int16_t(65535);
+    slice.more = padding(65535, 65535);
+    volume = read(slice);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({0, 0, 0}), 0);
+    EXPECT_EQ(m_notes.notes, std::vector<std::string>{"2 voxels of padding became 0"});
+}
+
+TEST_F(DicomNumbers, PaddingBetweenOtherValuesIsKept) {
+    DicomFile slice;
+    slice.intercept = "0";
+    slice.pixels = {-1000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1000};
+    slice.more = padding(0, 0);
+    const auto volume = read(slice);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({1, 0, 0}), 0);
+    EXPECT_EQ(m_notes.notes, std::vector<std::string>{
+                                 "the Pixel Padding Value is kept where it lies between other "
+                                 "values, first in a.dcm"});
+}
+
+TEST_F(DicomNumbers, PaddingIsNotBlendedByStraightening) {
+    DicomFile slice;
+    slice.intercept = "0";
+    slice.more = padding(std::uint16_t(-2000), std::uint16_t(-2000));
+    for (int n = 0; n < 6; ++n) {
+        slice.position = {0, 0.3 * n, double(n)};
+        slice.instance = "6.6." + std::to_string(n);
+        slice.pixels.assign(12, 40);
+        for (std::size_t p = 0; p < 4; ++p) slice.pixels[p] = -2000;
+        m_folder.write(std::to_string(n), slice.bytes());
+    }
+    const auto volume = read_volume(m_folder.path(), {.straighten = true}, &m_notes);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    int padding_count = 0, other = 0;
+    for (int k = 0; k < volume->grid.size.z; ++k)
+        for (int j = 0; j < volume->grid.size.y; ++j)
+            for (int i = 0; i < volume->grid.size.x; ++i) {
+                const float value = volume->at({i, j, k});
+                padding_count += value == -1024;
+                other += value != -1024 && value != 40 && value != -1000;
+            }
+    EXPECT_GE(padding_count, 6);
+    EXPECT_EQ(other, 0);
 }
 
 TEST_F(DicomNumbers, DeflatedFilesAreRead) {

@@ -156,6 +156,38 @@ Status check_pixels(const DicomSlice& slice, bool in_fragments, std::size_t fram
                                       std::to_string(expected));
 }
 
+/// A number of the pixels' type: integers have 16 or 32 bits, with the pixels' sign.
+std::optional<double> pixel_number(const DicomWalk& tags, std::uint32_t tag, bool is_signed) {
+    const auto number = [](const std::string& bytes, auto value) {
+        std::memcpy(&value, bytes.data(), sizeof value);
+        return double(value);
+    };
+    const std::string bytes = tags.bytes_of_number(tag);
+    if (tag == kFloatPadding || tag == kFloatPaddingLimit)
+        return bytes.size() == 4 ? std::optional(number(bytes, float())) : std::nullopt;
+    if (tag == kDoublePadding || tag == kDoublePaddingLimit)
+        return bytes.size() == 8 ? std::optional(number(bytes, double())) : std::nullopt;
+    if (bytes.size() == 2)
+        return is_signed ? number(bytes, std::int16_t()) : number(bytes, std::uint16_t());
+    if (bytes.size() == 4)
+        return is_signed ? number(bytes, std::int32_t()) : number(bytes, std::uint32_t());
+    return std::nullopt;
+}
+
+/// Reads the Pixel Padding Value and the limit of its range.
+std::optional<PixelPadding> padding_of(const DicomWalk& tags, const DicomPixels& pixels) {
+    constexpr std::uint32_t kTags[][2] = {{kPadding, kPaddingLimit},
+                                          {kFloatPadding, kFloatPaddingLimit},
+                                          {kDoublePadding, kDoublePaddingLimit}};
+    const auto& [value_tag, limit_tag] = kTags[std::size_t(pixels.numbers)];
+    const auto value = pixel_number(tags, value_tag, pixels.is_signed);
+    if (!value) return std::nullopt;
+    const double limit = pixel_number(tags, limit_tag, pixels.is_signed).value_or(*value);
+    PixelPadding padding{std::min(*value, limit), std::max(*value, limit)};
+    if (!pixels.is_float()) padding.word = std::uint32_t(std::int64_t(*value));
+    return padding;
+}
+
 Status take_pixels(const DicomWalk& tags, DicomSlice& slice) {
     DicomPixels& pixels = slice.pixels;
     pixels.syntax = *find_transfer_syntax(tags.syntax_uid());
@@ -172,6 +204,7 @@ Status take_pixels(const DicomWalk& tags, DicomSlice& slice) {
     pixels.swapped_bytes = tags.swapped_bytes();
     pixels.deflated_from = tags.deflated_from();
     pixels.parts = tags.pixel_parts();
+    pixels.padding = padding_of(tags, pixels);
     return check_pixels(slice, tags.in_fragments(), frame_count(tags).value_or(1));
 }
 
@@ -343,6 +376,13 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
 }
 
 }  // namespace
+
+double DicomSlice::padding_value() const {
+    constexpr double kLowestHu = -1024;
+    const bool is_hu = modality == "CT" && (rescale_type.empty() || rescale_type == "HU") &&
+                       (intercept != 0 || pixels.is_signed || pixels.is_float());
+    return is_hu ? kLowestHu : 0;
+}
 
 Result<bool> looks_like_dicom(const fs::path& path) {
     const auto start = start_of(path);

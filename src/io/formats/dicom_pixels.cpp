@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <type_traits>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/memory_budget.h"
+#include "base/text.h"
+#include "formats/dicom_folder.h"
 #include "formats/dicom_slice.h"
 
 namespace pliant {
@@ -293,49 +296,6 @@ bool rescales_to_integers(const DicomSlice& slice, std::size_t bytes_per_pixel) 
     return bytes_per_pixel < 4 && small(slice.slope, 1 << 14) && small(slice.intercept, 1 << 29);
 }
 
-template <class Stored, class Value, class Rescale>
-void add_as(std::span<const std::uint8_t> bytes, Component component, Rescale&& rescale,
-            VoxelBuilder& voxels) {
-    std::vector<Value> values(bytes.size() / sizeof(Stored));
-    for (std::size_t n = 0; n < values.size(); ++n) {
-        Stored stored;
-        std::memcpy(&stored, &bytes[n * sizeof(Stored)], sizeof stored);
-        values[n] = rescale(stored);
-    }
-    voxels.add(component, values.data(), values.size());
-}
-
-template <class Stored>
-void add_pixels(const DicomSlice& slice, std::span<const std::uint8_t> bytes, int bits,
-                bool is_signed, VoxelBuilder& voxels) {
-    const PixelBits<Stored> number(bits, is_signed);
-    if (rescales_to_integers(slice, sizeof(Stored))) {
-        const auto slope = std::int32_t(slice.slope), intercept = std::int32_t(slice.intercept);
-        add_as<Stored, std::int32_t>(
-            bytes, Component::Int32,
-            [&](Stored stored) { return slope * std::int32_t(number(stored)) + intercept; },
-            voxels);
-    } else {
-        add_as<Stored, double>(
-            bytes, Component::Float64,
-            [&](Stored stored) { return slice.slope * double(number(stored)) + slice.intercept; },
-            voxels);
-    }
-}
-
-template <class Stored>
-void add_floats(const DicomSlice& slice, std::span<const std::uint8_t> bytes,
-                VoxelBuilder& voxels) {
-    constexpr bool is_double = sizeof(Stored) == sizeof(double);
-    if (slice.slope == 1 && slice.intercept == 0)
-        return add_as<Stored, Stored>(
-            bytes, is_double ? Component::Float64 : Component::Float32,
-            [](Stored stored) { return stored; }, voxels);
-    add_as<Stored, double>(
-        bytes, Component::Float64,
-        [&](Stored stored) { return slice.slope * double(stored) + slice.intercept; }, voxels);
-}
-
 /// Number of pixels whose highest used bit is set. @param bits  used ones of a pixel
 std::size_t count_top_bits(std::span<const std::uint8_t> bytes, int bytes_per_pixel, int bits) {
     const auto step = std::size_t(bytes_per_pixel), byte = std::size_t(bits - 1) / 8;
@@ -361,7 +321,12 @@ DicomPixelReader::DicomPixelReader(const std::vector<DicomSlice>& slices,
 
 Status DicomPixelReader::read(const DicomSlice& slice, VoxelBuilder& voxels) {
     Status status = slice.pixels.compressed() ? read_compressed(slice) : read_plain(slice);
-    if (status) add(slice, voxels);
+    if (!status) return status;
+    add(slice, voxels);
+    if (m_all_padding) {
+        m_is_padding.resize(pixels_in(slice));
+        m_all_padding->insert(m_all_padding->end(), m_is_padding.begin(), m_is_padding.end());
+    }
     return status;
 }
 
@@ -452,24 +417,107 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
 }
 
 std::vector<std::string> DicomPixelReader::notes() const {
-    if (!m_doubtful) return {};
-    return {"Pixel Representation is missing: pixels are taken as unsigned, " +
-            std::to_string(m_doubtful) + (m_doubtful == 1 ? " of them has" : " of them have") +
-            " the bit that would be the sign"};
+    std::vector<std::string> notes;
+    if (m_doubtful)
+        notes.push_back("Pixel Representation is missing: pixels are taken as unsigned, " +
+                        counted(m_doubtful, "of them has", "of them have") +
+                        " the bit that would be the sign");
+    if (m_padded)
+        notes.push_back(counted(m_padded, "voxel", "voxels") + " of padding became " +
+                        short_text(m_padding_value));
+    if (!m_kept_padding.empty())
+        notes.push_back(
+            "the Pixel Padding Value is kept where it lies between other values, "
+            "first in " +
+            m_kept_padding);
+    return notes;
+}
+
+/// Marks padding. A padding value between other values of the slice may be an image's, and is kept.
+template <class Stored, class Number>
+void DicomPixelReader::find_padding(const DicomSlice& slice, const Number& number) {
+    m_is_padding.clear();
+    const auto& padding = slice.pixels.padding;
+    if (!padding) return;
+    m_is_padding.resize(m_bytes.size() / sizeof(Stored));
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (std::size_t n = 0; n < m_is_padding.size(); ++n) {
+        Stored stored;
+        std::memcpy(&stored, &m_bytes[n * sizeof(Stored)], sizeof stored);
+        const auto value = double(number(stored));
+        bool is_padding = value >= padding->low && value <= padding->high;
+        if constexpr (std::is_same_v<Stored, std::uint16_t>)
+            is_padding = is_padding || (padding->word && stored == Stored(*padding->word));
+        m_is_padding[n] = is_padding;
+        if (is_padding) continue;
+        if (value < lowest) lowest = value;
+        if (value > highest) highest = value;
+    }
+    if (!(lowest < padding->low && highest > padding->high)) return;
+    if (std::find(m_is_padding.begin(), m_is_padding.end(), true) != m_is_padding.end() &&
+        m_kept_padding.empty())
+        m_kept_padding = slice.name();
+    m_is_padding.clear();
+}
+
+/// Adds the rescaled values of a slice, and its padding as air.
+template <class Stored, class Value, class Rescale>
+void DicomPixelReader::add_as(const DicomSlice& slice, Component component, const Rescale& rescale,
+                              VoxelBuilder& voxels) {
+    std::vector<Value> values(m_bytes.size() / sizeof(Stored));
+    for (std::size_t n = 0; n < values.size(); ++n) {
+        Stored stored;
+        std::memcpy(&stored, &m_bytes[n * sizeof(Stored)], sizeof stored);
+        values[n] = rescale(stored);
+    }
+    const auto air = Value(slice.padding_value());
+    for (std::size_t n = 0; n < m_is_padding.size(); ++n) {
+        const bool is_air = values[n] >= air && values[n] <= (air < 0 ? Value(kAirHu) : air);
+        if (!m_is_padding[n] || is_air) continue;
+        values[n] = air;
+        ++m_padded;
+        m_padding_value = double(air);
+    }
+    voxels.add(component, values.data(), values.size());
+}
+
+template <class Stored, class Number>
+void DicomPixelReader::add_numbers(const DicomSlice& slice, const Number& number,
+                                   VoxelBuilder& voxels) {
+    find_padding<Stored>(slice, number);
+    if constexpr (std::is_floating_point_v<Stored>) {
+        constexpr Component kOwn =
+            sizeof(Stored) == sizeof(double) ? Component::Float64 : Component::Float32;
+        if (slice.slope == 1 && slice.intercept == 0)
+            return add_as<Stored, Stored>(slice, kOwn, number, voxels);
+    } else if (rescales_to_integers(slice, sizeof(Stored))) {
+        const auto slope = std::int32_t(slice.slope), intercept = std::int32_t(slice.intercept);
+        return add_as<Stored, std::int32_t>(
+            slice, Component::Int32,
+            [&](Stored stored) { return slope * std::int32_t(number(stored)) + intercept; },
+            voxels);
+    }
+    add_as<Stored, double>(
+        slice, Component::Float64,
+        [&](Stored stored) { return slice.slope * double(number(stored)) + slice.intercept; },
+        voxels);
 }
 
 void DicomPixelReader::add(const DicomSlice& slice, VoxelBuilder& voxels) {
+    const auto own = [](auto stored) { return stored; };
+    const auto bits = [&]<class Stored>(Stored) {
+        add_numbers<Stored>(slice, PixelBits<Stored>(m_bits, m_is_signed), voxels);
+    };
+    const int bytes_per_pixel = slice.pixels.bits_allocated / 8;
     if (slice.pixels.numbers == PixelNumbers::Float32)
-        return add_floats<float>(slice, m_bytes, voxels);
+        return add_numbers<float>(slice, own, voxels);
     if (slice.pixels.numbers == PixelNumbers::Float64)
-        return add_floats<double>(slice, m_bytes, voxels);
+        return add_numbers<double>(slice, own, voxels);
     if (slice.pixels.is_sign_unknown && !m_is_signed)
-        m_doubtful += count_top_bits(m_bytes, slice.pixels.bits_allocated / 8, m_bits);
-    if (m_bytes.size() == pixels_in(slice))
-        return add_pixels<std::uint8_t>(slice, m_bytes, m_bits, m_is_signed, voxels);
-    if (m_bytes.size() == 2 * pixels_in(slice))
-        return add_pixels<std::uint16_t>(slice, m_bytes, m_bits, m_is_signed, voxels);
-    add_pixels<std::uint32_t>(slice, m_bytes, m_bits, m_is_signed, voxels);
+        m_doubtful += count_top_bits(m_bytes, bytes_per_pixel, m_bits);
+    if (bytes_per_pixel == 1) return bits(std::uint8_t());
+    if (bytes_per_pixel == 2) return bits(std::uint16_t());
+    bits(std::uint32_t());
 }
 
 }  // namespace pliant

@@ -93,6 +93,10 @@ Result<Volume> read_series(const fs::path& path, std::vector<DicomSlice> slices,
         notes.notes.push_back("the Real World Value Mapping Sequence is not applied");
     VoxelBuilder voxels(voxel_count(grid));
     DicomPixelReader reader(slices, decoder);
+    const bool has_padding = std::any_of(slices.begin(), slices.end(), [](const DicomSlice& s) {
+        return s.pixels.padding.has_value();
+    });
+    if (stack->irregular && has_padding) reader.collect_padding(&stack->irregular->padding);
     double done = 0;
     for (const DicomSlice& slice : slices) {
         if (Status status = go_on(path, options, done++ / double(slices.size())); !status)

@@ -19,6 +19,13 @@
 
 namespace pliant {
 
+/// Stored numbers of pixels outside of the image, such as the corners around a circle.
+struct PixelPadding {
+    double low = 0, high = 0;
+    /// Bits of the padding value, as they are above the stored bits too; nullopt: a float.
+    std::optional<std::uint32_t> word{};
+};
+
 /// Location and encoding of the pixels.
 struct DicomPixels {
     TransferSyntax syntax;
@@ -30,6 +37,7 @@ struct DicomPixels {
     std::uint64_t deflated_from = 0;  ///< DicomWalk::deflated_from
     /// One part if uncompressed, otherwise the fragments of a codestream.
     std::vector<FilePart> parts;
+    std::optional<PixelPadding> padding{};
 
     bool compressed() const { return syntax.codec != PixelCodec::None; }
     bool is_float() const { return numbers != PixelNumbers::Integer; }
@@ -62,6 +70,8 @@ struct DicomSlice {
     bool is_parametric_map = false;
     std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then
 
+    /// Value of padding: air in a CT scan in HU, else zero.
+    double padding_value() const;
     /// Name for messages.
     std::string name() const {
         return path.filename().string() + (frame ? " frame " + std::to_string(frame) : "");

@@ -23,7 +23,13 @@ constexpr std::string_view kValueTypes =
     "US UT UV";
 constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
 /// Stored elements and their types.
-constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {{kImageType, "CS"},
+constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {{kPadding, ""},
+                                                                {kPaddingLimit, ""},
+                                                                {kFloatPadding, "FL"},
+                                                                {kFloatPaddingLimit, "FL"},
+                                                                {kDoublePadding, "FD"},
+                                                                {kDoublePaddingLimit, "FD"},
+                                                                {kImageType, "CS"},
                                                                 {kInstanceUid, "UI"},
                                                                 {kInstanceNumber, "IS"},
                                                                 {kTemporalPosition, "IS"},
@@ -116,6 +122,12 @@ int DicomWalk::number(std::uint32_t tag, int otherwise) const {
     const std::string* const found = m_values.find(tag);
     if (!found || found->size() < 2) return otherwise;
     return int(u16(found->data()));
+}
+
+std::string DicomWalk::bytes_of_number(std::uint32_t tag) const {
+    const std::string* const found = m_values.find(tag);
+    if (!found || (found->size() != 2 && found->size() != 4 && found->size() != 8)) return {};
+    return m_big ? std::string(found->rbegin(), found->rend()) : *found;
 }
 
 std::vector<std::uint32_t> DicomWalk::longs(const DicomValues& values, std::uint32_t tag) const {

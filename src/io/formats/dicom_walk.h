@@ -40,7 +40,10 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kImageType = 0x0008
                                kBitsAllocated = 0x00280100, kBitsStored = 0x00280101,
                                kHighBit = 0x00280102, kPixelRepresentation = 0x00280103,
                                kIntercept = 0x00281052, kSlope = 0x00281053,
-                               kRescaleType = 0x00281054, kWindowCenter = 0x00281050,
+                               kRescaleType = 0x00281054, kPadding = 0x00280120,
+                               kPaddingLimit = 0x00280121, kFloatPadding = 0x00280122,
+                               kDoublePadding = 0x00280123, kFloatPaddingLimit = 0x00280124,
+                               kDoublePaddingLimit = 0x00280125, kWindowCenter = 0x00281050,
                                kWindowWidth = 0x00281051, kModalityLut = 0x00283000,
                                kSliceThickness = 0x00180050, kSliceSpacing = 0x00180088,
                                kFramePointer = 0x00280009, kFrameOffsets = 0x3004000c,
@@ -101,6 +104,8 @@ class DicomWalk {
     std::string text(std::uint32_t tag) const { return m_values.text(tag); }
     int number(std::uint32_t tag, int otherwise) const;
     bool has(std::uint32_t tag) const { return m_values.has(tag); }
+    /// Bytes of a number, little endian; empty unless there are 2, 4 or 8.
+    std::string bytes_of_number(std::uint32_t tag) const;
     /// 32-bit numbers of an element.
     std::vector<std::uint32_t> longs(const DicomValues& values, std::uint32_t tag) const;
     /// Tags that an element names.
