@@ -171,7 +171,7 @@ std::string DicomFile::bytes() const {
     if (!series_number.empty()) add(0x20, 0x0011, "IS", series_number);
     if (!instance_number.empty()) add(0x20, 0x0013, "IS", instance_number);
     if (with_position) add(0x20, 0x0032, "DS", decimals(position));
-    add(0x20, 0x0037, "DS", decimals(orientation));
+    if (with_orientation) add(0x20, 0x0037, "DS", decimals(orientation));
     if (!time.empty()) add(0x20, 0x0100, "IS", time);
     add_number(0x0002, samples);
     add(0x28, 0x0004, "CS",

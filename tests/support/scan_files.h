@@ -77,7 +77,8 @@ struct DicomFile {
     std::string modality = "CT", rescale_type = {};  ///< empty: no such element
     std::string window = {}, level = {};             ///< Window Width and Center; the same
     std::uint16_t bits_allocated = 16, bits_stored = 16, high_bit = 15, is_signed = 1;
-    bool with_position = true, with_sign = true, implicit = false;
+    bool with_position = true, with_orientation = true, with_sign = true;
+    bool implicit = false;
     std::uint16_t pixel_element = 0x0010;  ///< 8: floats, 9: doubles
     bool unknown_types = false;  ///< VR UN, as converters write elements of implicit files
     std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  ///< CT

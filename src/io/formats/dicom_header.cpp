@@ -22,20 +22,24 @@ namespace {
 
 using namespace dicom_tags;
 
+constexpr std::string_view kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4",
+                           kLabelMap = "1.2.840.10008.5.1.4.1.1.66.7";
+
 /// SOP classes with pixels that are no image slices.
 struct OtherObject {
     std::string_view sop_class, name;
 };
 constexpr OtherObject kOtherObjects[] = {
     {"1.2.840.10008.5.1.4.1.1.481.2", "an RT Dose"},
-    {"1.2.840.10008.5.1.4.1.1.66.4", "a segmentation"},
-    {"1.2.840.10008.5.1.4.1.1.66.7", "a label map"},
+    {kSegmentation, "a segmentation"},
+    {kLabelMap, "a label map"},
 };
 
 /// SOP classes of X-ray projections.
 constexpr std::string_view kProjections[] = {
     "1.2.840.10008.5.1.4.1.1.12.1", "1.2.840.10008.5.1.4.1.1.12.1.1",
     "1.2.840.10008.5.1.4.1.1.12.2", "1.2.840.10008.5.1.4.1.1.12.2.1"};
+constexpr std::string_view kNuclearMedicine = "1.2.840.10008.5.1.4.1.1.20";
 /// Maximum length of a description: 64 characters in UTF-8.
 constexpr std::size_t kMaxDescriptionBytes = 256;
 /// Elements that give the time of frames: Frame Time, Frame Time Vector.
@@ -54,7 +58,32 @@ std::optional<std::size_t> frame_count(const DicomWalk& tags) {
 struct FrameOffsets {
     std::vector<double> mm;
     bool by_thickness = false;
+    std::vector<std::vector<std::uint32_t>> numbers;  ///< DicomSlice::numbers
 };
+
+/// Nuclear medicine: the frames' slices by the Slice Vector; all other vectors are numbers.
+/// Projections, which have angles or rotations, are no slices.
+/// @param step_mm  negative: against the normal [DICOM2024] (PS3.3, C.8.4.15)
+std::optional<FrameOffsets> offsets_by_vectors(const DicomWalk& tags, std::size_t frames,
+                                               double step_mm) {
+    FrameOffsets offsets;
+    const std::vector<std::uint32_t> pointers = tags.tags_at(kFramePointer);
+    const auto points_to = [&](std::uint32_t tag) {
+        return std::find(pointers.begin(), pointers.end(), tag) != pointers.end();
+    };
+    const std::vector<std::uint32_t> slices = tags.shorts(kSliceVector);
+    if (points_to(kRotationVector) || points_to(kAngularVector) || slices.size() != frames)
+        return std::nullopt;
+    offsets.numbers.resize(frames);
+    for (std::size_t n = 0; n < frames; ++n)
+        offsets.mm.push_back((double(slices[n]) - 1) * step_mm);
+    for (const std::uint32_t tag : kVolumeVectors) {
+        const std::vector<std::uint32_t> numbers = tags.shorts(tag);
+        if (numbers.size() != frames) continue;
+        for (std::size_t n = 0; n < frames; ++n) offsets.numbers[n].push_back(numbers[n]);
+    }
+    return offsets;
+}
 
 /// Reads the Grid Frame Offset Vector, Spacing Between Slices, or Slice Thickness.
 /// @returns nullopt if the frames' positions are unknown
@@ -75,11 +104,19 @@ std::optional<FrameOffsets> offsets_of_frames(const DicomWalk& tags, std::size_t
         return offsets;
     }
     std::vector<double> step = values.decimals(kSliceSpacing, 1);
+    const bool is_nuclear = tags.text(kSopClass) == kNuclearMedicine;
+    if (is_nuclear && tags.has(kSliceVector) && !step.empty() && std::isfinite(step[0]))
+        return offsets_by_vectors(tags, frames, step[0]);
     offsets.by_thickness = step.empty() || !(step[0] > 0);
     if (offsets.by_thickness) step = values.decimals(kSliceThickness, 1);
     if (step.empty() || !(step[0] > 0)) return std::nullopt;
     for (std::size_t n = 0; n < frames; ++n) offsets.mm.push_back(double(n) * step[0]);
     return offsets;
+}
+
+bool is_segmentation(const DicomWalk& tags) {
+    const std::string sop_class = tags.text(kSopClass);
+    return sop_class == kSegmentation || sop_class == kLabelMap;
 }
 
 /// Checks the SOP class, the number of frames, and the photometric interpretation.
@@ -88,7 +125,10 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
     for (const OtherObject& other : kOtherObjects)
         if (sop_class == other.sop_class)
             return unsupported(path, "is " + std::string(other.name) +
-                                         " object, expected an image of CT, MR or the like");
+                                         " object, expected an image of CT, MR or the like" +
+                                         (is_segmentation(tags)
+                                              ? "; as labels, name the file itself: --labels FILE"
+                                              : ""));
     if (std::find(std::begin(kProjections), std::end(kProjections), sop_class) !=
         std::end(kProjections))
         return unsupported(path, "holds X-ray projections (angiography or fluoroscopy, " +
@@ -133,8 +173,9 @@ Status check_pixels(const DicomSlice& slice, bool in_fragments, std::size_t fram
         return unsupported(slice.path, "allocates " + std::to_string(p.bits_allocated) +
                                            " bits for a float, expected " +
                                            std::to_string(float_bits));
-    const bool whole_bytes =
-        p.is_float() || p.bits_allocated == 8 || p.bits_allocated == 16 || p.bits_allocated == 32;
+    const bool is_bits = p.bits_allocated == 1 && slice.is_segmentation;
+    const bool whole_bytes = p.is_float() || is_bits || p.bits_allocated == 8 ||
+                             p.bits_allocated == 16 || p.bits_allocated == 32;
     // Higher positions of the stored bits occur in old files only.
     if (!whole_bytes || p.bits_stored < 1 || p.bits_stored > p.bits_allocated ||
         p.high_bit + 1 != p.bits_stored)
@@ -148,8 +189,13 @@ Status check_pixels(const DicomSlice& slice, bool in_fragments, std::size_t fram
                                      : "has compressed pixels that aren't in fragments");
     std::uint64_t found = 0;
     for (const FilePart& part : p.parts) found += part.bytes;
-    const std::uint64_t expected = std::uint64_t(slice.rows) * std::uint64_t(slice.columns) *
-                                   std::uint64_t(p.bits_allocated / 8) * frames;
+    const std::uint64_t bits =
+        std::uint64_t(slice.rows) * std::uint64_t(slice.columns) * std::uint64_t(p.bits_allocated);
+    if (frames > kMaxDicomFrames)
+        return unsupported(slice.path, "holds " + std::to_string(frames) +
+                                           " frames, expected up to " +
+                                           std::to_string(kMaxDicomFrames));
+    const std::uint64_t expected = (bits * frames + 7) / 8;
     if (p.compressed() && found == 0) return unreadable(slice.path, "has no pixels");
     if (p.compressed() || found >= expected) return Ok{};
     return unreadable(slice.path, "has " + std::to_string(found) + " bytes of pixels, expected " +
@@ -316,6 +362,7 @@ Status place_frame(const DicomWalk& tags, std::size_t n, const FrameOffsets* off
         const Vec3d normal = normalized(cross(frame.row, frame.column));
         frame.position = frame.position + offsets->mm[n] * normal;
         frame.is_spaced_by_thickness = offsets->by_thickness;
+        if (!offsets->numbers.empty()) frame.numbers = offsets->numbers[n];
         if (!is_finite(frame.position))
             return unreadable(frame.path,
                               "has no usable position of frame " + std::to_string(n + 1));
@@ -328,6 +375,12 @@ Status place_frame(const DicomWalk& tags, std::size_t n, const FrameOffsets* off
         geometry.add_missing(tags.values());
     frame.numbers = numbers_of(tags, geometry);
     return take_geometry(geometry, frame);
+}
+
+/// Sets the bytes that hold some bits of the pixels.
+void take_part(DicomPixels& pixels, std::uint64_t start, std::uint64_t first, std::uint64_t bits) {
+    pixels.first_bit = int(first % 8);
+    pixels.parts = {{start + first / 8, (first % 8 + bits + 7) / 8}};
 }
 
 /// Makes a slice of each frame. @param slice  the fields that all frames share, without a fault
@@ -356,8 +409,8 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
                                             " compressed frames, expected one each or a table of "
                                             "their offsets"));
     }
-    const std::uint64_t bytes = std::uint64_t(slice.rows) * std::uint64_t(slice.columns) *
-                                std::uint64_t(slice.pixels.bits_allocated / 8);
+    const std::uint64_t bits = std::uint64_t(slice.rows) * std::uint64_t(slice.columns) *
+                               std::uint64_t(slice.pixels.bits_allocated);
     const std::uint64_t start = slice.pixels.parts.front().start;
     DicomSlice common = slice;
     common.pixels.parts.clear();
@@ -370,7 +423,7 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
         if (!parts.empty())
             frame.pixels.parts = std::move(parts[n]);
         else
-            frame.pixels.parts = {{start + n * bytes, bytes}};
+            take_part(frame.pixels, start, n * bits, bits);
     }
     return slices;
 }
@@ -388,6 +441,59 @@ Result<bool> looks_like_dicom(const fs::path& path) {
     const auto start = start_of(path);
     if (!start) return start.error();
     return *start != Start::Other;
+}
+
+Result<DicomSegmentation> read_dicom_segmentation(const fs::path& path) {
+    const auto start = start_of(path);
+    if (!start) return start.error();
+    DicomWalk tags(path);
+    const bool whole = tags.walk(*start == Start::Preamble);
+    if (Status status = tags.status(); !status) return status.error();
+    if (tags.fault()) return *tags.fault();
+    if (!whole || !tags.has_pixels())
+        return unreadable(path, "is damaged or ends early, expected a whole DICOM file");
+    if (!find_transfer_syntax(tags.syntax_uid()))
+        return unsupported(path, "is " + describe_transfer_syntax(tags.syntax_uid()));
+    DicomSegmentation found;
+    found.is_label_map = tags.text(kSopClass) == kLabelMap;
+    const std::string type = tags.text(kSegmentationType);
+    if (!found.is_label_map && type != "BINARY")
+        return unsupported(
+            path, "has Segmentation Type " + shown(type) + ", expected BINARY or a label map");
+    DicomSlice slice;
+    slice.path = path;
+    slice.is_segmentation = true;
+    slice.rows = tags.number(kRows, 0);
+    slice.columns = tags.number(kColumns, 0);
+    if (slice.rows < 1 || slice.columns < 1) return unreadable(path, "has no size in pixels");
+    const std::size_t frames = frame_count(tags).value_or(0);
+    if (frames == 0 || tags.frame_values().size() != frames)
+        return unsupported(path, "has functional groups of " +
+                                     std::to_string(tags.frame_values().size()) +
+                                     " frames, expected " + std::to_string(frames));
+    if (Status status = take_pixels(tags, slice); !status) return status.error();
+    const bool is_bits = slice.pixels.bits_allocated == 1;
+    if (is_bits == found.is_label_map || (is_bits && slice.pixels.compressed()))
+        return unsupported(path, "stores " + std::to_string(slice.pixels.bits_allocated) +
+                                     " bits a pixel, expected 1 without compression, or 8 or 16 in "
+                                     "a label map");
+    found.frames = slices_of_frames(tags, slice);
+    if (found.frames.front().fault) return *found.frames.front().fault;
+    for (const DicomValues& values : tags.segment_values()) {
+        const auto number = tags.short_of(values, kSegmentNumber);
+        if (number) found.segments.push_back({*number, shown(trimmed(values.text(kSegmentLabel)))});
+    }
+    if (found.is_label_map) return found;
+    for (std::size_t n = 0; n < frames; ++n) {
+        DicomValues values = tags.frame_values()[n];
+        values.add_missing(tags.shared_values());
+        const auto segment = tags.short_of(values, kReferencedSegment);
+        if (!segment || *segment < 1)
+            return unreadable(path, "has no Referenced Segment Number of frame " +
+                                        std::to_string(n + 1) + ", expected one");
+        found.frame_segments.push_back(*segment);
+    }
+    return found;
 }
 
 Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path) {
@@ -412,6 +518,7 @@ Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path) {
     slice.rows = tags.number(kRows, 0);
     slice.columns = tags.number(kColumns, 0);
     slice.has_modality_lut = tags.has(kModalityLut);
+    slice.is_segmentation = is_segmentation(tags);
     slice.is_parametric_map = tags.text(kSopClass) == "1.2.840.10008.5.1.4.1.1.30";
     if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1))
         return none;

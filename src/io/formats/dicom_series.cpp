@@ -122,6 +122,7 @@ Result<std::int64_t> count_dicom_volumes(const fs::path& path, const std::string
         return choose_series(path, std::move(*found), series, ignored);
     }();
     if (!slices) return slices.error();
+    if (!slices->empty() && slices->front().is_segmentation) return count_dicom_segments(path);
     return std::int64_t(split_volumes(*slices, ignored).size());
 }
 
@@ -145,6 +146,7 @@ Result<Volume> read_dicom_file(const fs::path& path, const ReadOptions& options,
     std::vector<DicomSlice>& slices = *read;
     if (slices.empty())
         return Error{ErrorCode::Unsupported, path.string() + ": is DICOM without an image"};
+    if (slices.front().is_segmentation) return read_dicom_segments(path, options, notes, decoder);
     if (slices.front().fault) return *slices.front().fault;
     if (slices.size() == 1)
         return Error{

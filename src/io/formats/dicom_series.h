@@ -55,6 +55,14 @@ std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slice
 Result<std::int64_t> count_dicom_volumes(const std::filesystem::path& path,
                                          const std::string& series);
 
+/// Reads the labels of a segmentation or of a label map, with the names of its segments as keys.
+/// ReadOptions::frame chooses one of its segments, in the order of their numbers.
+/// @returns InvalidArgument if segments overlap and none is chosen
+Result<Volume> read_dicom_segments(const std::filesystem::path& path, const ReadOptions& options,
+                                   ReadNotes& notes, const DecoderChoice& decoder = {});
+/// Number of segments to choose from.
+Result<std::int64_t> count_dicom_segments(const std::filesystem::path& path);
+
 /// Reads the frames of a file. The file DICOMDIR stands for its folder.
 Result<Volume> read_dicom_file(const std::filesystem::path& path, const ReadOptions& options,
                                ReadNotes& notes, const DecoderChoice& decoder = {});

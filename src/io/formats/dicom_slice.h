@@ -33,6 +33,7 @@ struct DicomPixels {
     bool is_signed = false;
     bool is_sign_unknown = false;  ///< Pixel Representation is missing; taken as unsigned
     int bits_allocated = 16, bits_stored = 16, high_bit = 15;
+    int first_bit = 0;                ///< of the first byte, for pixels of one bit
     std::size_t swapped_bytes = 0;    ///< size of units in big-endian order; 0: none
     std::uint64_t deflated_from = 0;  ///< DicomWalk::deflated_from
     /// One part if uncompressed, otherwise the fragments of a codestream.
@@ -68,7 +69,8 @@ struct DicomSlice {
     DicomPixels pixels;
     bool has_modality_lut = false;
     bool is_parametric_map = false;
-    std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then
+    bool is_segmentation = false;  ///< read_dicom_segmentation reads its file
+    std::optional<Error> fault;    ///< reason why it can't be used; the rest may be incomplete then
 
     /// Value of padding: air in a CT scan in HU, else zero.
     double padding_value() const;
@@ -85,6 +87,24 @@ inline constexpr const char* kNoSeriesUid = "none";
 /// image.
 /// @returns Unreadable, which names the file, if it can't be opened or read
 Result<std::vector<DicomSlice>> read_dicom_slices(const std::filesystem::path& path);
+
+/// A segment of a segmentation.
+struct DicomSegment {
+    int number = 0;
+    std::string label;  ///< may be empty
+};
+
+/// A segmentation, with frames of one bit a pixel for a segment, or a label map, with frames of
+/// segments' numbers.
+struct DicomSegmentation {
+    bool is_label_map = false;
+    std::vector<DicomSlice> frames;   ///< one or more
+    std::vector<int> frame_segments;  ///< number of each frame's segment; empty: a label map
+    std::vector<DicomSegment> segments;
+};
+
+/// Frames and segments of a file. @returns Unsupported for fractional ones, or Unreadable
+Result<DicomSegmentation> read_dicom_segmentation(const std::filesystem::path& path);
 
 /// Whether a file starts like a DICOM file.
 Result<bool> looks_like_dicom(const std::filesystem::path& path);

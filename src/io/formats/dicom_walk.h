@@ -46,14 +46,22 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kImageType = 0x0008
                                kDoublePaddingLimit = 0x00280125, kWindowCenter = 0x00281050,
                                kWindowWidth = 0x00281051, kModalityLut = 0x00283000,
                                kSliceThickness = 0x00180050, kSliceSpacing = 0x00180088,
-                               kFramePointer = 0x00280009, kFrameOffsets = 0x3004000c,
-                               kTemporalIndex = 0x00209128, kDimensionIndices = 0x00209157,
-                               kFloatPixelData = 0x7fe00008, kDoublePixelData = 0x7fe00009,
-                               kPixelData = 0x7fe00010, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
-                               kSequenceEnd = 0xfffee0dd;
+                               kFramePointer = 0x00280009, kSegmentationType = 0x00620001,
+                               kSegmentNumber = 0x00620004, kSegmentLabel = 0x00620005,
+                               kReferencedSegment = 0x0062000b, kRotationVector = 0x00540050,
+                               kSliceVector = 0x00540080, kAngularVector = 0x00540090,
+                               kFrameOffsets = 0x3004000c, kTemporalIndex = 0x00209128,
+                               kDimensionIndices = 0x00209157, kFloatPixelData = 0x7fe00008,
+                               kDoublePixelData = 0x7fe00009, kPixelData = 0x7fe00010,
+                               kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xfffee0dd;
 }
 
-/// Maximum number of frames of a file.
+/// Vectors of nuclear medicine, with a number for each frame, that tell volumes apart: of energy
+/// windows, detectors, phases, R-R intervals, time slots, and time slices.
+inline constexpr std::uint32_t kVolumeVectors[] = {0x00540010, 0x00540020, 0x00540030,
+                                                   0x00540060, 0x00540070, 0x00540100};
+
+/// Maximum number of frames of a file, and of segments.
 inline constexpr std::size_t kMaxDicomFrames = std::size_t(1) << 16;
 
 /// Type of the stored pixels.
@@ -106,6 +114,8 @@ class DicomWalk {
     bool has(std::uint32_t tag) const { return m_values.has(tag); }
     /// Bytes of a number, little endian; empty unless there are 2, 4 or 8.
     std::string bytes_of_number(std::uint32_t tag) const;
+    /// 16-bit numbers of an element.
+    std::vector<std::uint32_t> shorts(std::uint32_t tag) const;
     /// 32-bit numbers of an element.
     std::vector<std::uint32_t> longs(const DicomValues& values, std::uint32_t tag) const;
     /// Tags that an element names.
@@ -113,6 +123,10 @@ class DicomWalk {
     /// Values of the functional groups for all frames, and for each frame.
     const DicomValues& shared_values() const { return m_shared; }
     const std::vector<DicomValues>& frame_values() const { return m_frames; }
+    /// Number and label of each segment of a segmentation.
+    const std::vector<DicomValues>& segment_values() const { return m_segments; }
+    /// First 16-bit number of an element. @returns nullopt if there is none
+    std::optional<int> short_of(const DicomValues& values, std::uint32_t tag) const;
 
     const std::string& syntax_uid() const { return m_syntax_uid; }
     bool has_pixels() const { return m_has_pixels; }
@@ -151,6 +165,8 @@ class DicomWalk {
     bool each_element(const Element& outer, const Visit& visit);
     bool take_groups(const Element& sequence, bool for_each_frame);
     bool take_macro(const Element& sequence, DicomValues& values);
+    bool take_detector(const Element& sequence);
+    bool take_segments(const Element& sequence);
     bool take_frame_value(const Element& element, DicomValues& values);
     bool take_offsets(const Element& element);
     bool skip_items(const Element& outer, int depth);
@@ -168,7 +184,7 @@ class DicomWalk {
     std::vector<std::uint64_t> m_offsets;  ///< of the frames, from the first fragment's item
     std::uint64_t m_first_item = 0;        ///< position of that item
     DicomValues m_values, m_shared;
-    std::vector<DicomValues> m_frames;
+    std::vector<DicomValues> m_frames, m_segments;
 };
 
 }  // namespace pliant
