@@ -3,6 +3,7 @@
 
 #include "common_options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -58,6 +59,21 @@ void add_scan(CLI::App* command, ScanChoice& scan) {
         ->check(CLI::Range(0, 65535));
     command->add_flag("--straighten", scan.straighten,
                       "resample tilted, sheared or unequally spaced slices to a regular grid");
+}
+
+void add_spacing(CLI::App* command, ScanChoice& scan) {
+    command
+        ->add_option_function<std::string>(
+            "--spacing",
+            [&scan](const std::string& text) {
+                const Vec3d mm = parse_vector(text, "--spacing");
+                if (!(std::min({mm.x, mm.y, mm.z}) > 0))
+                    throw CLI::ValidationError("--spacing",
+                                               "expected millimetres > 0, found '" + text + "'");
+                scan.spacing_mm = mm;
+            },
+            "of DICOM slices without positions, stacked in the order of their numbers [mm]")
+        ->type_name("X,Y,Z");
 }
 
 void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies) {

@@ -32,12 +32,14 @@ struct ScanChoice {
     std::string series;  ///< DICOM
     std::optional<std::int64_t> frame;
     bool straighten = false;
+    std::optional<Vec3d> spacing_mm;  ///< of DICOM without positions; info and convert
 
     ReadOptions options() const {
         ReadOptions options;
         options.series_uid = series;
         options.frame = frame;
         options.straighten = straighten;
+        options.spacing_mm = spacing_mm;
         return options;
     }
 };

@@ -40,6 +40,9 @@ struct ReadOptions {
     /// Resample (trilinear) to a regular grid if axes aren't perpendicular, or DICOM slices are
     /// tilted, shifted, missing or not equally spaced. A note describes it. False: refused.
     bool straighten = false;
+    /// Size of the voxels of DICOM images without a position, orientation or Pixel Spacing, which
+    /// are then stacked in the order of their Instance Numbers or frames. Empty: refused.
+    std::optional<Vec3d> spacing_mm{};
 };
 
 /// Reads NRRD, MetaImage, NIfTI, VTI, VTK structured points, a multi-frame DICOM file, or a folder

@@ -257,5 +257,56 @@ TEST(DicomFrames, OfNuclearMedicineArePlacedByTheDetector) {
     EXPECT_NE(refusal_of(path).find("frames without a position for each"), std::string::npos);
 }
 
+TEST(DicomSlices, WithoutPositionsAreStackedByTheGivenSpacing) {
+    const test::TemporaryFolder folder;
+    DicomFile slice;
+    slice.with_position = false;
+    for (int n = 0; n < 12; ++n) {
+        slice.instance_number = std::to_string(n + 1);
+        slice.instance = "5.5." + slice.instance_number;
+        slice.pixels.assign(12, std::int16_t(1000 + n));
+        folder.write(std::to_string(n), slice.bytes());
+    }
+    folder.write("copy", slice.bytes());
+    EXPECT_NE(refusal_of(folder.path())
+                  .find("has no usable Image Position (Patient), expected one, or pliant convert "
+                        "with --spacing X,Y,Z"),
+              std::string::npos);
+    ReadNotes notes;
+    const ReadOptions options{.spacing_mm = Vec3d{0.3, 0.4, 0.5}};
+    const auto volume = read_volume(folder.path(), options, &notes);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.size, (Vec3i{4, 3, 12}));
+    EXPECT_LT(norm(volume->grid.spacing_mm - Vec3d{0.3, 0.4, 0.5}), 1e-12);
+    EXPECT_EQ(volume->grid.direction, kIdentity3);
+    for (int k = 0; k < 12; ++k) EXPECT_EQ(volume->at({0, 0, k}), k);
+    ASSERT_EQ(notes.notes.size(), 2u);
+    EXPECT_TRUE(notes.notes[0].starts_with("1 copy of slices left out"));
+    EXPECT_TRUE(notes.notes[1].starts_with("no positions: 12 slices are stacked"));
+    slice.instance = "5.5.99";
+    folder.write("copy", slice.bytes());
+    EXPECT_NE(refusal_of(folder.path(), options).find("no different Instance Numbers"),
+              std::string::npos);
+    // Frames have an order of their own.
+    DicomFile frames;
+    frames.with_position = false;
+    frames.frames = "3";
+    frames.pixels.clear();
+    for (int n = 0; n < 36; ++n) frames.pixels.push_back(std::int16_t(1000 + n / 12));
+    const auto file = folder.write("frames/a.dcm", frames.bytes());
+    EXPECT_NE(refusal_of(file).find("--spacing X,Y,Z"), std::string::npos);
+    const auto stack = read_volume(file, options);
+    ASSERT_TRUE(stack.ok()) << stack.error().message;
+    EXPECT_EQ(stack->grid.size.z, 3);
+    EXPECT_EQ(stack->at({3, 2, 2}), 2);
+    // Others have their own spacing.
+    frames.frames = {};
+    frames.with_position = true;
+    frames.pixels.resize(12);
+    folder.write("own/a.dcm", frames.bytes());
+    EXPECT_EQ(read_volume(folder / "own", options).error().message,
+              "--spacing: expected none for " + (folder / "own").string() + ", which has its own");
+}
+
 }  // namespace
 }  // namespace pliant

@@ -107,7 +107,7 @@ std::string counted(std::size_t count, const char* one, const char* several) {
     return std::to_string(count) + " " + (count == 1 ? one : several);
 }
 
-Result<DicomFolder> read_dicom_headers(const fs::path& folder) {
+Result<DicomFolder> read_dicom_headers(const fs::path& folder, bool may_lack_geometry) {
     auto entries = list_folder(folder);
     if (!entries) return entries.error();
     DicomFolder found;
@@ -115,7 +115,7 @@ Result<DicomFolder> read_dicom_headers(const fs::path& folder) {
     found.linked_folders = entries->linked_folders;
     const auto look_at = [&](const std::vector<fs::path>& files) -> Status {
         for (const fs::path& file : files) {
-            auto slices = read_dicom_slices(file);
+            auto slices = read_dicom_slices(file, may_lack_geometry);
             if (!slices) return may_be_slice(slices.error());
             if (slices->empty()) ++found.others;
             for (DicomSlice& slice : *slices) add_slice(std::move(slice), found);

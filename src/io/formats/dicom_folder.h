@@ -42,8 +42,10 @@ bool is_dicomdir(const std::filesystem::path& file);
 std::string counted(std::size_t count, const char* one, const char* several);
 
 /// Looks into a folder, and below it if it has no slice.
+/// @param may_lack_geometry  as of read_dicom_slices
 /// @returns NotFound if there is no image; Unreadable for a file that can't be read
-Result<DicomFolder> read_dicom_headers(const std::filesystem::path& folder);
+Result<DicomFolder> read_dicom_headers(const std::filesystem::path& folder,
+                                       bool may_lack_geometry = false);
 
 /// Slices of the wanted series.
 /// @param wanted  UID, number, or part of the description; empty: the only usable series

@@ -39,9 +39,9 @@ constexpr OtherObject kOtherObjects[] = {
 constexpr std::string_view kProjections[] = {
     "1.2.840.10008.5.1.4.1.1.12.1", "1.2.840.10008.5.1.4.1.1.12.1.1",
     "1.2.840.10008.5.1.4.1.1.12.2", "1.2.840.10008.5.1.4.1.1.12.2.1"};
-constexpr std::string_view kNuclearMedicine = "1.2.840.10008.5.1.4.1.1.20";
 /// Maximum length of a description: 64 characters in UTF-8.
 constexpr std::size_t kMaxDescriptionBytes = 256;
+constexpr std::string_view kNuclearMedicine = "1.2.840.10008.5.1.4.1.1.20";
 /// Elements that give the time of frames: Frame Time, Frame Time Vector.
 constexpr std::uint32_t kFrameTimes[] = {0x00181063, 0x00181065};
 
@@ -120,7 +120,7 @@ bool is_segmentation(const DicomWalk& tags) {
 }
 
 /// Checks the SOP class, the number of frames, and the photometric interpretation.
-Status check_object(const DicomWalk& tags, const fs::path& path) {
+Status check_object(const DicomWalk& tags, const fs::path& path, bool may_lack_geometry) {
     const std::string sop_class = tags.text(kSopClass);
     for (const OtherObject& other : kOtherObjects)
         if (sop_class == other.sop_class)
@@ -144,11 +144,12 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
         return unsupported(path,
                            "holds " + shown(trimmed(text)) + " frames, expected a number ≥ 1");
     const bool is_stack = tags.frame_values().empty() && offsets_of_frames(tags, *frames);
-    if (*frames > 1 && tags.frame_values().size() != *frames && !is_stack)
+    if (*frames > 1 && tags.frame_values().size() != *frames && !is_stack && !may_lack_geometry)
         return unsupported(path, "holds " + std::to_string(*frames) +
                                      " frames without a position for each, expected Per-Frame "
                                      "Functional Groups, a position with the distance of the "
-                                     "frames, or one slice per file");
+                                     "frames, one slice per file, or pliant convert with "
+                                     "--spacing X,Y,Z");
     const int samples = tags.number(kSamples, 1);
     if (samples != 1)
         return unsupported(
@@ -274,34 +275,46 @@ void take_window(const DicomValues& tags, DicomSlice& slice) {
     slice.level = centres->front();
 }
 
-Status take_geometry(const DicomValues& tags, DicomSlice& slice) {
-    take_window(tags, slice);
-    const auto missing = [&](const char* name) {
-        return unreadable(slice.path,
-                          std::string("has no usable ") + name +
-                              (slice.frame ? " of frame " + std::to_string(slice.frame) : "") +
-                              ", expected one");
+Error missing(const DicomSlice& slice, const char* name, const char* remedy = "") {
+    return unreadable(slice.path,
+                      std::string("has no usable ") + name +
+                          (slice.frame ? " of frame " + std::to_string(slice.frame) : "") +
+                          ", expected one" + remedy);
+}
+
+/// Reads position, orientation and spacing.
+Status take_position(const DicomValues& tags, DicomSlice& slice) {
+    const auto lacks = [&](const char* name) {
+        return missing(slice, name, ", or pliant convert with --spacing X,Y,Z");
     };
-    if (!take_number(tags, kSliceThickness, slice.thickness_mm)) slice.thickness_mm = 0;
-    if (!take_number(tags, kSlope, slice.slope)) return missing("Rescale Slope");
-    if (!take_number(tags, kIntercept, slice.intercept)) return missing("Rescale Intercept");
-    if (slice.slope == 0) slice.slope = 1;  // some writers use 0 for no scaling
     const auto p = tags.decimals(kPosition, 3);
-    if (p.empty()) return missing("Image Position (Patient)");
+    if (p.empty()) return lacks("Image Position (Patient)");
     slice.position = {p[0], p[1], p[2]};
-    if (!is_finite(slice.position)) return missing("Image Position (Patient)");
+    if (!is_finite(slice.position)) return lacks("Image Position (Patient)");
     // Checked before sorting, because products of larger values may overflow.
     if (Status status = check_origin(slice.path, slice.position); !status) return status;
     const auto o = tags.decimals(kOrientation, 6);
-    if (o.empty()) return missing("Image Orientation (Patient)");
+    if (o.empty()) return lacks("Image Orientation (Patient)");
     slice.row = {o[0], o[1], o[2]};
     slice.column = {o[3], o[4], o[5]};
     if (!is_finite(slice.row) || !is_finite(slice.column))
-        return missing("Image Orientation (Patient)");
+        return lacks("Image Orientation (Patient)");
     const auto s = tags.decimals(kPixelSpacing, 2);
-    if (s.empty()) return missing("Pixel Spacing");
+    if (s.empty()) return lacks("Pixel Spacing");
     slice.spacing_mm = {s[1], s[0], 0};  // the first number is the distance between rows
-    if (!is_finite(slice.spacing_mm)) return missing("Pixel Spacing");
+    if (!is_finite(slice.spacing_mm)) return lacks("Pixel Spacing");
+    return Ok{};
+}
+
+Status take_geometry(const DicomValues& tags, DicomSlice& slice, bool may_lack_it) {
+    take_window(tags, slice);
+    if (!take_number(tags, kSliceThickness, slice.thickness_mm)) slice.thickness_mm = 0;
+    if (!take_number(tags, kSlope, slice.slope)) return missing(slice, "Rescale Slope");
+    if (!take_number(tags, kIntercept, slice.intercept)) return missing(slice, "Rescale Intercept");
+    if (slice.slope == 0) slice.slope = 1;  // some writers use 0 for no scaling
+    Status status = take_position(tags, slice);
+    if (status || !may_lack_it) return status;
+    slice.lacks_geometry = true;
     return Ok{};
 }
 
@@ -335,13 +348,16 @@ Result<Start> start_of(const fs::path& path) {
     return start[0] == 8 && start[1] == 0 && start[3] == 0 ? Start::Plain : Start::Other;
 }
 
-std::optional<Error> fault_of(const DicomWalk& tags, DicomSlice& slice, bool whole) {
+std::optional<Error> fault_of(const DicomWalk& tags, DicomSlice& slice, bool whole,
+                              bool may_lack_geometry) {
     if (tags.fault()) return tags.fault();
     if (!whole || (!tags.has_pixels() && has_plain_elements(tags.syntax_uid())))
         return unreadable(slice.path, "is damaged or ends early, expected a whole DICOM file");
-    if (Status status = check_object(tags, slice.path); !status) return status.error();
+    if (Status status = check_object(tags, slice.path, may_lack_geometry); !status)
+        return status.error();
     if (tags.frame_values().empty())
-        if (Status status = take_geometry(tags.values(), slice); !status) return status.error();
+        if (Status status = take_geometry(tags.values(), slice, may_lack_geometry); !status)
+            return status.error();
     if (Status status = take_pixels(tags, slice); !status) return status.error();
     return std::nullopt;
 }
@@ -357,7 +373,8 @@ std::vector<std::uint32_t> numbers_of(const DicomWalk& tags, const DicomValues& 
 /// Sets the geometry of a frame, from 0, by its functional groups or else by its distance from the
 /// first frame.
 Status place_frame(const DicomWalk& tags, std::size_t n, const FrameOffsets* offsets,
-                   DicomSlice& frame) {
+                   bool may_lack_geometry, DicomSlice& frame) {
+    if (frame.lacks_geometry) return Ok{};
     if (offsets) {
         const Vec3d normal = normalized(cross(frame.row, frame.column));
         frame.position = frame.position + offsets->mm[n] * normal;
@@ -374,7 +391,7 @@ Status place_frame(const DicomWalk& tags, std::size_t n, const FrameOffsets* off
     if (geometry.has(kPosition) || tags.frame_values().size() == 1)
         geometry.add_missing(tags.values());
     frame.numbers = numbers_of(tags, geometry);
-    return take_geometry(geometry, frame);
+    return take_geometry(geometry, frame, may_lack_geometry);
 }
 
 /// Sets the bytes that hold some bits of the pixels.
@@ -385,7 +402,8 @@ void take_part(DicomPixels& pixels, std::uint64_t start, std::uint64_t first, st
 
 /// Makes a slice of each frame. @param slice  the fields that all frames share, without a fault
 /// @returns one slice with a fault if a frame has no position or no pixels
-std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice& slice) {
+std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice& slice,
+                                         bool may_lack_geometry) {
     const auto faulty = [&](Error fault) {
         DicomSlice only = slice;
         only.fault = std::move(fault);
@@ -395,7 +413,8 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
     const std::size_t frames = frame_count(tags).value_or(1);
     std::optional<FrameOffsets> offsets;
     if (values.empty()) offsets = offsets_of_frames(tags, frames);
-    if (values.size() != frames && !offsets)
+    const bool lacks_geometry = may_lack_geometry && values.empty() && !offsets;
+    if (values.size() != frames && !offsets && !lacks_geometry)
         return faulty(unsupported(slice.path, "has functional groups of " +
                                                   std::to_string(values.size()) +
                                                   " frames, expected " + std::to_string(frames)));
@@ -413,12 +432,15 @@ std::vector<DicomSlice> slices_of_frames(const DicomWalk& tags, const DicomSlice
                                std::uint64_t(slice.pixels.bits_allocated);
     const std::uint64_t start = slice.pixels.parts.front().start;
     DicomSlice common = slice;
+    common.lacks_geometry = lacks_geometry || slice.lacks_geometry;
     common.pixels.parts.clear();
     std::vector<DicomSlice> slices;
     for (std::size_t n = 0; n < frames; ++n) {
         DicomSlice& frame = slices.emplace_back(common);
         frame.frame = frames > 1 ? int(n) + 1 : 0;
-        if (Status status = place_frame(tags, n, offsets ? &*offsets : nullptr, frame); !status)
+        if (Status status =
+                place_frame(tags, n, offsets ? &*offsets : nullptr, may_lack_geometry, frame);
+            !status)
             return faulty(status.error());
         if (!parts.empty())
             frame.pixels.parts = std::move(parts[n]);
@@ -477,7 +499,7 @@ Result<DicomSegmentation> read_dicom_segmentation(const fs::path& path) {
         return unsupported(path, "stores " + std::to_string(slice.pixels.bits_allocated) +
                                      " bits a pixel, expected 1 without compression, or 8 or 16 in "
                                      "a label map");
-    found.frames = slices_of_frames(tags, slice);
+    found.frames = slices_of_frames(tags, slice, false);
     if (found.frames.front().fault) return *found.frames.front().fault;
     for (const DicomValues& values : tags.segment_values()) {
         const auto number = tags.short_of(values, kSegmentNumber);
@@ -496,7 +518,7 @@ Result<DicomSegmentation> read_dicom_segmentation(const fs::path& path) {
     return found;
 }
 
-Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path) {
+Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path, bool may_lack_geometry) {
     const std::vector<DicomSlice> none;
     const auto start = start_of(path);
     if (!start) return start.error();
@@ -524,9 +546,9 @@ Result<std::vector<DicomSlice>> read_dicom_slices(const fs::path& path) {
         return none;
     // The walk has passed the UID's position if it reached the pixels.
     if (slice.series_uid.empty() && whole && readable) slice.series_uid = kNoSeriesUid;
-    slice.fault = fault_of(tags, slice, whole);
+    slice.fault = fault_of(tags, slice, whole, may_lack_geometry);
     const bool has_frames = !tags.frame_values().empty() || frame_count(tags).value_or(1) > 1;
-    if (!slice.fault && has_frames) return slices_of_frames(tags, slice);
+    if (!slice.fault && has_frames) return slices_of_frames(tags, slice, may_lack_geometry);
     return std::vector{std::move(slice)};
 }
 

@@ -51,6 +51,14 @@ Status check_alike(const fs::path& path, const std::vector<std::vector<DicomSlic
 Result<Volume> read_series(const fs::path& path, std::vector<DicomSlice> slices,
                            const ReadOptions& options, ReadNotes& notes,
                            const DecoderChoice& decoder) {
+    const bool lacks_geometry = std::any_of(
+        slices.begin(), slices.end(), [](const DicomSlice& slice) { return slice.lacks_geometry; });
+    if (options.spacing_mm && !lacks_geometry)
+        return Error{ErrorCode::InvalidArgument,
+                     "--spacing: expected none for " + path.string() + ", which has its own"};
+    if (lacks_geometry)
+        if (Status s = place_in_order(path, slices, *options.spacing_mm, notes.notes); !s)
+            return s.error();
     auto volumes = split_volumes(std::move(slices), notes.notes);
     if (volumes.size() == 1 && options.frame && *options.frame != 0)
         return Error{ErrorCode::InvalidArgument,
@@ -128,7 +136,7 @@ Result<std::int64_t> count_dicom_volumes(const fs::path& path, const std::string
 
 Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& options,
                                  ReadNotes& notes, const DecoderChoice& decoder) {
-    auto found = read_dicom_headers(folder);
+    auto found = read_dicom_headers(folder, options.spacing_mm.has_value());
     if (!found) return found.error();
     auto slices = choose_series(folder, std::move(*found), options.series_uid, notes.notes);
     if (!slices) return slices.error();
@@ -141,7 +149,7 @@ Result<Volume> read_dicom_file(const fs::path& path, const ReadOptions& options,
         const fs::path folder = path.parent_path();
         return read_dicom_folder(folder.empty() ? fs::path(".") : folder, options, notes, decoder);
     }
-    auto read = read_dicom_slices(path);
+    auto read = read_dicom_slices(path, options.spacing_mm.has_value());
     if (!read) return read.error();
     std::vector<DicomSlice>& slices = *read;
     if (slices.empty())

@@ -50,6 +50,12 @@ Result<DicomStack> stack_slices(const std::filesystem::path& folder,
 std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slices,
                                                    std::vector<std::string>& notes);
 
+/// Places slices without a geometry above each other, in the order of their Instance Numbers, or
+/// of the frames of a file. Copies are left out.
+/// @returns Unsupported if that order is unknown
+Status place_in_order(const std::filesystem::path& path, std::vector<DicomSlice>& slices,
+                      Vec3d spacing_mm, std::vector<std::string>& notes);
+
 /// Number of volumes of a file or folder to choose from with ReadOptions::frame.
 /// @param series  ReadOptions::series_uid
 Result<std::int64_t> count_dicom_volumes(const std::filesystem::path& path,

@@ -67,6 +67,7 @@ struct DicomSlice {
     std::optional<std::int64_t> instance_number;  ///< of the file
     bool is_localizer = false;                    ///< by its Image Type
     DicomPixels pixels;
+    bool lacks_geometry = false;  ///< no position, orientation or spacing; not a fault then
     bool has_modality_lut = false;
     bool is_parametric_map = false;
     bool is_segmentation = false;  ///< read_dicom_segmentation reads its file
@@ -85,8 +86,10 @@ inline constexpr const char* kNoSeriesUid = "none";
 
 /// Slices of a file: one, one for each frame, or one with a fault; none if the file is no DICOM
 /// image.
+/// @param may_lack_geometry  a missing position, orientation or spacing is no fault
 /// @returns Unreadable, which names the file, if it can't be opened or read
-Result<std::vector<DicomSlice>> read_dicom_slices(const std::filesystem::path& path);
+Result<std::vector<DicomSlice>> read_dicom_slices(const std::filesystem::path& path,
+                                                  bool may_lack_geometry = false);
 
 /// A segment of a segmentation.
 struct DicomSegment {

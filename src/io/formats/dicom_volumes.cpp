@@ -13,6 +13,7 @@
 
 #include "formats/dicom_series.h"
 
+#include "base/errors.h"
 #include "formats/dicom_folder.h"
 #include "formats/dicom_input.h"
 
@@ -202,6 +203,36 @@ void drop_localizers(std::vector<std::vector<DicomSlice>>& groups,
 }
 
 }  // namespace
+
+Status place_in_order(const std::filesystem::path& path, std::vector<DicomSlice>& slices,
+                      Vec3d spacing_mm, std::vector<std::string>& notes) {
+    for (DicomSlice& slice : slices) {
+        slice.position = {};
+        slice.numbers.clear();
+        slice.row = {1, 0, 0};
+        slice.column = {0, 1, 0};
+        slice.spacing_mm = {spacing_mm.x, spacing_mm.y, 0};
+        slice.thickness_mm = spacing_mm.z;
+    }
+    drop_copies(slices, notes);
+    const auto rank = [](const DicomSlice& s) {
+        return std::pair(s.instance_number.value_or(0), s.frame);
+    };
+    std::stable_sort(slices.begin(), slices.end(),
+                     [&](const DicomSlice& a, const DicomSlice& b) { return rank(a) < rank(b); });
+    for (std::size_t n = 0; n < slices.size(); ++n) {
+        if (n > 0 && rank(slices[n]) == rank(slices[n - 1]))
+            return unsupported(path, slices[n - 1].name() + " and " + slices[n].name() +
+                                         " have no positions and no different Instance Numbers, "
+                                         "expected one of them");
+        slices[n].position.z = double(n) * spacing_mm.z;
+        slices[n].lacks_geometry = false;
+    }
+    notes.push_back("no positions: " + counted(slices.size(), "slice is", "slices are") +
+                    " stacked in the order of their numbers, by the given spacing; left, front and "
+                    "head are unknown");
+    return Ok{};
+}
 
 std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slices,
                                                    std::vector<std::string>& notes) {
