@@ -3,9 +3,9 @@
 
 // The volumes of a series. Slices of different shapes are in different volumes. Slices of one shape
 // may be a series of volumes, such as points in time; they then have numbers: the Temporal Position
-// Index and the Dimension Index Values of frames, the Temporal Position Identifier of files. Numbers
-// that are equal for all slices at the same position count positions or stacks; the others count
-// volumes:
+// Index and the Dimension Index Values of frames, the Temporal Position Identifier of files.
+// Numbers that are equal for all slices at the same position count positions or stacks; the others
+// count volumes:
 //
 //     position    0 mm     2 mm     4 mm
 //     numbers     1 1 1    1 2 1    1 3 1      the second number counts positions,

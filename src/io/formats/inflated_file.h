@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The bytes of a file that is compressed by gzip, zlib or deflate alone. gzip files may have several members.
-// Checksums are verified.
+// The bytes of a file that is compressed by gzip, zlib or deflate alone. gzip files may have
+// several members. Checksums are verified.
 
 #pragma once
 

@@ -11,8 +11,9 @@
 //   /____/              |______|      its value
 //
 // The grid has the slices' axes and their spacing within a slice, and contains all voxels of the
-// stack. Where a neighbour is padding, the nearest voxel is taken. Beyond the stack it is filled: with air, or with the stack's smallest value if no value is
-// below zero (then values aren't Hounsfield units).
+// stack. Where a neighbour is padding, the nearest voxel is taken. Beyond the stack it is filled:
+// with air, or with the stack's smallest value if no value is below zero (then values aren't
+// Hounsfield units).
 
 #pragma once
 
