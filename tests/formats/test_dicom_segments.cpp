@@ -186,7 +186,7 @@ TEST(DicomSegments, OtherOnesAreRefusedInOneLine) {
     refused([](auto& f) { f.raw.resize(2); }, "has 2 bytes of pixels, expected 4");
     refused([](auto& f) { f.bits_allocated = f.bits_stored = 8, f.high_bit = 7, f.raw.resize(30); },
             "stores 8 bits a pixel, expected 1 without compression");
-    refused([](auto& f) { f.rows = 0; }, "has no size in pixels");
+    refused([](auto& f) { f.rows = 0; }, "is DICOM without an image");
     refused(
         [&](auto& f) {
             const auto at = f.more.rfind("1.000000");

@@ -58,7 +58,7 @@ struct DicomSyntax {
                       std::uint32_t length) const {
         const std::string tag = number(group) + number(name);
         if (implicit || group == 0xfffe) return tag + number(length);
-        if (vr == "OW" || vr == "OB" || vr == "SQ" || vr == "UN")
+        if (std::string("OW OB OF OD SQ UN").find(vr) != std::string::npos)
             return tag + vr + std::string(2, '\0') + number(length);
         return tag + vr + number(std::uint16_t(length));
     }
