@@ -24,7 +24,8 @@ pliant_test(formats
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
             test_damaged_at_random.cpp test_dicom_codestreams.cpp test_dicom_decoder.cpp
             test_dicom_folders.cpp test_dicom_frames.cpp test_dicom_pixels.cpp
-            test_dicom_sandbox.cpp test_dicom_series.cpp test_foreign_headers.cpp test_frames.cpp
+            test_dicom_sandbox.cpp test_dicom_segments.cpp test_dicom_series.cpp
+            test_dicom_values.cpp test_dicom_volumes.cpp test_foreign_headers.cpp test_frames.cpp
             test_give_up.cpp
             test_headers.cpp test_mapped_scans.cpp test_nifti_2.cpp test_read_formats.cpp
             test_read_labels.cpp test_read_orientation.cpp test_read_vtk.cpp test_recorded_scans.cpp

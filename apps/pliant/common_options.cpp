@@ -3,6 +3,7 @@
 
 #include "common_options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -49,13 +50,30 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
 }
 
 void add_scan(CLI::App* command, ScanChoice& scan) {
-    command->add_option("--series", scan.series, "DICOM series UID, where a folder has several");
+    command->add_option("--series", scan.series,
+                        "DICOM series, where a folder has several: its number, a part of its "
+                        "description, or its UID");
     command
         ->add_option("--frame", scan.frame,
                      "image of a 4-D file, or volume of a DICOM file, from 0")
         ->check(CLI::Range(0, 65535));
     command->add_flag("--straighten", scan.straighten,
                       "resample tilted, sheared or unequally spaced slices to a regular grid");
+}
+
+void add_spacing(CLI::App* command, ScanChoice& scan) {
+    command
+        ->add_option_function<std::string>(
+            "--spacing",
+            [&scan](const std::string& text) {
+                const Vec3d mm = parse_vector(text, "--spacing");
+                if (!(std::min({mm.x, mm.y, mm.z}) > 0))
+                    throw CLI::ValidationError("--spacing",
+                                               "expected millimetres > 0, found '" + text + "'");
+                scan.spacing_mm = mm;
+            },
+            "of DICOM slices without positions, stacked in the order of their numbers [mm]")
+        ->type_name("X,Y,Z");
 }
 
 void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies) {

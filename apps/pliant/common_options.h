@@ -26,6 +26,8 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
                         const std::string& help);
 /// Adds --series, --frame and --straighten.
 void add_scan(CLI::App* command, ScanChoice& scan);
+/// Adds --spacing: the voxels of DICOM images without positions.
+void add_spacing(CLI::App* command, ScanChoice& scan);
 /// Adds --bodies: the labels of which bodies are made.
 void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies);
 /// Adds --label-names: the file of the names of --labels.

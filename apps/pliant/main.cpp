@@ -27,6 +27,12 @@ int bad_input(const std::string& message) {
     return say_why(line.c_str());
 }
 
+int bad_input(const Error& error) {
+    const int status = bad_input(error.message);
+    if (error.field == "series") std::fputs(error.expected.c_str(), stderr);
+    return status;
+}
+
 }  // namespace pliant::app
 
 namespace pliant::app {

@@ -32,12 +32,14 @@ struct ScanChoice {
     std::string series;  ///< DICOM
     std::optional<std::int64_t> frame;
     bool straighten = false;
+    std::optional<Vec3d> spacing_mm;  ///< of DICOM without positions; info and convert
 
     ReadOptions options() const {
         ReadOptions options;
         options.series_uid = series;
         options.frame = frame;
         options.straighten = straighten;
+        options.spacing_mm = spacing_mm;
         return options;
     }
 };
@@ -355,5 +357,7 @@ int run_truth_score(const TruthScoreOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);
+/// The same, with a table of series to choose from below the message.
+int bad_input(const Error& error);
 
 }  // namespace pliant::app

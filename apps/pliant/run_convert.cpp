@@ -40,18 +40,18 @@ void tell(const ConvertOptions& o, const Volume& volume, const ReadNotes& notes)
 }  // namespace
 
 int run_convert(const ConvertOptions& o) {
-    if (const Status s = check_volume_name("OUT", o.out); !s) return bad_input(s.error().message);
+    if (const Status s = check_volume_name("OUT", o.out); !s) return bad_input(s.error());
     std::optional<ProgressBar> bar(std::in_place, "convert");
     ReadNotes notes;
     const auto volume = read_volume(o.file, o.scan.options(), &notes);
     if (!volume) {
         bar.reset();
-        return bad_input(volume.error().message);
+        return bad_input(volume.error());
     }
     bar->show(0.5);
     const Status written = write_volume(o.out, *volume, o.raw ? Encoding::Raw : Encoding::Gzip);
     bar.reset();
-    if (!written) return bad_input(written.error().message);
+    if (!written) return bad_input(written.error());
     tell(o, *volume, notes);
     return kExitOk;
 }

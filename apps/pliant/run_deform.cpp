@@ -219,14 +219,13 @@ Status check_options(const DeformOptions& o) {
 
 int deform(const DeformOptions& options, const Prepare& prepare) {
     Outputs outputs;
-    if (const Status s = check_options(options); !s.ok()) return bad_input(s.error().message);
-    if (const Status s = stage_outputs(options, outputs); !s.ok())
-        return bad_input(s.error().message);
+    if (const Status s = check_options(options); !s.ok()) return bad_input(s.error());
+    if (const Status s = stage_outputs(options, outputs); !s.ok()) return bad_input(s.error());
     DeformResult result;
     std::optional<ProgressBar> bar(std::in_place, "deform");
     const auto fail = [&](const Error& error) {
         bar.reset();
-        return bad_input(error.message);
+        return bad_input(error);
     };
     const TaskArena arena(options.threads);
     const auto source = prepare(result.notes, arena);

@@ -80,6 +80,13 @@ nlohmann::ordered_json list_of(Vec3d v) {
     return {v.x, v.y, v.z};
 }
 
+void print_object(const nlohmann::ordered_json& json) {
+    // Invalid UTF-8 in a file is replaced, not refused.
+    const std::string text =
+        json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    std::printf("%s\n", text.c_str());
+}
+
 void print_json(const InfoOptions& options, const Volume& volume, const ReadNotes& notes,
                 const ValueDefaults& values, const ValueRange& range,
                 const std::optional<PushOption>& push) {
@@ -131,10 +138,7 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
         json["suggested_push"] = {{"point_mm", list_of(push->point_mm)},
                                   {"push_mm", list_of(push->push_mm)},
                                   {"sphere_radius_mm", suggested_radius_mm(grid)}};
-    // Invalid UTF-8 in a file is replaced, not refused.
-    const std::string text =
-        json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-    std::printf("%s\n", text.c_str());
+    print_object(json);
 }
 
 /// "1…2, 3…4, 5…6"
@@ -219,6 +223,35 @@ void print_text(const InfoOptions& options, const Volume& volume, const ReadNote
     print_next(options, volume.grid, push);
 }
 
+/// Prints the series of a folder of which none was chosen.
+int print_series(const InfoOptions& options) {
+    const auto list = list_series(options.file);
+    if (!list) return bad_input(list.error());
+    if (!options.json) {
+        std::printf(
+            "%s: %zu series; choose one with --series and its number or a part of its "
+            "description\n%s",
+            printable(options.file).c_str(), list->size(), table_of_series(*list).c_str());
+        return kExitOk;
+    }
+    nlohmann::ordered_json json;
+    json["file"] = options.file;
+    for (const DicomSeries& series : *list) {
+        nlohmann::ordered_json one = {{"number", series.number},
+                                      {"description", series.description},
+                                      {"modality", series.modality},
+                                      {"slices", series.slices},
+                                      {"volumes", series.volumes},
+                                      {"size", {series.size.x, series.size.y, series.size.z}},
+                                      {"spacing_mm", list_of(series.spacing_mm)},
+                                      {"uid", series.uid}};
+        if (!series.fault.empty()) one["fault"] = series.fault;
+        json["series"].push_back(std::move(one));
+    }
+    print_object(json);
+    return kExitOk;
+}
+
 }  // namespace
 
 int run_info(const InfoOptions& options) {
@@ -227,7 +260,8 @@ int run_info(const InfoOptions& options) {
     auto volume = read_volume(options.file, options.scan.options(), &notes);
     if (!volume) {
         bar.reset();
-        return bad_input(volume.error().message);
+        const bool is_open = options.scan.series.empty() && volume.error().field == "series";
+        return is_open ? print_series(options) : bad_input(volume.error());
     }
     const ValueRange range = value_range(*volume);
     const ValueDefaults values = take_values(*volume, notes);

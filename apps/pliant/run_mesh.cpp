@@ -340,7 +340,7 @@ Status write_outputs(MeshOutputs& outputs, const TetMesh& mesh, const TriangleMe
 
 int make_solid(const MeshOptions& o, bool from_mesh, const MeshData& mesh, const TaskArena& arena) {
     MeshOutputs outputs;
-    if (const Status s = stage_outputs(o, outputs); !s) return bad_input(s.error().message);
+    if (const Status s = stage_outputs(o, outputs); !s) return bad_input(s.error());
     std::optional<ProgressBar> bar(std::in_place, "solid");
     const auto surface = surface_to_fill(o, from_mesh, mesh, arena);
     bar->show(0.3);
@@ -351,9 +351,9 @@ int make_solid(const MeshOptions& o, bool from_mesh, const MeshData& mesh, const
     if (!solid)
         return bad_input(from_mesh ? o.file + ": " + solid.error().message : solid.error().message);
     const TetQuality quality = tet_quality(solid->mesh);
-    if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
+    if (const Status s = check_quality(quality); !s) return bad_input(s.error());
     if (const Status s = write_outputs(outputs, solid->mesh, {}, *surface); !s)
-        return bad_input(s.error().message);
+        return bad_input(s.error());
     tell(o, *solid, quality);
     return kExitOk;
 }
@@ -371,7 +371,7 @@ int run_mesh(const MeshOptions& o) {
     if (const Status s = check_mesh_or_scan(o.file); !s) return bad_input(s.error().message);
     if (from_mesh) {
         auto read = read_mesh(o.file, unit_mm(o));
-        if (!read) return bad_input(read.error().message);
+        if (!read) return bad_input(read.error());
         mesh = std::move(*read);
         if (o.out.empty()) return judge(o, mesh);
     } else if (o.out.empty()) {
@@ -383,7 +383,7 @@ int run_mesh(const MeshOptions& o) {
         return bad_input("--surface: expected a scan, from which it is made, found " + o.file);
     if (o.solid) return make_solid(o, from_mesh, mesh, arena);
     MeshOutputs outputs;
-    if (const Status s = stage_outputs(o, outputs); !s) return bad_input(s.error().message);
+    if (const Status s = stage_outputs(o, outputs); !s) return bad_input(s.error());
     std::optional<ProgressBar> bar(std::in_place, "wall");
     TriangleMesh surface;
     const auto wall = from_mesh ? wall_from_mesh(o, mesh, settings, arena)
@@ -394,9 +394,9 @@ int run_mesh(const MeshOptions& o) {
                              ? o.file + ": " + wall.error().message + hint_at_units(o, mesh)
                              : wall.error().message);
     const TetQuality quality = tet_quality(wall->mesh);
-    if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
+    if (const Status s = check_quality(quality); !s) return bad_input(s.error());
     if (const Status s = write_outputs(outputs, wall->mesh, wall->ghost, surface); !s)
-        return bad_input(s.error().message);
+        return bad_input(s.error());
     tell(o, *wall, quality);
     return kExitOk;
 }

@@ -48,7 +48,7 @@ int run_path(const PathOptions& o) {
     auto volume = read_volume(o.file, o.scan.options(), &notes);
     if (!volume) {
         bar.reset();
-        return bad_input(volume.error().message);
+        return bad_input(volume.error());
     }
     const ValueDefaults values = take_values(*volume, notes);
     settings.spacing_mm =
@@ -62,7 +62,7 @@ int run_path(const PathOptions& o) {
     if (path->points_mm.size() < 2)
         return bad_input("--from, --to: expected two different positions, found one");
     if (const Status s = write_camera_path(o.out, path->points_mm, path->radius_mm); !s)
-        return bad_input(s.error().message);
+        return bad_input(s.error());
     tell(o, *path);
     return kExitOk;
 }

@@ -276,11 +276,11 @@ int run_render(const RenderOptions& options) {
     if (const std::string wrong = check(options); !wrong.empty()) return bad_input(wrong);
     if (!options.out.empty())
         if (const Status s = check_picture_name("--out", options.out); !s)
-            return bad_input(s.error().message);
+            return bad_input(s.error());
     std::optional<ProgressBar> bar(std::in_place, "render");
     const auto fail = [&](const Error& error) {
         bar.reset();
-        return bad_input(error.message);
+        return bad_input(error);
     };
     ReadNotes notes;
     auto volume = read_volume(options.file, options.scan.options(), &notes);
@@ -309,9 +309,9 @@ int run_render(const RenderOptions& options) {
     bar.reset();
     const std::string remark = remark_on(values, "--window, --level, --iso, --polarity");
     if (!remark.empty()) std::printf("%s\n", remark.c_str());
-    if (!image) return bad_input(image.error().message);
+    if (!image) return bad_input(image.error());
     if (const auto written = write_png(options.out, *image); !written)
-        return bad_input(written.error().message);
+        return bad_input(written.error());
     return kExitOk;
 }
 

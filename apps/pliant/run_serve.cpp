@@ -154,7 +154,7 @@ int run_serve(const ServeOptions& options) {
     auto server = start(options, arena);
     bar.reset();
     if (!server.ok()) {
-        return bad_input(named_by_option(server.error()).message);
+        return bad_input(named_by_option(server.error()));
     }
     g_is_serving = 1;
     for (const std::string& note : server->notes()) std::printf("%s\n", note.c_str());

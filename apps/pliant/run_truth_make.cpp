@@ -58,7 +58,7 @@ int run_truth_make(const TruthMakeOptions& o) {
     if (const Status s = apply(o.given, truth_rows(), settings); !s.ok())
         return bad_input(named_by_option(s.error()).message);
     const fs::path out = o.out;
-    if (const Status s = check_folder(out); !s.ok()) return bad_input(s.error().message);
+    if (const Status s = check_folder(out); !s.ok()) return bad_input(s.error());
     std::optional<ProgressBar> bar(std::in_place, "truth");
     const auto fail = [&](const Error& error) {
         bar.reset();

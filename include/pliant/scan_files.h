@@ -21,12 +21,14 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #pragma GCC visibility push(default)
 namespace pliant {
 
 struct ReadOptions {
-    /// DICOM series to read, "none" for a series without an UID; empty: the only readable one.
+    /// DICOM series to read: its UID ("none" if it has none), its number, or a part of its
+    /// description that no other has; empty: the only readable one.
     std::string series_uid{};
     bool may_map = true;  ///< false: the file may change while the volume lives
     Progress progress{};  ///< called while voxels are read; may be empty
@@ -38,6 +40,9 @@ struct ReadOptions {
     /// Resample (trilinear) to a regular grid if axes aren't perpendicular, or DICOM slices are
     /// tilted, shifted, missing or not equally spaced. A note describes it. False: refused.
     bool straighten = false;
+    /// Size of the voxels of DICOM images without a position, orientation or Pixel Spacing, which
+    /// are then stacked in the order of their Instance Numbers or frames. Empty: refused.
+    std::optional<Vec3d> spacing_mm{};
 };
 
 /// Reads NRRD, MetaImage, NIfTI, VTI, VTK structured points, a multi-frame DICOM file, or a folder
@@ -48,7 +53,8 @@ struct ReadOptions {
 /// read. Such a file must not be truncated while the volume lives, nor written to in place
 /// (VoxelMemory::mapped). Replacing it is safe.
 /// @param[out] notes  format, stored type and remarks; may be null
-/// @returns NotFound, Unreadable or Unsupported with one line that names the file
+/// @returns NotFound, Unreadable or Unsupported with one line that names the file. If a series must
+///          be chosen, the error's field is "series", and `expected` has lines of table_of_series
 Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},
                            ReadNotes* notes = nullptr);
 
@@ -61,6 +67,25 @@ Result<Volume> read_labels(const std::filesystem::path& path, const ReadOptions&
                            ReadNotes* notes = nullptr);
 /// Path of a label map without the number of its layer.
 std::filesystem::path label_file(const std::filesystem::path& path);
+/// A series of DICOM slices in a folder.
+struct DicomSeries {
+    std::string uid;                    ///< "none" if the files have none
+    std::string number;                 ///< Series Number; may be empty
+    std::string description, modality;  ///< may be empty
+    int slices = 0;                     ///< of all volumes
+    std::int64_t volumes = 1;           ///< to choose from with ReadOptions::frame
+    Vec3i size{};                       ///< of the first volume [voxels]; zeros: unknown
+    Vec3d spacing_mm{};                 ///< of the first volume; zeros: unknown
+    std::string fault{};                ///< reason why it can't be read; empty: none
+};
+
+/// Series of a folder, by their numbers. Pixels are not read.
+/// @returns NotFound for a folder without DICOM images, or Unreadable
+Result<std::vector<DicomSeries>> list_series(const std::filesystem::path& folder);
+
+/// Lines of a table of series, the heading first: number, description, modality, slices, size,
+/// spacing, UID.
+std::string table_of_series(std::span<const DicomSeries> series);
 
 enum class Encoding { Gzip, Raw };
 

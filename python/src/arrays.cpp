@@ -42,7 +42,8 @@ std::string without_table(const std::string& text) {
 
 void raise(const Error& error) {
     const nb::object kind = nb::module_::import_("pliant._error").attr("Error");
-    const nb::object raised = kind(without_table(error.message), name_of(error.code),
+    const std::string below = error.field == "series" ? "\n" + error.expected : "";
+    const nb::object raised = kind(without_table(error.message) + below, name_of(error.code),
                                    without_table(error.field), error.expected, error.found);
     PyErr_SetObject(kind.ptr(), raised.ptr());
     throw nb::python_error();

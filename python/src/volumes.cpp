@@ -96,8 +96,11 @@ std::string text_of(const PyVolume& v) {
 }
 
 PyVolume read(const std::filesystem::path& path, const std::string& series_uid,
-              std::optional<std::int64_t> frame, bool straighten) {
-    ReadOptions options{.series_uid = series_uid, .frame = frame, .straighten = straighten};
+              std::optional<std::int64_t> frame, bool straighten, std::optional<Vec3d> spacing_mm) {
+    ReadOptions options{.series_uid = series_uid,
+                        .frame = frame,
+                        .straighten = straighten,
+                        .spacing_mm = spacing_mm};
     Interruption interruption;
     options.give_up = [&] { return interruption.is_there(); };
     auto volume = [&] {
@@ -247,13 +250,18 @@ void bind_volumes(nb::module_& m) {
             "__reduce__", [](nb::handle self) { return exchange("reduced_volume")(self); },
             nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"));
     bind_grid(c, [](const PyVolume& v) -> const Grid& { return v.volume.grid; });
-    m.def("read_volume", &read, nb::arg("path"), nb::arg("series_uid") = "",
-          nb::arg("frame") = nb::none(), nb::arg("straighten") = false,
-          "Reads NRRD, MetaImage, NIfTI, VTI, VTK structured points, or DICOM.\n\n"
-          "Args:\n"
-          "    series_uid: DICOM series; empty: the only one.\n"
-          "    frame: Image of a 4-D file, from 0.\n"
-          "    straighten: Resamples tilted or unequally spaced slices to a regular grid.");
+    m.def(
+        "read_volume", &read, nb::arg("path"), nb::arg("series_uid") = "",
+        nb::arg("frame") = nb::none(), nb::arg("straighten") = false,
+        nb::arg("spacing_mm") = nb::none(),
+        "Reads NRRD, MetaImage, NIfTI, VTI, VTK structured points, or DICOM.\n\n"
+        "Args:\n"
+        "    series_uid: DICOM series by its UID, number or a part of its description; empty:\n"
+        "        the only one.\n"
+        "    frame: Image of a 4-D file, from 0.\n"
+        "    straighten: Resamples tilted or unequally spaced slices to a regular grid.\n"
+        "    spacing_mm: Voxels of DICOM images without positions, which are then stacked in the\n"
+        "        order of their numbers.");
     m.def("make_phantom", &phantom, nb::arg("name"), nb::arg("size") = nb::none(),
           nb::arg("spacing_mm") = Vec3d{0, 0, 0}, nb::arg("threads") = 0,
           "A test scan from analytic shapes, in HU, identical on every machine.\n\n"

@@ -7,6 +7,7 @@
 
 #include "support/compressed_dicom.h"
 #include "support/damaged_scan.h"
+#include "support/dicom_style.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
@@ -22,31 +23,7 @@ namespace {
 
 using test::DicomFile;
 using test::packed;
-
-/// How sequences are written.
-struct Style {
-    bool implicit = false, known_lengths = false;
-
-    std::string tag(std::uint32_t t) const {
-        return packed<std::uint16_t>({std::uint16_t(t >> 16), std::uint16_t(t)});
-    }
-    static std::string u32(std::size_t n) { return packed<std::uint32_t>({std::uint32_t(n)}); }
-    std::string decimals(std::uint32_t t, std::string text) const {
-        if (text.size() % 2) text += ' ';
-        if (implicit) return tag(t) + u32(text.size()) + text;
-        return tag(t) + "DS" + packed<std::uint16_t>({std::uint16_t(text.size())}) + text;
-    }
-    std::string sequence(std::uint32_t t, const std::vector<std::string>& items) const {
-        std::string body;
-        for (const std::string& item : items)
-            body += tag(0xfffee000) + (known_lengths
-                                           ? u32(item.size()) + item
-                                           : u32(0xffffffff) + item + tag(0xfffee00d) + u32(0));
-        const std::string start = tag(t) + (implicit ? "" : std::string("SQ\0\0", 4));
-        if (known_lengths) return start + u32(body.size()) + body;
-        return start + u32(0xffffffff) + body + tag(0xfffee0dd) + u32(0);
-    }
-};
+using test::Style;
 
 constexpr std::uint32_t kPlanePosition = 0x00209113, kPlaneOrientation = 0x00209116,
                         kPixelMeasures = 0x00289110, kValueTransformation = 0x00289145,
@@ -473,7 +450,9 @@ TEST(DicomFrames, TheSeriesOfAFileCanBeNamed) {
     EXPECT_TRUE(read_volume(path, options).ok());
     options.series_uid = "1.2.4";
     EXPECT_EQ(error_of(path, options),
-              path.string() + ": has no series 1.2.4, expected --series 1.2.3");
+              path.string() +
+                  ": has no series 1.2.4, expected --series with the number, a part of "
+                  "the description or the UID of one");
 }
 
 TEST(DicomFrames, EveryCutOffFileIsRefused) {
@@ -538,11 +517,9 @@ TEST_F(DicomTrees, SeveralSeriesAreListed) {
     DicomFile other;
     other.series = "1.2.9";
     write_slices("b/c", 0, 3, other);
-    EXPECT_EQ(
-        error_of(m_folder.path()),
-        m_folder.path().string() +
-            ": holds 2 series, choose one with --series: 1.2.3 (2 slices, a series); 1.2.9 (3 "
-            "slices, a series)");
+    EXPECT_EQ(error_of(m_folder.path()), m_folder.path().string() +
+                                             ": holds 2 series, choose one with --series and its "
+                                             "number or a part of its description");
     ReadOptions options;
     options.series_uid = "1.2.9";
     const auto volume = read_volume(m_folder.path(), options);

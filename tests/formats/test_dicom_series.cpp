@@ -223,8 +223,8 @@ TEST(DicomSeries, AmongSeveralOneMustBeChosen) {
     write_slices(folder, {0, 1}, {}, "a");
     write_slices(folder, {0, 1, 2}, bone, "b");
     expect_error(folder,
-                 "holds 2 series, choose one with --series: 1.2.3 (2 slices, a series); "
-                 "9.8.7 (3 slices, bone kernel)");
+                 "holds 2 series, choose one with --series and its number or a part of its "
+                 "description");
     const auto chosen = read_volume(folder.path(), {"9.8.7"});
     ASSERT_TRUE(chosen.ok()) << chosen.error().message;
     EXPECT_EQ(chosen->grid.size.z, 3);

@@ -53,8 +53,10 @@ std::string without_progress(const std::string& text) {
     return rest;
 }
 
+/// Whether it is one line, perhaps with a table of series below.
 bool is_one_line(const std::string& text) {
-    return text.starts_with("pliant: ") && text.find('\n') == text.size() - 1;
+    const std::string_view below = std::string_view(text).substr(text.find('\n') + 1);
+    return text.starts_with("pliant: ") && (below.empty() || below.starts_with("number  "));
 }
 
 void judge_files(const Ended& run, const Contents& before, const Contents& after,

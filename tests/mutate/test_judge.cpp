@@ -46,6 +46,10 @@ TEST_F(Judge, FindsNoFaultWhereAFileIsTakenOrRefusedInOneLine) {
     EXPECT_EQ(m_run.out, "an input");
     EXPECT_EQ(m_run.err, "pliant: a.nrrd: expected more\n");
     EXPECT_GT(m_run.peak_mb, 0);
+    // A table of series may follow, and nothing else.
+    const std::string several = "echo 'pliant: d: holds 2 series' >&2; ";
+    EXPECT_EQ(faults(several + "echo 'number  UID' >&2; echo '1       1.2' >&2; exit 2"), "");
+    EXPECT_NE(faults(several + "echo 'and more' >&2; exit 2"), "");
 }
 
 TEST_F(Judge, SetsProgressAside) {

@@ -58,7 +58,7 @@ struct DicomSyntax {
                       std::uint32_t length) const {
         const std::string tag = number(group) + number(name);
         if (implicit || group == 0xfffe) return tag + number(length);
-        if (vr == "OW" || vr == "OB" || vr == "SQ" || vr == "UN")
+        if (std::string("OW OB OF OD SQ UN").find(vr) != std::string::npos)
             return tag + vr + std::string(2, '\0') + number(length);
         return tag + vr + number(std::uint16_t(length));
     }
@@ -145,10 +145,11 @@ std::string DicomFile::bytes() const {
     const std::string written = !syntax.empty() ? syntax
                                 : implicit      ? "1.2.840.10008.1.2"
                                                 : "1.2.840.10008.1.2.1";
-    const std::string instance = series + "." + std::to_string(long(10000 + 100 * position[2]));
+    const std::string own = series + "." + std::to_string(long(10000 + 100 * position[2]));
+    const std::string uid = instance.empty() ? own : instance;
     const DicomSyntax plain, body{written == "1.2.840.10008.1.2", written == "1.2.840.10008.1.2.2"};
     const std::string meta = plain.element(2, 0x0002, "UI", sop_class) +
-                             plain.element(2, 0x0003, "UI", instance) +
+                             plain.element(2, 0x0003, "UI", uid) +
                              plain.element(2, 0x0010, "UI", written);
     std::string bytes(128, '\0');
     bytes += "DICM" +
@@ -160,14 +161,18 @@ std::string DicomFile::bytes() const {
     const auto add_number = [&](std::uint16_t number, std::uint16_t value) {
         add(0x28, number, "US", body.number(value));
     };
+    if (!image_type.empty()) add(0x08, 0x0008, "CS", image_type);
     add(0x08, 0x0016, "UI", sop_class);
-    add(0x08, 0x0018, "UI", instance);
+    add(0x08, 0x0018, "UI", uid);
     if (!modality.empty()) add(0x08, 0x0060, "CS", modality);
     add(0x08, 0x103e, "LO", description);
     add(0x18, 0x0050, "DS", "17");  // slice thickness: not to be trusted
     add(0x20, 0x000e, "UI", series);
+    if (!series_number.empty()) add(0x20, 0x0011, "IS", series_number);
+    if (!instance_number.empty()) add(0x20, 0x0013, "IS", instance_number);
     if (with_position) add(0x20, 0x0032, "DS", decimals(position));
-    add(0x20, 0x0037, "DS", decimals(orientation));
+    if (with_orientation) add(0x20, 0x0037, "DS", decimals(orientation));
+    if (!time.empty()) add(0x20, 0x0100, "IS", time);
     add_number(0x0002, samples);
     add(0x28, 0x0004, "CS",
         !photometric.empty() ? photometric
@@ -180,7 +185,7 @@ std::string DicomFile::bytes() const {
     add_number(0x0100, bits_allocated);
     add_number(0x0101, bits_stored);
     add_number(0x0102, high_bit);
-    add_number(0x0103, is_signed);
+    if (with_sign) add_number(0x0103, is_signed);
     if (!level.empty()) add(0x28, 0x1050, "DS", level);
     if (!window.empty()) add(0x28, 0x1051, "DS", window);
     add(0x28, 0x1052, "DS", intercept);
@@ -190,7 +195,7 @@ std::string DicomFile::bytes() const {
     if (!fragments.empty())
         bytes += body.fragments(fragments);
     else
-        add(0x7fe0, 0x0010, pixel_type.c_str(), !raw.empty() ? raw : packed(pixels));
+        add(0x7fe0, pixel_element, pixel_type.c_str(), !raw.empty() ? raw : packed(pixels));
     return bytes;
 }
 

@@ -66,6 +66,9 @@ struct NiftiFile {
 /// One slice: explicit or implicit VR, little or big endian, or a codestream.
 struct DicomFile {
     std::string series = "1.2.3", description = "a series";
+    std::string instance = {};  ///< SOP Instance UID; empty: by series and position
+    // Empty: no such element.
+    std::string series_number = {}, instance_number = {}, time = {}, image_type = {};
     std::array<double, 3> position = {0, 0, 0};
     std::array<double, 6> orientation = {1, 0, 0, 0, 1, 0};
     std::array<double, 2> spacing = {0.5, 0.25};  ///< between rows, between columns
@@ -74,7 +77,9 @@ struct DicomFile {
     std::string modality = "CT", rescale_type = {};  ///< empty: no such element
     std::string window = {}, level = {};             ///< Window Width and Center; the same
     std::uint16_t bits_allocated = 16, bits_stored = 16, high_bit = 15, is_signed = 1;
-    bool with_position = true, implicit = false;
+    bool with_position = true, with_orientation = true, with_sign = true;
+    bool implicit = false;
+    std::uint16_t pixel_element = 0x0010;  ///< 8: floats, 9: doubles
     bool unknown_types = false;  ///< VR UN, as converters write elements of implicit files
     std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  ///< CT
     std::string photometric = {};   ///< empty: as the number of samples suggests

@@ -6,13 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <type_traits>
 #include <utility>
 
 #include "base/errors.h"
-#include "base/input_file.h"
 #include "base/memory_budget.h"
+#include "base/text.h"
+#include "formats/dicom_folder.h"
 #include "formats/dicom_slice.h"
 
 namespace pliant {
@@ -262,7 +264,7 @@ std::uint64_t pixels_in(const DicomSlice& slice) {
     return std::uint64_t(slice.rows) * std::uint64_t(slice.columns);
 }
 
-Status read_part(InputFile& file, FilePart part, std::uint8_t* out) {
+Status read_part(DicomInput& file, FilePart part, std::uint8_t* out) {
     file.seek(part.start);
     if (file.read(out, std::size_t(part.bytes)) == part.bytes) return Ok{};
     return file.fault("changed while it was read");
@@ -294,34 +296,13 @@ bool rescales_to_integers(const DicomSlice& slice, std::size_t bytes_per_pixel) 
     return bytes_per_pixel < 4 && small(slice.slope, 1 << 14) && small(slice.intercept, 1 << 29);
 }
 
-template <class Stored, class Value, class Rescale>
-void add_as(std::span<const std::uint8_t> bytes, Component component, Rescale&& rescale,
-            VoxelBuilder& voxels) {
-    std::vector<Value> values(bytes.size() / sizeof(Stored));
-    for (std::size_t n = 0; n < values.size(); ++n) {
-        Stored stored;
-        std::memcpy(&stored, &bytes[n * sizeof(Stored)], sizeof stored);
-        values[n] = rescale(stored);
-    }
-    voxels.add(component, values.data(), values.size());
-}
-
-template <class Stored>
-void add_pixels(const DicomSlice& slice, std::span<const std::uint8_t> bytes, int bits,
-                bool is_signed, VoxelBuilder& voxels) {
-    const PixelBits<Stored> number(bits, is_signed);
-    if (rescales_to_integers(slice, sizeof(Stored))) {
-        const auto slope = std::int32_t(slice.slope), intercept = std::int32_t(slice.intercept);
-        add_as<Stored, std::int32_t>(
-            bytes, Component::Int32,
-            [&](Stored stored) { return slope * std::int32_t(number(stored)) + intercept; },
-            voxels);
-    } else {
-        add_as<Stored, double>(
-            bytes, Component::Float64,
-            [&](Stored stored) { return slice.slope * double(number(stored)) + slice.intercept; },
-            voxels);
-    }
+/// Number of pixels whose highest used bit is set. @param bits  used ones of a pixel
+std::size_t count_top_bits(std::span<const std::uint8_t> bytes, int bytes_per_pixel, int bits) {
+    const auto step = std::size_t(bytes_per_pixel), byte = std::size_t(bits - 1) / 8;
+    std::size_t count = 0;
+    for (std::size_t n = byte; n < bytes.size(); n += step)
+        count += std::size_t(bytes[n] >> (bits - 1) % 8 & 1);
+    return count;
 }
 
 }  // namespace
@@ -340,7 +321,12 @@ DicomPixelReader::DicomPixelReader(const std::vector<DicomSlice>& slices,
 
 Status DicomPixelReader::read(const DicomSlice& slice, VoxelBuilder& voxels) {
     Status status = slice.pixels.compressed() ? read_compressed(slice) : read_plain(slice);
-    if (status) add(slice, voxels);
+    if (!status) return status;
+    add(slice, voxels);
+    if (m_all_padding) {
+        m_is_padding.resize(pixels_in(slice));
+        m_all_padding->insert(m_all_padding->end(), m_is_padding.begin(), m_is_padding.end());
+    }
     return status;
 }
 
@@ -349,15 +335,23 @@ void DicomPixelReader::make_room(const DicomSlice& slice) {
     m_bytes.resize(std::size_t(pixels_in(slice)) * std::size_t(slice.pixels.bits_allocated / 8));
 }
 
+/// Opens the slice's file, unless it is open because of another frame.
+Status DicomPixelReader::open(const DicomSlice& slice) {
+    if (m_input && m_input->path() == slice.path) return Ok{};
+    m_input.emplace(slice.path);
+    const std::uint64_t start = slice.pixels.deflated_from;
+    return start ? m_input->inflate_from(start) : Status(Ok{});
+}
+
 Status DicomPixelReader::read_plain(const DicomSlice& slice) {
     make_room(slice);
-    InputFile file(slice.path);
+    if (Status status = open(slice); !status) return status;
     const FilePart whole = slice.pixels.parts.front();
-    if (Status status = read_part(file, {whole.start, m_bytes.size()}, m_bytes.data()); !status)
+    if (Status status = read_part(*m_input, {whole.start, m_bytes.size()}, m_bytes.data()); !status)
         return status;
-    if (slice.pixels.swapped_words)
-        for (std::size_t n = 0; n + 1 < m_bytes.size(); n += 2)
-            std::swap(m_bytes[n], m_bytes[n + 1]);
+    if (const std::size_t unit = slice.pixels.swapped_bytes)
+        for (std::size_t n = 0; n + unit <= m_bytes.size(); n += unit)
+            std::reverse(&m_bytes[n], &m_bytes[n] + unit);
     m_is_signed = slice.pixels.is_signed;
     m_bits = slice.pixels.bits_stored;
     return Ok{};
@@ -389,10 +383,10 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
         return unsupported(slice.path, "has " + std::to_string(size) +
                                            " bytes of compressed pixels, expected fewer");
     std::vector<std::uint8_t> codestream(std::size_t(padded), 0);
-    InputFile file(slice.path);
+    if (Status status = open(slice); !status) return status;
     std::size_t at = 0;
     for (const FilePart& part : slice.pixels.parts) {
-        if (Status status = read_part(file, part, &codestream[at]); !status) return status;
+        if (Status status = read_part(*m_input, part, &codestream[at]); !status) return status;
         at += std::size_t(part.bytes);
     }
     int bits = 0;
@@ -422,12 +416,108 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
     return Ok{};
 }
 
+std::vector<std::string> DicomPixelReader::notes() const {
+    std::vector<std::string> notes;
+    if (m_doubtful)
+        notes.push_back("Pixel Representation is missing: pixels are taken as unsigned, " +
+                        counted(m_doubtful, "of them has", "of them have") +
+                        " the bit that would be the sign");
+    if (m_padded)
+        notes.push_back(counted(m_padded, "voxel", "voxels") + " of padding became " +
+                        short_text(m_padding_value));
+    if (!m_kept_padding.empty())
+        notes.push_back(
+            "the Pixel Padding Value is kept where it lies between other values, "
+            "first in " +
+            m_kept_padding);
+    return notes;
+}
+
+/// Marks padding. A padding value between other values of the slice may be an image's, and is kept.
+template <class Stored, class Number>
+void DicomPixelReader::find_padding(const DicomSlice& slice, const Number& number) {
+    m_is_padding.clear();
+    const auto& padding = slice.pixels.padding;
+    if (!padding) return;
+    m_is_padding.resize(m_bytes.size() / sizeof(Stored));
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (std::size_t n = 0; n < m_is_padding.size(); ++n) {
+        Stored stored;
+        std::memcpy(&stored, &m_bytes[n * sizeof(Stored)], sizeof stored);
+        const auto value = double(number(stored));
+        bool is_padding = value >= padding->low && value <= padding->high;
+        if constexpr (std::is_same_v<Stored, std::uint16_t>)
+            is_padding = is_padding || (padding->word && stored == Stored(*padding->word));
+        m_is_padding[n] = is_padding;
+        if (is_padding) continue;
+        if (value < lowest) lowest = value;
+        if (value > highest) highest = value;
+    }
+    if (!(lowest < padding->low && highest > padding->high)) return;
+    if (std::find(m_is_padding.begin(), m_is_padding.end(), true) != m_is_padding.end() &&
+        m_kept_padding.empty())
+        m_kept_padding = slice.name();
+    m_is_padding.clear();
+}
+
+/// Adds the rescaled values of a slice, and its padding as air.
+template <class Stored, class Value, class Rescale>
+void DicomPixelReader::add_as(const DicomSlice& slice, Component component, const Rescale& rescale,
+                              VoxelBuilder& voxels) {
+    std::vector<Value> values(m_bytes.size() / sizeof(Stored));
+    for (std::size_t n = 0; n < values.size(); ++n) {
+        Stored stored;
+        std::memcpy(&stored, &m_bytes[n * sizeof(Stored)], sizeof stored);
+        values[n] = rescale(stored);
+    }
+    const auto air = Value(slice.padding_value());
+    for (std::size_t n = 0; n < m_is_padding.size(); ++n) {
+        const bool is_air = values[n] >= air && values[n] <= (air < 0 ? Value(kAirHu) : air);
+        if (!m_is_padding[n] || is_air) continue;
+        values[n] = air;
+        ++m_padded;
+        m_padding_value = double(air);
+    }
+    voxels.add(component, values.data(), values.size());
+}
+
+template <class Stored, class Number>
+void DicomPixelReader::add_numbers(const DicomSlice& slice, const Number& number,
+                                   VoxelBuilder& voxels) {
+    find_padding<Stored>(slice, number);
+    if constexpr (std::is_floating_point_v<Stored>) {
+        constexpr Component kOwn =
+            sizeof(Stored) == sizeof(double) ? Component::Float64 : Component::Float32;
+        if (slice.slope == 1 && slice.intercept == 0)
+            return add_as<Stored, Stored>(slice, kOwn, number, voxels);
+    } else if (rescales_to_integers(slice, sizeof(Stored))) {
+        const auto slope = std::int32_t(slice.slope), intercept = std::int32_t(slice.intercept);
+        return add_as<Stored, std::int32_t>(
+            slice, Component::Int32,
+            [&](Stored stored) { return slope * std::int32_t(number(stored)) + intercept; },
+            voxels);
+    }
+    add_as<Stored, double>(
+        slice, Component::Float64,
+        [&](Stored stored) { return slice.slope * double(number(stored)) + slice.intercept; },
+        voxels);
+}
+
 void DicomPixelReader::add(const DicomSlice& slice, VoxelBuilder& voxels) {
-    if (m_bytes.size() == pixels_in(slice))
-        return add_pixels<std::uint8_t>(slice, m_bytes, m_bits, m_is_signed, voxels);
-    if (m_bytes.size() == 2 * pixels_in(slice))
-        return add_pixels<std::uint16_t>(slice, m_bytes, m_bits, m_is_signed, voxels);
-    add_pixels<std::uint32_t>(slice, m_bytes, m_bits, m_is_signed, voxels);
+    const auto own = [](auto stored) { return stored; };
+    const auto bits = [&]<class Stored>(Stored) {
+        add_numbers<Stored>(slice, PixelBits<Stored>(m_bits, m_is_signed), voxels);
+    };
+    const int bytes_per_pixel = slice.pixels.bits_allocated / 8;
+    if (slice.pixels.numbers == PixelNumbers::Float32)
+        return add_numbers<float>(slice, own, voxels);
+    if (slice.pixels.numbers == PixelNumbers::Float64)
+        return add_numbers<double>(slice, own, voxels);
+    if (slice.pixels.is_sign_unknown && !m_is_signed)
+        m_doubtful += count_top_bits(m_bytes, bytes_per_pixel, m_bits);
+    if (bytes_per_pixel == 1) return bits(std::uint8_t());
+    if (bytes_per_pixel == 2) return bits(std::uint16_t());
+    bits(std::uint32_t());
 }
 
 }  // namespace pliant

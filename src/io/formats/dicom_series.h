@@ -1,10 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Reads the DICOM slices of a folder, or of a file of several frames, as a volume. Folders in a
-// folder are searched if it has no slices itself, up to a depth and a number of files. An unusable
-// file blocks its own series only; if its series is unknown, it blocks every series that isn't
-// chosen by name.
+// Reads the DICOM slices of a folder, or of a file of several frames, as a volume.
 
 #pragma once
 
@@ -29,16 +26,6 @@ inline constexpr double kSameSliceMm = 1e-3;
 /// Rounding tolerance of direction cosines.
 inline constexpr double kSameSliceAxes = 1e-4;
 
-/// A series in a folder.
-struct DicomSeries {
-    std::string uid;
-    std::string description;
-    int slices = 0;
-};
-
-/// Series of a folder to choose from, by their UIDs: the usable ones, or all if none is usable.
-Result<std::vector<DicomSeries>> list_series(const std::filesystem::path& folder);
-
 /// A sorted series.
 struct DicomStack {
     Grid grid;
@@ -46,7 +33,10 @@ struct DicomStack {
     std::optional<SliceStack> irregular{};
 };
 
-/// Sorts slices of one series along their normal.
+/// Feature in which two slices differ, so that they can't be in one volume; null: none.
+const char* difference_of(const DicomSlice& a, const DicomSlice& b);
+
+/// Sorts slices of one series along their normal. @pre difference_of is null for all
 /// @param straighten   slices that are tilted, shifted, missing or unequally spaced are irregular;
 ///                     otherwise they are refused
 /// @param[out] notes  tolerated deviations, and those that make a stack irregular
@@ -54,14 +44,30 @@ Result<DicomStack> stack_slices(const std::filesystem::path& folder,
                                 std::vector<DicomSlice>& slices, bool straighten,
                                 std::vector<std::string>& notes);
 
-/// Splits a series into its volumes, in their order. @returns one if the slices are at different
-/// positions, or can't be told apart
-std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slices);
+/// Splits a series into its volumes, those of the most slices first. Copies and localizers are
+/// left out.
+/// @param[out] notes  the files that are left out
+std::vector<std::vector<DicomSlice>> split_volumes(std::vector<DicomSlice> slices,
+                                                   std::vector<std::string>& notes);
+
+/// Places slices without a geometry above each other, in the order of their Instance Numbers, or
+/// of the frames of a file. Copies are left out.
+/// @returns Unsupported if that order is unknown
+Status place_in_order(const std::filesystem::path& path, std::vector<DicomSlice>& slices,
+                      Vec3d spacing_mm, std::vector<std::string>& notes);
 
 /// Number of volumes of a file or folder to choose from with ReadOptions::frame.
-/// @param series  UID; empty: the only one
+/// @param series  ReadOptions::series_uid
 Result<std::int64_t> count_dicom_volumes(const std::filesystem::path& path,
                                          const std::string& series);
+
+/// Reads the labels of a segmentation or of a label map, with the names of its segments as keys.
+/// ReadOptions::frame chooses one of its segments, in the order of their numbers.
+/// @returns InvalidArgument if segments overlap and none is chosen
+Result<Volume> read_dicom_segments(const std::filesystem::path& path, const ReadOptions& options,
+                                   ReadNotes& notes, const DecoderChoice& decoder = {});
+/// Number of segments to choose from.
+Result<std::int64_t> count_dicom_segments(const std::filesystem::path& path);
 
 /// Reads the frames of a file. The file DICOMDIR stands for its folder.
 Result<Volume> read_dicom_file(const std::filesystem::path& path, const ReadOptions& options,

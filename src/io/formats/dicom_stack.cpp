@@ -32,22 +32,6 @@ constexpr double kMaxOffsetMm = 0.1, kMaxOffset = 0.2;
 /// otherwise [pixels].
 constexpr double kSmallShiftMm = 0.02, kMaxLean = 1e-3, kMaxShiftPixels = 0.25;
 
-Status check_same_shape(const DicomSlice& first, const DicomSlice& slice) {
-    const std::string names = first.name() + " and " + slice.name();
-    const auto differ = [&](const char* feature) {
-        return unsupported(slice.path.parent_path(), std::string("the slices ") + names +
-                                                         " differ in " + feature +
-                                                         ", expected one for the whole series");
-    };
-    if (slice.rows != first.rows || slice.columns != first.columns) return differ("size");
-    if (norm(slice.row - first.row) > kSameSliceAxes ||
-        norm(slice.column - first.column) > kSameSliceAxes)
-        return differ("orientation");
-    if (norm(slice.spacing_mm - first.spacing_mm) > 1e-4 * norm(first.spacing_mm))
-        return differ("pixel spacing");
-    return Ok{};
-}
-
 /// Whether all slices are at their positions in a regular stack, up to rounding.
 bool is_regular(const std::vector<double>& heights) {
     const double gap = (heights.back() - heights.front()) / double(heights.size() - 1);
@@ -73,7 +57,10 @@ Status check_apart(const fs::path& folder, const std::vector<DicomSlice>& slices
     for (std::size_t n = 1; n < heights.size(); ++n)
         if (heights[n] - heights[n - 1] < kSameSliceMm)
             return unsupported(folder, "two slices are at the same position: " +
-                                           slices[n - 1].name() + " and " + slices[n].name());
+                                           slices[n - 1].name() + " and " + slices[n].name() +
+                                           ", expected one at each position, or several volumes: "
+                                           "as many at each, told apart by Temporal Position "
+                                           "Identifier or Instance Number");
     return Ok{};
 }
 
@@ -197,10 +184,16 @@ std::string mended(const std::string& message, const fs::path& folder) {
 
 }  // namespace
 
+const char* difference_of(const DicomSlice& a, const DicomSlice& b) {
+    if (a.rows != b.rows || a.columns != b.columns) return "size";
+    if (norm(a.row - b.row) > kSameSliceAxes || norm(a.column - b.column) > kSameSliceAxes)
+        return "orientation";
+    if (norm(a.spacing_mm - b.spacing_mm) > 1e-4 * norm(a.spacing_mm)) return "pixel spacing";
+    return nullptr;
+}
+
 Result<DicomStack> stack_slices(const fs::path& folder, std::vector<DicomSlice>& slices,
                                 bool straighten, std::vector<std::string>& notes) {
-    for (const DicomSlice& slice : slices)
-        if (Status status = check_same_shape(slices.front(), slice); !status) return status.error();
     const DicomSlice first = slices.front();
     DicomStack stack;
     Grid& grid = stack.grid;

@@ -14,6 +14,7 @@ namespace {
 constexpr TransferSyntax kKnown[] = {
     {"1.2.840.10008.1.2", PixelCodec::None, false, false},
     {"1.2.840.10008.1.2.1", PixelCodec::None, true, false},
+    {"1.2.840.10008.1.2.1.99", PixelCodec::None, true, false, true},
     {"1.2.840.10008.1.2.2", PixelCodec::None, true, true},
     {"1.2.840.10008.1.2.5", PixelCodec::Rle, true, false},
     {"1.2.840.10008.1.2.4.50", PixelCodec::Jpeg, true, false},  // baseline
@@ -31,7 +32,6 @@ struct Name {
 };
 /// Unsupported syntaxes. A row also covers UIDs with one digit more.
 constexpr Name kRefused[] = {
-    {"1.2.840.10008.1.2.1.99", "deflated DICOM"},
     {"1.2.840.10008.1.2.1.98", "uncompressed frames in fragments"},
     {"1.2.840.10008.1.2.8.1", "deflated frames"},
     {"1.2.840.10008.1.2.4.92", "JPEG 2000 part 2"},

@@ -25,6 +25,7 @@ struct TransferSyntax {
     PixelCodec codec = PixelCodec::None;
     bool explicit_types = true;  ///< elements name their value representation
     bool big_endian = false;
+    bool deflated = false;  ///< all elements behind group 2
 };
 
 /// @returns null if Pliant doesn't support it

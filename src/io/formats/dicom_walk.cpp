@@ -23,34 +23,73 @@ constexpr std::string_view kValueTypes =
     "US UT UV";
 constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
 /// Stored elements and their types.
-constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
-    {kTransferSyntax, "UI"},  {kSopClass, "UI"},     {kModality, ""},
-    {kSeriesDescription, ""}, {kSeriesUid, "UI"},    {kPosition, "DS"},
-    {kOrientation, "DS"},     {kSamples, "US"},      {kPhotometric, "CS"},
-    {kPlanar, "US"},          {kFrames, "IS"},       {kRows, "US"},
-    {kColumns, "US"},         {kPixelSpacing, "DS"}, {kBitsAllocated, "US"},
-    {kBitsStored, "US"},      {kHighBit, "US"},      {kPixelRepresentation, "US"},
-    {kIntercept, "DS"},       {kSlope, "DS"},        {kWindowCenter, "DS"},
-    {kWindowWidth, "DS"},     {kRescaleType, ""},    {kModalityLut, ""},
-    {kSliceThickness, "DS"},  {kSliceSpacing, "DS"}, {kFramePointer, "AT"},
-    {kFrameOffsets, "DS"}};
+constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {{kSegmentationType, "CS"},
+                                                                {kPadding, ""},
+                                                                {kPaddingLimit, ""},
+                                                                {kFloatPadding, "FL"},
+                                                                {kFloatPaddingLimit, "FL"},
+                                                                {kDoublePadding, "FD"},
+                                                                {kDoublePaddingLimit, "FD"},
+                                                                {kImageType, "CS"},
+                                                                {kInstanceUid, "UI"},
+                                                                {kInstanceNumber, "IS"},
+                                                                {kTemporalPosition, "IS"},
+                                                                {kTransferSyntax, "UI"},
+                                                                {kSopClass, "UI"},
+                                                                {kModality, ""},
+                                                                {kSeriesDescription, ""},
+                                                                {kSeriesUid, "UI"},
+                                                                {kSeriesNumber, ""},
+                                                                {kPosition, "DS"},
+                                                                {kOrientation, "DS"},
+                                                                {kSamples, "US"},
+                                                                {kPhotometric, "CS"},
+                                                                {kPlanar, "US"},
+                                                                {kFrames, "IS"},
+                                                                {kRows, "US"},
+                                                                {kColumns, "US"},
+                                                                {kPixelSpacing, "DS"},
+                                                                {kBitsAllocated, "US"},
+                                                                {kBitsStored, "US"},
+                                                                {kHighBit, "US"},
+                                                                {kPixelRepresentation, "US"},
+                                                                {kIntercept, "DS"},
+                                                                {kSlope, "DS"},
+                                                                {kWindowCenter, "DS"},
+                                                                {kWindowWidth, "DS"},
+                                                                {kRescaleType, ""},
+                                                                {kModalityLut, ""},
+                                                                {kSliceThickness, "DS"},
+                                                                {kSliceSpacing, "DS"},
+                                                                {kFramePointer, "AT"},
+                                                                {kFrameOffsets, "DS"}};
 /// Sequences of functional groups: for all frames and for each; and those of their sequences that
 /// are read: Frame Content, Plane Position, Plane Orientation, Pixel Measures, Frame VOI LUT, Pixel
-/// Value Transformation.
+/// Value Transformation, Segment Identification.
 constexpr std::uint32_t kSharedGroups = 0x52009229, kFrameGroups = 0x52009230,
                         kExtendedOffsets = 0x7fe00001;
-constexpr std::uint32_t kMacros[] = {0x00209111, 0x00209113, 0x00209116,
-                                     0x00289110, 0x00289132, 0x00289145};
-/// Their stored elements, of types DS and UL.
-constexpr std::uint32_t kFrameTags[] = {
-    kPosition, kOrientation,  kPixelSpacing, kSliceThickness, kIntercept,
-    kSlope,    kWindowCenter, kWindowWidth,  kTemporalIndex,  kDimensionIndices};
+/// Detector Information Sequence of nuclear medicine, which has the position of the first frame.
+constexpr std::uint32_t kDetectors = 0x00540022;
+constexpr std::uint32_t kSegments = 0x00620002;  ///< Segment Sequence
+constexpr std::uint32_t kMacros[] = {0x00209111, 0x00209113, 0x00209116, 0x00289110,
+                                     0x00289132, 0x00289145, 0x0062000a};
+/// Their stored elements, of types DS, UL and US, and those of a segment.
+constexpr std::uint32_t kFrameTags[] = {kPosition,         kOrientation,       kPixelSpacing,
+                                        kSliceThickness,   kIntercept,         kSlope,
+                                        kWindowCenter,     kWindowWidth,       kTemporalIndex,
+                                        kDimensionIndices, kReferencedSegment, kSegmentNumber,
+                                        kSegmentLabel};
 /// Maximum length of a stored value, also of one with a number for each frame, and maximum nesting
 /// of sequences.
 constexpr std::uint32_t kMaxValueBytes = 1024, kMaxFrameOffsetBytes = 1 << 20;
 constexpr int kMaxDepth = 32;
 /// Maximum number of a codestream's fragments.
 constexpr std::size_t kMaxFragments = std::size_t(1) << 20;
+
+bool is_frame_vector(std::uint32_t tag) {
+    return tag == kSliceVector || std::find(std::begin(kVolumeVectors), std::end(kVolumeVectors),
+                                            tag) != std::end(kVolumeVectors);
+}
 
 /// The type as a static string; empty for an unknown one.
 std::string_view known_type(const char* bytes) {
@@ -64,12 +103,14 @@ std::string_view known_type(const char* bytes) {
 bool DicomWalk::walk(bool preamble) {
     m_file.seek(preamble ? 132 : 0);
     if (preamble && !walk_meta()) return false;
-    take_syntax();
+    if (!take_syntax()) return false;
     if (!has_plain_elements(m_syntax_uid)) return true;  // refused by name later
     while (m_file.at() < m_file.size() && !m_has_pixels) {
         Element element;
         if (!read_element(element)) return false;
-        const bool sound = element.tag == kPixelData ? take_pixels(element) : take_value(element);
+        const bool is_pixels = element.tag == kPixelData || element.tag == kFloatPixelData ||
+                               element.tag == kDoublePixelData;
+        const bool sound = is_pixels ? take_pixels(element) : take_value(element);
         if (!sound) return false;
     }
     return true;
@@ -94,11 +135,31 @@ int DicomWalk::number(std::uint32_t tag, int otherwise) const {
     return int(u16(found->data()));
 }
 
+std::string DicomWalk::bytes_of_number(std::uint32_t tag) const {
+    const std::string* const found = m_values.find(tag);
+    if (!found || (found->size() != 2 && found->size() != 4 && found->size() != 8)) return {};
+    return m_big ? std::string(found->rbegin(), found->rend()) : *found;
+}
+
 std::vector<std::uint32_t> DicomWalk::longs(const DicomValues& values, std::uint32_t tag) const {
     const std::string* const found = values.find(tag);
     std::vector<std::uint32_t> numbers;
     if (found && found->size() % 4 == 0)
         for (std::size_t at = 0; at < found->size(); at += 4) numbers.push_back(u32(&(*found)[at]));
+    return numbers;
+}
+
+std::optional<int> DicomWalk::short_of(const DicomValues& values, std::uint32_t tag) const {
+    const std::string* const found = values.find(tag);
+    if (!found || found->size() < 2) return std::nullopt;
+    return int(u16(found->data()));
+}
+
+std::vector<std::uint32_t> DicomWalk::shorts(std::uint32_t tag) const {
+    const std::string* const found = m_values.find(tag);
+    std::vector<std::uint32_t> numbers;
+    if (found && found->size() % 2 == 0)
+        for (std::size_t at = 0; at < found->size(); at += 2) numbers.push_back(u16(&(*found)[at]));
     return numbers;
 }
 
@@ -151,7 +212,8 @@ bool DicomWalk::walk_meta() {
 }
 
 /// Sets the syntax. If it isn't named, the first element shows whether types are explicit.
-void DicomWalk::take_syntax() {
+/// @returns false if deflated elements can't be inflated
+bool DicomWalk::take_syntax() {
     m_syntax_uid = text(kTransferSyntax);
     if (m_syntax_uid.empty()) {
         guess_explicit();
@@ -159,7 +221,14 @@ void DicomWalk::take_syntax() {
     } else if (const TransferSyntax* known = find_transfer_syntax(m_syntax_uid)) {
         m_explicit = known->explicit_types;
         m_big = known->big_endian;
+        if (!known->deflated) return true;
+        m_deflated_from = m_file.at();
+        if (const Status status = m_file.inflate_from(m_deflated_from); !status) {
+            m_fault = status.error();
+            return false;
+        }
     }
+    return true;
 }
 
 void DicomWalk::guess_explicit() {
@@ -236,10 +305,41 @@ bool DicomWalk::take_macro(const Element& sequence, DicomValues& values) {
     return sound;
 }
 
+/// Takes position and orientation of the first detector, unless the file has its own.
+bool DicomWalk::take_detector(const Element& sequence) {
+    const bool is_explicit = m_explicit;
+    if (sequence.type == "UN") m_explicit = false;
+    DicomValues detector;
+    bool is_first = true;
+    const bool sound = each_element(sequence, [&](const Element& item) {
+        if (!std::exchange(is_first, false)) return skip_value(item);
+        return each_element(
+            item, [&](const Element& element) { return take_frame_value(element, detector); });
+    });
+    m_explicit = is_explicit;
+    for (const std::uint32_t tag : {kPosition, kOrientation})
+        if (detector.has(tag) && !m_values.has(tag)) m_values[tag] = *detector.find(tag);
+    return sound;
+}
+
+bool DicomWalk::take_segments(const Element& sequence) {
+    const bool is_explicit = m_explicit;
+    if (sequence.type == "UN") m_explicit = false;
+    const bool sound = each_element(sequence, [&](const Element& item) {
+        if (m_segments.size() == kMaxDicomFrames) return false;
+        DicomValues& values = m_segments.emplace_back();
+        return each_element(
+            item, [&](const Element& element) { return take_frame_value(element, values); });
+    });
+    m_explicit = is_explicit;
+    return sound;
+}
+
 bool DicomWalk::take_frame_value(const Element& element, DicomValues& values) {
     const bool is_kept = std::find(std::begin(kFrameTags), std::end(kFrameTags), element.tag) !=
                          std::end(kFrameTags);
     if (!is_kept || element.nests || element.length > kMaxValueBytes) return skip_value(element);
+    if (element.length == 0) return true;  // as absent
     std::string& value = values[element.tag];
     value.resize(element.length);
     return read(value.data(), value.size());
@@ -249,17 +349,21 @@ bool DicomWalk::take_value(const Element& element) {
     if (element.tag == kSharedGroups) return take_groups(element, false);
     if (element.tag == kFrameGroups) return take_groups(element, true);
     if (element.tag == kExtendedOffsets) return take_offsets(element);
+    if (element.tag == kDetectors) return take_detector(element);
+    if (element.tag == kSegments) return take_segments(element);
     const auto kept = std::find_if(std::begin(kKept), std::end(kKept),
                                    [&](const auto& k) { return k.first == element.tag; });
-    if (kept == std::end(kKept)) return element.nests ? skip_nested(element) : skip(element.length);
-    const std::string_view type = kept->second;
+    if (kept == std::end(kKept) && !is_frame_vector(element.tag))
+        return element.nests ? skip_nested(element) : skip(element.length);
+    const std::string_view type = kept == std::end(kKept) ? std::string_view() : kept->second;
+    if (element.length == 0) return true;  // as absent
     // Writers that don't know the type of an implicit file's element make it UN.
     const bool is_known = !element.type.empty() && element.type != "UN";
     if (is_known && !type.empty() && element.type != type) return false;
     if (type == "US" && element.length != 2) return false;
     std::string& value = m_values[element.tag];
     if (element.nests) return skip_nested(element);
-    const bool is_long = element.tag == kFrameOffsets;
+    const bool is_long = element.tag == kFrameOffsets || is_frame_vector(element.tag);
     if (element.length > (is_long ? kMaxFrameOffsetBytes : kMaxValueBytes))
         return skip(element.length);
     value.resize(element.length);
@@ -290,10 +394,20 @@ bool DicomWalk::skip_items(const Element& outer, int depth) {
 bool DicomWalk::take_pixels(const Element& element) {
     m_has_pixels = true;
     m_pixel_type = element.type;
+    m_pixel_numbers = element.tag == kFloatPixelData    ? PixelNumbers::Float32
+                      : element.tag == kDoublePixelData ? PixelNumbers::Float64
+                                                        : PixelNumbers::Integer;
     m_in_fragments = element.nests;
     if (m_in_fragments) return take_fragments();
     m_pixel_parts = {{m_file.at(), element.length}};
     return skip(element.length);
+}
+
+std::size_t DicomWalk::swapped_bytes() const {
+    if (!m_big || m_pixel_type == "OB") return 0;
+    return m_pixel_numbers == PixelNumbers::Integer   ? 2
+           : m_pixel_numbers == PixelNumbers::Float32 ? 4
+                                                      : 8;
 }
 
 bool DicomWalk::take_fragments() {

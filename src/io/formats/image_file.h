@@ -19,7 +19,7 @@ Status check_file(const std::filesystem::path& path);
 Result<ImageHeader> read_image_header(const std::filesystem::path& path, ImageFormat format);
 /// Number of images in a file, or of volumes in a DICOM file or folder, to choose from with
 /// ReadOptions::frame.
-/// @param series  UID of the DICOM series; empty: the only one
+/// @param series  ReadOptions::series_uid
 Result<std::int64_t> count_images(const std::filesystem::path& path, const std::string& series);
 
 }  // namespace pliant

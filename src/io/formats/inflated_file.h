@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The bytes of a file that is compressed by gzip or zlib. gzip files may have several members.
-// Checksums are verified.
+// The bytes of a file that is compressed by gzip, zlib or deflate alone. gzip files may have
+// several members. Checksums are verified.
 
 #pragma once
 
@@ -29,13 +29,15 @@ class InflatedFile {
     /// Maximum number of bytes that are read or returned at once.
     static constexpr std::size_t kPieceBytes = 1 << 18;
 
+    static constexpr int kGzipOrZlib = 15 + 32;
+
     /// Keeps a reference to the path. @param path  for messages  @param name  of the file
+    /// @param window_bits  as of zlib's inflateInit2
     InflatedFile(const std::filesystem::path& path, const std::filesystem::path& name,
-                 std::uint64_t start)
+                 std::uint64_t start, int window_bits = kGzipOrZlib)
         : m_path(path), m_file(name), m_input(kPieceBytes) {
         m_file.seek(start);
-        constexpr int kGzipOrZlib = 15 + 32;
-        if (inflateInit2(&m_zlib, kGzipOrZlib) != Z_OK) throw std::bad_alloc();
+        if (inflateInit2(&m_zlib, window_bits) != Z_OK) throw std::bad_alloc();
         m_end.reset(&m_zlib);
     }
 

@@ -301,6 +301,9 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
         if (!is_dicom) return is_dicom.error();
         return *is_dicom ? read_dicom_file(path, options, notes) : unknown_name(path);
     }
+    if (options.spacing_mm)
+        return Error{ErrorCode::InvalidArgument,
+                     "--spacing: expected none for " + path.string() + ", which has its own"};
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header, options.straighten); !status)

@@ -99,6 +99,10 @@ class RowSampler {
                 row[n] = m_fill;
                 continue;
             }
+            if (touches_padding(k, along, across)) {
+                row[n] = nearest(k, along, across);
+                continue;
+            }
             const double value =
                 mix(in_slice(k.below, along, across), in_slice(k.above, along, across), k.fraction);
             if constexpr (std::is_same_v<T, std::int16_t>)
@@ -109,6 +113,23 @@ class RowSampler {
     }
 
   private:
+    std::size_t index(std::int64_t i, std::int64_t j, std::size_t k) const {
+        return std::size_t(i) +
+               std::size_t(m_size.x) * (std::size_t(j) + std::size_t(m_size.y) * k);
+    }
+    /// Whether a voxel that is blended is padding.
+    bool touches_padding(const BetweenSlices& k, const Neighbours& i, const Neighbours& j) const {
+        if (m_stack.padding.empty()) return false;
+        for (const std::size_t slice : {k.below, k.fraction > 0 ? k.above : k.below})
+            for (const std::int64_t row : {j.low, j.fraction > 0 ? j.high : j.low})
+                for (const std::int64_t column : {i.low, i.fraction > 0 ? i.high : i.low})
+                    if (m_stack.padding[index(column, row, slice)]) return true;
+        return false;
+    }
+    T nearest(const BetweenSlices& k, const Neighbours& i, const Neighbours& j) const {
+        return m_values[index(i.fraction < 0.5 ? i.low : i.high, j.fraction < 0.5 ? j.low : j.high,
+                              k.fraction < 0.5 ? k.below : k.above)];
+    }
     double in_slice(std::size_t k, const Neighbours& along, const Neighbours& across) const {
         const auto width = std::size_t(m_size.x);
         const T* const slice = m_values + k * width * std::size_t(m_size.y);

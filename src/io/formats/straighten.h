@@ -11,8 +11,9 @@
 //   /____/              |______|      its value
 //
 // The grid has the slices' axes and their spacing within a slice, and contains all voxels of the
-// stack. Beyond the stack it is filled: with air, or with the stack's smallest value if no value is
-// below zero (then values aren't Hounsfield units).
+// stack. Where a neighbour is padding, the nearest voxel is taken. Beyond the stack it is filled:
+// with air, or with the stack's smallest value if no value is below zero (then values aren't
+// Hounsfield units).
 
 #pragma once
 
@@ -37,6 +38,7 @@ struct SliceStack {
     std::vector<double> heights_mm;                ///< ascending, from 0
     std::vector<double> shifts_i_mm, shifts_j_mm;  ///< one per slice
     double gap_mm = 1;                             ///< usual distance between slices
+    std::vector<bool> padding;  ///< voxels that are never blended, i fastest; empty: none
 };
 
 /// The stack of a grid whose axes aren't perpendicular. @pre they span the space

@@ -3,6 +3,7 @@
 
 #include "network/opening.h"
 
+#include <algorithm>
 #include <new>
 #include <vector>
 
@@ -76,6 +77,9 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const ScanWish& 
     if (scan == upload.scan_folder() && wish.series.empty()) {
         auto found = list_series(scan);
         if (!found.ok()) return found.error();
+        // Those that can't be read are offered only if no other is there.
+        const auto is_faulty = [](const DicomSeries& s) { return !s.fault.empty(); };
+        if (!std::all_of(found->begin(), found->end(), is_faulty)) std::erase_if(*found, is_faulty);
         if (found->size() > 1) return Opened(std::move(*found));
     }
     // It would refer to files of this machine, not of the client.

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <pliant/core/tasks.h>
+#include <pliant/scan_files.h>
 
 #include <cstdint>
 #include <optional>
@@ -13,7 +14,6 @@
 #include <variant>
 #include <vector>
 
-#include "formats/dicom_series.h"
 #include "hub/hub.h"
 #include "network/upload.h"
 

@@ -231,7 +231,10 @@ SettingRows<ServerSettings> server_rows() noexcept {
     using S = ServerSettings;
     static constexpr Setting<S> kRows[] = {
         setting<&S::file>({.name = "file", .text = "scan; empty: the airway phantom"}),
-        setting<&S::series>({.name = "series", .text = "DICOM series of a folder with several"}),
+        setting<&S::series>(
+            {.name = "series",
+             .text =
+                 "DICOM series of a folder with several: number, part of the description, or UID"}),
         setting<&S::labels>({.name = "labels", .text = "label map over the scan; empty: none"}),
         setting<&S::label_names>(
             {.name = "label_names", .text = "table of the labels' names; empty: the map's own"}),

@@ -4,11 +4,11 @@
 // The server's text messages as JSON.
 
 #include <pliant/core/version.h>
+#include <pliant/scan_files.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "formats/dicom_series.h"
 #include "protocol/commands.h"
 #include "protocol/haptic_status.h"
 #include "protocol/messages.h"
