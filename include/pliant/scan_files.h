@@ -67,6 +67,7 @@ Result<Volume> read_labels(const std::filesystem::path& path, const ReadOptions&
                            ReadNotes* notes = nullptr);
 /// Path of a label map without the number of its layer.
 std::filesystem::path label_file(const std::filesystem::path& path);
+
 /// A series of DICOM slices in a folder.
 struct DicomSeries {
     std::string uid;                    ///< "none" if the files have none
