@@ -30,7 +30,8 @@ TEST_F(LabelsTest, LabelsMoveWithTheScan) {
     labels->key_values = {{"Segment0_Name", "liver"}, {"Segment0_Extent", "0 1 0 1 0 1"}};
     ASSERT_TRUE(write_volume(m_folder / "map.nrrd", *labels).ok());
     write("free.toml", "[material]\nbone_threshold_hu = 3000\n[air]\nenabled = false\n");
-    for (const char* model : {"--config free.toml", "--model springs --cell-mm 5 --steps 3"}) {
+    for (const char* model :
+         {"--config free.toml", "--model springs --cell-mm 5 --fixed-hu 3000 --steps 3"}) {
         SCOPED_TRACE(model);
         ASSERT_EQ(
             run("deform cube.nrrd --push 0,0,0:0,6,0 --tool sphere:5 --labels map.nrrd " +

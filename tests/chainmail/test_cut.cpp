@@ -22,6 +22,7 @@ constexpr std::uint64_t kCutSeed = 20260301;
 ChainMail bounded_tissue(const Volume& volume, const TaskArena& arena) {
     ChainMailSettings settings;
     settings.bounded = true;
+    settings.smallest_bone_mm3 = 0;
     return tissue_of(volume, arena, settings);
 }
 

@@ -52,6 +52,7 @@ ChainMailSettings plain(double offset) {
     ChainMailSettings settings;
     settings.offset = offset;
     settings.air_enabled = false;
+    settings.smallest_bone_mm3 = 0;
     settings.max_movement_mm = 300;
     return settings;
 }

@@ -162,7 +162,9 @@ TEST_F(PushTest, PushAgainstBoneStopsExactlyThere) {
 
 TEST_F(PushTest, GrabbedBoneRejectsThePushAndChangesNothing) {
     std::get<0>(volume.voxels)[voxel_index(volume.grid, {12, 12, 12})] = 1200;
-    ChainMail tissue = tissue_of(volume, arena);
+    ChainMailSettings settings;
+    settings.smallest_bone_mm3 = 0;
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const auto report = tissue.push({.point_mm = {12.5, 12.5, 12.5}, .push_mm = {1, 0, 0}});
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->status, PushStatus::Rejected);

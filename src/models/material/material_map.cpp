@@ -54,14 +54,9 @@ std::vector<MaterialLaw> all_laws(const ResolvedSettings& resolved) {
     return laws;
 }
 
-/// Limits of small bones: they keep their shape and move with the tissue around them.
+/// Limits of small bones: those of the hardest tissue that isn't bone.
 ElementLimits stiff_limits(const ChainMailSettings& settings) {
-    ElementLimits stiff = draeger_limits(settings, settings.range.low);
-    stiff.fixed = false;
-    if (settings.elastic) return stiff;
-    stiff.compress = stiff.stretch = stiff.shear = {0, 0, 0};
-    stiff.yield = 0;
-    return stiff;
+    return draeger_limits(settings, settings.bone_threshold_hu);
 }
 
 /// Materials that don't depend on a value: air, then small bones.
