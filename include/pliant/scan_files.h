@@ -80,7 +80,7 @@ struct DicomSeries {
     std::string fault{};                ///< reason why it can't be read; empty: none
 };
 
-/// Series of a folder, by their numbers. Pixels are not read.
+/// Series of a folder, or of that of a DICOMDIR, by their numbers. Pixels are not read.
 /// @returns NotFound for a folder without DICOM images, or Unreadable
 Result<std::vector<DicomSeries>> list_series(const std::filesystem::path& folder);
 

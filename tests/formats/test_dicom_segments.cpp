@@ -181,7 +181,7 @@ TEST(DicomSegments, OtherOnesAreRefusedInOneLine) {
         EXPECT_NE(error.find(expected), error.npos) << error << "\nexpected: " << expected;
     };
     refused([](auto& f) { f.more.replace(f.more.find("BINARY"), 6, "FRACTI"); },
-            "has Segmentation Type FRACTI, expected BINARY or a label map");
+            "is a segmentation object of type FRACTI, expected BINARY or a label map");
     refused([](auto& f) { f.frames = "3"; }, "has functional groups of 2 frames, expected 3");
     refused([](auto& f) { f.raw.resize(2); }, "has 2 bytes of pixels, expected 4");
     refused([](auto& f) { f.bits_allocated = f.bits_stored = 8, f.high_bit = 7, f.raw.resize(30); },

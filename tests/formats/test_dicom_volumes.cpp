@@ -186,6 +186,10 @@ TEST_F(DicomVolumes, SeriesAreListedByTheirNumbers) {
     EXPECT_EQ(refused.error().expected, table);
     EXPECT_EQ(table_of_series(*list), table);
 
+    const auto same = list_series(m_folder.write("DICOMDIR", "x"));
+    ASSERT_TRUE(same.ok()) << same.error().message;
+    EXPECT_EQ(table_of_series(*same), table);
+
     EXPECT_EQ(values({"10"}), (std::vector<float>{0, 1, 2}));
     EXPECT_EQ(values({"9"}), (std::vector<float>{50, 51}));
     EXPECT_EQ(values({"THORAX"}), (std::vector<float>{0, 1, 2}));

@@ -216,7 +216,7 @@ TEST(Straighten, ARegularScanIsLeftAsItIs) {
 
 TEST(Straighten, DoubleSlicesAreRefusedAllTheSame) {
     const test::TemporaryFolder folder;
-    write_slices(folder, {{0, 0, 0}, {0, 0, 1}, {0, 0, 1}});
+    write_slices(folder, {{0, 0, 0}, {0, 0, 1}, {0.1, 0, 1}});
     EXPECT_NE(error_of(folder.path(), straighten()).find("two slices are at the same position"),
               std::string::npos);
 }

@@ -5,6 +5,7 @@
 // to choose from.
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "formats/dicom_folder.h"
 #include "formats/dicom_series.h"
@@ -177,6 +178,9 @@ std::string table_of_series(std::span<const DicomSeries> series) {
 
 Result<std::vector<DicomSeries>> list_series(const fs::path& folder) {
     try {
+        const auto type = type_of(folder);
+        if (type && *type == fs::file_type::regular && is_dicomdir(folder))
+            return list_series(folder_of_dicomdir(folder));
         const auto found = read_dicom_headers(folder);
         if (!found) return found.error();
         return series_of(folder, *found);

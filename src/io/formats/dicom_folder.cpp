@@ -103,6 +103,11 @@ bool is_dicomdir(const fs::path& file) {
     return lower_case(file.filename().string()) == "dicomdir";
 }
 
+fs::path folder_of_dicomdir(const fs::path& file) {
+    const fs::path folder = file.parent_path();
+    return folder.empty() ? fs::path(".") : folder;
+}
+
 std::string counted(std::size_t count, const char* one, const char* several) {
     return std::to_string(count) + " " + (count == 1 ? one : several);
 }

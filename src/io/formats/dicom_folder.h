@@ -37,6 +37,8 @@ struct DicomFolder {
 
 /// Whether a file is the directory of the files in its folder.
 bool is_dicomdir(const std::filesystem::path& file);
+/// Folder for which the file DICOMDIR stands.
+std::filesystem::path folder_of_dicomdir(const std::filesystem::path& file);
 
 /// "1 file", "2 files"
 std::string counted(std::size_t count, const char* one, const char* several);

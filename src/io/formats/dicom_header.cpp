@@ -480,8 +480,8 @@ Result<DicomSegmentation> read_dicom_segmentation(const fs::path& path) {
     found.is_label_map = tags.text(kSopClass) == kLabelMap;
     const std::string type = tags.text(kSegmentationType);
     if (!found.is_label_map && type != "BINARY")
-        return unsupported(
-            path, "has Segmentation Type " + shown(type) + ", expected BINARY or a label map");
+        return unsupported(path, "is a segmentation object of type " + shown(type) +
+                                     ", expected BINARY or a label map");
     DicomSlice slice;
     slice.path = path;
     slice.is_segmentation = true;

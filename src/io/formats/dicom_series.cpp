@@ -145,10 +145,8 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
 
 Result<Volume> read_dicom_file(const fs::path& path, const ReadOptions& options, ReadNotes& notes,
                                const DecoderChoice& decoder) {
-    if (is_dicomdir(path)) {
-        const fs::path folder = path.parent_path();
-        return read_dicom_folder(folder.empty() ? fs::path(".") : folder, options, notes, decoder);
-    }
+    if (is_dicomdir(path))
+        return read_dicom_folder(folder_of_dicomdir(path), options, notes, decoder);
     auto read = read_dicom_slices(path, options.spacing_mm.has_value());
     if (!read) return read.error();
     std::vector<DicomSlice>& slices = *read;
