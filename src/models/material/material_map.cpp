@@ -59,12 +59,18 @@ ElementLimits stiff_limits(const ChainMailSettings& settings) {
     return draeger_limits(settings, settings.bone_threshold_hu);
 }
 
+/// Whether pieces above the threshold may be too small for a bone.
+bool has_pieces(const ChainMailSettings& settings) {
+    return settings.smallest_bone_mm3 > 0 && !settings.custom_law;
+}
+
 /// Materials that don't depend on a value: air, then small bones.
-std::vector<ElementLimits> other_limits(const std::array<ElementLimits, 8>& air, bool has_air,
+std::vector<ElementLimits> other_limits(const ChainMailSettings& settings,
+                                        const std::array<ElementLimits, 8>& air, bool has_air,
                                         const ElementLimits& stiff) {
     std::vector<ElementLimits> others;
     if (has_air) others.assign(air.begin(), air.end());
-    others.push_back(stiff);
+    if (has_pieces(settings)) others.push_back(stiff);
     return others;
 }
 
@@ -108,9 +114,9 @@ MaterialMap::MaterialMap(const Volume& volume, const ResolvedSettings& resolved)
       m_outside(nearest_number(float(m_scale.position_of(double(volume.background))))),
       m_labels(resolved.settings),
       m_stiff(stiff_limits(resolved.settings)),
-      m_table(m_laws, other_limits(m_air, m_has_air, m_stiff), volume.grid.spacing_mm) {
-    if (resolved.settings.smallest_bone_mm3 > 0 && !resolved.settings.custom_law &&
-        !m_table.fault() && m_table.fits())
+      m_table(m_laws, other_limits(resolved.settings, m_air, m_has_air, m_stiff),
+              volume.grid.spacing_mm) {
+    if (has_pieces(resolved.settings) && !m_table.fault() && m_table.fits())
         m_small_bones = find_small_bones(resolved.settings.smallest_bone_mm3);
 }
 
