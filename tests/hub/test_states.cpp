@@ -132,6 +132,10 @@ TEST_F(StatesTest, AStateThatDoesntFitIsRefusedInOneLineAndChangesNothing) {
     EXPECT_EQ(a.command({{"do", "drag"}, {"offset", {0, 1, 0}}})["t"], "done") << "it is held";
     std::error_code error;
     std::filesystem::directory_iterator left(m_folder / "s.pls.scans", error);
+    for (int n = 0; n < 300 && left != std::filesystem::directory_iterator(); ++n) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));  // removed after the answer
+        left = std::filesystem::directory_iterator(m_folder / "s.pls.scans", error);
+    }
     EXPECT_TRUE(left == std::filesystem::directory_iterator()) << left->path();
     // That of another tissue, both ways.
     a.command({{"do", "let_go"}});
