@@ -3,6 +3,8 @@
 
 #include "arrays.h"
 
+#include <algorithm>
+
 namespace pliant::python {
 namespace {
 
@@ -30,8 +32,12 @@ const char* name_of(ErrorCode code) {
 
 namespace {
 
-/// A setting of a table of a file, "[material] offset", as the keyword that it is here.
+/// A setting of a table of a file, "[material] offset", as the keyword that it is here; an entry is
+/// one keyword.
 std::string without_table(const std::string& text) {
+    for (const char* part : {"[entry] place_mm", "[entry] direction"})
+        if (text.starts_with(part))
+            return "entry" + text.substr(std::min(text.find(':'), text.size()));
     const std::size_t end = text.find("] ");
     return text.starts_with('[') && !text.starts_with("[[") && end != std::string::npos
                ? text.substr(end + 2)

@@ -11,6 +11,7 @@ import time
 from typing import Any
 
 import numpy
+import scipy.ndimage
 
 import pliant
 from pliant.augment import TissueMotions
@@ -28,6 +29,16 @@ def ramps(scan: pliant.Volume) -> numpy.ndarray:
     """The index k, j, i of each voxel, and 1, as an image of four channels."""
     axes = [numpy.arange(n, dtype=numpy.float32) for n in scan.array.shape]
     return numpy.stack([*numpy.meshgrid(*axes, indexing="ij"), numpy.ones(scan.array.shape, "f4")])
+
+
+def bone_of(scan: pliant.Volume, threshold_hu: float) -> numpy.ndarray:
+    """Face-connected pieces above the threshold of at least 100 mm³, or at the scan's border."""
+    pieces, _ = scipy.ndimage.label(scan.array > threshold_hu)
+    stays = numpy.bincount(pieces.ravel()) * numpy.prod(scan.spacing_mm) >= 100
+    for axis in range(3):
+        stays[numpy.unique(pieces.take([0, -1], axis))] = True
+    stays[0] = False
+    return stays[pieces]
 
 
 def check(
@@ -51,7 +62,7 @@ def check(
     found, inside = moved.images[:3], moved.images[3] > 0.999999
     clear = inside & (numpy.abs(found % 1 - 0.5) > 1e-3).all(0)
     wrong = (numpy.rint(found) != moved.labels)[:, clear]
-    bone = scan.array > (300 if motions.bone_hu is None else motions.bone_hu)
+    bone = bone_of(scan, 300 if motions.bone_hu is None else motions.bone_hu)
     forward = moved.forward.array
     return {
         "smallest_jacobian": moved.smallest_jacobian,
