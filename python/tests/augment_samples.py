@@ -11,7 +11,6 @@ import time
 from typing import Any
 
 import numpy
-import scipy.ndimage
 
 import pliant
 from pliant.augment import TissueMotions
@@ -33,11 +32,22 @@ def ramps(scan: pliant.Volume) -> numpy.ndarray:
 
 def bone_of(scan: pliant.Volume, threshold_hu: float) -> numpy.ndarray:
     """Face-connected pieces above the threshold of at least 100 mm³, or at the scan's border."""
-    pieces, _ = scipy.ndimage.label(scan.array > threshold_hu)
+    above = scan.array > threshold_hu
+    labels = numpy.where(above, numpy.arange(1, above.size + 1).reshape(above.shape), 0)
+    before = numpy.zeros_like(labels)
+    while (labels != before).any():  # the largest number of a piece spreads over it
+        before = labels.copy()
+        for axis in range(3):
+            rows = numpy.moveaxis(labels, axis, 0)
+            rows[1:] = numpy.maximum(rows[1:], rows[:-1])
+            rows[:-1] = numpy.maximum(rows[:-1], rows[1:])
+            labels[~above] = 0
+    _, pieces = numpy.unique(labels, return_inverse=True)
+    pieces = pieces.reshape(labels.shape)
     stays = numpy.bincount(pieces.ravel()) * numpy.prod(scan.spacing_mm) >= 100
     for axis in range(3):
         stays[numpy.unique(pieces.take([0, -1], axis))] = True
-    stays[0] = False
+    stays[pieces[~above]] = False
     return stays[pieces]
 
 
