@@ -107,16 +107,22 @@ Status check_network(const DeformOptions& o) {
 
 // ChainMail.
 
-/// Settings of the command line for a scan with these values.
+/// Settings of the command line for a scan with these values. Limits are rounded unless the file
+/// says otherwise or a solver of the box is chosen.
 Result<ChainMailSettings> settings_for(const DeformOptions& o, const ValueDefaults& values,
                                        std::vector<std::string>* notes = nullptr) {
     ChainMailSettings settings;
+    settings.limits = o.solver.empty() ? LinkLimits::Rounded : LinkLimits::Box;
     suit_materials(values, settings);
     if (!o.config.empty()) {
-        auto read = read_chainmail_settings(o.config, values, notes);
+        auto read = read_chainmail_settings(o.config, values, notes, settings.limits);
         if (!read.ok()) return read.error();
         settings = std::move(*read);
     }
+    if (!o.solver.empty() && settings.limits == LinkLimits::Rounded)
+        return Error{ErrorCode::InvalidArgument,
+                     "--solver: expected [material] limits = \"box\" in --config, found \"rounded\", "
+                     "which has one solver"};
     if (o.elastic) settings.elastic = o.elastic;
     return settings;
 }

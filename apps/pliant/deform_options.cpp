@@ -254,7 +254,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
     c->add_option("--report", o.report, "report, JSON; -: to standard output");
     add_picture(c, o.picture, "towards the push");
-    c->add_option("--solver", o.solver, "sweep, or heap (the ordered reference)")
+    c->add_option("--solver", o.solver, "sweep, or heap (the ordered reference): limits of a box")
         ->check(CLI::IsMember({"sweep", "heap"}));
     c->add_option("--mapping", o.mapping, "cells, or twelve tetrahedra per cell (reference)")
         ->check(CLI::IsMember({"cells", "tetrahedra"}));

@@ -165,9 +165,20 @@ TEST_F(ProgramTest, ResultIsTheSameForAnyThreadsSolverAndBrickSize) {
     const Json first = hash(" --config soft.toml --threads 1");
     EXPECT_EQ(hash(" --config soft.toml --threads 2"), first);
     EXPECT_EQ(hash(" --config soft.toml --threads 4"), first);
-    EXPECT_EQ(hash(" --config soft.toml --solver heap"), first);
     EXPECT_EQ(hash(" --config small.toml"), first);
     EXPECT_NE(hash(" --config soft.toml --mapping tetrahedra"), first);
+    // Limits are rounded, unless the settings or a solver of the box say otherwise.
+    const Json box = hash(" --config soft.toml --solver heap");
+    EXPECT_NE(box, first);
+    EXPECT_EQ(hash(" --config soft.toml --solver sweep"), box);
+    const auto with_limits = [&](const std::string& limits) {
+        std::ofstream(file("limits.toml")) << kSoft << "limits = \"" << limits << "\"\n";
+        return hash(" --config limits.toml");
+    };
+    EXPECT_EQ(with_limits("box"), box);
+    EXPECT_EQ(with_limits("rounded"), first);
+    std::ofstream(file("divod.conf")) << "offset=0.2\n";
+    EXPECT_EQ(hash(" --config divod.conf"), hash(" --config divod.conf --solver heap"));
 }
 
 TEST_F(ProgramTest, BoneRejectsThePushAndTheScanStaysAsItWas) {
@@ -423,6 +434,7 @@ TEST_F(ProgramTest, TissueSlidesOffTheSphereAsInTheLibrary) {
         const auto volume = read_volume(file("cube.nrrd"));
         ChainMailSettings settings;
         settings.bone_threshold_hu = 3000;
+        settings.limits = LinkLimits::Rounded;
         auto tissue = ChainMail::create(*volume, settings, arena);
         const Push way{{-12, -40, 0}, {24, 6, 0}, 6};
         EXPECT_TRUE(slide_sphere(*tissue, way).ok());

@@ -71,8 +71,10 @@ Result<ChainMailSettings> checked(const std::string& file, Result<ChainMailSetti
 }
 
 /// TOML over settings that suit the scan's values, in the range that the file gives.
-Result<ChainMailSettings> read_toml_for(const std::string& text, const ValueDefaults& values) {
+Result<ChainMailSettings> read_toml_for(const std::string& text, const ValueDefaults& values,
+                                        LinkLimits limits) {
     ChainMailSettings settings;
+    settings.limits = limits;
     suit_materials(values, settings);
     const ValueSpan range = settings.range;
     auto read = read_toml(text, settings);
@@ -84,12 +86,13 @@ Result<ChainMailSettings> read_toml_for(const std::string& text, const ValueDefa
 
 Result<ChainMailSettings> read_settings(const std::filesystem::path& path,
                                         const ValueDefaults& values,
-                                        std::vector<std::string>* notes) {
+                                        std::vector<std::string>* notes, LinkLimits limits) {
     const Result<std::string> text = read_small_file(path, kMaxSmallFileBytes, "a settings file");
     if (!text) return text.error();
-    if (looks_like_toml(*text)) return checked(path.string(), read_toml_for(*text, values));
+    if (looks_like_toml(*text)) return checked(path.string(), read_toml_for(*text, values, limits));
     std::vector<std::string> own_notes;
     ChainMailSettings settings;
+    settings.smallest_bone_mm3 = 0;  // each voxel, as in the thesis
     suit_materials(values, settings);
     const Status read = read_divod(*text, settings, own_notes);
     auto result = checked(path.string(), read ? Result(settings) : read.error());
@@ -165,13 +168,14 @@ Result<ChainMailSettings> parse_settings(const std::string& name, const std::str
 
 Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
                                                   std::vector<std::string>* notes) {
-    return attempt([&] { return read_settings(path, {}, notes); });
+    return attempt([&] { return read_settings(path, {}, notes, LinkLimits::Box); });
 }
 
 Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
                                                   const ValueDefaults& values,
-                                                  std::vector<std::string>* notes) {
-    return attempt([&] { return read_settings(path, values, notes); });
+                                                  std::vector<std::string>* notes,
+                                                  LinkLimits limits) {
+    return attempt([&] { return read_settings(path, values, notes, limits); });
 }
 
 void suit_thresholds(const ValueDefaults& values, ChainMailSettings& settings) {
