@@ -167,7 +167,7 @@ def array_of(
 
 
 def dlpack_of(volume: Volume, options: dict[str, Any]) -> Any:
-    """DLPack's protocol: a copy, since other sides write into what is marked as read-only."""
+    """DLPack's protocol: a copy, since other packages write into read-only arrays."""
     if options.pop("copy", None) is False:
         raise BufferError("expected copy=None or True, found False: the scan is read-only")
     return volume.array.copy().__dlpack__(**options)

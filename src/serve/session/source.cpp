@@ -112,7 +112,7 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
                                 double(s.local),    double(s.sub_steps), double(s.iterations),
                                 s.entry.inserted_mm})
         hash.add_word(std::bit_cast<std::uint64_t>(number));
-    // Only what differs from the defaults: the hashes of other scenes stay.
+    // Only settings that differ from the defaults: the hashes of other scenes stay.
     const auto add_changed = [&](std::uint64_t key, double number, double usual) {
         if (number == usual) return;
         hash.add_word(key);
