@@ -312,5 +312,22 @@ def _remade_prepared(scan: Volume, threads: int, settings: dict[str, Any]) -> An
 
 
 def reduced_prepared(scan: Volume, threads: int, settings: dict[str, Any]) -> tuple[Any, ...]:
+def _remade_arena(
+    kind: type[Any], made_of: tuple[tuple[Any, ...], dict[str, Any]], states: list[Any]
+) -> Any:
+    arguments, settings = made_of
+    arena = kind(*arguments, **settings)
+    for n, state in enumerate(states):
+        arena.load_state(n, state)
+    arena.look()
+    return arena
+
+
+def reduced_arena(arena: Any, made_of: tuple[Any, ...]) -> tuple[Any, ...]:
+    """For pickle and copy.deepcopy: scan, settings and the state of each instrument."""
+    states = [arena.save_state(n) for n in range(arena.count)]
+    return _remade_arena, (type(arena), made_of, states)
+
+
     """For pickle and copy.deepcopy."""
     return _remade_prepared, (scan, threads, dict(settings))
