@@ -136,6 +136,18 @@ class Interruption {
     std::chrono::steady_clock::time_point m_next{};
 };
 
+/// Takes the result of work(give_up), without the interpreter's lock. Ctrl-C raises.
+template <class Work>
+auto take_until_interrupted(const Work& work) {
+    Interruption interruption;
+    auto result = [&] {
+        const nb::gil_scoped_release without_lock;
+        return work([&] { return interruption.is_there(); });
+    }();
+    interruption.raise_if_there();
+    return take(std::move(result));
+}
+
 /// Calls work(n) for 0…count without the interpreter's lock. Ctrl-C raises.
 template <class Work>
 void for_each_row(std::size_t count, const Work& work) {
