@@ -59,21 +59,24 @@ void add_scan(CLI::App* command, ScanChoice& scan) {
         ->check(CLI::Range(0, 65535));
     command->add_flag("--straighten", scan.straighten,
                       "resample tilted, sheared or unequally spaced slices to a regular grid");
-}
-
-void add_spacing(CLI::App* command, ScanChoice& scan) {
     command
         ->add_option_function<std::string>(
-            "--spacing",
+            "--voxel-spacing",
             [&scan](const std::string& text) {
-                const Vec3d mm = parse_vector(text, "--spacing");
+                const Vec3d mm = parse_vector(text, "--voxel-spacing");
                 if (!(std::min({mm.x, mm.y, mm.z}) > 0))
-                    throw CLI::ValidationError("--spacing",
+                    throw CLI::ValidationError("--voxel-spacing",
                                                "expected millimetres > 0, found '" + text + "'");
                 scan.spacing_mm = mm;
             },
             "of DICOM slices without positions, stacked in the order of their numbers [mm]")
         ->type_name("X,Y,Z");
+}
+
+CLI::Option* add_units(CLI::App* command, std::string& units) {
+    return command
+        ->add_option("--units", units, "of lengths in a mesh's file: mm, cm or m (default mm)")
+        ->check(CLI::IsMember({"mm", "cm", "m"}));
 }
 
 void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies) {

@@ -24,10 +24,10 @@ Vec3d parse_vector(std::string_view text, const std::string& option);
 
 CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optional<Vec3d>& target,
                         const std::string& help);
-/// Adds --series, --frame and --straighten.
+/// Adds --series, --frame, --straighten and --voxel-spacing.
 void add_scan(CLI::App* command, ScanChoice& scan);
-/// Adds --spacing: the voxels of DICOM images without positions.
-void add_spacing(CLI::App* command, ScanChoice& scan);
+/// Adds --units: of lengths in the files of meshes.
+CLI::Option* add_units(CLI::App* command, std::string& units);
 /// Adds --bodies: the labels of which bodies are made.
 void add_body_labels(CLI::App* command, std::optional<std::vector<int>>& bodies);
 /// Adds --label-names: the file of the names of --labels.

@@ -244,7 +244,7 @@ Result<MakeScanTissue> prepare_body(const DeformOptions& o, std::vector<std::str
     if (o.mesh.empty())
         return Error{ErrorCode::InvalidArgument,
                      "--mesh: expected a file of tetrahedra for --model body, found none"};
-    auto mesh = read_tetrahedra(o.mesh);
+    auto mesh = read_tetrahedra(o.mesh, mm_of_unit(o.units));
     if (!mesh.ok()) return Error{mesh.error().code, "--mesh: " + mesh.error().message};
     return MakeScanTissue(
         [&o, mesh = std::move(*mesh)](const Volume& scan, const ValueDefaults& values,

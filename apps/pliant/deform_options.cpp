@@ -202,8 +202,9 @@ void add_models(CLI::App* c, DeformOptions& o) {
         ->group(springs);
     add(network_rows(), "solve_tolerance", "SHARE", "With --network");
     const char* const body = "With --model body";
-    c->add_option("--mesh", o.mesh, "tetrahedra in the scan's LPS mm (.vtu, .vtk, .msh)")
-        ->group(body);
+    auto* mesh = c->add_option("--mesh", o.mesh, "tetrahedra in the scan's LPS (.vtu, .vtk, .msh)")
+                     ->group(body);
+    add_units(c, o.units)->needs(mesh)->group(body);
     add(body_rows(), "density_kg_m3", "KG_M3", body);
     add(body_rows(), "damping_per_s", "PER_S", body);
     add(body_rows(), "sub_steps", "N", body);
@@ -294,6 +295,7 @@ void add_body(CLI::App& app, BodyOptions& options) {
     c->add_option("--labels", options.labels, "label map of the scan: a body of each organ");
     add_label_names(c, options.label_names);
     add_body_labels(c, options.bodies);
+    add_units(c, o.units);
     add_scan(c, o.scan);
     add_actions(c, o, false);
     add_tool(c, o, "point (the tetrahedron around it) or sphere:R_MM (default point)");

@@ -38,7 +38,7 @@ Error of_option(const char* option, const Error& error) {
 }
 
 Result<ReadMesh> read_organ(const FitOptions& o, const TaskArena& arena) {
-    auto data = read_mesh(o.mesh);
+    auto data = read_mesh(o.mesh, mm_of_unit(o.units));
     if (!data) return of_option("--mesh", data.error());
     const auto named = [&](const Error& error) {
         return Error{error.code, "--mesh: " + o.mesh + ": " + error.message};

@@ -8,6 +8,8 @@
 #include <CLI/CLI.hpp>
 #include <sstream>
 
+#include "common_options.h"
+
 namespace pliant::app {
 namespace {
 
@@ -71,9 +73,10 @@ void add_mesh_fit(CLI::App* c, FitOptions& o) {
     const char* const group = "With --mesh";
     const char* const place = "X,Y,Z:X,Y,Z|NAME=VALUE";
     CLI::Option* mesh = c->add_option("--mesh", o.mesh,
-                                      "tetrahedra, or a closed surface, in LPS mm (.vtu, .vtk, "
+                                      "tetrahedra, or a closed surface, in LPS (.vtu, .vtk, "
                                       ".msh, .vtp, .stl, .obj, .ply); its edges become links")
                             ->group(group);
+    add_units(c, o.units)->needs(mesh)->group(group);
     for (const char* box :
          {"--size", "--spacing", "--fibre", "--fibre-young", "--fibre-poisson", "--fibre-shear",
           "--element", "--held", "--links", "--groups", "--by-cells", "--damping"})

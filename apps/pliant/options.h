@@ -32,7 +32,7 @@ struct ScanChoice {
     std::string series;  ///< DICOM
     std::optional<std::int64_t> frame;
     bool straighten = false;
-    std::optional<Vec3d> spacing_mm;  ///< of DICOM without positions; info and convert
+    std::optional<Vec3d> spacing_mm;  ///< of DICOM without positions
 
     ReadOptions options() const {
         ReadOptions options;
@@ -109,6 +109,7 @@ struct DeformOptions {
     std::optional<int> steps;                          ///< nullopt: until it is at rest
     std::optional<double> depth_within_mm;  ///< depth found after the pushes (Tissue::take_depth)
     std::string mesh;                       ///< the body's tetrahedra
+    std::string units;                      ///< of MeshOptions
     std::string network;                    ///< springs in place of a lattice's
     std::string file;
     ScanChoice scan;
@@ -183,8 +184,8 @@ struct PathOptions {
 };
 
 struct MeshOptions {
-    std::string file;          ///< a scan, a surface, a centreline or tetrahedra
-    std::string units = "mm";  ///< "mm", "cm" or "m": lengths in a mesh's file
+    std::string file;   ///< a scan, a surface, a centreline or tetrahedra
+    std::string units;  ///< of lengths in a mesh's file: "mm", "cm" or "m"; empty: mm
     ScanChoice scan;
     std::string out, ghost, surface;   ///< outputs; none: only report on the file's mesh
     bool solid = false;                ///< a solid instead of a vessel's wall
@@ -220,6 +221,7 @@ struct ServeOptions {
     std::string labels, label_names;         ///< map over the scan, and table of its names
     std::optional<std::vector<int>> bodies;  ///< labels; empty: of all organs; none: no bodies
     std::string config, directions;          ///< materials
+    std::string units;                       ///< of MeshOptions; empty: the scene's own
     std::string network;                     ///< springs that move the scan or the organ
     std::string load_state;                  ///< state of the tissue; empty: at rest
     int port = 8765;
@@ -263,6 +265,7 @@ struct FitOptions {
     std::string config;
     // Fit of a mesh.
     std::string mesh;                    ///< tetrahedra, or a closed surface; empty: a box
+    std::string units;                   ///< of MeshOptions
     std::int64_t tetrahedra = 5000;      ///< of a filled surface, about
     std::vector<std::string> hold;       ///< X,Y,Z:X,Y,Z or NAME=VALUE
     std::vector<std::string> targets;    ///< measurements of each load

@@ -19,9 +19,13 @@ namespace {
 
 Result<OrganFile> scene_of(const BodyOptions& o) {
     const std::string& file = o.deform.file;
+    if (!o.deform.units.empty() && !is_mesh_file(file) && !is_organ_file(file))
+        return Error{
+            ErrorCode::InvalidArgument,
+            "--units: expected a mesh or a scene of organs, whose unit it is, found " + file};
     if (!o.labels.empty())
         return organ_file_of_labels(file, o.labels, o.bodies.value_or(std::vector<int>{}),
-                                    o.label_names);
+                                    o.label_names, o.deform.scan.options());
     if (!o.label_names.empty())
         return Error{ErrorCode::InvalidArgument,
                      "--label-names: expected --labels, whose names these are, found none"};
@@ -88,6 +92,7 @@ int run_body(const BodyOptions& o) {
             auto file = scene_of(o);
             if (!file.ok()) return file.error();
             file->reading = o.deform.scan.options();
+            if (!o.deform.units.empty()) file->units = o.deform.units;
             auto made = make_organs(*file, arena);
             if (!made.ok()) return made.error();
             const auto moved = std::make_shared<Moved>(Moved{std::move(*made)});

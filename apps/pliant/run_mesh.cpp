@@ -94,11 +94,6 @@ void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& qualit
                     end.centre_mm.y, end.centre_mm.z, end.radius_mm);
 }
 
-/// Length of the file's unit [mm].
-double unit_mm(const MeshOptions& o) {
-    return o.units == "m" ? 1000 : o.units == "cm" ? 10 : 1;
-}
-
 nlohmann::ordered_json with_notes(nlohmann::ordered_json report,
                                   const std::vector<std::string>& notes) {
     if (!notes.empty()) report["notes"] = notes;
@@ -177,7 +172,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
 }
 
 Result<std::vector<VesselEnd>> ends_from(const MeshOptions& o) {
-    const auto file = read_mesh(o.ends, unit_mm(o));
+    const auto file = read_mesh(o.ends, mm_of_unit(o.units));
     if (!file) return file.error();
     const auto centreline = centreline_of(*file);
     if (!centreline)
@@ -265,7 +260,7 @@ std::string hint_at_units(const MeshOptions& o, const MeshData& mesh) {
     constexpr double kSmall = 30;  // [mm]: vessels are longer
     const Bounds bounds(mesh.nodes_mm);
     const double extent = norm(bounds.high - bounds.low);
-    if (mesh.nodes_mm.empty() || extent > kSmall || o.units != "mm") return {};
+    if (mesh.nodes_mm.empty() || extent > kSmall || !o.units.empty()) return {};
     return " (the mesh is " + short_text(extent, 3) +
            " mm across; --units cm or m reads other lengths)";
 }
@@ -370,7 +365,7 @@ int run_mesh(const MeshOptions& o) {
     MeshData mesh;
     if (const Status s = check_mesh_or_scan(o.file); !s) return bad_input(s.error().message);
     if (from_mesh) {
-        auto read = read_mesh(o.file, unit_mm(o));
+        auto read = read_mesh(o.file, mm_of_unit(o.units));
         if (!read) return bad_input(read.error());
         mesh = std::move(*read);
         if (o.out.empty()) return judge(o, mesh);

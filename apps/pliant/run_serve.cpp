@@ -132,7 +132,9 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .max_spring_nodes = options.spring_nodes,
                             .network_hz = options.network_hz,
                             .frame = options.scan.frame,
-                            .straighten = options.scan.straighten};
+                            .straighten = options.scan.straighten,
+                            .spacing_mm = options.scan.spacing_mm,
+                            .units = options.units};
     auto server = Server::start(settings, arena);
     const bool port_is_taken = !server.ok() && server.error().field == "port";
     if (!port_is_taken || options.port_given) return server;

@@ -20,7 +20,6 @@ void add_info(CLI::App& app, InfoOptions& o) {
     auto* c = app.add_subcommand("info", "Describe a scan");
     c->add_option("FILE", o.file, kScanKinds)->required();
     add_scan(c, o.scan);
-    add_spacing(c, o.scan);
     c->add_flag("--suggest-push", o.suggest_push, "a point on a wall that gives way");
     add_surface(c, o.iso_hu, o.polarity, "threshold of that wall");
     c->add_flag("--json", o.json, "one JSON object");
@@ -34,7 +33,6 @@ void add_convert(CLI::App& app, ConvertOptions& o) {
                   "file to write: .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz or .vti (ParaView)")
         ->required();
     add_scan(c, o.scan);
-    add_spacing(c, o.scan);
     c->add_flag("--raw", o.raw, "no compression (NRRD, MetaImage; .nii never has any)");
     c->add_flag("--json", o.json, "report the written files as one JSON object");
     c->footer(
@@ -191,8 +189,7 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
          "Medit's MESH)")
         ->required();
     add_scan(c, o.scan);
-    c->add_option("--units", o.units, "lengths in a mesh's file: mm, cm or m (default mm)")
-        ->check(CLI::IsMember({"mm", "cm", "m"}));
+    add_units(c, o.units);
     auto* out =
         c->add_option("--out", o.out, "tetrahedra to write (.vtu); else FILE is only judged");
     auto* solid = c->add_flag("--solid", o.solid,

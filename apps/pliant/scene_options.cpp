@@ -15,6 +15,7 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "VTP, VTK, MSH, STL, OBJ, PLY: tetrahedra, or a closed surface) "
                   "(default: the airway phantom)");
     add_scan(c, o.scan);
+    add_units(c, o.units);
     c->add_option("--labels", o.labels,
                   "label map that is drawn over the scan and moves with the tissue; colours are "
                   "those of 3D Slicer's segments (.seg.nrrd). With --config also the labels of its "

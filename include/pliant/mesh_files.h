@@ -26,10 +26,14 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #pragma GCC visibility push(default)
 namespace pliant {
+
+/// Length of a unit, "mm", "cm" or "m" [mm].
+double mm_of_unit(std::string_view unit);
 
 /// Tetrahedra in mirrored order are turned (turn_mirrored); of cells of second order, the corners
 /// are taken. MeshData::notes says so.
@@ -39,9 +43,9 @@ namespace pliant {
 Result<MeshData> read_mesh(const std::filesystem::path& path, double unit_mm = 1);
 /// Reads the triangles, or the boundary of the tetrahedra if there are no triangles. The
 /// triangles are cleaned (STL has separate corners). @returns also Unsupported if there are neither
-Result<TriangleMesh> read_surface(const std::filesystem::path& path);
+Result<TriangleMesh> read_surface(const std::filesystem::path& path, double unit_mm = 1);
 /// Reads the tetrahedra with their nodes. @returns also Unsupported if there are none
-Result<TetMesh> read_tetrahedra(const std::filesystem::path& path);
+Result<TetMesh> read_tetrahedra(const std::filesystem::path& path, double unit_mm = 1);
 
 /// Named vectors or numbers at the nodes or in the cells of a file.
 struct VtuVectors {

@@ -58,7 +58,7 @@ class NodeTissue : public Tissue {
     Status rest() noexcept override;
     Status save_state(const std::string& path) const noexcept override;
     Status load_state(const std::string& path) noexcept override;
-    /// Hash of the deformation, after update_deformation(). It leaves out what the elements'
+    /// Hash of the deformation, after update_deformation(). It leaves out quantities that
     /// positions don't show, such as velocities: states of equal hash may differ in the future.
     std::uint64_t hash() const override;
 

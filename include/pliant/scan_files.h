@@ -58,6 +58,14 @@ struct ReadOptions {
 Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},
                            ReadNotes* notes = nullptr);
 
+/// Resamples a volume whose axes aren't perpendicular, as ReadOptions::straighten does. Another one
+/// is returned as it is.
+/// @param name     of the volume, in errors
+/// @param give_up  as in ReadOptions
+/// @returns Unsupported for axes that don't span the space; InvalidArgument; LimitExceeded
+Result<Volume> straightened(const Volume& sheared, const std::string& name = "volume",
+                            const std::function<bool()>& give_up = {});
+
 /// Reads a label map, as read_volume does. A file of several layers, in which 3D Slicer stores
 /// segments that overlap, has one chosen by its number behind the name, from 0:
 /// "organs.seg.nrrd#1". The keys of the segments are those of the layer.
@@ -101,20 +109,25 @@ std::span<const std::string_view> volume_endings() noexcept;
 ///   .vti              write_vti
 ///
 /// @param encoding  of NRRD and MetaImage
+/// @param give_up   polled between pieces of the data, a few milliseconds each, except of .vti;
+///                  true cancels with LimitExceeded, and nothing is written. May be empty
 /// @returns Unwritable, also for another name; Unsupported if the format
 ///          can't hold the volume
 Status write_volume(const std::filesystem::path& path, const Volume& volume,
-                    Encoding encoding = Encoding::Gzip);
+                    Encoding encoding = Encoding::Gzip, const std::function<bool()>& give_up = {});
 
 /// Writes a NRRD vector image (float32, `kinds: vector domain domain domain`) with the key
 /// `displacement field type`, which 3D Slicer opens as a transform. A name that ends in .nii or
 /// .nii.gz: NIfTI with the intent of vectors, whose components are LPS as in ITK's and ANTs' files.
+/// @param give_up  as of write_volume
 Status write_vector_field(const std::filesystem::path& path, const VectorField& field,
-                          Encoding encoding = Encoding::Gzip);
+                          Encoding encoding = Encoding::Gzip,
+                          const std::function<bool()>& give_up = {});
 
 /// Writes a field that is generated slice by slice, and never in memory as a whole.
 Status write_vector_field(const std::filesystem::path& path, const Grid& grid, FieldKind kind,
-                          const FieldSlices& fill_slice, Encoding encoding = Encoding::Gzip);
+                          const FieldSlices& fill_slice, Encoding encoding = Encoding::Gzip,
+                          const std::function<bool()>& give_up = {});
 /// Reads NRRD, MetaImage, or NIfTI with a fifth axis of three: vectors in LPS, or displacements
 /// (intent 1006) in RAS, as ITK takes them. A file that doesn't tell its kind is Resampling.
 Result<VectorField> read_vector_field(const std::filesystem::path& path);

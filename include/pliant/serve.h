@@ -91,6 +91,9 @@ struct ServerSettings {
     /// Reading of the scan (ReadOptions, volume.h).
     std::optional<std::int64_t> frame{};
     bool straighten = false;
+    std::optional<Vec3d> spacing_mm{};
+    /// Of the meshes' files: "mm", "cm" or "m"; empty: mm, or the scene's own.
+    std::string units{};
 };
 SettingRows<ServerSettings> server_rows() noexcept;
 

@@ -87,7 +87,7 @@ class Tissue : public MovingScan {
     /// its own point. Tissue that another tool holds may change hands.
     /// Radius 0 grabs the smallest part of the model around the point: the elements or nodes of the
     /// cell, tetrahedron or control cell that holds it. A sphere without tissue grabs the same, or
-    /// nothing; what the tool meets on its way may be grabbed as well.
+    /// nothing; elements that the tool meets on its way may be grabbed as well.
     /// @returns the executed part of the push. A PushReport begins as Rejected, with fraction 0, so
     ///          a tissue sets status and step_fraction of a push that it carries out.
     ///          InvalidArgument for numbers that aren't finite, and for points that the model

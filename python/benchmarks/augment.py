@@ -5,11 +5,12 @@
 
     python augment.py --rounds 15
 
-The preset "elastic" moves as much as the others do; Pliant's pushes move about a tenth of the
-voxels. The others move no landmarks. Packages that are missing are left out.
+The others are set to the mean motion of the preset "elastic"; Pliant's pushes move about a tenth of
+the voxels. The others move no landmarks. Packages that are missing are left out.
 """
 
 import argparse
+import dataclasses
 import importlib.metadata
 import json
 import os
@@ -27,6 +28,29 @@ import pliant
 from pliant.augment import Plan, TissueMotions
 
 N = 128
+MARGIN = 24  # voxels at the border where the motion of others can't be seen
+
+
+def ramps() -> Any:
+    """The indices k, j, i of each voxel, as images that show a motion."""
+    return numpy.stack(numpy.meshgrid(*[numpy.arange(N, dtype=numpy.float32)] * 3, indexing="ij"))
+
+
+def motion_of(moved: Any) -> Any:
+    """Length of the motion at each voxel [mm], of moved ramps."""
+    inside = (slice(MARGIN, -MARGIN),) * 3
+    return numpy.linalg.norm(numpy.asarray(moved) - ramps(), axis=0)[inside]
+
+
+def motion_of_warp(warp: Any) -> Any:
+    inside = (slice(MARGIN, -MARGIN),) * 3
+    return numpy.linalg.norm(warp.forward_field().array, axis=3)[inside]
+
+
+@dataclasses.dataclass
+class Case:
+    run: Callable[[], object]
+    motion: Callable[[], Any] | None = None  # lengths [mm] of a sample
 
 
 def plans_of(
@@ -43,39 +67,38 @@ def plans_of(
     return plans
 
 
-def pliant_cases(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dict[str, Any]:
-    # Two pushes of large tools, of tissue whose motion reaches far.
-    motions = TissueMotions(pushes=2, tool_mm=(12, 20), push_mm=(4, 8), offset=0.2)
-    plans = plans_of(motions, scan, rng, 0.1)
-    prepared = motions.prepare(scan)
-    shares = [motions.apply(prepared, p).warp.moved_voxels / scan.array.size for p in plans]
-    print(f"share of moved voxels: {min(shares):.3f}...{max(shares):.3f}")
+def pliant_cases(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dict[str, Case]:
     numbers = iter(range(10**9))
 
-    def applied(target: Any) -> None:
-        motions.apply(target, plans[next(numbers) % len(plans)], labels=labels, points=points)
+    def case(motions: TissueMotions, plans: list[Plan], target: Any) -> Case:
+        def applied() -> Any:
+            plan = plans[next(numbers) % len(plans)]
+            return motions.apply(target, plan, labels=labels, points=points)
 
-    def drawn() -> None:
-        motions.sample(scan, numpy.random.default_rng(next(numbers)))
+        return Case(applied, lambda: motion_of_warp(applied().warp))
 
     elastic = TissueMotions(preset="elastic")
-    waves = [elastic.sample(scan, rng) for _ in range(4)]
-    shares = [elastic.apply(scan, p).warp.moved_voxels / scan.array.size for p in waves]
-    print(f"share of moved voxels, elastic: {min(shares):.3f}...{max(shares):.3f}")
+    # Two pushes of large tools, of tissue whose motion reaches far: balls, and octahedra.
+    large = {"pushes": 2, "tool_mm": (12, 20), "push_mm": (4, 8), "offset": 0.2}
+    pushes = TissueMotions(**large)
+    plans = plans_of(pushes, scan, rng, 0.1)
+    octahedra = [dataclasses.replace(p, tissue={**p.tissue, "limits": "box"}) for p in plans]
+    prepared = pushes.prepare(scan)
 
-    def stretched() -> None:
-        plan = waves[next(numbers) % len(waves)]
-        elastic.apply(scan, plan, labels=labels, points=points)
+    def drawn() -> None:
+        pushes.sample(scan, numpy.random.default_rng(next(numbers)))
 
+    waves = [elastic.sample(scan, rng) for _ in range(8)]
     return {
-        "pliant, preset elastic, with preparation": stretched,
-        "pliant, scan prepared before": lambda: applied(prepared),
-        "pliant, with preparation": lambda: applied(scan),
-        "pliant, drawing a plan alone": drawn,
+        "pliant, preset elastic": case(elastic, waves, scan),
+        "pliant, two pushes": case(pushes, plans, scan),
+        "pliant, two pushes, scan prepared before": case(pushes, plans, prepared),
+        "pliant, two pushes, limits = box": case(pushes, octahedra, scan),
+        "pliant, drawing a plan of pushes alone": Case(drawn),
     }
 
 
-def monai_skin(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dict[str, Any]:
+def monai_skin(scan: pliant.Volume, labels: Any, wanted_mm: float) -> dict[str, Case]:
     """The way of most users: MONAI's dictionary transform, with drawing and preparation."""
     import torch
     from monai.data import MetaTensor
@@ -83,22 +106,16 @@ def monai_skin(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dict[
     from pliant.augment.monai import RandTissueMotiond
 
     motion = RandTissueMotiond(
-        ["image", "label"],
-        mode=("bilinear", "nearest"),
-        prob=1.0,
-        pushes=2,
-        tool_mm=(12, 20),
-        push_mm=(4, 8),
-        offset=0.2,
+        ["image", "label"], mode=("bilinear", "nearest"), prob=1.0, preset="elastic"
     ).set_random_state(1)
     item = {
         "image": MetaTensor(torch.as_tensor(scan.array[None].astype(numpy.float32))),
         "label": MetaTensor(torch.as_tensor(labels[None])),
     }
-    return {"pliant's RandTissueMotiond, whole": lambda: motion(item)}
+    return {"pliant's RandTissueMotiond, elastic": Case(lambda: motion(item))}
 
 
-def torchio_case(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dict[str, Any]:
+def torchio_case(scan: pliant.Volume, labels: Any, wanted_mm: float) -> dict[str, Case]:
     import torch
     import torchio
 
@@ -107,34 +124,68 @@ def torchio_case(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dic
     subject = torchio.Subject(
         ct=torchio.ScalarImage(tensor=image), organs=torchio.LabelMap(tensor=labels[None])
     )
-    elastic = torchio.RandomElasticDeformation(copy=False)
-    return {"TorchIO RandomElasticDeformation": lambda: elastic(subject)}
+    axes = torchio.Subject(
+        {name: torchio.ScalarImage(tensor=ramp[None]) for name, ramp in zip("kji", ramps())}
+    )
+
+    def case(scale: float) -> Case:
+        elastic = torchio.RandomElasticDeformation(max_displacement=7.5 * scale, copy=False)
+
+        def motion() -> Any:
+            moved = torchio.RandomElasticDeformation(max_displacement=7.5 * scale)(axes)
+            return motion_of([moved[name].data[0].numpy() for name in "kji"])
+
+        return Case(lambda: elastic(subject), motion)
+
+    return {"TorchIO RandomElasticDeformation": scaled(case, wanted_mm)}
 
 
-def monai_case(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dict[str, Any]:
+def monai_case(scan: pliant.Volume, labels: Any, wanted_mm: float) -> dict[str, Case]:
     import torch
-    from monai.transforms import Rand3DElasticd
+    from monai.transforms import Rand3DElastic, Rand3DElasticd
 
     torch.set_num_threads(1)
     item = {
         "image": torch.as_tensor(scan.array[None].astype(numpy.float32)),
         "label": torch.as_tensor(labels[None]).float(),
     }
-    elastic = Rand3DElasticd(
-        ["image", "label"], (5, 8), (100, 300), prob=1.0, mode=("bilinear", "nearest")
-    )
-    return {"MONAI Rand3DElasticd": lambda: elastic(item)}
+
+    def case(scale: float) -> Case:
+        size = ((6.5, 6.5), (200 * scale, 200 * scale))
+        elastic = Rand3DElasticd(["image", "label"], *size, prob=1.0, mode=("bilinear", "nearest"))
+        return Case(
+            lambda: elastic(item),
+            lambda: motion_of(Rand3DElastic(*size, prob=1.0, padding_mode="border")(ramps())),
+        )
+
+    return {"MONAI Rand3DElasticd": scaled(case, wanted_mm)}
 
 
-def elasticdeform_case(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dict[str, Any]:
+def elasticdeform_case(scan: pliant.Volume, labels: Any, wanted_mm: float) -> dict[str, Case]:
     import elasticdeform
 
     image = scan.array.astype(numpy.float32)
 
-    def deformed() -> None:
-        elasticdeform.deform_random_grid([image, labels], sigma=3, points=5, order=[1, 0])
+    def case(scale: float) -> Case:
+        def deformed(images: Any, order: Any) -> Any:
+            return elasticdeform.deform_random_grid(
+                images, sigma=3 * scale, points=5, order=order, mode="nearest"
+            )
 
-    return {"elasticdeform": deformed}
+        return Case(
+            lambda: deformed([image, labels], [1, 0]),
+            lambda: motion_of(deformed(list(ramps()), [1, 1, 1])),
+        )
+
+    return {"elasticdeform": scaled(case, wanted_mm)}
+
+
+def scaled(case: Callable[[float], Case], wanted_mm: float) -> Case:
+    """A case whose mean motion is that of Pliant's preset. The motion is linear in the scale."""
+    motion = case(1).motion
+    assert motion is not None
+    found = numpy.mean([motion().mean() for _ in range(4)])
+    return case(float(wanted_mm / found))
 
 
 def main() -> None:
@@ -147,12 +198,32 @@ def main() -> None:
     scan = pliant.make_phantom("knee", (N, N, N), (1, 1, 1), threads=1)
     labels = (scan.array > -300).astype(numpy.uint8) + (scan.array > 250)
     points = [scan.world_from_voxel(p) for p in rng.uniform(0, N - 1, (50, 3))]
-    cases: dict[str, Callable[[], Any]] = {}
-    for make in (pliant_cases, monai_skin, torchio_case, monai_case, elasticdeform_case):
+    cases = pliant_cases(scan, labels, points, rng)
+    # mean, 95 % and maximum of the motion, and the share of the voxels that move by 0.1 mm
+    motions: dict[str, tuple[float, ...]] = {}
+
+    def measure(name: str) -> None:
+        motion = cases[name].motion
+        if motion is None:
+            return
+        all_of = numpy.concatenate([motion().ravel() for _ in range(4)])
+        motions[name] = (
+            float(all_of.mean()), float(numpy.percentile(all_of, 95)), float(all_of.max()),
+            float((all_of > 0.1).mean()),
+        )  # fmt: skip
+
+    for name in cases:
+        measure(name)
+    wanted_mm = motions["pliant, preset elastic"][0]
+    for make in (monai_skin, torchio_case, monai_case, elasticdeform_case):
         try:
-            cases |= make(scan, labels, points, rng)
+            added = make(scan, labels, wanted_mm)
         except ImportError as error:
             print(f"left out: {error}")
+            continue
+        cases |= added
+        for name in added:
+            measure(name)
     for package in ("pliant", "torchio", "monai", "elasticdeform", "torch"):
         try:
             print(package, importlib.metadata.version(package))
@@ -163,7 +234,7 @@ def main() -> None:
     for turn in range(given.rounds + 1):
         for name, case in cases.items():
             begin, begin_processor = time.perf_counter(), time.process_time()
-            case()
+            case.run()
             end, end_processor = time.perf_counter(), time.process_time()
             if turn > 0:  # the first warms up
                 wall[name].append(1e3 * (end - begin))
@@ -172,15 +243,16 @@ def main() -> None:
         name: (statistics.median(wall[name]), statistics.median(processor[name])) for name in cases
     }
     if given.json:
-        print(json.dumps(medians))
+        print(json.dumps({"ms": medians, "motion_mm": motions}))
         return
-    base = medians["pliant, with preparation"][1]
-    print("median wall-clock time, its range, median processor time, ratio of the latter")
+    base = medians["pliant, preset elastic"][1]
+    print("load", *(f"{one:.1f}" for one in os.getloadavg()))
+    print("median wall-clock and processor time [ms], ratio of the latter; motion [mm]: mean,")
+    print("95 %, maximum; voxels that move by 0.1 mm")
     for name, (median, used) in medians.items():
-        low, high = min(wall[name]), max(wall[name])
-        print(
-            f"{name:36} {median:8.1f} ms ({low:.1f}...{high:.1f}) {used:8.1f} {used / base:6.1f} x"
-        )
+        moved = motions.get(name)
+        text = "%5.2f %5.2f %5.2f %3.0f %%" % (*moved[:3], 100 * moved[3]) if moved else ""
+        print(f"{name:42} {median:8.1f} {used:8.1f} {used / base:6.1f} x  {text}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a study costs beside its items, and that killed processes change no byte of its table.
+"""Cost of a study beside its items, and a check that killed processes change no byte of its table.
 
     python python/benchmarks/study.py                     # 10,000 small items; 100 of a second
     python python/benchmarks/study.py --items 500 --kills 10

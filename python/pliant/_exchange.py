@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import operator
 import pathlib
 import tempfile
@@ -119,20 +120,42 @@ def volume_to_sitk(volume: Volume) -> Any:
     return image
 
 
-def volume_from_nibabel(image: Any) -> Volume:
+MAX_SKEW = 1e-3  # of axes that are perpendicular up to rounding
+
+
+def skew_of(affine: Array) -> float:
+    """Largest cosine of the angle between two axes, the columns of (3, 3) numbers."""
+    lengths = numpy.linalg.norm(affine, axis=0)
+    axes = affine / numpy.where(lengths > 0, lengths, 1)
+    return float(numpy.abs(numpy.triu(axes.T @ axes, 1)).max())
+
+
+def volume_from_nibabel(image: Any, straighten: bool = False) -> Volume:
     """A scan of a NiBabel image; its RAS coordinates become LPS.
 
+    Args:
+        straighten: Resamples an image whose axes aren't perpendicular.
+
     Raises:
-        pliant.Error: The axes aren't perpendicular.
+        pliant.Error: The axes aren't perpendicular, and straighten is False.
     """
     if not hasattr(image, "affine") or not hasattr(image, "dataobj"):
         raise expected_error("image", "a NiBabel image", repr(image))
     affine = _RAS @ image.affine[:3, :3]
     spacing = numpy.linalg.norm(affine, axis=0)
     values = numpy.asanyarray(image.dataobj)
-    return Volume(
-        values.T, spacing.tolist(), (_RAS @ image.affine[:3, 3]).tolist(), affine / spacing
-    )
+    skew = skew_of(affine)
+    if skew > MAX_SKEW and not straighten:
+        raise expected_error(
+            "affine",
+            "perpendicular axes (straighten=True resamples sheared ones)",
+            f"axes sheared by {math.degrees(math.asin(min(1.0, skew))):.2f} degrees",
+        )
+    make: Any = pliant._core.straightened_volume if straighten else Volume
+    origin = (_RAS @ image.affine[:3, 3]).tolist()
+    axes = affine / numpy.where(spacing > 0, spacing, 1)
+    made: Volume = make(values.T, spacing.tolist(), origin, axes)
+    return made
 
 
 def volume_to_nibabel(volume: Volume) -> Any:
@@ -167,7 +190,7 @@ def array_of(
 
 
 def dlpack_of(volume: Volume, options: dict[str, Any]) -> Any:
-    """DLPack's protocol: a copy, since other sides write into what is marked as read-only."""
+    """DLPack's protocol: a copy, since other packages write into read-only arrays."""
     if options.pop("copy", None) is False:
         raise BufferError("expected copy=None or True, found False: the scan is read-only")
     return volume.array.copy().__dlpack__(**options)
@@ -287,6 +310,23 @@ def reduced_scene(
     for name in ("place_mm", "direction"):
         settings.pop(name, None)  # the entry
     return _remade_scene, (scene.wall, entry, scene.threads, settings, scene.state(), hand)
+
+
+def _remade_arena(
+    kind: type[Any], made_of: tuple[tuple[Any, ...], dict[str, Any]], states: list[Any]
+) -> Any:
+    arguments, settings = made_of
+    arena = kind(*arguments, **settings)
+    for n, state in enumerate(states):
+        arena.load_state(n, state)
+    arena.look()
+    return arena
+
+
+def reduced_arena(arena: Any, made_of: tuple[Any, ...]) -> tuple[Any, ...]:
+    """For pickle and copy.deepcopy: scan, settings and the state of each instrument."""
+    states = [arena.save_state(n) for n in range(arena.count)]
+    return _remade_arena, (type(arena), made_of, states)
 
 
 def _remade_truth_maker(scan: Volume, threads: int, materials: Any, settings: Any) -> Any:

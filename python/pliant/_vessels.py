@@ -62,7 +62,7 @@ class Vessel:
 
 @dataclasses.dataclass(frozen=True)
 class _Made:
-    """A wall, and what its scene says beside it: a scan, a guide, settings of a catheter."""
+    """A wall with the other parts of its scene: a scan, a guide, settings of a catheter."""
 
     wall: VesselWall
     scan: Volume | None = None

@@ -28,10 +28,6 @@ const char* name_of(ErrorCode code) {
     return "";
 }
 
-}  // namespace
-
-namespace {
-
 /// A setting of a table of a file, "[material] offset", as the keyword that it is here; an entry is
 /// one keyword.
 std::string without_table(const std::string& text) {

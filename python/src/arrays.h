@@ -136,6 +136,18 @@ class Interruption {
     std::chrono::steady_clock::time_point m_next{};
 };
 
+/// Takes the result of work(give_up), without the interpreter's lock. Ctrl-C raises.
+template <class Work>
+auto take_until_interrupted(const Work& work) {
+    Interruption interruption;
+    auto result = [&] {
+        const nb::gil_scoped_release without_lock;
+        return work([&] { return interruption.is_there(); });
+    }();
+    interruption.raise_if_there();
+    return take(std::move(result));
+}
+
 /// Calls work(n) for 0…count without the interpreter's lock. Ctrl-C raises.
 template <class Work>
 void for_each_row(std::size_t count, const Work& work) {
@@ -149,18 +161,12 @@ void for_each_row(std::size_t count, const Work& work) {
     interruption.raise_if_there();
 }
 
-/// The settings in a call's keyword arguments. @returns InvalidArgument for other kinds of values
+/// The settings in a call's keyword arguments. Raises for other kinds of values.
 Record record_of(const nb::dict& arguments);
+/// A setting's name: `yield`, a word of Python's own, is given as `yield_`.
+std::string name_of_keyword(std::string keyword);
 nb::dict dict_of(const Record& record);
 nb::object object_of(const SettingValue& value);
-
-/// Settings with some of them changed by keyword arguments.
-template <class T>
-T settings_from(const nb::dict& arguments, SettingRows<T> rows) {
-    T settings;
-    take(apply(record_of(arguments), rows, settings));
-    return settings;
-}
 
 /// str(object)
 inline std::string shown(const nb::object& object) {
@@ -172,6 +178,28 @@ inline std::string shown(const nb::object& object) {
     const std::string text = nb::cast<std::string>(nb::repr(found));
     raise({ErrorCode::InvalidArgument, name + ": expected " + expected + ", found " + text, name,
            expected, text});
+}
+
+/// Changes settings by keyword arguments, all or none. None leaves an optional one as it is.
+template <class T>
+void change(T& settings, const nb::dict& arguments, std::type_identity_t<SettingRows<T>> rows) {
+    nb::dict given;
+    for (const auto& [key, value] : arguments) {
+        const std::string name = name_of_keyword(nb::cast<std::string>(key));
+        const Setting<T>* const row = value.is_none() ? find_setting<T>(name, rows) : nullptr;
+        if (!row)
+            given[key] = value;
+        else if (!row->is_optional)
+            raise_value(name, checked_value(*row, {}).error().expected, value);
+    }
+    take(apply(record_of(given), rows, settings));
+}
+/// Defaults with some of them changed by keyword arguments.
+template <class T>
+T settings_from(const nb::dict& arguments, SettingRows<T> rows) {
+    T settings;
+    change(settings, arguments, rows);
+    return settings;
 }
 
 /// The object of a class of the module in an argument. @param kind  its class, in messages

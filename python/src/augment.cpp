@@ -74,7 +74,7 @@ VectorField single_field(const PyWarp& self, VectorField field) {
     return single;
 }
 
-/// A ball that grows: its surface moves outwards, and what is around it by less.
+/// A ball that grows: its surface moves outwards, its surroundings by less.
 struct Swelling {
     Vec3d centre;
     double growth, radius;
@@ -100,7 +100,7 @@ struct Swelling {
     }
 };
 
-/// A breath: the diaphragm's level moves, and what is above and below it by less (a squared
+/// A breath: the diaphragm's level moves, levels above and below it by less (a squared
 /// cosine). Its motion along y grows from the spine to the belly.
 struct Breath {
     Vec3d diaphragm, by;

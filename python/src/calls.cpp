@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What all functions of the module have in common: a signature for inspect, and a pliant.Error that
+// Common to all functions of the module: a signature for inspect, and a pliant.Error that
 // names the argument which doesn't fit it. nanobind's own error is a list of signatures.
 //
 //   call ── explained() ── nanobind's function ── TypeError? ── pliant._signatures.argument_error

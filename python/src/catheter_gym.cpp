@@ -21,9 +21,12 @@ using Flags = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::dev
 /// The members are destroyed in reverse order: each refers to those above it.
 class PyCatheters : public Exclusive {
   public:
+    /// @param made_of  all arguments of the constructor, for copies
     PyCatheters(const VesselWall& wall, nb::object scan, const CatheterArenaSettings& settings,
-                int threads)
-        : m_scan(std::move(scan)), m_threads(std::make_unique<Arena>(threads)) {
+                int threads, nb::tuple made_of)
+        : m_scan(std::move(scan)),
+          m_made_of(std::move(made_of)),
+          m_threads(std::make_unique<Arena>(threads)) {
         const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         m_arena = take(m_threads->run(
             [&] { return CatheterArena::create(wall, volume, settings, m_threads->tasks()); }));
@@ -32,6 +35,7 @@ class PyCatheters : public Exclusive {
     CatheterArena& arena() const { return *m_arena; }
     const Arena& threads() const { return *m_threads; }
     nb::object scan() const { return m_scan; }
+    nb::tuple made_of() const { return m_made_of; }
     void check(int n) const {
         if (n >= 0 && n < m_arena->count()) return;
         raise({ErrorCode::InvalidArgument,
@@ -56,16 +60,18 @@ class PyCatheters : public Exclusive {
 
   private:
     nb::object m_scan;
+    nb::tuple m_made_of;
     std::unique_ptr<Arena> m_threads;
     std::unique_ptr<CatheterArena> m_arena;
 };
 
-void make_catheters(nb::pointer_and_handle<PyCatheters> self, const VesselWall& wall,
+void make_catheters(nb::pointer_and_handle<PyCatheters> self, const nb::object& given_wall,
                     const nb::object& scan, const nb::object& entry, double inwards, int count,
                     std::pair<int, int> size, double control_hz,
                     const std::optional<nb::object>& view, bool has_pictures, double device_water,
                     int points, double points_mm, double bend_rad, double max_bend_rad, int threads,
                     const nb::kwargs& settings) {
+    const auto& wall = object_in<VesselWall>(given_wall, "wall", "a VesselWall");
     CatheterArenaSettings s;
     s.catheter = settings_from<CatheterSettings>(settings, catheter_rows());
     s.catheter.entry = entry_of(entry, inwards, s.catheter.entry.inserted_mm, wall);
@@ -80,7 +86,12 @@ void make_catheters(nb::pointer_and_handle<PyCatheters> self, const VesselWall& 
     s.points_mm = points_mm;
     s.bend_rad = bend_rad;
     s.max_bend_rad = max_bend_rad;
-    new (self.p) PyCatheters(wall, scan, s, threads);
+    const nb::tuple made_of =
+        nb::make_tuple(nb::make_tuple(given_wall, scan, entry, inwards, count, size, control_hz,
+                                      view, has_pictures, device_water, points, points_mm, bend_rad,
+                                      max_bend_rad, threads),
+                       settings);
+    new (self.p) PyCatheters(wall, scan, s, threads, made_of);
 }
 
 nb::object states_of(const PyCatheters& a) {
@@ -273,7 +284,14 @@ void bind_catheter_gym(nb::module_& m) {
             nb::sig("def scan(self, /) -> Volume"), "The scan in the pictures.")
         .def_prop_ro(
             "threads", [](const PyCatheters& a) { return a.threads().threads(); },
-            "Number of threads.");
+            "Number of threads.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                return exchange("reduced_arena")(self,
+                                                 nb::cast<const PyCatheters&>(self).made_of());
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"));
 }
 
 }  // namespace pliant::python

@@ -120,11 +120,9 @@ void bind_fields(nb::module_& m) {
         .def(
             "save",
             [](const VectorField& f, const std::filesystem::path& path) {
-                const auto done = [&] {
-                    const nb::gil_scoped_release without_lock;
-                    return write_vector_field(path, f);
-                }();
-                take(done);
+                take_until_interrupted([&](const std::function<bool()>& give_up) {
+                    return write_vector_field(path, f, Encoding::Gzip, give_up);
+                });
             },
             nb::arg("path"), "Writes a NRRD vector image, which 3D Slicer opens as a transform.")
         .def(

@@ -42,8 +42,11 @@ Polarity polarity_of(const std::string& name) {
 /// The members are destroyed in reverse order: each refers to those above it.
 class PyArena : public Exclusive {
   public:
-    PyArena(nb::object scan, EndoscopeArenaSettings settings, int threads)
-        : m_scan(std::move(scan)), m_threads(std::make_unique<Arena>(threads)) {
+    /// @param made_of  all arguments of the constructor, for copies
+    PyArena(nb::object scan, EndoscopeArenaSettings settings, int threads, nb::tuple made_of)
+        : m_scan(std::move(scan)),
+          m_made_of(std::move(made_of)),
+          m_threads(std::make_unique<Arena>(threads)) {
         const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         m_arena = take(m_threads->run(
             [&] { return EndoscopeArena::create(volume, settings, m_threads->tasks()); }));
@@ -52,6 +55,7 @@ class PyArena : public Exclusive {
     EndoscopeArena& arena() const { return *m_arena; }
     int threads() const { return m_threads->threads(); }
     nb::object scan() const { return m_scan; }
+    nb::tuple made_of() const { return m_made_of; }
     void check(int n) const {
         if (n >= 0 && n < m_arena->count()) return;
         raise({ErrorCode::InvalidArgument,
@@ -88,6 +92,7 @@ class PyArena : public Exclusive {
 
   private:
     nb::object m_scan;
+    nb::tuple m_made_of;
     std::unique_ptr<Arena> m_threads;
     std::unique_ptr<EndoscopeArena> m_arena;
 };
@@ -217,7 +222,12 @@ void make_arena(nb::pointer_and_handle<PyArena> self, const nb::object& scan, in
             object_in<PyVolume>(*labels, "labels", "a Volume").volume);
     }
     s.materials = settings_from<ChainMailSettings>(materials, chainmail_rows());
-    new (self.p) PyArena(scan, s, threads);
+    const nb::tuple made_of = nb::make_tuple(
+        nb::make_tuple(scan, count, size, control_hz, wall, radius_mm, relax_sweeps, relax_every,
+                       young_modulus_pa, iso_hu, polarity, field_of_view_deg, barrel_distortion,
+                       style, lining, field_stop, is_smooth, pictures, labels, threads),
+        materials);
+    new (self.p) PyArena(scan, s, threads, made_of);
 }
 
 nb::object states_of(const PyArena& a) {
@@ -393,7 +403,13 @@ void bind_arena(nb::module_& m) {
         .def_prop_ro(
             "scan", [](PyArena& a) { return a.scan(); }, nb::sig("def scan(self, /) -> Volume"),
             "The scan at rest.")
-        .def_prop_ro("threads", &PyArena::threads, "Number of threads.");
+        .def_prop_ro("threads", &PyArena::threads, "Number of threads.")
+        .def(
+            "__reduce__",
+            [](nb::handle self) {
+                return exchange("reduced_arena")(self, nb::cast<const PyArena&>(self).made_of());
+            },
+            nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"));
     bind_pictures(c);
 }
 

@@ -33,8 +33,6 @@ struct Keyword {
 using Keywords = std::vector<Keyword>;
 
 Keyword keyword_of(const SettingInfo& row, const SettingValue& value);
-/// The row's name: `yield`, a word of Python's own, is given as `yield_`.
-std::string name_of_keyword(std::string keyword);
 
 /// All rows of a table, with the defaults of the struct.
 template <class T>

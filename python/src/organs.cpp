@@ -22,7 +22,7 @@ struct PyOrgans {
 
 PyOrgans organs_of(Result<OrganFile> file, int threads, const nb::kwargs& settings) {
     OrganFile changed = take(std::move(file));
-    take(apply(record_of(settings), organ_file_rows(), changed));
+    change(changed, settings, organ_file_rows());
     const Arena arena(threads);
     MadeOrgans made = take(arena.run([&] { return make_organs(changed, arena.tasks()); }));
     // The voxels move: made.scan is then without them, and the tissue gets this one.
@@ -93,11 +93,11 @@ PyOrgans organs_from(const nb::tuple& state) {
     MadeOrgans& made = organs.made;
     if (!state[1].is_none())
         made.labels = std::make_shared<const Volume>(nb::cast<const PyVolume&>(state[1]).volume);
-    take(apply(record_of(nb::cast<nb::dict>(state[2])), organ_file_rows(), made.file));
+    change(made.file, nb::cast<nb::dict>(state[2]), organ_file_rows());
     for (const nb::handle body : nb::cast<nb::list>(state[3])) {
         Organ organ{.name = nb::cast<std::string>(body[0]),
                     .mesh = nb::cast<const TetMesh&>(body[1])};
-        take(apply(record_of(nb::cast<nb::dict>(body[2])), organ_rows(), organ.settings));
+        change(organ.settings, nb::cast<nb::dict>(body[2]), organ_rows());
         made.organs.push_back(std::move(organ));
     }
     made.hash = nb::cast<std::uint64_t>(state[4]);

@@ -18,7 +18,7 @@ namespace pliant::python {
 namespace {
 
 SettingValue value_from(const std::string& name, nb::handle value) {
-    if (value.is_none()) return std::monostate{};
+    if (value.is_none()) raise_value(name, "a value", value);
     if (nb::isinstance<nb::bool_>(value)) return nb::cast<bool>(value);
     if (nb::isinstance<nb::str>(value)) return nb::cast<std::string>(value);
     // Arrays have __index__, too; one without axes is a number.

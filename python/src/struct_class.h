@@ -182,7 +182,7 @@ class StructClass {
         return *this;
     }
 
-    /// Adds the constructor and what depends on all fields.
+    /// Adds the constructor and the methods that depend on all fields.
     nb::class_<T>& done() {
         const auto rows = m_rows;
         const auto set = [rows](T& t, const nb::dict& given) {

@@ -26,7 +26,7 @@ class PyMaker : public Exclusive {
         const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
         ChainMailSettings chosen;
         suit_materials(value_defaults(volume), chosen);
-        take(apply(record_of(materials), chainmail_rows(), chosen));
+        change(chosen, materials, chainmail_rows());
         const auto wanted = settings_from<TruthSettings>(settings, truth_rows());
         m_maker = std::make_unique<TruthMaker>(take(m_arena->run(
             [&] { return TruthMaker::create(volume, chosen, wanted, m_arena->tasks()); })));

@@ -637,7 +637,7 @@ void bind_files(nb::module_& m) {
             "scene",
             [](const PyVessel& v, int threads, const nb::kwargs& changes) {
                 auto settings = v.made.settings;
-                take(apply(record_of(changes), catheter_rows(), settings));
+                change(settings, changes, catheter_rows());
                 return catheter_in(v.made.wall, settings, threads);
             },
             nb::arg("threads") = 0, nb::arg("settings"),

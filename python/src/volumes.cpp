@@ -47,7 +47,8 @@ VoxelArray<T> viewed(const Numbers& array) {
 }
 
 PyVolume volume_of(const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
-                   const std::vector<double>& direction, std::optional<double> background) {
+                   const std::vector<double>& direction, std::optional<double> background,
+                   bool straighten = false) {
     const nb::object memory = stored(array);
     const auto numbers = nb::cast<Numbers>(memory);
     const auto length = [&](std::size_t axis) {
@@ -63,6 +64,10 @@ PyVolume volume_of(const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
         made.volume.voxels = viewed<std::int16_t>(numbers);
     else
         made.volume.voxels = viewed<float>(numbers);
+    if (straighten)
+        made.volume = take_until_interrupted([&](const std::function<bool()>& give_up) {
+            return straightened(made.volume, "array", give_up);
+        });
     take(check_volume(made.volume, "array"));
     made.volume.background =
         float(background ? *background : value_defaults(made.volume).background);
@@ -101,17 +106,14 @@ PyVolume read(const std::filesystem::path& path, const std::string& series_uid,
                         .frame = frame,
                         .straighten = straighten,
                         .spacing_mm = spacing_mm};
-    Interruption interruption;
-    options.give_up = [&] { return interruption.is_there(); };
-    auto volume = [&] {
-        const nb::gil_scoped_release without_lock;
-        ReadNotes notes;
-        auto found = read_volume(path, options, &notes);
-        if (found.ok()) found->background = float(value_defaults(*found, notes).background);
-        return found;
-    }();
-    interruption.raise_if_there();
-    return {take(std::move(volume)), {}};
+    return {take_until_interrupted([&](const std::function<bool()>& give_up) {
+                options.give_up = give_up;
+                ReadNotes notes;
+                auto found = read_volume(path, options, &notes);
+                if (found.ok()) found->background = float(value_defaults(*found, notes).background);
+                return found;
+            }),
+            {}};
 }
 
 PyVolume phantom(const std::string& name, std::optional<std::vector<int>> size, Vec3d spacing_mm,
@@ -124,7 +126,35 @@ PyVolume phantom(const std::string& name, std::optional<std::vector<int>> size, 
         settings.size = {(*size)[0], (*size)[1], (*size)[2]};
     }
     const Arena arena(threads);
-    return {take(arena.run([&] { return make_phantom(settings, arena.tasks()); })).volume, {}};
+    return {take(arena.run_reading([&] { return make_phantom(settings, arena.tasks()); })).volume,
+            {}};
+}
+
+/// A text of a file; bytes that aren't UTF-8 are replaced.
+nb::object text_in(const std::string& text) {
+    return nb::steal(PyUnicode_DecodeUTF8(text.data(), Py_ssize_t(text.size()), "replace"));
+}
+
+nb::list series_of(const std::filesystem::path& folder) {
+    auto found = [&] {
+        const nb::gil_scoped_release without_lock;
+        return list_series(folder);
+    }();
+    nb::list rows;
+    for (const DicomSeries& series : take(std::move(found))) {
+        nb::dict row;
+        row["number"] = text_in(series.number);
+        row["description"] = text_in(series.description);
+        row["modality"] = text_in(series.modality);
+        row["slices"] = series.slices;
+        row["volumes"] = series.volumes;
+        row["size"] = nb::make_tuple(series.size.x, series.size.y, series.size.z);
+        row["spacing_mm"] = series.spacing_mm;
+        row["uid"] = text_in(series.uid);
+        if (!series.fault.empty()) row["fault"] = text_in(series.fault);
+        rows.append(row);
+    }
+    return rows;
 }
 
 }  // namespace
@@ -198,7 +228,8 @@ void bind_volumes(nb::module_& m) {
             "key_values",
             [](const PyVolume& v) {
                 nb::dict pairs;
-                for (const auto& [key, value] : v.volume.key_values) pairs[key.c_str()] = value;
+                for (const auto& [key, value] : v.volume.key_values)
+                    pairs[text_in(key)] = text_in(value);
                 return pairs;
             },
             nb::sig("def key_values(self, /) -> dict[str, str]"), "Those of the file.")
@@ -206,11 +237,10 @@ void bind_volumes(nb::module_& m) {
         .def(
             "save",
             [](const PyVolume& v, const std::filesystem::path& path, bool compress) {
-                const auto done = [&] {
-                    const nb::gil_scoped_release without_lock;
-                    return write_volume(path, v.volume, compress ? Encoding::Gzip : Encoding::Raw);
-                }();
-                take(done);
+                take_until_interrupted([&](const std::function<bool()>& give_up) {
+                    const Encoding encoding = compress ? Encoding::Gzip : Encoding::Raw;
+                    return write_volume(path, v.volume, encoding, give_up);
+                });
             },
             nb::arg("path"), nb::arg("compress") = true,
             "Writes .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz or .vti. Nothing is half-written.");
@@ -220,9 +250,14 @@ void bind_volumes(nb::module_& m) {
          "Of a SimpleITK image: viewed if its values are int16 or float32.")
         .def_static(
             "from_nibabel",
-            [](const nb::object& image) { return exchange("volume_from_nibabel")(image); },
-            nb::arg("image"), nb::sig("def from_nibabel(image: typing.Any) -> Volume"),
-            "Of a NiBabel image; RAS becomes LPS.")
+            [](const nb::object& image, bool straighten) {
+                return exchange("volume_from_nibabel")(image, straighten);
+            },
+            nb::arg("image"), nb::arg("straighten") = false,
+            nb::sig("def from_nibabel(image: typing.Any, straighten: bool = False) -> Volume"),
+            "Of a NiBabel image; RAS becomes LPS.\n\n"
+            "Args:\n"
+            "    straighten: Resamples (trilinear) an image of sheared axes, as read_volume does.")
         .def(
             "to_sitk", [](nb::handle self) { return exchange("volume_to_sitk")(self); },
             nb::sig("def to_sitk(self) -> typing.Any"), "A SimpleITK image with a copy.")
@@ -262,6 +297,26 @@ void bind_volumes(nb::module_& m) {
         "    straighten: Resamples tilted or unequally spaced slices to a regular grid.\n"
         "    spacing_mm: Voxels of DICOM images without positions, which are then stacked in the\n"
         "        order of their numbers.");
+    m.def("list_series", &series_of, nb::arg("folder"),
+          nb::sig("def list_series(folder: str | os.PathLike[str]) -> "
+                  "list[dict[str, typing.Any]]"),
+          "DICOM series of a folder, or of that of a DICOMDIR; their pixels are not read.\n\n"
+          "Returns:\n"
+          "    For each, as `pliant info FOLDER --json`: number, description, modality, slices,\n"
+          "    volumes, size (i, j, k), spacing_mm, uid, and fault if it can't be read.");
+    m.def(
+        "straightened_volume",
+        [](const nb::object& array, Vec3d spacing_mm, Vec3d origin_mm,
+           const nb::object& direction) {
+            return volume_of(array, spacing_mm, origin_mm, numbers_of(direction, "direction"),
+                             std::nullopt, true);
+        },
+        nb::arg("array"), nb::arg("spacing_mm"), nb::arg("origin_mm"), nb::arg("direction"),
+        nb::sig("def straightened_volume(array: numpy.typing.ArrayLike, "
+                "spacing_mm: collections.abc.Sequence[float], "
+                "origin_mm: collections.abc.Sequence[float], "
+                "direction: numpy.typing.ArrayLike) -> Volume"),
+        "A volume whose axes may be sheared, resampled to perpendicular ones.");
     m.def("make_phantom", &phantom, nb::arg("name"), nb::arg("size") = nb::none(),
           nb::arg("spacing_mm") = Vec3d{0, 0, 0}, nb::arg("threads") = 0,
           "A test scan from analytic shapes, in HU, identical on every machine.\n\n"

@@ -178,7 +178,7 @@ def call_of(
 
 
 def fault_of(call: Callable[[], Any], keep: Callable[[Any], None]) -> str | None:
-    """What is wrong with a call's end; None: nothing."""
+    """The fault of a call's end; None: none."""
     signal.setitimer(signal.ITIMER_REAL, _CALL_S, _CALL_S)
     try:
         keep(call())

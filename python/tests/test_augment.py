@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""Augmentation: plans, what moves together, bad input. Large counts: augment_samples.py."""
+"""Augmentation: plans, common motion, bad input. Large counts: augment_samples.py."""
 
 import json
 import multiprocessing

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arguments that fit no call: one error that names them, and no memory that isn't theirs."""
 
+import keyword
+
 import numpy
 import pytest
 
@@ -173,3 +175,19 @@ def test_displaced_elements_have_whole_numbers(scan):
         with pytest.raises(pliant.Error, match="first: expected three whole numbers"):
             tissue.displace(numpy.zeros((1, 1, 1, 3)), first)
     tissue.displace(numpy.ones((1, 1, 1, 3)), (-1, 2, 3))
+
+
+def test_none_is_a_setting_where_it_is_the_default(scan):
+    for row in pliant.settings_of("chainmail"):
+        name = row["name"]
+        given = name + "_" * keyword.iskeyword(name)
+        if row["default"] is None:
+            assert pliant.make_chainmail(scan, threads=1, **{given: None})
+            continue
+        with pytest.raises(pliant.Error, match=f"^{name}: expected .*, found None$") as caught:
+            pliant.make_chainmail(scan, threads=1, **{given: None})
+        assert (caught.value.field, caught.value.found) == (name, "None")
+        assert len(caught.value.expected) > 3
+    body = pliant.make_springs(scan, threads=1)
+    with pytest.raises(pliant.Error, match="depth: expected a value, found None"):
+        body.configure(depth=None)

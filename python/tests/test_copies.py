@@ -89,3 +89,30 @@ def test_what_is_made_of_a_scan_is_made_again(airway):
     assert (pictures[0] == pictures[1]).all()
     maker = TruthMaker(airway, 1, motions=1)
     assert copy.deepcopy(maker).make(4).hash == maker.make(4).hash
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_arenas_go_on_as_their_copies(airway, copied):
+    scopes = pliant.EndoscopeArena(
+        airway, 2, size=(16, 12), relax_every=2, pictures=["rgb", "depth"], threads=1, offset=0.2
+    )
+    vessel = pliant.swept_tube(straight())
+    catheters = pliant.CatheterArena(
+        vessel, pliant.scan_of_vessel(vessel), 0, 0.5, 2, (16, 12),
+        view=pliant.Fluoroscopy(centre_mm=(0, 0, 20)), threads=1, friction=0.2,
+    )  # fmt: skip
+    for arena, actions in ((scopes, [[8, 1, 0, 0.5]] * 2), (catheters, [[30, 1, 0.5]] * 2)):
+        for _ in range(4):
+            arena.step(actions, [True, False])
+        again = copied(arena)
+        assert again.threads == 1 and again.count == 2
+        for _ in range(3):
+            assert [again.hash(n) for n in range(2)] == [arena.hash(n) for n in range(2)]
+            numpy.testing.assert_equal(again.states, arena.states)
+            for name in ("colour", "depth_mm", "fluoro", "points_mm"):
+                if hasattr(arena, name):
+                    numpy.testing.assert_equal(getattr(again, name), getattr(arena, name))
+            for one in (arena, again):
+                one.step(actions)
+        assert arena.hash(0) != arena.hash(1)
+    assert scopes.states[0, 15] == 7

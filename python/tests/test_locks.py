@@ -3,6 +3,7 @@
 """The interpreter's lock is free during solves, other threads run meanwhile; Ctrl-C ends them."""
 
 import os
+import pathlib
 import signal
 import threading
 import time
@@ -117,6 +118,40 @@ def long_picture(name, threads):
         transfer = pliant.TransferFunction()
         return lambda: caster.blended_view(endoscope, transfer, 4000, 4000), None
     return lambda: caster.endoscope_view(endoscope, 4000, 4000), None
+
+
+
+def long_save(kind, name, folder):
+    path = pathlib.Path(folder, name)
+    noise = numpy.random.default_rng(1).normal(0, 99, (96, 96, 96, 3)).astype("float32")
+    made = pliant.Field(noise) if kind == "field" else pliant.Volume(noise.reshape(96, 96, -1))
+    return lambda: made.save(path), lambda: numpy.array(os.listdir(folder) == [])
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_ends_phantoms(threads):
+    def processor_s(work):
+        before = time.process_time()
+        work()
+        return time.process_time() - before
+
+    def make(size):
+        return pliant.make_phantom("airway", (size, size, size), threads=threads)
+
+    def interrupted():
+        test_ctrl_c_ends(lambda: (lambda: make(512), None), ())
+
+    whole_s = 8**3 * processor_s(lambda: make(64))
+    assert processor_s(interrupted) < whole_s / 4
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [("volume", f"a.{ending}") for ending in ("nrrd", "mha", "nii.gz")]
+    + [("field", "a.nrrd"), ("field", "a.nii.gz")],
+)  # fmt: skip
+def test_ctrl_c_ends_writing_and_leaves_no_file(kind, name, tmp_path):
+    test_ctrl_c_ends(long_save, (kind, name, tmp_path))
+    assert not os.listdir(tmp_path)
 
 
 @pytest.mark.parametrize(

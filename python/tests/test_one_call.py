@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""Objects serve one call at a time: another one is refused, and what a call needs is checked."""
+"""Objects serve one call at a time: another one is refused. The needs of a call are checked."""
 
 import pathlib
 import signal

@@ -83,7 +83,7 @@ def types_in(annotation):
 
 
 def is_type_of(annotation, row):
-    """Whether an annotation says what a row takes."""
+    """Whether an annotation has the kinds that a row takes."""
     types, default = types_in(annotation), row["default"]
     choices = re.findall(r'"([^"]*)"', row["range"])
     if choices:

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulation for stEVE, called as its interventions call it."""
 
+import copy
 import dataclasses
 import math
+import pickle
 import subprocess
 import sys
 import textwrap
@@ -149,6 +151,25 @@ def test_a_seed_repeats_and_walls_give_way(mesh_path):
         assert (moved > 1e-4) == (wall == "deforming")
     assert numpy.array_equal(ends["rigid"], ends["again"])
     assert numpy.abs(ends["rigid"] - ends["soft"]).max() < 3
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_an_intervention_goes_on_as_its_copy(mesh_path, copied):
+    first = Intervention(Simulation(wall="deforming"), Tree(mesh_path), [j_shaped()])
+    assert copied(first).simulation.get_config_dict()["wall"] == "deforming", "before reset()"
+    first.reset(5)
+    for _ in range(3):
+        first.step([[50.0, 1.0]])
+    second = copied(first)
+    for _ in range(3):
+        for one in (first, second):
+            one.step([[50.0, -1.0]])
+        nodes = [one.simulation.dof_positions for one in (first, second)]
+        assert numpy.array_equal(*nodes)
+    hashes = {one.simulation.scene.hash() for one in (first, second)}
+    for one in (first, second):
+        one.simulation.reset_devices()  # rotates at random
+    assert len(hashes) == 1 and first.simulation.scene.hash() == second.simulation.scene.hash()
 
 
 def test_a_devices_numbers_become_a_catheters():

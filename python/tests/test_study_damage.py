@@ -117,6 +117,16 @@ def rewritten(data):
     return lambda r: r.manifest.write_bytes(data)
 
 
+def changed(**entries):
+    """Other entries of the manifest."""
+    return lambda r: r.change(**entries)
+
+
+def becomes(part, make):
+    """Another thing instead of a part of Results, or of a path in its folder."""
+    return lambda r: r.replace(getattr(r, part, r.root / part), make)
+
+
 def flipped(path):
     data = bytearray(path.read_bytes())
     data[-1] ^= 1
@@ -159,39 +169,39 @@ DAMAGED_ITEMS = {
     ),
     "manifest of another": (lambda r: shutil.copy(r.other_manifest(), r.manifest), OTHER),
     "manifest a folder": (
-        lambda r: r.replace(r.manifest, pathlib.Path.mkdir),
+        becomes("manifest", pathlib.Path.mkdir),
         "manifest.json: expected a file, found a folder",
     ),
     "manifest a pipe": (
-        lambda r: r.replace(r.manifest, os.mkfifo),
+        becomes("manifest", os.mkfifo),
         "manifest.json: expected a file, found a pipe",
     ),
     "manifest a device": (
-        lambda r: r.replace(r.manifest, link_to("/dev/zero")),
+        becomes("manifest", link_to("/dev/zero")),
         "manifest.json: expected a file, found a device",
     ),
     "manifest a loop": (
-        lambda r: r.replace(r.manifest, link_to("manifest.json")),
+        becomes("manifest", link_to("manifest.json")),
         f"manifest.json: {os.strerror(errno.ELOOP)}",
     ),
-    "manifest a dead link": (lambda r: r.replace(r.manifest, link_to("no")), NO_MANIFEST),
+    "manifest a dead link": (becomes("manifest", link_to("no")), NO_MANIFEST),
     "result changed": (
-        lambda r: r.change(results={"y": 1.0}),
+        changed(results={"y": 1.0}),
         "manifest.json: its results differ from its hash",
     ),
-    "result not a number": (lambda r: r.change(results={"y": float("nan")}), NO_JSON),
-    "hash changed": (lambda r: r.change(hash="0" * 32), "manifest.json: its results differ"),
-    "hash a list": (lambda r: r.change(hash=[]), "manifest.json: its results differ"),
-    "version changed": (lambda r: r.change(version="0.0.0"), OTHER),
-    "files a list": (lambda r: r.change(files=[]), OTHER),
+    "result not a number": (changed(results={"y": float("nan")}), NO_JSON),
+    "hash changed": (changed(hash="0" * 32), "manifest.json: its results differ"),
+    "hash a list": (changed(hash=[]), "manifest.json: its results differ"),
+    "version changed": (changed(version="0.0.0"), OTHER),
+    "files a list": (changed(files=[]), OTHER),
     "files outside": (
-        lambda r: r.change(files={"../../../x": {"bytes": 0, "hash": ""}}),
+        changed(files={"../../../x": {"bytes": 0, "hash": ""}}),
         OTHER,
     ),
-    "files none": (lambda r: r.change(files={}), "manifest.json: its results differ"),
-    "times missing": (lambda r: r.change(made={}), OTHER),
+    "files none": (changed(files={}), "manifest.json: its results differ"),
+    "times missing": (changed(made={}), OTHER),
     "times a text": (
-        lambda r: r.change(made={"host": "a", "started": "b", "seconds": "c"}),
+        changed(made={"host": "a", "started": "b", "seconds": "c"}),
         OTHER,
     ),
     "array missing": (lambda r: r.array.unlink(), "field.npy: expected a file, found none"),
@@ -201,21 +211,21 @@ DAMAGED_ITEMS = {
     "array changed": (lambda r: flipped(r.array), "field.npy: its bytes differ"),
     "array changed, time kept": (lambda r: flipped_in_secret(r.array), "field.npy: its bytes"),
     "array a folder": (
-        lambda r: r.replace(r.array, pathlib.Path.mkdir),
+        becomes("array", pathlib.Path.mkdir),
         "field.npy: expected a file, found a folder",
     ),
     "array a pipe": (
-        lambda r: r.replace(r.array, os.mkfifo),
+        becomes("array", os.mkfifo),
         "field.npy: expected a file, found a pipe",
     ),
     "array a dead link": (
-        lambda r: r.replace(r.array, link_to("no")),
+        becomes("array", link_to("no")),
         "field.npy: expected a file, found none",
     ),
-    "item an empty folder": (lambda r: r.replace(r.item, pathlib.Path.mkdir), NO_MANIFEST),
-    "item a file": (lambda r: r.replace(r.item, pathlib.Path.touch), NO_MANIFEST),
-    "item a pipe": (lambda r: r.replace(r.item, os.mkfifo), NO_MANIFEST),
-    "item a dead link": (lambda r: r.replace(r.item, link_to("no")), NO_MANIFEST),
+    "item an empty folder": (becomes("item", pathlib.Path.mkdir), NO_MANIFEST),
+    "item a file": (becomes("item", pathlib.Path.touch), NO_MANIFEST),
+    "item a pipe": (becomes("item", os.mkfifo), NO_MANIFEST),
+    "item a dead link": (becomes("item", link_to("no")), NO_MANIFEST),
 }
 
 
@@ -334,21 +344,21 @@ def test_an_unfinished_line_of_a_log_is_no_stray(place, capsys):
 
 NO_FOLDER = "expected a folder, found a file; move it away"
 NO_STUDY = "study.json: expected a study's results, found another file; remove it, and run"
-FAULTS = {  # what is damaged, which commands say so, with status 2
+FAULTS = {  # the damage, and the commands that report it with status 2
     "items a file": (
-        lambda r: r.replace(r.root / "items", pathlib.Path.touch), {**ALL, "run": 2}, NO_FOLDER
+        becomes("items", pathlib.Path.touch), {**ALL, "run": 2}, NO_FOLDER
     ),
     "a shard a file": (
-        lambda r: r.replace(r.shard, pathlib.Path.touch), {**ALL, "run": 2}, NO_FOLDER
+        becomes("shard", pathlib.Path.touch), {**ALL, "run": 2}, NO_FOLDER
     ),
-    "a shard a pipe": (lambda r: r.replace(r.shard, os.mkfifo), {**ALL, "run": 2}, NO_FOLDER),
+    "a shard a pipe": (becomes("shard", os.mkfifo), {**ALL, "run": 2}, NO_FOLDER),
     "log a file": (
         lambda r: r.replace(r.root / "log", pathlib.Path.touch),
         {"plan": 2, "status": 2, "verify": 2, "report": 2, "merge": 0, "run": 2},
         NO_FOLDER,
     ),
     "the folder a file": (
-        lambda r: r.replace(r.root, pathlib.Path.touch),
+        becomes("root", pathlib.Path.touch),
         {**ALL, "run": 2},
         "s-results",
     ),
@@ -358,32 +368,32 @@ FAULTS = {  # what is damaged, which commands say so, with status 2
         lambda r: (r.root / "study.json").write_text("[]"), {"run": 2}, NO_STUDY
     ),
     "study.json a pipe": (
-        lambda r: r.replace(r.root / "study.json", os.mkfifo),
+        becomes("study.json", os.mkfifo),
         {"run": 2},
         "study.json: expected a file, found a pipe",
     ),
     "study.json a folder": (
-        lambda r: r.replace(r.root / "study.json", pathlib.Path.mkdir),
+        becomes("study.json", pathlib.Path.mkdir),
         {"run": 2},
         "study.json: expected a file, found a folder",
     ),
     "tmp a file": (
-        lambda r: r.replace(r.root / "tmp", pathlib.Path.touch),
+        becomes("tmp", pathlib.Path.touch),
         {"report": 2, "merge": 2, "run": 2},
         "/tmp: ",
     ),
     "merged a file": (
-        lambda r: r.replace(r.root / "merged", pathlib.Path.touch),
+        becomes("merged", pathlib.Path.touch),
         {"merge": 2},
         "merged: can't be written (",
     ),
     "a table a folder": (
-        lambda r: r.replace(r.root / "merged/table.csv", pathlib.Path.mkdir),
+        becomes("merged/table.csv", pathlib.Path.mkdir),
         {"merge": 2},
         "merged/table.csv: can't be written (Is a directory)",
     ),
     "its manifest a folder": (
-        lambda r: r.replace(r.root / "merged/manifest.json", pathlib.Path.mkdir),
+        becomes("merged/manifest.json", pathlib.Path.mkdir),
         {"merge": 2},
         "merged/manifest.json: can't be written (Is a directory)",
     ),
@@ -534,3 +544,35 @@ def test_unexpected_errors_are_one_line(place, capsys, monkeypatch):
         monkeypatch.setattr(Study, "status", fail)
         assert main(["status", "s.toml"]) == 2
         assert capsys.readouterr().err == f"pliant study: {expected}\n"
+
+
+@pytest.fixture
+def inputs(tmp_path, monkeypatch):
+    monkeypatch.setenv("PLIANT_STUDY_CACHE", str(tmp_path / "cache"))
+    from pliant.study import _inputs
+
+    return _inputs
+
+
+def test_a_damaged_copy_of_an_input_is_sent_again(inputs, tmp_path):
+    (tmp_path / "a.txt").write_text("right")
+    found = inputs.input_of(str(tmp_path), "a.txt", is_scan=False)
+    (tmp_path / "a.txt").unlink()
+    for _ in range(2):
+        with pytest.raises(inputs.Missing):
+            inputs.local(found)
+        inputs.keep_copy(found, b"right")
+        copy = pathlib.Path(inputs.local(found))
+        assert copy.read_text() == "right" and tmp_path / "cache" in copy.parents
+        copy.write_text("wrong")
+
+
+def test_a_url_that_has_changed_is_refused(inputs, tmp_path):
+    memory = pytest.importorskip("fsspec").filesystem("memory")
+    memory.pipe_file("/pliant/a.txt", b"right")
+    found = inputs.input_of(str(tmp_path), "memory://pliant/a.txt", is_scan=False)
+    memory.pipe_file("/pliant/a.txt", b"wrong")
+    with pytest.raises(pliant.Error, match=r"memory://pliant/a\.txt: has changed since the study"):
+        inputs.local(found)
+    memory.pipe_file("/pliant/a.txt", b"right")
+    assert pathlib.Path(inputs.local(found)).read_text() == "right"

@@ -139,6 +139,59 @@ def test_nibabel_agrees(rng, tmp_path):
     assert (numpy.asarray(read.dataobj) == numpy.asarray(image.dataobj)).all()
 
 
+def test_sheared_images_of_nibabel_are_straightened_as_files_are(rng, tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    affine = numpy.eye(4)
+    affine[:3, :3] = random_direction(rng) @ [[1.5, 0, 0.4], [0, 0.7, 0], [0, 0, 2]]
+    affine[:3, 3] = (5, -7, 11)
+    values = rng.integers(-1000, 1000, (6, 5, 4)).astype(numpy.int16)
+    image = nibabel.Nifti1Image(values, affine)
+    with pytest.raises(pliant.Error) as caught:
+        pliant.Volume.from_nibabel(image)
+    assert str(caught.value) == (
+        "affine: expected perpendicular axes (straighten=True resamples sheared ones), found axes "
+        "sheared by 11.31 degrees"
+    )
+    nibabel.save(image, tmp_path / "sheared.nii")
+    read = pliant.read_volume(tmp_path / "sheared.nii", straighten=True)
+    found = pliant.Volume.from_nibabel(nibabel.load(tmp_path / "sheared.nii"), straighten=True)
+    assert found.size == read.size != (6, 5, 4)
+    assert numpy.allclose(found.direction, read.direction, atol=1e-6)
+    assert found.origin_mm == pytest.approx(read.origin_mm, abs=1e-5)
+    assert (numpy.abs(found.array.astype(float) - read.array) <= 1).all()  # rounding to whole ones
+    straight = nibabel.Nifti1Image(values, numpy.diag([1, 2, 3, 1]))
+    assert (pliant.Volume.from_nibabel(straight, straighten=True).array == values.T).all()
+
+
+def test_series_of_a_folder_are_a_table(rng, tmp_path):
+    sitk = pytest.importorskip("SimpleITK")
+    for number, name, depth in ((2, "Lung 1.0 \xe4", 3), (7, "Bone", 5)):
+        for k in range(depth):
+            image = sitk.GetImageFromArray(rng.integers(0, 99, (1, 5, 4)).astype(numpy.int16))
+            for tag, value in {
+                "0008|0005": "ISO_IR 100", "0008|0060": "CT", "0008|103e": name,
+                "0020|000d": "1.2.3", "0020|000e": f"1.2.3.{number}", "0020|0011": str(number),
+                "0020|0013": str(k), "0008|0018": f"1.2.3.{number}.{k}",
+            }.items():  # fmt: skip
+                image.SetMetaData(tag, value)
+            image.SetSpacing((0.25, 0.5, 2))
+            image.SetOrigin((0, 0, 2 * k))
+            writer = sitk.ImageFileWriter()
+            writer.KeepOriginalImageUIDOn()
+            writer.SetFileName(str(tmp_path / f"{number}_{k}.dcm"))
+            writer.Execute(image)
+    lung, bone = pliant.list_series(tmp_path)
+    assert bone == {
+        "number": "7", "description": "Bone", "modality": "CT", "slices": 5, "volumes": 1,
+        "size": (4, 5, 5), "spacing_mm": (0.25, 0.5, 2.0), "uid": "1.2.3.7",
+    }  # fmt: skip
+    assert (lung["number"], lung["slices"]) == ("2", 3)
+    assert lung["description"].startswith("Lung 1.0 ")
+    assert pliant.read_volume(tmp_path, series_uid="7").size == bone["size"]
+    with pytest.raises(pliant.Error, match="no_such"):
+        pliant.list_series(tmp_path / "no_such")
+
+
 def random_nifti(rng, kind, has_sform, has_qform):
     """An image whose sform and qform differ."""
     image = kind(rng.integers(-1000, 1000, (6, 5, 4)).astype(numpy.int16), None)

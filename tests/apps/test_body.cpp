@@ -70,6 +70,40 @@ TEST_F(BodyProgram, EachOrganOfTheLabelsIsABodyAndIsPushed) {
     EXPECT_NEAR(farthest, 1, 0.2);
 }
 
+TEST_F(BodyProgram, LengthsOfAMeshMayBeMetresOrCentimetres) {
+    const auto write_box = [&](const std::string& name, double edge) {
+        TriangleMesh box;
+        for (int n = 0; n < 8; ++n)
+            box.nodes_mm.push_back(
+                {n & 1 ? edge : 0, n & 2 ? 0.75 * edge : 0, n & 4 ? 0.5 * edge : 0});
+        box.cells = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+        ASSERT_TRUE(write_surface(m_folder / name, box).ok());
+    };
+    write_box("mm.obj", 40);
+    write_box("cm.obj", 4);
+    write_box("m.obj", 0.04);
+    const std::string push = " --push 20,2,10:0,1,0 --tool sphere:8 --steps 1 --out ";
+    ASSERT_EQ(run("body mm.obj" + push + "mm.vtu"), 0) << said();
+    const auto whole = read_tetrahedra(m_folder / "mm.vtu");
+    ASSERT_TRUE(whole.ok());
+    for (const std::string unit : {"cm", "m"}) {
+        ASSERT_EQ(run("body " + unit + ".obj --units " + unit + push + unit + ".vtu"), 0) << said();
+        const auto moved = read_tetrahedra(m_folder / (unit + ".vtu"));
+        ASSERT_TRUE(moved.ok());
+        ASSERT_EQ(moved->nodes_mm.size(), whole->nodes_mm.size());
+        for (std::size_t n = 0; n < moved->nodes_mm.size(); ++n)
+            ASSERT_LT(norm(moved->nodes_mm[n] - whole->nodes_mm[n]), 1e-3);
+    }
+    m_folder.write("scene.toml", "[organs]\nunits = \"m\"\n[[body]]\nmesh = \"m.obj\"\n");
+    ASSERT_EQ(run("body scene.toml" + push + "scene.vtu"), 0) << said();
+    EXPECT_EQ(run("body scene.toml --units km" + push + "x.vtu"), 2);
+    write_scan();
+    EXPECT_EQ(run("body scan.nrrd --labels labels.nrrd --units m" + push + "x.vtu"), 2);
+    EXPECT_NE(said().find("--units: expected a mesh or a scene of organs"), std::string::npos)
+        << said();
+}
+
 TEST_F(BodyProgram, FaultsNameTheOptionOrTheFile) {
     write_scan();
     const auto fault = [&](const std::string& arguments) {

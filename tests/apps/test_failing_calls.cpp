@@ -423,6 +423,33 @@ TEST_F(FailingCalls, SettingsThatCantBeReadAreRefused) {
     EXPECT_FALSE(exists("o.nrrd") || exists("tr"));
 }
 
+TEST_F(FailingCalls, SlicesWithoutPositionsTakeASpacingInEveryCommand) {
+    DicomFile slice;
+    slice.with_position = false;
+    slice.rows = slice.columns = 12;
+    slice.pixels.assign(144, 1000);
+    for (int n = 0; n < 12; ++n) {
+        slice.instance_number = std::to_string(n + 1);
+        slice.instance = "5.5." + slice.instance_number;
+        m_folder.write("d/" + slice.instance_number, slice.bytes());
+    }
+    for (const std::string words :
+         {"info d", "convert d o.nrrd", "deform d --push 6,6,12:0,0,1 --out o.nrrd",
+          "render d --view axial --size 32x32 --out o.png",
+          "mesh d --seed=6,6,12 --window=-5,5 --out o.vtu",
+          "path d --from 6,6,6 --to 6,6,16 --iso 9 "
+          "--polarity falling --out o.mrk.json"}) {
+        EXPECT_EQ(run(words, "timeout 30"), 2) << words;
+        EXPECT_NE(said().find("or --voxel-spacing X,Y,Z"), std::string::npos) << words << said();
+        run(words + " --voxel-spacing 1,1,2", "timeout 30");
+        EXPECT_EQ(said().find("Image Position"), std::string::npos) << words << ": " << said();
+        EXPECT_EQ(run(words + " --voxel-spacing 1,1,0", "timeout 30"), 2) << words;
+    }
+    EXPECT_TRUE(exists("o.nrrd") && exists("o.png"));
+    ASSERT_EQ(run("info d --voxel-spacing 1,1,2"), 0);
+    EXPECT_NE(out().find("render d --voxel-spacing 1,1,2 "), std::string::npos) << out();
+}
+
 // A slice that can't be read is never left out, wherever it is and whichever series is chosen.
 TEST_F(FailingCalls, FilesOfAFolderThatCantBeReadAreRefused) {
     write_slices();

@@ -185,7 +185,7 @@ TEST_F(MeshTest, WhatWasPutRightIsNoted) {
         << out();
     ASSERT_EQ(run("mesh t.off --json"), 0) << said();
     EXPECT_EQ(Json::parse(out())["notes"][0],
-              "the mesh is 0.0173 mm across: lengths are in millimetres, and pliant mesh --units m "
+              "the mesh is 0.0173 mm across: lengths are in millimetres, and --units m "
               "converts metres");
     EXPECT_EQ(run("mesh t.off --units km"), 2);
 }

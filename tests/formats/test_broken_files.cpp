@@ -264,7 +264,7 @@ TEST(BrokenNifti, HeadersAndGeometryThatMakeNoSenseAreRefused) {
         {"two.nii", nifti([](auto& f) { f.header_size = 540; }),
          "expected 540 bytes of NIfTI header"},
         {"magic.nii", nifti([](auto& f) { f.magic = "abc"; }), "magic is 'abc'"},
-        {"pair.nii", nifti([](auto& f) { f.magic = "ni1"; }), "is a NIfTI pair"},
+        {"pair.nii", nifti([](auto& f) { f.magic = "ni1"; }), "is the header of a NIfTI pair"},
         {"rgb.nii", nifti([](auto& f) { f.datatype = 128; }), "datatype is 128 (colour)"},
         {"complex.nii", nifti([](auto& f) { f.datatype = 32; }), "datatype is 32 (complex)"},
         {"4d.nii", nifti([](auto& f) { f.dim = {4, 4, 3, 1, 2, 1, 1, 1}; }),

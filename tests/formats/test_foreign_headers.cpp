@@ -250,6 +250,35 @@ TEST(ForeignNifti, WhatOthersTolerateIsReadWithANote) {
               plain.values());
 }
 
+TEST(ForeignNifti, PairsAreReadByTheirHeader) {
+    const test::TemporaryFolder folder;
+    NiftiFile file;
+    const auto whole = read(folder.write("whole.nii", file.bytes()));
+    file.magic = "ni1";
+    for (const float start : {0.0F, 20.0F}) {
+        file.vox_offset = start;
+        const std::string header = file.bytes().substr(0, 352);
+        const std::string data = std::string(std::size_t(start), 'x') + file.data;
+        const auto plain = folder.write("a.hdr", header);
+        std::filesystem::remove(folder / "a.img");
+        EXPECT_EQ(refusal(plain), "its data file " + (folder / "a.img").string() + " is missing");
+        folder.write("a.img", data);
+        const auto packed = folder.write("b.hdr.gz", test::gzipped(header));
+        folder.write("b.img.gz", test::gzipped(data));
+        for (const auto& path : {plain, packed}) {
+            const Read found = read(path);
+            EXPECT_EQ(found.values(), whole.values());
+            EXPECT_EQ(found.volume.grid.origin_mm, whole.volume.grid.origin_mm);
+            EXPECT_EQ(found.volume.grid.direction, whole.volume.grid.direction);
+            EXPECT_EQ(found.notes, whole.notes);
+        }
+    }
+    EXPECT_NE(refusal(folder / "a.img").find(".hdr (of a NIfTI pair)"), std::string::npos);
+    file.magic = "";
+    EXPECT_EQ(refusal(folder.write("old.hdr", file.bytes().substr(0, 348))),
+              "is an ANALYZE header, which doesn't tell left from right, expected NIfTI (\"ni1\")");
+}
+
 TEST(ForeignMetaImage, ANegativeSpacingTurnsItsAxis) {
     const test::TemporaryFolder folder;
     MetaFile file;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Reading that is given up, and how far it says it is.
-// Covers: formats/data_stream.cpp.
+// Reading and writing that are given up, and how far they say they are.
+// Covers: formats/data_stream.cpp, writers/write_volume.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/scan_files.h>
@@ -56,6 +56,28 @@ TEST_P(GiveUp, ProgressGrowsFromZeroToLessThanOne) {
     EXPECT_EQ(fractions.front(), 0);
     EXPECT_LT(fractions.back(), 1);
     EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+}
+
+TEST(GiveUpWriting, LeavesNoFile) {
+    const TemporaryFolder folder;
+    Volume volume;
+    volume.grid.size = {128, 128, 64};
+    volume.voxels = std::vector<std::int16_t>(128 * 128 * 64, 7);
+    const VectorField field{volume.grid, FieldKind::Modeling,
+                            std::vector<Vec3f>(voxel_count(volume.grid))};
+    for (const std::string name : {"a.nrrd", "a.mha", "a.nii.gz", "field.nrrd", "field.nii"}) {
+        SCOPED_TRACE(name);
+        int asked = 0;
+        const std::function<bool()> give_up = [&] { return asked++ == 3; };
+        const auto path = folder / name;
+        const Status done = name.starts_with("field")
+                                ? write_vector_field(path, field, Encoding::Gzip, give_up)
+                                : write_volume(path, volume, Encoding::Gzip, give_up);
+        ASSERT_FALSE(done.ok());
+        EXPECT_EQ(done.error().code, ErrorCode::LimitExceeded);
+        EXPECT_EQ(asked, 4);
+        EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, GiveUp, ::testing::Bool(),

@@ -91,6 +91,25 @@ TEST(Straighten, ShearedAxesAreResampled) {
         EXPECT_TRUE(notes.notes[0].starts_with("the axes are sheared by ")) << notes.notes[0];
         EXPECT_TRUE(notes.notes[1].starts_with("straightened: resampled from ")) << notes.notes[1];
         EXPECT_TRUE(check_volume(*volume).ok());
+        Volume sheared = *volume;  // of memory, as of the file
+        sheared.grid = {size, {}, origin, {}};
+        std::vector<float> values;
+        for (std::size_t a = 0; a < 3; ++a) {
+            sheared.grid.spacing_mm[int(a)] = norm(steps.columns[a]);
+            sheared.grid.direction.columns[a] = normalized(steps.columns[a]);
+        }
+        for (int k = 0; k < size.z; ++k)
+            for (int j = 0; j < size.y; ++j)
+                for (int i = 0; i < size.x; ++i)
+                    values.push_back(float(
+                        linear(origin + steps * Vec3d{double(i), double(j), double(k)}) + 0.25));
+        sheared.voxels = values;
+        const auto again = straightened(sheared);
+        ASSERT_TRUE(again.ok()) << again.error().message;
+        EXPECT_EQ(again->grid.size, volume->grid.size);
+        EXPECT_LT(norm(again->grid.origin_mm - volume->grid.origin_mm), 1e-9);
+        EXPECT_NEAR(again->at({1, 1, 1}), volume->at({1, 1, 1}), 2e-4);
+        EXPECT_EQ(straightened(*again)->grid.direction, again->grid.direction);
         EXPECT_EQ(determinant(volume->grid.direction) > 0, n % 2 != 0);
         const Mat3d back = inverse(steps);
         int found = 0;

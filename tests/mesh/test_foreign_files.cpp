@@ -343,7 +343,7 @@ TEST(MeshFiles, UnitsAreConvertedAndSmallMeshesRemarkedOn) {
     EXPECT_EQ(as_mm->nodes_mm[1], (Vec3d{0.03, 0, 0}));
     EXPECT_EQ(as_mm->notes,
               (std::vector<std::string>{"the mesh is 0.05 mm across: lengths are in millimetres, "
-                                        "and pliant mesh --units m converts metres"}));
+                                        "and --units m converts metres"}));
     EXPECT_EQ(as_m->nodes_mm[1], (Vec3d{30, 0, 0}));
     EXPECT_TRUE(as_m->notes.empty());
     const auto far = read_mesh(folder.write("f.obj", "v 0 0 20\n"), 1000);

@@ -506,6 +506,7 @@ TEST(SessionLog, RemembersHowTheScanWasRead) {
             SceneSource source{.file = "/scan.nii", .series = "1.2"};
             source.frame = frame;
             source.straighten = straighten;
+            if (straighten) source.spacing_mm = Vec3d{0.3, 0.4, 1};
             const auto path = folder / ("s" + std::to_string(n++) + ".pls");
             ASSERT_TRUE(SessionLog::create(path, {source, 1}).ok());
             const auto file = read_session(path);

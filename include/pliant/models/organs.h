@@ -74,6 +74,7 @@ struct OrganFile {
     std::string label_volume{};
     /// Table of the labels' names; empty: the label volume's own table, or one beside it.
     std::string label_names{};
+    std::string units = "mm";          ///< of the meshes' files: "mm", "cm" or "m"
     std::int64_t tetrahedra = 20'000;  ///< number in all generated meshes together
     double smoothing_voxels = 0.8;     ///< standard deviation of the labels' smoothing
     /// Makes one more body: the tissue around the organs, without air.
@@ -108,10 +109,11 @@ OrganFile organ_file_of_mesh(const std::string& file);
 /// Scene of a scan's labelled organs with their surroundings.
 /// make_organs names the bodies after their labels.
 /// @param labels  empty: each label with a volume of 1 ml or more that isn't air or bone
-/// @param label_names  OrganFile::label_names
+/// @param label_names, reading  members of OrganFile
 Result<OrganFile> organ_file_of_labels(const std::string& scan, const std::string& label_volume,
                                        const std::vector<int>& labels,
-                                       const std::string& label_names = {}) noexcept;
+                                       const std::string& label_names = {},
+                                       const ReadOptions& reading = {}) noexcept;
 
 struct Organ {
     std::string name{};

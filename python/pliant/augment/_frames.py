@@ -12,12 +12,10 @@ import numpy.typing
 
 from pliant._core import Volume, Warp
 from pliant._error import Error, expected_error
+from pliant._exchange import MAX_SKEW, skew_of
 from pliant.augment._motions import TissueMotions
 
 Array = numpy.typing.NDArray[Any]
-
-# Largest cosine of the angle between axes that are perpendicular up to rounding.
-_MAX_SKEW = 1e-3
 
 # (x, y, z) of RAS to LPS and back.
 _TURN = numpy.diag([-1.0, -1.0, 1.0, 1.0])
@@ -37,8 +35,7 @@ def _whole_affine(affine_ras: Any) -> Array:
 
 def _is_sheared(affine: Array) -> bool:
     """Whether axes aren't perpendicular, as after a rotation of voxels that aren't cubes."""
-    axes = affine[:3, :3] / numpy.linalg.norm(affine[:3, :3], axis=0)
-    return float(numpy.abs(axes.T @ axes - numpy.eye(3)).max()) > _MAX_SKEW
+    return skew_of(affine[:3, :3]) > MAX_SKEW
 
 
 def scan_of(

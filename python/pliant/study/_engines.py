@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""Engines: anything that is a concurrent.futures.Executor, and what Dask and MPI add to that."""
+"""Engines: any concurrent.futures.Executor, with the additions for Dask and MPI."""
 
 from __future__ import annotations
 

@@ -235,13 +235,26 @@ def _file(found: Input) -> str:
     folder = cache() / "files" / found.hash
     if not is_url(found.path) and os.path.exists(found.path) and hash_of(found.path) == found.hash:
         return found.path
-    if not folder.exists():
+    if not _is_kept(folder, found):
         if not is_url(found.path):
             raise Missing(found.hash)
         system, there = filesystem(found.path)
-        keep_copy(found, system.cat_file(there))
+        data = system.cat_file(there)
+        if digest(data) != found.hash:
+            raise Error(f"{found.path}: has changed since the study was planned", "unreadable")
+        keep_copy(found, data)
     os.utime(folder)
     return str(next(folder.iterdir()))
+
+
+def _is_kept(folder: pathlib.Path, found: Input) -> bool:
+    """Whether the cache has a file; a damaged copy is removed. (Of a folder it has a scan.)"""
+    copy = folder / _base(found)
+    if copy.is_file() and hash_of(str(copy)) != found.hash:
+        with _locked(found.hash):
+            if copy.is_file() and digest_of_path(copy) != found.hash:
+                shutil.rmtree(folder)
+    return folder.exists()
 
 
 def _is_mapped(path: str) -> bool:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an item can run: commands of the program, augmentation, an endoscope, a function.
+"""Kinds of items: commands of the program, augmentation, an endoscope, a function.
 
 A kind gets its arguments with all inputs as paths on this machine, writes files into the folder of
 its work, and returns results. Both depend on nothing but the arguments and the seed.

@@ -26,7 +26,7 @@ Manifest = dict[str, Any]
 
 
 class Damaged(Exception):
-    """An item isn't what was written: one line, which begins with the file's name."""
+    """An item differs from the written one: one line, which begins with the file's name."""
 
 
 def is_id(name: str) -> bool:

@@ -36,7 +36,7 @@ def flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
 def manifests_of(
     plan: Plan, store: Store, *, is_full: bool = False
 ) -> tuple[list[tuple[Item, Manifest]], dict[str, str]]:
-    """The items that are done, sorted by id, with their manifests; and what is damaged, by id."""
+    """The items that are done, sorted by id, with their manifests; and the damage, by id."""
     there = store.items()
     items = sorted((item for item in plan.items if item.id in there), key=lambda item: item.id)
     found, damaged = list[tuple[Item, Manifest]](), dict[str, str]()

@@ -44,7 +44,7 @@ _LOG_S = {False: 0.5, True: 20.0}  # between writes of the log: of a folder; of 
 
 @dataclasses.dataclass(frozen=True)
 class RunReport:
-    """What a run has done.
+    """Result of a run.
 
     Attributes:
         done: Items that got a result in this run.

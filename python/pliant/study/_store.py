@@ -156,7 +156,7 @@ def token_in(data: bytes, marker: str) -> str:
 
 
 def remove_left(folder: pathlib.Path) -> None:
-    """Removes what processes that were killed have left in a folder of staged files."""
+    """Removes the leftovers of killed processes from a folder of staged files."""
     host = socket.gethostname()
     with contextlib.suppress(OSError):
         for staged in folder.iterdir():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""A study: a plan, and what is done with it."""
+"""A study: a plan and its operations."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def examine(
 
 
 def last_records(store: Store) -> tuple[dict[str, Record], list[str]]:
-    """The last attempt of each item, or the last damage; and what is wrong with the logs."""
+    """The last attempt of each item, or the last damage; and the faults of the logs."""
     records, odd = list[Record](), dict[str, int]()
     for name, record in store.logs():
         if record is None:

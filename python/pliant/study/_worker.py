@@ -33,7 +33,7 @@ from pliant.study._work import Work, at_work, line_of, too_long
 
 @dataclasses.dataclass(frozen=True)
 class Job:
-    """What all items of a run share."""
+    """Values that all items of a run share."""
 
     store: str
     token: str

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""What tests of the augmentation's skins share. They skip without the large packages."""
+"""Shared by tests of the augmentation's skins. They skip without the large packages."""
 
 import importlib.metadata
 

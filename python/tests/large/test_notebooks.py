@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
-"""The notebooks of docs/ run, and what they assert holds."""
+"""The notebooks of docs/ run, and their assertions hold."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What surrounds the ways of the phantoms.
+// Surroundings of the ways of the phantoms.
 
 #pragma once
 

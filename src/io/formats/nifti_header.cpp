@@ -117,6 +117,20 @@ Result<std::size_t> read_start(const fs::path& path, std::span<unsigned char> by
     return count;
 }
 
+/// Whether a file is the header of a pair, by its name.
+bool is_header_of_pair(const fs::path& path) {
+    const std::string name = lower_case(path.filename().string());
+    return name.ends_with(".hdr") || name.ends_with(".hdr.gz");
+}
+
+/// The data file beside a pair's header: a.img, or a.img.gz of a compressed header.
+fs::path data_of_pair(const fs::path& header) {
+    std::string name = header.filename().string();
+    const std::size_t at = lower_case(name).rfind(".hdr") + 1;
+    name.replace(at, 3, name[at] == 'H' ? "IMG" : "img");
+    return header.parent_path() / name;
+}
+
 Result<NiftiFields> read_nifti_fields(const fs::path& path) {
     HeaderBytes header;
     bool deflated = false;
@@ -141,9 +155,17 @@ Result<NiftiFields> read_nifti_fields(const fs::path& path) {
     const bool second = (header.swapped ? swapped_size : size) == std::int32_t(kHeaderBytes2);
     if (second && count < kHeaderBytes2) return ends_early(kHeaderBytes2);
     const auto* const start = reinterpret_cast<const char*>(&header.bytes[second ? 4 : 344]);
-    const std::string_view magic(start, 3), expected = second ? "n+2" : "n+1";
-    if (magic == "ni1" || magic == "ni2")
-        return unsupported(path, "is a NIfTI pair, expected header and data in one");
+    const bool is_pair = is_header_of_pair(path);
+    const std::string_view magic(start, 3), expected = is_pair  ? second ? "ni2" : "ni1"
+                                                       : second ? "n+2"
+                                                                : "n+1";
+    if (!is_pair && (magic == "ni1" || magic == "ni2"))
+        return unsupported(path,
+                           "is the header of a NIfTI pair, expected a name that ends in .hdr");
+    if (is_pair && !second && magic == std::string_view("\0\0\0", 3))
+        return unsupported(path,
+                           "is an ANALYZE header, which doesn't tell left from right, expected "
+                           "NIfTI (\"ni1\")");
     if (magic != expected)
         return unreadable(path, "magic is '" + shown(magic) + "', expected '" +
                                     std::string(expected) + "' (NIfTI-" + (second ? "2" : "1") +
@@ -294,14 +316,15 @@ void note_orientation(const NiftiFields& fields, ImageHeader& header) {
 }
 
 Status find_data(const fs::path& path, const NiftiFields& fields, DataLocation& data) {
-    const double offset = fields.vox_offset, least = fields.version == 2 ? 544 : 352;
+    const bool is_pair = is_header_of_pair(path);
+    const double offset = fields.vox_offset, least = is_pair ? 0 : fields.version == 2 ? 544 : 352;
     if (!(offset >= least && offset < 1e9))
         return unreadable(
             path, "vox_offset is " + text_of(offset) + ", expected " + text_of(least) + " or more");
-    data.files = {path};
+    data.files = {is_pair ? data_of_pair(path) : path};
     data.swapped = fields.swapped;
     const auto start = std::uint64_t(offset);
-    if (fields.deflated) {
+    if (is_pair ? lower_case(path.extension().string()) == ".gz" : fields.deflated) {
         data.encoding = DataEncoding::Deflated;
         data.inner_skip = start;
     } else {

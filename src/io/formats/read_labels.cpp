@@ -74,7 +74,7 @@ std::string choices(const fs::path& file, std::int64_t count, const KeyValues& k
     return count > kMost ? text + ", …" : text;
 }
 
-/// Checks what differs from a scan before it is read.
+/// Checks the properties that a scan need not have, before the map is read.
 Status check_map(const LabelPath& path) {
     const auto format = format_by_name(path.file);
     if (!format) return Ok{};

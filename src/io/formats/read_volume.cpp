@@ -33,7 +33,8 @@ std::optional<ImageFormat> format_by_name(const fs::path& path) {
     const std::string name = lower_case(path.filename().string());
     if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return ImageFormat::Nrrd;
     if (name.ends_with(".mha") || name.ends_with(".mhd")) return ImageFormat::MetaImage;
-    if (name.ends_with(".nii") || name.ends_with(".nii.gz")) return ImageFormat::Nifti;
+    for (const char* ending : {".nii", ".nii.gz", ".hdr", ".hdr.gz"})
+        if (name.ends_with(ending)) return ImageFormat::Nifti;
     if (name.ends_with(".vti")) return ImageFormat::Vti;
     if (name.ends_with(".vtk")) return ImageFormat::Vtk;
     return std::nullopt;
@@ -107,8 +108,8 @@ Error unknown_name(const fs::path& path) {
                          : start.find("type=\"ImageData\"") != start.npos      ? ".vti"
                                                                                : nullptr;
     const std::string known =
-        ".nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .vti, .vtk, a DICOM file of several frames or a "
-        "folder of DICOM slices";
+        ".nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .hdr (of a NIfTI pair), .vti, .vtk, a DICOM file "
+        "of several frames or a folder of DICOM slices";
     if (rename)
         return {ErrorCode::Unsupported,
                 path.string() + ": expected a name that ends in " + rename + ", for what it holds"};
@@ -303,7 +304,7 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
     }
     if (options.spacing_mm)
         return Error{ErrorCode::InvalidArgument,
-                     "--spacing: expected none for " + path.string() + ", which has its own"};
+                     "--voxel-spacing: expected none for " + path.string() + ", which has its own"};
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header, options.straighten); !status)

@@ -13,10 +13,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/memory_budget.h"
 #include "base/text.h"
 #include "formats/image_header.h"
 #include "formats/voxel_builder.h"
+#include "volume/grid_limits.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -255,6 +257,28 @@ Result<Volume> straightened(const fs::path& path, const Volume& stacked, const S
     notes.push_back("straightened: resampled from " + text_of_size(stacked.grid.size) + " to " +
                     text_of_size(grid->size) + " voxels");
     return result;
+}
+
+Result<Volume> straightened(const Volume& sheared, const std::string& name,
+                            const std::function<bool()>& give_up) {
+    if (is_perpendicular(sheared.grid.direction)) {
+        if (Status s = check_volume(sheared, name); !s) return s.error();
+        return sheared;
+    }
+    const fs::path path = name;
+    const Vec3i size = sheared.grid.size;
+    if (Status s = check_size(path, {size.x, size.y, size.z}); !s) return s.error();
+    if (Status s = check_grid(path, sheared.grid, true); !s) return s.error();
+    const auto count = std::visit([](const auto& v) { return v.size(); }, sheared.voxels);
+    if (count != voxel_count(sheared.grid))
+        return expected_error(name + ".voxels", std::to_string(voxel_count(sheared.grid)),
+                              std::to_string(count));
+    try {
+        std::vector<std::string> unused;
+        return straightened(path, sheared, stack_of(sheared.grid), {.give_up = give_up}, unused);
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::LimitExceeded, name + ": not enough memory to straighten it"};
+    }
 }
 
 }  // namespace pliant

@@ -179,8 +179,7 @@ void put_right(MeshData& mesh) {
     if (extent > 0 && extent < kSmallMesh)
         mesh::add_note(mesh,
                        "the mesh is " + short_text(extent, 3) +
-                           " mm across: lengths are in millimetres, and pliant mesh --units m "
-                           "converts metres");
+                           " mm across: lengths are in millimetres, and --units m converts metres");
 }
 
 /// A distant node would enlarge all lattices and trees around the mesh.
@@ -198,6 +197,10 @@ Status check_distances(const MeshData& mesh) {
 }
 
 }  // namespace
+
+double mm_of_unit(std::string_view unit) {
+    return unit == "m" ? 1000 : unit == "cm" ? 10 : 1;
+}
 
 Result<MeshData> read_mesh(const std::filesystem::path& path, double unit_mm) {
     const auto too_large = [&] {
@@ -229,8 +232,8 @@ Result<MeshData> read_mesh(const std::filesystem::path& path, double unit_mm) {
     }
 }
 
-Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
-    auto mesh = read_mesh(path);
+Result<TriangleMesh> read_surface(const std::filesystem::path& path, double unit_mm) {
+    auto mesh = read_mesh(path, unit_mm);
     if (!mesh) return mesh.error();
     if (!mesh->triangles.empty())
         return cleaned({std::move(mesh->nodes_mm), std::move(mesh->triangles)});
@@ -240,8 +243,8 @@ Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
                  path.string() + ": found no triangles, expected a surface"};
 }
 
-Result<TetMesh> read_tetrahedra(const std::filesystem::path& path) {
-    auto mesh = read_mesh(path);
+Result<TetMesh> read_tetrahedra(const std::filesystem::path& path, double unit_mm) {
+    auto mesh = read_mesh(path, unit_mm);
     if (!mesh) return mesh.error();
     if (mesh->tetrahedra.empty())
         return Error{ErrorCode::Unsupported, path.string() + ": found no tetrahedra"};

@@ -42,16 +42,33 @@ Error wrong_ending(const fs::path& path, std::span<const std::string_view> endin
     return {ErrorCode::Unwritable, path.string() + ": expected a name that ends in " + list};
 }
 
-/// @param add_numbers  passes all numbers to the writer; false on failure
+/// Passes numbers to a writer. @throws std::bad_alloc  if the caller gives up
+template <class Writer>
+class Pieces {
+  public:
+    Pieces(Writer& writer, const std::function<bool()>& give_up)
+        : m_writer(writer), m_give_up(give_up) {}
+    template <class T>
+    void add(std::span<const T> numbers) {
+        if (m_give_up && m_give_up()) throw std::bad_alloc();
+        m_writer.add(std::as_bytes(numbers));
+    }
+
+  private:
+    Writer& m_writer;
+    const std::function<bool()>& m_give_up;
+};
+
+/// @param add_numbers  adds all numbers to the pieces; false on failure
 template <class Writer, class AddNumbers>
 Status write_staged(const fs::path& path, const NrrdLayout& layout, Encoding encoding,
-                    const AddNumbers& add_numbers) {
+                    const std::function<bool()>& give_up, const AddNumbers& add_numbers) {
     try {
         StagedFiles files;
         const auto staged = files.stage(path);
         if (!staged) return staged.error();
         Writer writer(*staged, layout, encoding);
-        if (!add_numbers(writer))
+        if (!add_numbers(Pieces(writer, give_up)))
             return Error{ErrorCode::Unreadable,
                          path.string() +
                              ": can't be written: the file that the scan is mapped "
@@ -66,11 +83,12 @@ Status write_staged(const fs::path& path, const NrrdLayout& layout, Encoding enc
 }
 
 template <class Writer>
-Status write_voxels(const fs::path& path, const Volume& volume, Encoding encoding) {
+Status write_voxels(const fs::path& path, const Volume& volume, Encoding encoding,
+                    const std::function<bool()>& give_up) {
     const Component component = volume.is_16_bit() ? Component::Int16 : Component::Float32;
     return write_staged<Writer>(
-        path, {volume.grid, component, 1, volume.key_values}, encoding, [&](Writer& writer) {
-            const auto add = [&](auto piece) { writer.add(std::as_bytes(piece)); };
+        path, {volume.grid, component, 1, volume.key_values}, encoding, give_up, [&](auto pieces) {
+            const auto add = [&](auto piece) { pieces.add(piece); };
             return std::visit([&](const auto& voxels) { return voxels.for_each_piece(add); },
                               volume.voxels);
         });
@@ -82,21 +100,23 @@ std::span<const std::string_view> volume_endings() noexcept {
     return kEndings;
 }
 
-Status write_volume(const fs::path& path, const Volume& volume, Encoding encoding) {
+Status write_volume(const fs::path& path, const Volume& volume, Encoding encoding,
+                    const std::function<bool()>& give_up) {
     const std::string_view ending = ending_of(path);
     if (ending.empty()) return wrong_ending(path, kEndings);
     if (ending == ".vti") return write_vti(path, volume);
     if (Status s = check_volume(volume, path.string()); !s) return s;
     if (ending == ".mha" || ending == ".mhd")
-        return write_voxels<MetaWriter>(path, volume, encoding);
+        return write_voxels<MetaWriter>(path, volume, encoding, give_up);
     if (ending == ".nrrd" || ending == ".nhdr")
-        return write_voxels<NrrdWriter>(path, volume, encoding);
+        return write_voxels<NrrdWriter>(path, volume, encoding, give_up);
     if (Status s = check_nifti_size(path, volume.grid); !s) return s;
-    return write_voxels<NiftiWriter>(path, volume, encoding);
+    return write_voxels<NiftiWriter>(path, volume, encoding, give_up);
 }
 
 Status write_vector_field(const fs::path& path, const Grid& grid, FieldKind kind,
-                          const FieldSlices& fill_slice, Encoding encoding) {
+                          const FieldSlices& fill_slice, Encoding encoding,
+                          const std::function<bool()>& give_up) {
     constexpr std::string_view kFieldEndings[] = {".nrrd", ".nhdr"};
     const std::string_view ending = ending_of(path);
     if (ending != ".nrrd" && ending != ".nhdr") return wrong_ending(path, kFieldEndings);
@@ -104,12 +124,12 @@ Status write_vector_field(const fs::path& path, const Grid& grid, FieldKind kind
     const KeyValues key_values = {
         {"displacement field type", kind == FieldKind::Modeling ? "modeling" : "resampling"}};
     return write_staged<NrrdWriter>(
-        path, {grid, Component::Float32, 3, key_values}, encoding, [&](NrrdWriter& writer) {
+        path, {grid, Component::Float32, 3, key_values}, encoding, give_up, [&](auto pieces) {
             std::vector<Vec3f> slice(std::size_t(grid.size.x) * std::size_t(grid.size.y));
             for (int k = 0; k < grid.size.z; ++k) {
                 std::fill(slice.begin(), slice.end(), Vec3f{0, 0, 0});
                 fill_slice(k, slice);
-                writer.add(std::as_bytes(std::span(slice)));
+                pieces.add(std::span<const Vec3f>(slice));
             }
             return true;
         });
@@ -118,17 +138,18 @@ Status write_vector_field(const fs::path& path, const Grid& grid, FieldKind kind
 namespace {
 
 /// One component after the other.
-Status write_nifti_field(const fs::path& path, const VectorField& field, Encoding encoding) {
+Status write_nifti_field(const fs::path& path, const VectorField& field, Encoding encoding,
+                         const std::function<bool()>& give_up) {
     if (Status s = check_nifti_size(path, field.grid); !s) return s;
     const KeyValues none;
     const NrrdLayout layout{field.grid, Component::Float32, 3, none};
-    return write_staged<NiftiWriter>(path, layout, encoding, [&](NiftiWriter& writer) {
+    return write_staged<NiftiWriter>(path, layout, encoding, give_up, [&](auto pieces) {
         std::vector<float> piece(std::min<std::size_t>(field.vectors_mm.size(), 1 << 16));
         for (int a = 0; a < 3; ++a)
             for (std::size_t done = 0; done < field.vectors_mm.size();) {
                 const std::size_t count = std::min(piece.size(), field.vectors_mm.size() - done);
                 for (std::size_t n = 0; n < count; ++n) piece[n] = field.vectors_mm[done + n][a];
-                writer.add(std::as_bytes(std::span<const float>(piece.data(), count)));
+                pieces.add(std::span<const float>(piece.data(), count));
                 done += count;
             }
         return true;
@@ -137,15 +158,16 @@ Status write_nifti_field(const fs::path& path, const VectorField& field, Encodin
 
 }  // namespace
 
-Status write_vector_field(const fs::path& path, const VectorField& field, Encoding encoding) {
+Status write_vector_field(const fs::path& path, const VectorField& field, Encoding encoding,
+                          const std::function<bool()>& give_up) {
     if (Status s = check_field(field, path.string()); !s) return s;
     if (const std::string_view ending = ending_of(path); ending == ".nii" || ending == ".nii.gz")
-        return write_nifti_field(path, field, encoding);
+        return write_nifti_field(path, field, encoding, give_up);
     const std::size_t count = std::size_t(field.grid.size.x) * std::size_t(field.grid.size.y);
     const auto copy_slice = [&](int k, std::span<Vec3f> vectors_mm) {
         std::copy_n(field.vectors_mm.data() + std::size_t(k) * count, count, vectors_mm.data());
     };
-    return write_vector_field(path, field.grid, field.kind, copy_slice, encoding);
+    return write_vector_field(path, field.grid, field.kind, copy_slice, encoding, give_up);
 }
 
 }  // namespace pliant

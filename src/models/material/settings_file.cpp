@@ -56,7 +56,7 @@ Result<ChainMailSettings> read_toml(const std::string& text, ChainMailSettings s
 /// Same as read_toml, for a text of settings_text.
 Result<ChainMailSettings> read_own_toml(const std::string& text) {
     ChainMailSettings settings;
-    settings.smallest_bone_mm3 = 0;  // what older states without this key had
+    settings.smallest_bone_mm3 = 0;  // the value of older states, without this key
     const ChainMailSettings older = settings;
     const auto tables = parse_plain_toml(text);
     if (!tables.empty() && read_tables(tables, settings).ok()) return settings;

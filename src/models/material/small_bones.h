@@ -29,7 +29,7 @@ class VoxelBits {
     std::vector<std::uint64_t> m_words;
 };
 
-/// What an element is before pieces are looked at.
+/// Class of an element before pieces are looked at.
 enum class BoneElement : std::uint8_t { None, ByValue, ByLabel };
 
 /// The elements of pieces that are too small to be bone.

@@ -161,7 +161,7 @@ class SweepSolver {
         return highest / double(push.amount);
     }
 
-    /// Raises up to this one are surely cancelled: what they would raise in turn, too.
+    /// Raises up to this one are surely cancelled, and so are the raises that would follow.
     Fixed cancelled_of(const ComponentPush& push) const {
         constexpr double kRoundingMargin = 4;
         return Fixed(std::max(0.0, m_work.cancelled * push.amount - kRoundingMargin));

@@ -165,7 +165,7 @@ struct Moved {
     Lanes from[3], to[3];
 };
 
-/// What the links of a brick have: limits equal in both directions, and elastic materials.
+/// Properties of the links of a brick: limits equal in both directions, and elastic materials.
 struct AnyKind {
     bool symmetric, elastic;
 };

@@ -173,10 +173,11 @@ class Filler {
     std::array<Level, kLevels> m_levels;
 };
 
-Result<std::vector<Content>> read_contents(std::span<const OrganContents> contents) {
+Result<std::vector<Content>> read_contents(std::span<const OrganContents> contents,
+                                           double unit_mm) {
     std::vector<Content> read;
     for (const OrganContents& c : contents) {
-        auto surface = read_surface(c.surface);
+        auto surface = read_surface(c.surface, unit_mm);
         if (!surface) return surface.error();
         auto distance = SurfaceDistance::create(joined(*surface));
         if (!distance) return within(c.surface, distance.error());
@@ -187,7 +188,8 @@ Result<std::vector<Content>> read_contents(std::span<const OrganContents> conten
 
 /// @param contents  closed surfaces inside the organs, drawn with values of their own
 Result<Volume> scan_of_organs(std::span<const Organ> organs,
-                              std::span<const OrganContents> contents, const TaskArena& arena) {
+                              std::span<const OrganContents> contents, double unit_mm,
+                              const TaskArena& arena) {
     std::vector<SurfaceDistance> surfaces;
     std::vector<Vec3d> nodes;
     for (const Organ& organ : organs) {
@@ -196,7 +198,7 @@ Result<Volume> scan_of_organs(std::span<const Organ> organs,
         surfaces.push_back(std::move(*surface));
         nodes.insert(nodes.end(), organ.mesh.nodes_mm.begin(), organ.mesh.nodes_mm.end());
     }
-    const auto inner = read_contents(contents);
+    const auto inner = read_contents(contents, unit_mm);
     if (!inner) return inner.error();
     Vec3d low = nodes.front(), high = low;
     for (const Vec3d& p : nodes)
@@ -308,8 +310,9 @@ struct Source {
 };
 
 /// @param[out] notes  grows by remarks on the file
-Result<Source> source_of_file(const std::string& file, std::vector<std::string>& notes) {
-    const auto mesh = read_mesh(file);
+Result<Source> source_of_file(const std::string& file, double unit_mm,
+                              std::vector<std::string>& notes) {
+    const auto mesh = read_mesh(file, unit_mm);
     if (!mesh) return mesh.error();
     Source source;
     std::vector<std::string> remarks = mesh->notes;
@@ -435,8 +438,9 @@ Result<MadeOrgans> make(const OrganFile& given, const TaskArena& arena) {
     std::vector<Source> sources;
     double volume = 0;
     for (const OrganSettings& body : file.bodies) {
-        auto source = body.mesh.empty() ? source_of_labels(file, body, *made.labels, arena)
-                                        : source_of_file(body.mesh, made.notes.notes);
+        auto source = body.mesh.empty()
+                          ? source_of_labels(file, body, *made.labels, arena)
+                          : source_of_file(body.mesh, mm_of_unit(file.units), made.notes.notes);
         if (!source) return source.error();
         volume += source->volume_mm3;
         sources.push_back(std::move(*source));
@@ -467,7 +471,7 @@ Result<MadeOrgans> make(const OrganFile& given, const TaskArena& arena) {
         made.organs.push_back(std::move(*around));
     }
     if (file.scan.empty()) {
-        auto scan = scan_of_organs(made.organs, file.contents, arena);
+        auto scan = scan_of_organs(made.organs, file.contents, mm_of_unit(file.units), arena);
         if (!scan) return within(file.file, scan.error());
         made.scan = std::move(*scan);
     }

@@ -105,16 +105,20 @@ struct LabelSum {
 };
 
 Result<OrganFile> file_of_labels(const std::string& scan, const std::string& label_volume,
-                                 std::vector<int> labels, const std::string& label_names) {
-    OrganFile file{
-        .file = scan, .scan = scan, .label_volume = label_volume, .label_names = label_names};
+                                 std::vector<int> labels, const std::string& label_names,
+                                 const ReadOptions& reading) {
+    OrganFile file{.file = scan,
+                   .scan = scan,
+                   .reading = reading,
+                   .label_volume = label_volume,
+                   .label_names = label_names};
     file.surroundings = true;
     file.tetrahedra = 30'000;
     // Connective tissue holds organs in place. Without any of that, a pushed liver slides along its
     // surroundings into the lung, by several times the push.
     file.friction = 0.5;
     if (labels.empty()) {
-        const auto values = read_volume(scan);
+        const auto values = read_volume(scan, reading);
         if (!values) return values.error();
         const auto map = read_labels(label_volume);
         if (!map) return map.error();
@@ -215,8 +219,10 @@ OrganFile organ_file_of_mesh(const std::string& file) {
 
 Result<OrganFile> organ_file_of_labels(const std::string& scan, const std::string& label_volume,
                                        const std::vector<int>& labels,
-                                       const std::string& label_names) noexcept {
-    return attempt([&] { return file_of_labels(scan, label_volume, labels, label_names); });
+                                       const std::string& label_names,
+                                       const ReadOptions& reading) noexcept {
+    return attempt(
+        [&] { return file_of_labels(scan, label_volume, labels, label_names, reading); });
 }
 
 }  // namespace pliant

@@ -60,6 +60,8 @@ constexpr Setting<F> kOrgansRows[] = {
         {.name = "label_names",
          .text = "file of their names (JSON, .ctbl, .csv, ITK-SNAP's); empty: the label volume's "
                  "own, or one beside it"}),
+    setting<&F::units>(
+        {.name = "units", .choices = "mm|cm|m", .text = "unit of lengths in the meshes' files"}),
     setting<&F::tetrahedra>({.name = "tetrahedra",
                              .range = {100, 2'000'000},
                              .text = "approximate number in each mesh that is made"}),

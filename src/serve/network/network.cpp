@@ -316,7 +316,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         client->accept(request);
     }
 
-    /// The connection ends: what follows may be the body of the refused request.
+    /// The connection ends: following bytes may be the body of the refused request.
     void refuse(const Request& request, http::status status, const char* message) {
         Response response(status, request.version());
         response.keep_alive(false);

@@ -150,7 +150,9 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     serve::SceneSource source{.series = settings.series,
                               .phantom_size = settings.phantom_size,
                               .frame = settings.frame,
-                              .straighten = settings.straighten};
+                              .straighten = settings.straighten,
+                              .spacing_mm = settings.spacing_mm,
+                              .units = settings.units};
     if (settings.own_tissue)
         source.own_tissue = std::make_shared<const MakeTissue>(settings.own_tissue);
     const auto absolute = [&](const std::string& file) {

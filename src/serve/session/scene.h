@@ -117,10 +117,10 @@ class Scene {
 
   private:
     enum class StepKind { Tissue, Iso };
-    /// What one client does from pressing a tool to lifting it.
+    /// Actions of one client from pressing a tool to lifting it.
     struct Stroke {
         std::string name{};
-        std::uint32_t client = 0;  ///< 0: nobody's
+        std::uint32_t client = 0;  ///< 0: no client
         std::uint32_t number = 0;  ///< 0: doesn't go on
         friend bool operator==(const Stroke&, const Stroke&) = default;
     };
@@ -212,7 +212,7 @@ class Scene {
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;
-    bool m_is_still = false;  ///< what still moves can't be seen
+    bool m_is_still = false;  ///< remaining motion can't be seen
     std::string m_trouble;    ///< reason why the last sweep stopped the tissue; empty: none
     std::uint32_t m_last_client = 0;
     std::uint32_t m_holder = 0;

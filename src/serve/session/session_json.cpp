@@ -116,13 +116,15 @@ Json json_of(const SessionHeader& header) {
         source = {{"file", header.source.file}, {"series", header.source.series}};
         if (header.source.frame) source["frame"] = *header.source.frame;
         if (header.source.straighten) source["straighten"] = true;
+        if (const auto& mm = header.source.spacing_mm) source["spacing_mm"] = {mm->x, mm->y, mm->z};
         if (header.source.bodies) source["bodies"] = *header.source.bodies;
     }
     for (const auto& [key, file] :
          {std::pair{"config", &header.source.config}, std::pair{"labels", &header.source.labels},
           std::pair{"directions", &header.source.directions},
           std::pair{"network", &header.source.network},
-          std::pair{"label_names", &header.source.label_names}})
+          std::pair{"label_names", &header.source.label_names},
+          std::pair{"units", &header.source.units}})
         if (!file->empty()) source[key] = *file;
     return {{"source", source}, {"scan", hex_text(header.scan_hash, 16)}};
 }
@@ -146,6 +148,17 @@ Result<SessionHeader> header_of(const Json& json) {
     }
     if (const auto option = source->find("straighten"); option != source->end())
         header.source.straighten = option->is_boolean() && option->get<bool>();
+    if (const auto spacing = source->find("spacing_mm"); spacing != source->end()) {
+        const bool has_three = spacing->is_array() && spacing->size() == 3;
+        Vec3d mm;
+        for (int a = 0; a < 3; ++a) {
+            const Json number = has_three ? (*spacing)[std::size_t(a)] : Json();
+            if (!number.is_number() || !(number.get<double>() > 0))
+                return bad_session("source: spacing_mm: expected three numbers above 0");
+            mm[a] = number.get<double>();
+        }
+        header.source.spacing_mm = mm;
+    }
     if (const auto bodies = source->find("bodies"); bodies != source->end()) {
         if (!bodies->is_array()) return bad_session("source: bodies: expected labels");
         header.source.bodies.emplace();
@@ -160,6 +173,7 @@ Result<SessionHeader> header_of(const Json& json) {
     header.source.directions = string_at(*source, "directions");
     header.source.network = string_at(*source, "network");
     header.source.label_names = string_at(*source, "label_names");
+    header.source.units = string_at(*source, "units");
     if (!header.source.file.empty()) return header;
     header.source.phantom = string_at(*source, "phantom");
     const auto size = source->find("size");

@@ -112,7 +112,7 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
                                 double(s.local),    double(s.sub_steps), double(s.iterations),
                                 s.entry.inserted_mm})
         hash.add_word(std::bit_cast<std::uint64_t>(number));
-    // Only what differs from the defaults: the hashes of other scenes stay.
+    // Only settings that differ from the defaults: the hashes of other scenes stay.
     const auto add_changed = [&](std::uint64_t key, double number, double usual) {
         if (number == usual) return;
         hash.add_word(key);
@@ -152,7 +152,8 @@ ReadOptions reading_of(const SceneSource& source, const std::function<bool()>& g
             .progress = {},
             .give_up = give_up,
             .frame = source.frame,
-            .straighten = source.straighten};
+            .straighten = source.straighten,
+            .spacing_mm = source.spacing_mm};
 }
 
 /// Organs have a mesh or labels of their own; their surroundings have neither.
@@ -192,12 +193,14 @@ double tool_mm_for(const MadeOrgans& made) {
 /// @returns one line that names the file
 Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena,
                                const std::function<bool()>& give_up) {
-    auto file = source.bodies ? organ_file_of_labels(source.file, source.labels, *source.bodies,
-                                                     source.label_names)
+    auto file = source.bodies
+                    ? organ_file_of_labels(source.file, source.labels, *source.bodies,
+                                           source.label_names, reading_of(source, give_up))
                 : is_organ_file(source.file) ? read_organ_file(source.file)
                                              : Result(organ_file_of_mesh(source.file));
     if (!file.ok()) return file.error();
     file->reading = reading_of(source, give_up);
+    if (!source.units.empty()) file->units = source.units;
     auto made = make_organs(*file, arena);
     if (!made.ok()) return made.error();
     made->file.reading.give_up = {};  // it belongs to the caller
@@ -307,11 +310,16 @@ bool is_vessel_scene(const std::filesystem::path& file) {
 Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
                              const std::function<bool()>& give_up) {
     LoadedScan loaded;
+    const bool is_organ =
+        !source.bodies && (is_organ_file(source.file) || is_mesh_file(source.file));
+    if (!source.units.empty() && !is_organ)
+        return expected_error("units", "a mesh or a scene of organs, whose unit it is",
+                              source.file.empty() ? "a phantom" : source.file);
     if (is_vessel_scene(source.file)) {
         auto vessel = load_vessel(source, arena);
         if (!vessel.ok()) return vessel.error();
         loaded = std::move(*vessel);
-    } else if (source.bodies || is_organ_file(source.file) || is_mesh_file(source.file)) {
+    } else if (source.bodies || is_organ) {
         auto organs = load_organs(source, arena, give_up);
         if (!organs.ok()) return organs.error();
         loaded = std::move(*organs);

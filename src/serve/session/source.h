@@ -38,6 +38,8 @@ struct SceneSource {
     std::shared_ptr<const MakeTissue> own_tissue{};  ///< null: ChainMail, or the vessel
     std::optional<std::int64_t> frame{};             ///< of a 4-D image
     bool straighten = false;                         ///< ReadOptions
+    std::optional<Vec3d> spacing_mm{};               ///< likewise
+    std::string units{};                             ///< of ServerSettings
     /// Labels of `labels` of which bodies are made; empty: of all organs. None: no bodies.
     std::optional<std::vector<int>> bodies{};
     std::string label_names{};  ///< file of the bodies' names; absolute, may be empty
@@ -47,7 +49,8 @@ struct SceneSource {
         return a.file == b.file && a.series == b.series && a.config == b.config &&
                a.labels == b.labels && a.directions == b.directions && a.network == b.network &&
                a.phantom == b.phantom && a.phantom_size == b.phantom_size && a.frame == b.frame &&
-               a.straighten == b.straighten && a.bodies == b.bodies;
+               a.straighten == b.straighten && a.spacing_mm == b.spacing_mm && a.units == b.units &&
+               a.bodies == b.bodies;
     }
 };
 
