@@ -49,7 +49,7 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
         ->type_name("X,Y,Z");
 }
 
-void add_scan(CLI::App* command, ScanChoice& scan) {
+void add_scan(CLI::App* command, ScanChoice& scan, const std::string& spacing) {
     command->add_option("--series", scan.series,
                         "DICOM series, where a folder has several: its number, a part of its "
                         "description, or its UID");
@@ -61,11 +61,11 @@ void add_scan(CLI::App* command, ScanChoice& scan) {
                       "resample tilted, sheared or unequally spaced slices to a regular grid");
     command
         ->add_option_function<std::string>(
-            "--voxel-spacing",
-            [&scan](const std::string& text) {
-                const Vec3d mm = parse_vector(text, "--voxel-spacing");
+            spacing,
+            [&scan, spacing](const std::string& text) {
+                const Vec3d mm = parse_vector(text, spacing);
                 if (!(std::min({mm.x, mm.y, mm.z}) > 0))
-                    throw CLI::ValidationError("--voxel-spacing",
+                    throw CLI::ValidationError(spacing,
                                                "expected millimetres > 0, found '" + text + "'");
                 scan.spacing_mm = mm;
             },

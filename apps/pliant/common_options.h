@@ -24,8 +24,9 @@ Vec3d parse_vector(std::string_view text, const std::string& option);
 
 CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optional<Vec3d>& target,
                         const std::string& help);
-/// Adds --series, --frame, --straighten and --voxel-spacing.
-void add_scan(CLI::App* command, ScanChoice& scan);
+/// Adds --series, --frame, --straighten and --spacing.
+/// @param spacing  name of the last one where another option has it
+void add_scan(CLI::App* command, ScanChoice& scan, const std::string& spacing = "--spacing");
 /// Adds --units: of lengths in the files of meshes.
 CLI::Option* add_units(CLI::App* command, std::string& units);
 /// Adds --bodies: the labels of which bodies are made.

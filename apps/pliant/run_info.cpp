@@ -181,7 +181,7 @@ void print_next(const InfoOptions& options, const Grid& grid,
     if (!scan.series.empty()) file += " --series " + shell_word(scan.series);
     if (scan.frame) file += " --frame " + std::to_string(*scan.frame);
     if (scan.straighten) file += " --straighten";
-    if (scan.spacing_mm) file += " --voxel-spacing " + vector_text(*scan.spacing_mm, ",");
+    if (scan.spacing_mm) file += " --spacing " + vector_text(*scan.spacing_mm, ",");
     if (options.iso_hu) file += " --iso " + short_text(*options.iso_hu);
     if (options.polarity) file += " --polarity " + *options.polarity;
     std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());

@@ -153,7 +153,7 @@ void add_render(CLI::App& app, RenderOptions& o) {
 void add_path(CLI::App& app, PathOptions& o) {
     auto* c = app.add_subcommand("path", "Find the way through a lumen, along its middle");
     c->add_option("FILE", o.file, kScanKinds)->required();
-    add_scan(c, o.scan);
+    add_scan(c, o.scan, "--voxel-spacing");
     const auto add_place = [&](const std::string& name, Vec3d& target, const std::string& help) {
         c->add_option_function<std::string>(
              name, [&target, name](const std::string& text) { target = parse_vector(text, name); },

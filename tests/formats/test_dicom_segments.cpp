@@ -270,7 +270,7 @@ TEST(DicomSlices, WithoutPositionsAreStackedByTheGivenSpacing) {
     folder.write("copy", slice.bytes());
     EXPECT_NE(refusal_of(folder.path())
                   .find("has no usable Image Position (Patient), expected one, or "
-                        "--voxel-spacing X,Y,Z"),
+                        "--spacing X,Y,Z"),
               std::string::npos);
     ReadNotes notes;
     const ReadOptions options{.spacing_mm = Vec3d{0.3, 0.4, 0.5}};
@@ -294,7 +294,7 @@ TEST(DicomSlices, WithoutPositionsAreStackedByTheGivenSpacing) {
     frames.pixels.clear();
     for (int n = 0; n < 36; ++n) frames.pixels.push_back(std::int16_t(1000 + n / 12));
     const auto file = folder.write("frames/a.dcm", frames.bytes());
-    EXPECT_NE(refusal_of(file).find("--voxel-spacing X,Y,Z"), std::string::npos);
+    EXPECT_NE(refusal_of(file).find("--spacing X,Y,Z"), std::string::npos);
     const auto stack = read_volume(file, options);
     ASSERT_TRUE(stack.ok()) << stack.error().message;
     EXPECT_EQ(stack->grid.size.z, 3);
@@ -306,7 +306,7 @@ TEST(DicomSlices, WithoutPositionsAreStackedByTheGivenSpacing) {
     folder.write("own/a.dcm", frames.bytes());
     EXPECT_EQ(
         read_volume(folder / "own", options).error().message,
-        "--voxel-spacing: expected none for " + (folder / "own").string() + ", which has its own");
+        "--spacing: expected none for " + (folder / "own").string() + ", which has its own");
 }
 
 }  // namespace

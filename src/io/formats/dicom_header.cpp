@@ -148,7 +148,7 @@ Status check_object(const DicomWalk& tags, const fs::path& path, bool may_lack_g
         return unsupported(path, "holds " + std::to_string(*frames) +
                                      " frames without a position for each, expected Per-Frame "
                                      "Functional Groups, a position with the distance of the "
-                                     "frames, one slice per file, or --voxel-spacing X,Y,Z");
+                                     "frames, one slice per file, or --spacing X,Y,Z");
     const int samples = tags.number(kSamples, 1);
     if (samples != 1)
         return unsupported(
@@ -284,7 +284,7 @@ Error missing(const DicomSlice& slice, const char* name, const char* remedy = ""
 /// Reads position, orientation and spacing.
 Status take_position(const DicomValues& tags, DicomSlice& slice) {
     const auto lacks = [&](const char* name) {
-        return missing(slice, name, ", or --voxel-spacing X,Y,Z");
+        return missing(slice, name, ", or --spacing X,Y,Z");
     };
     const auto p = tags.decimals(kPosition, 3);
     if (p.empty()) return lacks("Image Position (Patient)");

@@ -55,7 +55,7 @@ Result<Volume> read_series(const fs::path& path, std::vector<DicomSlice> slices,
         slices.begin(), slices.end(), [](const DicomSlice& slice) { return slice.lacks_geometry; });
     if (options.spacing_mm && !lacks_geometry)
         return Error{ErrorCode::InvalidArgument,
-                     "--voxel-spacing: expected none for " + path.string() + ", which has its own"};
+                     "--spacing: expected none for " + path.string() + ", which has its own"};
     if (lacks_geometry)
         if (Status s = place_in_order(path, slices, *options.spacing_mm, notes.notes); !s)
             return s.error();

@@ -304,7 +304,7 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
     }
     if (options.spacing_mm)
         return Error{ErrorCode::InvalidArgument,
-                     "--voxel-spacing: expected none for " + path.string() + ", which has its own"};
+                     "--spacing: expected none for " + path.string() + ", which has its own"};
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header, options.straighten); !status)
