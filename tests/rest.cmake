@@ -121,7 +121,7 @@ pliant_test(hub
             test_overlay.cpp test_organ.cpp
             test_own_tissue.cpp test_path.cpp test_playback.cpp test_recorder.cpp
             test_recording.cpp test_rest_field.cpp test_server.cpp test_slow_line.cpp
-            test_states.cpp test_traffic.cpp test_vessel.cpp
+            test_states.cpp test_sweep_pace.cpp test_traffic.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json Boost::headers OpenSSL::SSL pliant_lz4
     INPUTS ${PROJECT_SOURCE_DIR}/scenes $<TARGET_FILE:slow_haptic_device>)
 target_include_directories(test_hub PRIVATE ${PROJECT_SOURCE_DIR}/examples)

@@ -66,6 +66,7 @@ struct LiveUpdate {
                                       ///< value
     std::int64_t gap_voxels = 0;      ///< computed voxels that no cell covers, filled with air
     double resample_ms = 0;
+    bool is_complete = true;  ///< whether the volume shows the tissue's present state
 };
 
 /// Incrementally updated deformed scan.
@@ -97,6 +98,9 @@ class LiveDeformation {
     LiveDeformation& operator=(LiveDeformation&&) noexcept;
 
     Result<LiveUpdate> update() noexcept;
+    /// Updates the volume to a state near the tissue's; see MovingScan::approach_deformation. Call
+    /// it until it is complete, or update().
+    Result<LiveUpdate> approach(std::int64_t max_elements) noexcept;
     /// Restores the scan's voxels, and goes on with another tissue of the same scan. The boxes of
     /// the next update also contain the restored voxels.
     void start_over(const MovingScan& scan) noexcept;
@@ -213,6 +217,12 @@ class ControlLattice : public MovingScan {
     /// @returns InvalidArgument if a displacement isn't finite or exceeds 500 mm along an axis,
     ///          LimitExceeded if memory runs out; then nothing has changed
     Status place(std::span<const Vec3d> displacements_mm) noexcept;
+    /// Likewise, but moves only nodes that lag by more than least_mm along an axis, in blocks of
+    /// 4³, those with the largest lag first, until the cells around them have max_elements. With
+    /// cuts it moves all nodes.
+    /// @returns whether all nodes have these displacements
+    Result<bool> approach(std::span<const Vec3d> displacements_mm, std::int64_t max_elements,
+                          double least_mm) noexcept;
 
     /// Replaces all cuts. Links of elements that a triangle crosses are cut. In the crossed cells
     /// an element follows the nodes that it sees, and takes the displacement of a hidden one from
@@ -227,6 +237,9 @@ class ControlLattice : public MovingScan {
     /// Material point at a position in the deformed scan [mm, LPS]. The first cell wins if cells
     /// overlap.
     std::optional<ControlPosition> find(Vec3d point_mm) const;
+    /// Likewise, at other displacements of all nodes [mm, LPS] than those that were placed.
+    std::optional<ControlPosition> find(Vec3d point_mm,
+                                        std::span<const Vec3d> displacements_mm) const;
     /// Whether some control cell is folded or nearly so: at one of its corners, less than `share`
     /// of the volume is left. @pre as many displacements as nodes
     bool folds(std::span<const Vec3d> displacements_mm, double share = 0) const;

@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -48,12 +49,22 @@ struct TissueTraits {
     bool keeps_imprints = false;
 };
 
+/// Limits of a part of a sweep; the first one that is reached ends it.
+struct SweepLimit {
+    std::int64_t max_parts = std::numeric_limits<std::int64_t>::max();
+    double max_ms = std::numeric_limits<double>::infinity();  ///< wall-clock time
+    std::stop_token stop{};                                   ///< another thread may end it
+};
+
 struct Sweep {
     bool settled = true;    ///< more sweeps have no effect
     double ms = 0;          ///< wall-clock time of the sweep
     std::string message{};  ///< reason why the motion was stopped before it settled
     /// Longest motion of an element in the sweep; infinite: not known.
     double largest_step_mm = std::numeric_limits<double>::infinity();
+    /// Parts that were made if the sweep is unfinished; none: it is finished. With as many as
+    /// max_parts the same state gives the same result again.
+    std::optional<std::int64_t> parts{};
 };
 
 /// Limits of a call of advance(); the first one that is reached ends it.
@@ -126,9 +137,12 @@ class Tissue : public MovingScan {
     /// no energy either, or memory runs out.
     virtual std::optional<double> energy_mm2() noexcept { return {}; }
 
-    /// Advances the tissue's own motion by its smallest recorded part, however long that takes.
+    /// Advances the tissue's own motion by a sweep, however long that takes.
     /// @returns settled if it rests; LimitExceeded if memory runs out
     virtual Result<Sweep> sweep() noexcept = 0;
+    /// Makes a part of a sweep, for a model whose sweeps take long; the next call goes on with the
+    /// rest. By default it makes a whole sweep.
+    virtual Result<Sweep> sweep_part(const SweepLimit& limit) noexcept;
     /// Advances it by many of its smallest steps: sweeps of ChainMail, time steps of the others. By
     /// default a step is a sweep(). max_ms is tested between steps, and never ends one early: the
     /// state is always that of some number of whole steps.

@@ -94,12 +94,14 @@ inline std::vector<SessionRecord> play(Scene& scene, Random& random, int count) 
         const auto client = std::uint32_t(random.whole(1, 2));
         const Outcome outcome = scene.carry_out(client, action);
         records.push_back(SessionCommand{client, action, !outcome.ok()});
-        int sweeps = 0;
-        while (scene.wants_sweep() && sweeps < 3) {
-            (void)scene.sweep();
-            ++sweeps;
+        SessionSweeps sweeps;
+        for (; scene.wants_sweep() && sweeps.count < 3; ++sweeps.count) (void)scene.sweep();
+        // A sweep that a command interrupts.
+        if (scene.wants_sweep() && random.whole(0, 1)) {
+            sweeps.parts = scene.sweep({.max_parts = random.whole(0, 9)}).value().parts;
+            if (!sweeps.parts) ++sweeps.count;
         }
-        if (sweeps) records.push_back(SessionSweeps{sweeps});
+        if (sweeps.count || sweeps.parts) records.push_back(sweeps);
         if (n % 10 == 0) {
             (void)scene.update();
             records.push_back(SessionMark{hash_volume(scene.deformed()), scene.tissue().hash()});

@@ -360,6 +360,45 @@ TEST(Relax, ShortSlicesOfTimeArriveWhereOneLongOneDoes) {
     EXPECT_EQ(run(0.05), run(std::numeric_limits<double>::infinity()));
 }
 
+TEST(Relax, SlicesOfSomeBricksWithPushesBetweenThemDoNotDependOnThreads) {
+    const Volume volume = block({44, 40, 36}, 0);
+    const std::vector<Vec3i> held{{20, 20, 20}};
+    const auto run = [&](int threads, std::span<const std::int64_t> bricks) {
+        const TaskArena arena(threads);
+        ChainMail tissue = tissue_of(volume, one_material(0.2), arena);
+        std::vector<std::int64_t> relaxed_bricks;
+        for (const std::int64_t count : bricks) {
+            EXPECT_TRUE(tissue.push_elements(held, {0.5, 0.25, 0}).ok());
+            const RelaxReport report =
+                relaxed(tissue, {.max_sweeps = 1, .max_bricks = count, .held = held});
+            EXPECT_TRUE(report.bricks == count || (report.bricks < count && report.sweeps == 1));
+            relaxed_bricks.push_back(report.bricks);
+        }
+        return std::pair(tissue.hash(), relaxed_bricks);
+    };
+    const std::vector<std::int64_t> some{3, 1, 0, 17, 40, 2, 1000, 5, 61, 23, 9};
+    const auto expected = run(1, some);
+    EXPECT_LT(expected.second[6], 1000);
+    for (const int threads : {2, 3, 4}) EXPECT_EQ(run(threads, some), expected) << threads;
+    // The report's numbers end slices at the same bricks.
+    EXPECT_EQ(run(2, expected.second), expected);
+}
+
+TEST(Relax, ManySlicesOfSomeBricksAreOneLongOne) {
+    const TaskArena arena(2);
+    const Volume volume = block({40, 40, 40}, 0);
+    const std::vector<Vec3i> held{{20, 20, 20}};
+    const auto run = [&](std::int64_t bricks) {
+        ChainMail tissue = tissue_of(volume, one_material(0.2), arena);
+        EXPECT_TRUE(tissue.push_elements(held, {2, 1, 0}).ok());
+        int slices = 1;
+        while (!relaxed(tissue, {.max_bricks = bricks, .held = held}).settled) ++slices;
+        EXPECT_EQ(slices > 1, bricks < 1'000'000);
+        return tissue.hash();
+    };
+    EXPECT_EQ(run(7), run(std::numeric_limits<std::int64_t>::max()));
+}
+
 TEST(Relax, NoTimeMeansNoChange) {
     const TaskArena arena(1);
     const Volume volume = block({16, 16, 16}, 0);

@@ -100,6 +100,45 @@ void for_each_voxel(const Grid& grid, const Visit& visit) {
             for (int i = 0; i < grid.size.x; ++i) visit(Vec3i{i, j, k});
 }
 
+TEST(ControlLattice, ApproachesInPartsAndArrivesWhereOneCallDoes) {
+    const TaskArena arena(2);
+    Instance instance;
+    instance.grid = {.first = {2, 1, 3}, .cell = {4, 4, 4}, .size = {13, 12, 11}};
+    instance.volume = make_volume({54, 50, 48}, {1, 1, 1}, [](Vec3d p) {
+        return float(std::fmod(7 * p.x + 3 * p.y + p.z, 100));
+    });
+    Random random(5);
+    for (std::size_t n = 0; n < dense_count(instance.grid.size); ++n)
+        instance.shifts.push_back({random.real(-0.3, 0.3), random.real(-0.3, 0.3), 0});
+    const std::vector<Vec3d> wanted = instance.displacements_mm();
+    const auto whole = make_lattice(instance, arena), parts = make_lattice(instance, arena);
+    ASSERT_TRUE(whole->place(wanted).ok());
+    const std::int64_t all = deform_volume(*whole)->written_voxels;
+    std::int64_t most = 0;
+    int calls = 0;
+    auto live = LiveDeformation::create(*parts);
+    ASSERT_TRUE(live.ok());
+    for (bool done = false; !done && calls < 100; ++calls) {
+        const auto near = parts->approach(wanted, all / 10, 0);
+        ASSERT_TRUE(near.ok());
+        done = *near;
+        most = std::max(most, live->update()->written_voxels);
+    }
+    EXPECT_GT(calls, 5);
+    EXPECT_LT(calls, 100);
+    EXPECT_LT(most, all / 2);
+    EXPECT_EQ(hash_volume(live->volume()), hash_volume(deform_volume(*whole)->volume));
+    // What lags by less than can be seen stays.
+    std::vector<Vec3d> close = wanted;
+    for (Vec3d& u : close) u.x += 0.01;
+    EXPECT_FALSE(*parts->approach(close, all, 0.02));
+    EXPECT_EQ(live->update()->written_voxels, 0);
+    EXPECT_TRUE(*parts->approach(close, 100 * all, 0));
+    ASSERT_TRUE(whole->place(close).ok());
+    ASSERT_TRUE(live->update().ok());
+    EXPECT_EQ(hash_volume(live->volume()), hash_volume(deform_volume(*whole)->volume));
+}
+
 TEST(ControlLattice, RandomLatticesResampleLikeTheInverseOfTheirTents) {
     const TaskArena arena(2);
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {

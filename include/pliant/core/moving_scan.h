@@ -9,6 +9,8 @@
 
 #include <pliant/result.h>
 
+#include <cstdint>
+
 #pragma GCC visibility push(default)
 namespace pliant {
 
@@ -29,7 +31,17 @@ class MovingScan {
     /// writes once for each picture instead of once for each step.
     /// @returns Ok by default, for a tissue that writes whenever it moves
     virtual Status update_deformation() const { return Ok{}; }
+    /// Writes a state near the present one, for a picture that has no time for all: those parts
+    /// that lag most, with about this number of elements. deformation() is then that state, until
+    /// the tissue moves or update_deformation() is called.
+    /// @returns whether it is the present state; always, by default
+    virtual Result<bool> approach_deformation(std::int64_t max_elements) const;
 };
+
+inline Result<bool> MovingScan::approach_deformation(std::int64_t) const {
+    if (const Status s = update_deformation(); !s.ok()) return s.error();
+    return true;
+}
 
 }  // namespace pliant
 #pragma GCC visibility pop

@@ -188,6 +188,7 @@ class MeshTissue : public NodeTissue {
     bool m_settled = true;
     int m_sweeps = 0;  ///< since tissue last began to move
     mutable bool m_is_shown = true;
+    mutable bool m_is_near = false;  ///< the shown state is only near the present one
     /// [node], memory of noexcept functions.
     struct Memory {
         Memory() = default;

@@ -47,6 +47,9 @@ struct RelaxOptions {
     double budget_ms = std::numeric_limits<double>::infinity();
     /// Sweeps over all elements that still move.
     int max_sweeps = std::numeric_limits<int>::max();
+    /// Bricks to relax, each once per pass. With the number of an earlier report, a slice from the
+    /// same state ends in the same one.
+    std::int64_t max_bricks = std::numeric_limits<std::int64_t>::max();
     /// Checked as often as the time: another thread may end the slice.
     std::stop_token stop{};
     /// An element outside of a tool doesn't enter it. An element inside goes no deeper.
@@ -63,6 +66,7 @@ SettingRows<RelaxOptions> relax_rows() noexcept;
 
 struct RelaxReport {
     int sweeps = 0;                ///< finished sweeps
+    std::int64_t bricks = 0;       ///< relaxed bricks; see RelaxOptions::max_bricks
     bool settled = false;          ///< no element moves any more
     double largest_step_mm = 0;    ///< largest move along an axis in the last finished sweep
     double energy_before_mm2 = 0;  ///< [mm² · weight]; a link of offset 0.2 weighs 640

@@ -21,6 +21,7 @@ Error wrong(const std::string& option, const std::string& expected, double found
 
 Status check_options(const RelaxOptions& o) {
     if (!(o.budget_ms >= 0)) return wrong("budget_ms", "0 or more", o.budget_ms);
+    if (o.max_bricks < 0) return wrong("max_bricks", "0 or more", double(o.max_bricks));
     if (const Status status = check(o, relax_rows()); !status.ok())
         return about("relax", ErrorCode::InvalidArgument, status.error().message);
     for (const RelaxTool& tool : o.tools) {

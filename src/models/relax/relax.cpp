@@ -254,6 +254,7 @@ void Relaxation::begin(const RelaxOptions& options) {
     if (m_lattice.may_exceed_limits()) make_all_links();
     m_has_begun = true;
     m_finished_sweeps = 0;
+    m_relaxed = 0;
 }
 
 bool Relaxation::needs_memory() const {
@@ -276,6 +277,11 @@ void Relaxation::roll_back() noexcept {
     m_has_begun = m_went_on;
     m_clock = m_lattice.clock();
     m_links_version = m_lattice.links_version();
+}
+
+void Relaxation::start_over() noexcept {
+    m_at = {};
+    m_has_begun = false;
 }
 
 bool Relaxation::is_wanted(int index, int colour) const {
@@ -346,12 +352,23 @@ bool Relaxation::run_pass(const RelaxOptions& options, Clock::time_point end) {
             relax_brick(m_wanted[std::size_t(n)], m_at.colour, options.over_relaxation);
     };
     while (m_at.cursor < m_bricks.size()) {
-        if (options.stop.stop_requested() || Clock::now() >= end) return false;
         const std::size_t limit = m_at.cursor < m_first_odd ? m_first_odd : m_bricks.size();
+        const auto left = std::size_t(std::max<std::int64_t>(options.max_bricks - m_relaxed, 1));
+        std::size_t first = limit;
         m_wanted.clear();
-        for (; m_at.cursor < limit && m_wanted.size() < look; ++m_at.cursor)
-            if (is_wanted(m_bricks[m_at.cursor], m_at.colour))
-                m_wanted.push_back(m_bricks[m_at.cursor]);
+        for (; m_at.cursor < limit && m_wanted.size() < std::min(look, left); ++m_at.cursor) {
+            if (!is_wanted(m_bricks[m_at.cursor], m_at.colour)) continue;
+            first = std::min(first, m_at.cursor);
+            m_wanted.push_back(m_bricks[m_at.cursor]);
+        }
+        if (m_wanted.empty()) continue;
+        // A slice ends before a brick to relax, whatever ends it and for any number of threads.
+        if (m_relaxed >= options.max_bricks || options.stop.stop_requested() ||
+            Clock::now() >= end) {
+            m_at.cursor = first;
+            return false;
+        }
+        m_relaxed += std::int64_t(m_wanted.size());
         m_arena.for_each(std::int64_t(m_wanted.size()), 2, std::ref(relax_some));
         for (const int index : m_wanted) m_at.step = std::max(m_at.step, workspace(index).step);
     }
@@ -409,6 +426,7 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
     m_arena.for_each(std::int64_t(m_bricks.size()), 16, std::ref(update_some));
     RelaxReport report;
     report.sweeps = m_finished_sweeps;
+    report.bricks = m_relaxed;
     report.settled = m_at.quiet_passes >= 2;
     report.largest_step_mm = mm_from_units(m_at.sweep_step);
     report.workspace_bytes = workspace_bytes();

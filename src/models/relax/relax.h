@@ -46,6 +46,8 @@ class Relaxation {
     /// Rolls back after a failure, with the lattice restored to its state before begin: the next
     /// slice continues where the failed one was to begin.
     void roll_back() noexcept;
+    /// Forgets the position in the pass: the next slice begins like the first one.
+    void start_over() noexcept;
 
   private:
     using Clock = std::chrono::steady_clock;
@@ -120,6 +122,7 @@ class Relaxation {
     std::vector<int> m_bricks;    ///< the even bricks of the chessboard, then the odd ones
     std::size_t m_first_odd = 0;  ///< position in m_bricks
     int m_finished_sweeps = 0;    ///< of this slice
+    std::int64_t m_relaxed = 0;   ///< bricks of this slice
     std::vector<int> m_wanted;    ///< bricks of a pass between two checks of the time
 };
 

@@ -24,6 +24,7 @@ namespace {
 
 constexpr int kBrickSize = 8;
 constexpr std::int64_t kControlBricksPerTask = 16;
+constexpr int kBlockNodes = 4;  ///< along an edge of a block that moves at once
 
 double mix(double a, double b, double t) {
     return (1 - t) * a + t * b;
@@ -58,6 +59,10 @@ struct ControlLattice::Impl {
     }
 
     Status place(std::span<const Vec3d> displacements_mm);
+    Result<bool> approach(std::span<const Vec3d> displacements_mm, std::int64_t max_elements,
+                          double least_mm);
+    Status move_to(const std::vector<Vec3d>& along);
+    double lag_mm(std::size_t node, Vec3d along) const;
     Result<std::vector<Vec3d>> along_axes(std::span<const Vec3d> displacements_mm) const;
     Status set_cuts(std::span<const CutTriangle> triangles_mm);
     void add_ghosts(const ControlCuts& made, std::vector<Vec3d>& along) const;
@@ -77,6 +82,8 @@ struct ControlLattice::Impl {
     /// Corners of a cell, moved by shift(node) [mm along the lattice's axes]. In voxels.
     template <class Shift>
     std::array<Vec3d, 8> corners(Vec3i cell, const Shift& shift) const;
+    template <class Shift>
+    std::optional<ControlPosition> find(Vec3d point_mm, const Shift& shift) const;
 
     const Volume& scan;
     const TaskArena& arena;
@@ -273,13 +280,14 @@ void ControlLattice::Impl::write_listed() {
 Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
     Result<std::vector<Vec3d>> along = along_axes(displacements_mm);
     if (!along) return along.error();
-    add_ghosts(cuts, *along);
-    const auto has_moved = [&](std::size_t n) {
-        bool moved = false;
-        for (int a = 0; a < 3; ++a)
-            moved |= units[std::size_t(a)][n] != kUnitsPerMm * (*along)[n][a];
-        return moved;
-    };
+    return move_to(*along);
+}
+
+/// @param of_nodes  their displacements along the lattice's axes [mm]
+Status ControlLattice::Impl::move_to(const std::vector<Vec3d>& of_nodes) {
+    std::vector<Vec3d> along = of_nodes;
+    add_ghosts(cuts, along);
+    const auto has_moved = [&](std::size_t n) { return lag_mm(n, along[n]) > 0; };
     list_bricks([&] {
         for_each_in({{0, 0, 0}, grid.size}, [&](Vec3i ijk) {
             if (has_moved(node_at(ijk))) list_bricks_at(ijk);
@@ -287,10 +295,65 @@ Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
         for (std::size_t n = 0; n < cuts.ghosts().size(); ++n)
             if (has_moved(node_count() + n)) list_bricks_at(node_position(cuts.ghosts()[n].node));
     });
-    for (std::size_t n = 0; n < along->size(); ++n)
-        for (int a = 0; a < 3; ++a) units[std::size_t(a)][n] = kUnitsPerMm * (*along)[n][a];
+    for (std::size_t n = 0; n < along.size(); ++n)
+        for (int a = 0; a < 3; ++a) units[std::size_t(a)][n] = kUnitsPerMm * along[n][a];
     write_listed();
     return Ok{};
+}
+
+/// Largest difference between a node's displacement and its written one, along an axis [mm].
+double ControlLattice::Impl::lag_mm(std::size_t node, Vec3d along) const {
+    double lag = 0;
+    for (int a = 0; a < 3; ++a)
+        lag = std::max(lag, std::abs(kUnitsPerMm * along[a] - units[std::size_t(a)][node]));
+    return lag / kUnitsPerMm;
+}
+
+Result<bool> ControlLattice::Impl::approach(std::span<const Vec3d> displacements_mm,
+                                            std::int64_t max_elements, double least_mm) {
+    const Result<std::vector<Vec3d>> wanted = along_axes(displacements_mm);
+    if (!wanted) return wanted.error();
+    if (!cuts.ghosts().empty()) {
+        if (const Status s = move_to(*wanted); !s.ok()) return s.error();
+        return true;
+    }
+    struct Block {
+        Box3i nodes;
+        double lag_mm = 0;
+    };
+    std::vector<Block> blocks;
+    const Vec3i block{kBlockNodes, kBlockNodes, kBlockNodes};
+    bool lags = false;
+    for_each_in(bricks_of({{0, 0, 0}, grid.size}, kBlockNodes), [&](Vec3i coord) {
+        const Vec3i first = kBlockNodes * coord;
+        Block made{overlap({first, first + block}, {{0, 0, 0}, grid.size})};
+        for_each_in(made.nodes, [&](Vec3i node) {
+            const std::size_t n = node_at(node);
+            made.lag_mm = std::max(made.lag_mm, lag_mm(n, (*wanted)[n]));
+        });
+        lags |= made.lag_mm > 0;
+        if (made.lag_mm > least_mm) blocks.push_back(made);
+    });
+    std::stable_sort(blocks.begin(), blocks.end(),
+                     [](const Block& p, const Block& q) { return p.lag_mm > q.lag_mm; });
+    std::vector<Vec3d> along(node_count());
+    for (std::size_t n = 0; n < along.size(); ++n) along[n] = shift_mm(n);
+    const std::int64_t cell = std::int64_t(grid.cell.x) * grid.cell.y * grid.cell.z;
+    std::int64_t elements = 0;
+    std::size_t moved = 0;
+    for (; moved < blocks.size() && elements < max_elements; ++moved) {
+        const Box3i& nodes = blocks[moved].nodes;
+        const Vec3i cells = nodes.end - nodes.begin + Vec3i{1, 1, 1};
+        elements += cell * cells.x * cells.y * cells.z;
+        for_each_in(nodes, [&](Vec3i node) { along[node_at(node)] = (*wanted)[node_at(node)]; });
+    }
+    if (const Status s = move_to(along); !s.ok()) return s.error();
+    return !lags || (least_mm == 0 && moved == blocks.size());
+}
+
+Result<bool> ControlLattice::approach(std::span<const Vec3d> displacements_mm,
+                                      std::int64_t max_elements, double least_mm) noexcept {
+    return attempt([&] { return m_impl->approach(displacements_mm, max_elements, least_mm); });
 }
 
 Status ControlLattice::place(std::span<const Vec3d> displacements_mm) noexcept {
@@ -356,14 +419,16 @@ std::array<Vec3d, 8> ControlLattice::Impl::corners(Vec3i cell, const Shift& shif
     return positions;
 }
 
-std::optional<ControlPosition> ControlLattice::find(Vec3d point_mm) const {
-    const Impl& m = *m_impl;
+/// @param shift  displacement of a node along the lattice's axes [mm]
+template <class Shift>
+std::optional<ControlPosition> ControlLattice::Impl::find(Vec3d point_mm,
+                                                          const Shift& shift) const {
+    const Impl& m = *this;
     const Vec3d point = voxel_from_world(m.scan.grid, point_mm);
     std::optional<ControlPosition> found;
     for_each_in({{0, 0, 0}, m.grid.size - Vec3i{1, 1, 1}}, [&](Vec3i cell) {
         if (found) return;
-        const std::array<Vec3d, 8> positions =
-            m.corners(cell, [&](std::size_t n) { return m.shift_mm(n); });
+        const std::array<Vec3d, 8> positions = m.corners(cell, shift);
         for (int a = 0; a < 3; ++a) {
             const auto [low, high] = std::minmax_element(
                 positions.begin(), positions.end(), [a](Vec3d p, Vec3d q) { return p[a] < q[a]; });
@@ -377,6 +442,17 @@ std::optional<ControlPosition> ControlLattice::find(Vec3d point_mm) const {
                 std::int32_t(m.node_at(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2}));
     });
     return found;
+}
+
+std::optional<ControlPosition> ControlLattice::find(Vec3d point_mm) const {
+    return m_impl->find(point_mm, [&](std::size_t n) { return m_impl->shift_mm(n); });
+}
+
+std::optional<ControlPosition> ControlLattice::find(Vec3d point_mm,
+                                                    std::span<const Vec3d> displacements_mm) const {
+    PLIANT_ASSERT(displacements_mm.size() == m_impl->node_count());
+    const Mat3d axes = inverse(m_impl->scan.grid.direction);
+    return m_impl->find(point_mm, [&](std::size_t n) { return axes * displacements_mm[n]; });
 }
 
 bool ControlLattice::folds(std::span<const Vec3d> displacements_mm, double share) const {

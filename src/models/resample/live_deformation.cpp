@@ -47,6 +47,20 @@ struct LiveDeformation::Impl {
         return update;
     }
 
+    /// @param place  writes the tissue's deformation, and returns whether it is the present one
+    template <class Place>
+    Result<LiveUpdate> update(const Place& place) noexcept {
+        const Stopwatch watch;
+        return attempt([&]() -> Result<LiveUpdate> {
+            const Result<bool> placed = place();
+            if (!placed.ok()) return placed.error();
+            LiveUpdate update = write();
+            update.is_complete = *placed;
+            update.resample_ms = watch.ms();
+            return update;
+        });
+    }
+
     /// Calls work(p, sources of the row, values of the row) for each row of a box.
     template <class Work>
     void for_rows(const Box3i& box, std::span<float> values, const Work& work) const {
@@ -102,14 +116,14 @@ LiveDeformation::LiveDeformation(LiveDeformation&&) noexcept = default;
 LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = default;
 
 Result<LiveUpdate> LiveDeformation::update() noexcept {
-    const Stopwatch watch;
-    Result<LiveUpdate> update = attempt([&]() -> Result<LiveUpdate> {
+    return m_impl->update([&]() -> Result<bool> {
         if (const Status s = m_impl->tissue->update_deformation(); !s.ok()) return s.error();
-        return m_impl->write();
+        return true;
     });
-    if (!update) return update;
-    update->resample_ms = watch.ms();
-    return update;
+}
+
+Result<LiveUpdate> LiveDeformation::approach(std::int64_t max_elements) noexcept {
+    return m_impl->update([&] { return m_impl->tissue->approach_deformation(max_elements); });
 }
 
 void LiveDeformation::start_over(const MovingScan& scan) noexcept {
@@ -129,9 +143,11 @@ bool LiveDeformation::keep_sources(bool keep) noexcept {
     if (!memory) return false;
     m_impl->inverse_mm.reset(static_cast<Vec3f*>(memory));
     m_impl->scatter.forget();
-    if (update()) return true;
+    // The tissue may be shown approximately.
+    const auto rewrite = [&] { return m_impl->update([]() -> Result<bool> { return true; }); };
+    if (rewrite()) return true;
     m_impl->inverse_mm.reset();
-    (void)update();  // after a failure the volume is behind until the next one
+    (void)rewrite();  // after a failure the volume is behind until the next one
     return false;
 }
 

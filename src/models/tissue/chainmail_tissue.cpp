@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "chainmail/chainmail_impl.h"
 
 namespace pliant {
 
@@ -100,15 +101,23 @@ RelaxOptions ChainMailTissue::relax_options() const {
     return options;
 }
 
-Result<Sweep> ChainMailTissue::sweep() noexcept {
+Result<Sweep> ChainMailTissue::sweep_part(const SweepLimit& limit) noexcept {
     return attempt([&]() -> Result<Sweep> {
         RelaxOptions options = relax_options();
         options.max_sweeps = 1;
+        options.max_bricks = limit.max_parts;
+        options.budget_ms = limit.max_ms;
+        options.stop = limit.stop;
         const auto report = m_model.relax(options);
         if (!report.ok() && is_out_of_memory(report.error())) return report.error();
         // Any other error would recur in each sweep.
         if (!report.ok()) return Sweep{};
-        return Sweep{report->settled, report->relax_ms, {}, report->largest_step_mm};
+        Sweep sweep{report->settled, report->relax_ms, {}, report->largest_step_mm};
+        if (report->sweeps == 0 && !report->settled) {
+            sweep.largest_step_mm = std::numeric_limits<double>::infinity();
+            sweep.parts = report->bricks;
+        }
+        return sweep;
     });
 }
 
@@ -171,6 +180,7 @@ Status ChainMailTissue::redo() noexcept {
 
 Status ChainMailTissue::rest() noexcept {
     m_eyes.clear();
+    ChainMailInside::of(m_model).relaxation.start_over();
     return Ok{};
 }
 

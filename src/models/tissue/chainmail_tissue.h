@@ -37,7 +37,9 @@ class ChainMailTissue final : public Tissue {
     Status place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept override;
     bool has_eye(std::uint32_t tool) const noexcept override { return m_eyes.contains(tool); }
     std::optional<double> energy_mm2() noexcept override;
-    Result<Sweep> sweep() noexcept override;
+    Result<Sweep> sweep() noexcept override { return sweep_part({}); }
+    /// Its parts are bricks.
+    Result<Sweep> sweep_part(const SweepLimit& limit) noexcept override;
     Result<AdvanceReport> advance(const Budget& budget) noexcept override;
     Status reset() noexcept override;
     Record settings() const override;

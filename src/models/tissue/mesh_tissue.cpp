@@ -274,11 +274,12 @@ Status MeshTissue::place_scan(std::span<const Vec3d> positions_mm) const {
 }
 
 Status MeshTissue::show() const {
-    if (m_is_shown) return Ok{};
+    if (m_is_shown && !m_is_near) return Ok{};
     positions_mm(m_memory.shown);
     const Status placed = place_scan(m_memory.shown);
     if (!placed.ok() && is_out_of_memory(placed.error())) return placed;
     m_is_shown = true;
+    m_is_near = false;
     return Ok{};
 }
 
@@ -287,7 +288,7 @@ Status MeshTissue::update_deformation() const {
 }
 
 const Deformation& MeshTissue::deformation() const {
-    (void)update_deformation();
+    if (!m_is_shown) (void)update_deformation();
     return m_carried->deformation();
 }
 

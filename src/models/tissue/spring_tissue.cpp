@@ -21,6 +21,8 @@ constexpr double kStrideShare = 0.05;
 constexpr int kStepsPerStride = 2;
 /// A cell is folded if one of its corners has less than this fraction of its volume left.
 constexpr double kFoldShare = 0.15;
+/// Lag of a node that a picture needn't show while tissue moves.
+constexpr double kUnseenMm = 0.02;
 /// Node updates of advance() between two tests whether the tissue rests.
 constexpr int kStepsAtATime = 20;
 
@@ -83,8 +85,10 @@ MeshTissue::Rules SpringScanTissue::rules(const Push&) const {
 }
 
 Status SpringScanTissue::check_push(const Push& push) {
-    if (const Status s = update_deformation(); !s.ok()) return s.error();
-    m_position = control().find(push.point_mm);
+    // The present positions: those that the scan shows depend on the times of pictures.
+    for (std::int32_t n = 0; n < node_count(); ++n)
+        m_moves[std::size_t(n)] = m_tissue.position(n) - m_rest.nodes_mm[std::size_t(n)];
+    m_position = control().find(push.point_mm, m_moves);
     if (m_position) return Ok{};
     return about("push", ErrorCode::InvalidArgument,
                  "expected a point inside of the control lattice, found " + text_of(push.point_mm));
@@ -308,10 +312,28 @@ Result<std::int32_t> SpringScanTissue::take_depth(double threshold_mm,
 
 // The whole tissue.
 
-Status SpringScanTissue::place_scan(std::span<const Vec3d> positions_mm) const {
+void SpringScanTissue::take_displacements(std::span<const Vec3d> positions_mm) const {
     for (std::size_t n = 0; n < positions_mm.size(); ++n)
         m_displacements[n] = positions_mm[n] - m_rest.nodes_mm[n];
+}
+
+Status SpringScanTissue::place_scan(std::span<const Vec3d> positions_mm) const {
+    take_displacements(positions_mm);
     return control().place(m_displacements);
+}
+
+Result<bool> SpringScanTissue::approach_deformation(std::int64_t max_elements) const {
+    if (m_is_shown && !m_is_near) return true;
+    return attempt([&]() -> Result<bool> {
+        positions_mm(m_memory.shown);
+        take_displacements(m_memory.shown);
+        const double least_mm = m_is_shown ? 0 : kUnseenMm;
+        const Result<bool> done = control().approach(m_displacements, max_elements, least_mm);
+        if (!done.ok() && is_out_of_memory(done.error())) return done;
+        m_is_shown = true;
+        m_is_near = done.ok() && !*done;
+        return !m_is_near;
+    });
 }
 
 Status SpringScanTissue::set_positions(std::span<const Vec3d> positions_mm) {

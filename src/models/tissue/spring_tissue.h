@@ -39,6 +39,8 @@ class SpringScanTissue final : public SpringNodes {
     /// or at most in the last call of advance().
     Record figures() const override;
     Record report() const override;
+    /// While tissue moves, control nodes may lag by a fiftieth of a millimetre.
+    Result<bool> approach_deformation(std::int64_t max_elements) const override;
 
     /// Positions of all nodes, and the corners of all cuts.
     void state(std::vector<double>& numbers) const override;
@@ -74,6 +76,7 @@ class SpringScanTissue final : public SpringNodes {
     void take_back() noexcept override;
     Status step() override;
     Status place_scan(std::span<const Vec3d> positions_mm) const override;
+    void take_displacements(std::span<const Vec3d> positions_mm) const;
     void renew_sources() noexcept;
     void settle() noexcept;
     Result<CutReport> cut_along(const CutSurface& surface);

@@ -72,6 +72,10 @@ std::optional<Vec3d> Tissue::force_n(std::uint32_t) noexcept {
     return {};
 }
 
+Result<Sweep> Tissue::sweep_part(const SweepLimit&) noexcept {
+    return sweep();
+}
+
 Result<AdvanceReport> Tissue::advance(const Budget& budget) noexcept {
     AdvanceReport report;
     while (!report.settled && report.steps < budget.max_steps && report.ms < budget.max_ms) {

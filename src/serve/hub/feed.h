@@ -41,6 +41,8 @@ class FeedHost {
     virtual Clock::time_point now() const = 0;
     /// Whether the volume lags behind the tissue, for lack of memory.
     virtual bool is_behind() const = 0;
+    /// Whether the volume shows a state near the tissue's only; see Scene::approach().
+    virtual bool is_near() const = 0;
     /// Voxels that were ever deformed.
     virtual const DirtyBlocks& deformed() const = 0;
     /// Keeps the sources of deformed voxels for a while. It may write the volume anew, so call it
@@ -63,7 +65,7 @@ class FeedHost {
     virtual Outcome act(std::uint32_t client, const Action& action) = 0;
     /// Carries out a command, sweeps or the loading of a state of a session that is watched.
     virtual Outcome play(std::uint32_t client, const Action& action) = 0;
-    virtual Status play_sweeps(int count) = 0;
+    virtual Status play_sweeps(const SessionSweeps& sweeps) = 0;
     virtual Status play_state(const SessionState& state) = 0;
     /// Replaces the scene by another state of the same scan. @returns the old one
     virtual std::unique_ptr<Scene> exchange(std::unique_ptr<Scene> scene) = 0;

@@ -5,6 +5,7 @@
 
 #include "hub/hub.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -87,6 +88,7 @@ void Hub::end() {
                 m_outlet->close(client.connection, kCloseGoingAway, "the server ends");
             });
     guarded("owner", [&] {
+        if (m_is_near) update_volume(true);
         if (m_recorder.has_file() && !m_is_behind && m_recorder.has_room())
             m_recorder.note(
                 SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
@@ -96,7 +98,8 @@ void Hub::end() {
 
 void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
     constexpr auto kIdle = std::chrono::milliseconds(500);
-    const bool busy = !m_roster.is_empty() || m_scene->wants_sweep() || m_feeds.device.is_busy();
+    const bool busy =
+        !m_roster.is_empty() || m_is_near || m_scene->wants_sweep() || m_feeds.device.is_busy();
     const auto due = last + m_period;
     m_inbox.wait_until(busy ? std::max(due, m_now + m_period) : Clock::now() + kIdle, stop);
     if (!stop.stop_requested()) std::this_thread::sleep_until(due);
@@ -208,12 +211,10 @@ Status Hub::play_state(const SessionState& state) {
     return Ok{};
 }
 
-Status Hub::play_sweeps(int count) {
-    for (int n = 0; n < count; ++n) {
-        const Result<double> took_ms = m_scene->sweep();
-        if (!took_ms.ok()) return took_ms.error();
-        m_solve_ms += *took_ms;
-    }
+Status Hub::play_sweeps(const SessionSweeps& sweeps) {
+    const Result<double> took_ms = sweep_recorded(*m_scene, sweeps);
+    if (!took_ms.ok()) return took_ms.error();
+    m_solve_ms += *took_ms;
     m_worked = m_moved = true;
     return Ok{};
 }
@@ -250,13 +251,17 @@ void Hub::place_eyes() {
 
 void Hub::relax() {
     if (m_feeds.playback.is_on()) return;
-    const SweepPace::Sweeps sweeps = m_pace.relax(*m_scene, m_recorder, m_now);
-    if (sweeps.count > 0) {
-        m_solve_ms += sweeps.solve_ms;
+    std::stop_source command = m_inbox.stop_at_command();
+    const auto waits = [](const Client& client) { return !client.commands.empty(); };
+    if (std::any_of(clients().begin(), clients().end(), waits)) command.request_stop();
+    const SweepPace::Sweeps sweeps = m_pace.relax(*m_scene, m_recorder, m_now, command.get_token());
+    for (const SessionSweeps& made : sweeps.made) {
+        if (made.count == 0 && !made.parts) continue;
         m_worked = m_moved = true;
-        m_recorder.note(SessionSweeps{sweeps.count});
-        note_lost_steps();
+        m_recorder.note(made);
     }
+    m_solve_ms += sweeps.solve_ms;
+    if (m_worked) note_lost_steps();
     if (!sweeps.ends_window) return;
     // Recorded like the command of a client, so that a session can be done again.
     const auto layers = m_pace.allowed_depth(*m_scene, clients(), m_now);
@@ -265,13 +270,26 @@ void Hub::relax() {
 }
 
 void Hub::resample() {
-    if (!m_moved && !m_is_behind) return;
+    if (!m_moved && !m_is_behind && !m_is_near) return;
+    const auto wants_checksum = [](const Client& client) { return !client.checksums.empty(); };
+    update_volume(std::any_of(clients().begin(), clients().end(), wants_checksum));
+}
+
+/// @param exactly  else as near to the tissue's state as there is time for
+void Hub::update_volume(bool exactly) {
     m_publisher.tissue_changed();  // a closed cut changes the tissue, but no voxel
     // Voxels of a failed update may have been sent.
     if (m_is_behind) m_changes.forget();
     m_is_behind = true;
-    const Result<LiveUpdate> update = m_scene->update();
+    const Result<LiveUpdate> update =
+        exactly ? m_scene->update() : m_scene->approach(m_near_elements);
     if (!update) return;
+    m_is_near = !update->is_complete;
+    // As many as there will be time for.
+    if (update->written_voxels >= kNearElements / 8)
+        m_near_elements = std::max(kNearElements / 8,
+                                   std::int64_t(double(update->written_voxels) * kNearTime.count() /
+                                                std::max(update->resample_ms, 1.0)));
     std::vector<Box3i> boxes(update->boxes.begin(), update->boxes.end());
     for (const Box3i& box : boxes) m_deformed.mark(box);
     const auto exchanged = m_exchanged.take(std::numeric_limits<std::int64_t>::max());
@@ -284,6 +302,7 @@ void Hub::resample() {
     }
     m_is_behind = !all_follow;
     if (boxes.empty()) return;
+    m_worked = true;
     mark_changes(boxes);
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update->resample_ms;
@@ -315,7 +334,9 @@ void Hub::mark_changes(std::span<const Box3i> boxes) {
 /// Saves a checkpoint while no work is waiting.
 void Hub::save_checkpoint() {
     m_recorder.count_work(m_solve_ms, m_worked);
-    if (m_worked || m_is_behind || !m_recorder.wants_checkpoint() || !m_scene->is_quiet()) return;
+    if (m_worked || m_is_behind || m_is_near || !m_recorder.wants_checkpoint() ||
+        !m_scene->is_quiet())
+        return;
     if (!m_recorder.has_room()) return;
     for (Client& client : clients()) client.eye = {};  // a resting scene has no eyes
     m_recorder.save_checkpoint(*m_scene);

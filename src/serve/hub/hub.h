@@ -102,6 +102,7 @@ class Hub final : private FeedHost {
     void place_eyes();
     void relax();
     void resample();
+    void update_volume(bool exactly);
     void mark_changes(std::span<const Box3i> boxes);
     void save_checkpoint();
     void send_answers();
@@ -144,12 +145,13 @@ class Hub final : private FeedHost {
     std::uint32_t step() const override { return m_step; }
     Clock::time_point now() const override { return m_now; }
     bool is_behind() const override { return m_is_behind; }
+    bool is_near() const override { return m_is_near; }
     const DirtyBlocks& deformed() const override { return m_deformed; }
     bool keep_sources() override;
     void send(Client& client, std::string text) override;
     Outcome act(std::uint32_t client, const Action& action) override;
     Outcome play(std::uint32_t client, const Action& action) override;
-    Status play_sweeps(int count) override;
+    Status play_sweeps(const SessionSweeps& sweeps) override;
     Status play_state(const SessionState& state) override;
     std::unique_ptr<Scene> exchange(std::unique_ptr<Scene> scene) override;
     std::uint32_t& last_client() override { return m_roster.last_number(); }
@@ -177,7 +179,9 @@ class Hub final : private FeedHost {
     Clock::time_point m_sources_at{};  ///< last use of the sources of deformed voxels
     SharedState m_timing;              ///< timing of the last step with motion
     bool m_is_behind = false;          ///< the volume's update failed for lack of memory
-    int m_busy_ticks = 0;              ///< ticks since the last force measurement
+    bool m_is_near = false;            ///< see is_near()
+    std::int64_t m_near_elements = kNearElements;  ///< that approach() has time for
+    int m_busy_ticks = 0;                          ///< ticks since the last force measurement
 
     // The present step.
     std::uint32_t m_step = 0;  ///< number of the volume's last change

@@ -180,6 +180,7 @@ void Hub::take(ConnectionId, Event::Labelling& labelling) {
 }
 
 void Hub::take(ConnectionId, Event::Saving& saving) {
+    if (m_is_near) update_volume(true);
     saving.ready(attempt([&]() -> Result<FileWriter> {
         if (saving.kind == SaveKind::State) return save_state_later(*m_scene);
         if (saving.kind != SaveKind::Session) return save_later(saving.kind, *m_scene);
@@ -227,6 +228,7 @@ void Hub::take(ConnectionId, Event::Opening& opening) {
     for (Feed* feed : m_feeds) feed->enter_scene();
     for (Client& client : clients())
         if (!guarded("owner", [&] { begin_anew(client); })) client.lose();
+    m_is_near = false;
     m_is_behind = !guarded("owner", [&] {
         const auto update = m_scene->update();
         if (!update) throw std::bad_alloc();

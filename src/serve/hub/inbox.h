@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <condition_variable>
 #include <filesystem>
 #include <functional>
@@ -74,6 +75,7 @@ class Inbox {
         {
             const std::lock_guard lock(m_mutex);
             m_posted.splice(m_posted.end(), posted);
+            if (is_command(m_posted.back())) m_command.request_stop();
         }
         m_wake.notify_one();
     }
@@ -90,8 +92,22 @@ class Inbox {
         return m_taken;
     }
 
+    /// Ends a long piece of work when a command comes, or because one has come since take().
+    std::stop_source stop_at_command() {
+        std::stop_source command;
+        const std::lock_guard lock(m_mutex);
+        if (std::any_of(m_posted.begin(), m_posted.end(), is_command)) command.request_stop();
+        return m_command = command;
+    }
+
   private:
-    std::mutex m_mutex;  ///< guards m_posted
+    static bool is_command(const Event& event) {
+        const auto* message = std::get_if<Message>(&event.body);
+        return message && serve::is_command(message->action);
+    }
+
+    std::mutex m_mutex;  ///< guards m_posted and m_command
+    std::stop_source m_command;
     std::condition_variable_any m_wake;
     std::list<Event> m_posted;
     std::list<Event> m_taken;  ///< belongs to the owner's thread

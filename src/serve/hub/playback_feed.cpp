@@ -115,7 +115,7 @@ void PlaybackFeed::play_one(const SessionRecord& record) {
     }
     const auto* sweeps = std::get_if<SessionSweeps>(&record);
     const auto* state = std::get_if<SessionState>(&record);
-    const Status status = sweeps  ? m_host.play_sweeps(sweeps->count)
+    const Status status = sweeps  ? m_host.play_sweeps(*sweeps)
                           : state ? m_host.play_state(*state)
                                   : replay_into(m_host.scene(), {&record, 1}, Compare::Nothing);
     if (!status.ok()) fail(status.error().message);

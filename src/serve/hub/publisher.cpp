@@ -126,7 +126,7 @@ bool Publisher::add_voxels(Client& client, std::vector<Outgoing>& batch) {
 const Checksums* Publisher::current_checksums(Recorder& recorder) {
     if (m_checksums) return &*m_checksums;
     if (m_host.now() - m_checksums_at < kChecksumPause) return nullptr;
-    if (m_host.is_behind() || !recorder.has_room()) return nullptr;
+    if (m_host.is_behind() || m_host.is_near() || !recorder.has_room()) return nullptr;
     const Scene& scene = m_host.scene();
     m_checksums = Checksums{m_host.step(), checksum_of_halves(scene.deformed()),
                             hash_volume(scene.deformed()), scene.tissue().hash()};

@@ -10,7 +10,8 @@
 
 namespace pliant::serve {
 
-SweepPace::Sweeps SweepPace::relax(Scene& scene, Recorder& recorder, Clock::time_point now) {
+SweepPace::Sweeps SweepPace::relax(Scene& scene, Recorder& recorder, Clock::time_point now,
+                                   const std::stop_token& command) {
     const double each_ms = scene.sweep_time_ms();
     const double passed_ms = m_was_moving ? ms_between(m_relaxed_at, now) : each_ms;
     m_owed_ms = std::min(m_owed_ms + passed_ms, std::max(each_ms, kMaxOwedMs));
@@ -18,17 +19,32 @@ SweepPace::Sweeps SweepPace::relax(Scene& scene, Recorder& recorder, Clock::time
     const Clock::time_point begin = each_ms > 0 ? Clock::now() : now;
     const std::chrono::milliseconds longest = each_ms > 0 ? kMotionTime : kRelaxTime;
     Sweeps sweeps;
+    SessionSweeps& made = sweeps.made[0];
     while (scene.wants_sweep() && recorder.has_room() &&
-           (sweeps.count == 0 || Clock::now() - begin < longest)) {
+           (made.count == 0 || Clock::now() - begin < longest)) {
         if (m_owed_ms < each_ms) break;
         m_owed_ms -= each_ms;
-        const Result<double> took_ms = scene.sweep();
-        if (!took_ms.ok()) break;
-        sweeps.solve_ms += *took_ms;
-        ++sweeps.count;
+        SweepLimit limit;
+        if (each_ms == 0) limit.max_ms = double(kRelaxTime.count());
+        if (!sweep(scene, limit, made, sweeps.solve_ms) || made.parts) break;
     }
+    // A sweep that takes long goes on until a command waits.
+    if (made.parts && !command.stop_requested())
+        sweep(scene, {.max_ms = double(kSweepTime.count()), .stop = command}, sweeps.made[1],
+              sweeps.solve_ms);
     sweeps.ends_window = measure(scene, sweeps, each_ms, passed_ms);
     return sweeps;
+}
+
+/// Makes a sweep, or a part of one. @returns whether there was memory
+bool SweepPace::sweep(Scene& scene, const SweepLimit& limit, SessionSweeps& made,
+                      double& solve_ms) {
+    const Result<Sweep> swept = scene.sweep(limit);
+    if (!swept.ok()) return false;
+    made.parts = swept->parts;
+    if (!made.parts) ++made.count;
+    solve_ms += swept->ms;
+    return true;
 }
 
 /// Measures the rate of node updates. @returns whether half a second of motion is over
@@ -37,7 +53,7 @@ bool SweepPace::measure(const Scene& scene, const Sweeps& sweeps, double each_ms
     constexpr double kWindowMs = 500;
     if (m_was_moving) {
         m_window_ms += passed_ms;
-        m_window_sweep_ms += sweeps.count * each_ms;
+        m_window_sweep_ms += sweeps.made[0].count * each_ms;
         m_window_solve_ms += sweeps.solve_ms;
     }
     m_was_moving = each_ms > 0 && scene.wants_sweep();

@@ -6,12 +6,15 @@
 //
 // A model with simulated time runs in real time, if it can. It gets the time for that before
 // commands and pictures: fewer pictures are better than tissue in slow motion. A model without time
-// uses the time left by the commands.
+// uses the time left by the commands: a sweep that takes long goes on in later steps, so that
+// commands and pictures wait for a part of it only.
 
 #pragma once
 
+#include <array>
 #include <list>
 #include <optional>
+#include <stop_token>
 
 #include "hub/client.h"
 #include "hub/recorder.h"
@@ -22,7 +25,8 @@ namespace pliant::serve {
 class SweepPace {
   public:
     struct Sweeps {
-        int count = 0;
+        /// Calls of Scene::sweep() in their order: whole sweeps and a part, then the rest of it.
+        std::array<SessionSweeps, 2> made;
         double solve_ms = 0;
         bool ends_window = false;  ///< half a second of motion is over: see allowed_depth()
     };
@@ -31,7 +35,9 @@ class SweepPace {
     /// effect.
     void want_updates(int hz) { m_network_hz = hz; }
     /// Makes the sweeps of a step, as long as they can be recorded. @param now  begin of the step
-    Sweeps relax(Scene& scene, Recorder& recorder, Clock::time_point now);
+    /// @param command  stopped when a command waits: a long sweep is then left unfinished
+    Sweeps relax(Scene& scene, Recorder& recorder, Clock::time_point now,
+                 const std::stop_token& command);
     /// Depth of forces by the last half second of motion: the smaller one of those that the time
     /// and the slowest line allow. Empty if the clients haven't asked for an automatic depth.
     std::optional<int> allowed_depth(const Scene& scene, std::list<Client>& clients,
@@ -41,6 +47,7 @@ class SweepPace {
     void forget() { m_pace = m_update_hz = m_line_mb_s = 0; }
 
   private:
+    static bool sweep(Scene& scene, const SweepLimit& limit, SessionSweeps& made, double& solve_ms);
     bool measure(const Scene& scene, const Sweeps& sweeps, double each_ms, double passed_ms);
     int depth_for_lines(std::list<Client>& clients, int depth, Clock::time_point now);
 

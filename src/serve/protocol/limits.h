@@ -59,6 +59,10 @@ inline constexpr double kTransferBytesPerSecond = 64 * 1024;
 // Work in one step of the scene.
 inline constexpr std::chrono::milliseconds kCommandTime{25};
 inline constexpr std::chrono::milliseconds kRelaxTime{10};
+inline constexpr std::chrono::milliseconds kSweepTime{100};  ///< of a sweep that takes long, while
+                                                             ///< no command waits
+inline constexpr std::chrono::milliseconds kNearTime{25};  ///< for a volume near the tissue's state
+inline constexpr std::int64_t kNearElements = std::int64_t(1) << 20;  ///< in that time, at first
 inline constexpr std::chrono::milliseconds kMotionTime{40};  ///< for a tissue with simulated time
 inline constexpr double kMaxOwedMs = 100;                    ///< maximum lag of that tissue's time
 inline constexpr std::chrono::milliseconds kChecksumPause{100};

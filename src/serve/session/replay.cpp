@@ -44,6 +44,18 @@ Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::
 
 }  // namespace
 
+Result<double> sweep_recorded(Scene& scene, const SessionSweeps& sweeps) {
+    double ms = 0;
+    for (int n = 0; n < sweeps.count + (sweeps.parts ? 1 : 0); ++n) {
+        SweepLimit limit;
+        if (n == sweeps.count) limit.max_parts = *sweeps.parts;
+        const Result<Sweep> swept = scene.sweep(limit);
+        if (!swept.ok()) return swept.error();
+        ms += swept->ms;
+    }
+    return ms;
+}
+
 Status load_recorded(Scene& scene, const SessionState& state) {
     const auto checksum = checksum_of(state.file);
     if (checksum && *checksum != state.checksum)
@@ -69,8 +81,8 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare
                                  (command->refused ? "refused" : "carried out") +
                                  ", found the opposite: " + outcome->message};
         } else if (const auto* sweeps = std::get_if<SessionSweeps>(&records[n])) {
-            for (int k = 0; k < sweeps->count; ++k)
-                if (const auto swept = scene.sweep(); !swept.ok()) return swept.error();
+            if (const auto swept = sweep_recorded(scene, *sweeps); !swept.ok())
+                return swept.error();
         } else if (const auto* mark = std::get_if<SessionMark>(&records[n])) {
             const Status s = compare_with(scene, *mark, compare, before + n + 1);
             if (!s.ok()) return s;

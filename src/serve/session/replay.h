@@ -17,6 +17,8 @@ namespace pliant::serve {
 /// State to compare at marks; comparing the volume needs a pass over all voxels.
 enum class Compare { Nothing, Tissue, All };
 
+/// Repeats recorded sweeps. @returns their duration [ms]
+Result<double> sweep_recorded(Scene& scene, const SessionSweeps& sweeps);
 /// Loads a recorded state. @returns Unreadable if its file has changed; errors of the tissue
 Status load_recorded(Scene& scene, const SessionState& state);
 

@@ -3,9 +3,10 @@
 
 // The scene of a server: a scan, its lattice, the deformed volume, and the history.
 //
-// The scene has no clock: its state depends only on the commands and the number of relaxation
-// sweeps. So a recorded session replays to the same bits on any machine and with any number of
-// threads. The scene is not thread-safe; its owner calls it from one thread.
+// The scene has no clock: its state depends only on the commands, the number of relaxation sweeps
+// and of the parts of unfinished ones. So a recorded session replays to the same bits on any
+// machine and with any number of threads. The scene is not thread-safe; its owner calls it from one
+// thread.
 //
 // Undo covers steps of the lattice, which the lattice reverts, and changes of the threshold, which
 // are stored here. A step ends when another begins, so the pushes of one stroke form one step, and
@@ -59,9 +60,9 @@ class Scene {
     /// Simulated time per sweep [ms]; 0 if the model has no time.
     double sweep_time_ms() const { return tissue().traits().sweep_ms; }
 
-    /// Makes one sweep of relaxation. @returns its duration [ms]; LimitExceeded if memory runs out,
+    /// Makes a sweep of relaxation, or a part of one. @returns LimitExceeded if memory runs out,
     /// then nothing has changed
-    Result<double> sweep() noexcept;
+    Result<Sweep> sweep(const SweepLimit& limit = {}) noexcept;
     /// Whether the client holds tissue, or has a tool that obstructs relaxation.
     bool has_contact(std::uint32_t client) const;
     bool has_eye(std::uint32_t client) const { return tissue().has_eye(client); }
@@ -100,6 +101,9 @@ class Scene {
 
     /// Updates the deformed volume; see LiveDeformation.
     Result<LiveUpdate> update() { return m_live->update(); }
+    Result<LiveUpdate> approach(std::int64_t max_elements) {
+        return m_live->approach(max_elements);
+    }
     const Volume& deformed() const { return m_live->volume(); }
     /// Keeps sources for overlays; see LiveDeformation.
     bool keep_sources(bool keep) { return m_live->keep_sources(keep); }

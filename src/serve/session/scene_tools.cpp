@@ -227,12 +227,12 @@ Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
     return {};
 }
 
-Result<double> Scene::sweep() noexcept {
+Result<Sweep> Scene::sweep(const SweepLimit& limit) noexcept {
     const bool opens = !m_open;
     Result<Sweep> sweep = attempt([&]() -> Result<Sweep> {
         if (opens) begin_step("relax", 0, 0);
         measure_energy();
-        return tissue().sweep();
+        return tissue().sweep_part(limit);
     });
     if (!sweep.ok()) {
         if (opens) end_step();  // the step is empty
@@ -241,10 +241,10 @@ Result<double> Scene::sweep() noexcept {
     tissue_changed();
     const double spacing_mm = least_of(m_loaded->volume.grid.spacing_mm);
     m_settled = sweep->settled;
-    m_is_still = sweep->largest_step_mm < kSeen * std::min(1.0, spacing_mm);
-    m_trouble = std::move(sweep->message);
+    if (!sweep->parts) m_is_still = sweep->largest_step_mm < kSeen * std::min(1.0, spacing_mm);
+    m_trouble = std::move(sweep->message);  // no allocation in noexcept
     if (m_settled && m_open && m_open->name() == "relax") end_step();
-    return sweep->ms;
+    return sweep;
 }
 
 Outcome Scene::act(std::uint32_t client, const ResetCommand&) {

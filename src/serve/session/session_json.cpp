@@ -208,8 +208,11 @@ Result<SessionHeader> parse_session_header(std::string_view text) {
 }
 
 std::string text_of(const SessionRecord& record) {
-    if (const auto* sweeps = std::get_if<SessionSweeps>(&record))
-        return Json{{"do", "sweep"}, {"count", sweeps->count}}.dump();
+    if (const auto* sweeps = std::get_if<SessionSweeps>(&record)) {
+        Json json = {{"do", "sweep"}, {"count", sweeps->count}};
+        if (sweeps->parts) json["parts"] = *sweeps->parts;
+        return json.dump();
+    }
     if (const auto* mark = std::get_if<SessionMark>(&record))
         return Json{{"do", "mark"},
                     {"volume", hex_text(mark->volume, 16)},
@@ -261,9 +264,12 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
     if (!json.is_object()) return bad_session("expected a JSON object, found something else");
     const std::string name = string_at(json, "do");
     if (name == "sweep") {
-        const int count = whole_at(json, "count", -1);
-        if (count < 1 || count > 1'000'000) return bad_session("sweep: count: expected 1…1000000");
-        return SessionRecord(SessionSweeps{count});
+        SessionSweeps sweeps{.count = whole_at(json, "count", -1)};
+        if (json.contains("parts")) sweeps.parts = whole_at(json, "parts", -1);
+        if (sweeps.count < (sweeps.parts ? 0 : 1) || sweeps.count > 1'000'000)
+            return bad_session("sweep: count: expected 1…1000000");
+        if (sweeps.parts.value_or(0) < 0) return bad_session("sweep: parts: expected 0 or more");
+        return SessionRecord(sweeps);
     }
     if (name == "mark") {
         const auto volume = number_of_hex(json, "volume"), tissue = number_of_hex(json, "tissue");

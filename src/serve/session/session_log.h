@@ -6,6 +6,7 @@
 //   3f0c… {"pliant_session":1,"program":…,"source":{…},"scan":"…"}
 //   91ab… {"client":1,"do":"push",…}
 //   07d2… {"do":"sweep","count":3}
+//   81c4… {"do":"sweep","count":0,"parts":5120}
 //   c4e9… {"do":"mark","volume":"…","tissue":"…"}
 //   5d02… {"do":"checkpoint","number":1,"file":"…","tissue":"…",…}
 //   55d8… {"do":"open","source":{…},"scan":"…"}
@@ -35,6 +36,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <variant>
@@ -54,7 +56,8 @@ struct SessionCommand {
     bool refused = false;
 };
 struct SessionSweeps {
-    int count = 0;
+    int count = 0;                        ///< whole sweeps
+    std::optional<std::int64_t> parts{};  ///< of an unfinished sweep after them, see SweepLimit
 };
 struct SessionMark {
     std::uint64_t volume = 0, tissue = 0;
