@@ -70,6 +70,22 @@ TEST_F(BodyProgram, EachOrganOfTheLabelsIsABodyAndIsPushed) {
     EXPECT_NEAR(farthest, 1, 0.2);
 }
 
+TEST_F(BodyProgram, ABodyOfSpringsHasItsTimeStepAndItsNodes) {
+    ASSERT_TRUE(write_vtu(m_folder / "block.vtu", five_tet_block({4, 4, 4}, 5), {}).ok());
+    write("s.toml",
+          "[[body]]\nmesh = \"block.vtu\"\nlaw = \"springs\"\nheld_mm = [[-1, -1, -1], [21, 21, "
+          "1]]\n");
+    ASSERT_EQ(run("body s.toml --push 10,10,20:0,0,-1 --tool sphere:6 --steps 2 --report r.json"),
+              0)
+        << said();
+    EXPECT_NE(out().find("125 nodes (25 fixed), "), std::string::npos) << out();
+    EXPECT_NE(out().find(", 2 steps of 16.7 ms"), std::string::npos) << out();
+    const Json report = Json::parse(bytes_of(m_folder / "r.json"));
+    EXPECT_EQ(report["network"]["network_nodes"], 125);
+    EXPECT_EQ(report["network"]["fixed_nodes"], 25);
+    EXPECT_NEAR(report["network"]["time_step_ms"].get<double>(), 1000.0 / 60, 1e-9);
+}
+
 TEST_F(BodyProgram, FaultsNameTheOptionOrTheFile) {
     write_scan();
     const auto fault = [&](const std::string& arguments) {
