@@ -8,6 +8,7 @@
 #include <pliant/core/files.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
+#include <pliant/models/pbd.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
