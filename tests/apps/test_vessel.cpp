@@ -185,6 +185,12 @@ TEST_F(VesselTest, TakesTheTetrahedraOfAWall) {
     refused(own + "[entry]\nplace_mm = [0, 9, 5]\ndirection = [0, 0, 1]\n",
             "[entry] place_mm: expected a position in the vessel's lumen");
     refused(own + "[entry]\nend = 3\n", "[entry] end: expected one of the vessel's 2 open ends");
+    TetMesh wall = *read_tetrahedra(m_folder / "f/wall_00000.vtu");
+    for (Vec3d& p : wall.nodes_mm) p = 1e-3 * p;
+    ASSERT_TRUE(write_vtu(m_folder / "metres.vtu", wall, {}).ok());
+    refused("[vessel]\nmesh = \"metres.vtu\"\n",
+            " mm across, expected 10 or more, the length of the shortest catheter; lengths are in "
+            "millimetres: multiply metres by 1000");
 }
 
 TEST_F(VesselTest, WarnsOfATipThatHasLeftThroughAnOpenEnd) {
