@@ -96,6 +96,13 @@ double number_of(const Record& record, std::string_view name) {
     return whole ? double(*whole) : number ? *number : 0;
 }
 
+/// Time step among the figures of a tissue, whose objects have different names; 0: none.
+double time_step_ms_of(const Record& figures) {
+    for (const NamedValue& figure : figures)
+        if (figure.name.ends_with(".time_step_ms")) return number_of(figures, figure.name);
+    return 0;
+}
+
 /// Keys in the order in which a report has them; figures of a single model come after them.
 constexpr const char* kOrder[] = {"status",
                                   "limited_by",
@@ -296,9 +303,7 @@ std::string report_text(const DeformOptions& options, const DeformResult& result
                           *before, *after);
         else
             std::snprintf(line, sizeof line, ", %lld steps of %.3g ms%s\n",
-                          static_cast<long long>(time.steps),
-                          number_of(figures, (options.network.empty() ? options.model : "network") +
-                                                 ".time_step_ms"),
+                          static_cast<long long>(time.steps), time_step_ms_of(figures),
                           !time.message.empty() ? " (stopped)"
                           : time.settled        ? " (at rest)"
                           : options.steps       ? ""

@@ -19,6 +19,7 @@
 #include "output_text.h"
 #include "progress.h"
 #include "standard_output.h"
+#include "vessel_extremes.h"
 #include "vessel_outputs.h"
 
 namespace pliant::app {
@@ -34,53 +35,40 @@ Error named(const std::string& file, const Error& error) {
     return {error.code, file + ": " + error.message};
 }
 
-struct Extremes {
-    double depth_mm = -1e9, force_n = 0, wall_moved_mm = 0, energy_mj = 0, volume_mean = 0,
-           volume_largest = 0, way_mm = 0, step_ms = 0;
-    std::int64_t inverted = 0;
-    std::int32_t active = 0, left_end = 0, sub_steps = 0;
-
-    std::vector<std::string> warnings() const {
-        CatheterMeasures m;
-        m.depth_mm = depth_mm;
-        m.inverted = inverted;
-        m.left_end = left_end;
-        return warnings_of(m);
-    }
-};
-
-nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& most,
-                                 const CatheterMeasures& end) {
+nlohmann::ordered_json report_of(const CatheterScene& scene, const VesselExtremes& most,
+                                 const CatheterMeasures& end, double step_ms, int every) {
     return {{"tetrahedra", scene.wall().mesh.cells.size()},
             {"ghost_triangles", scene.wall().ghost.cells.size()},
             {"steps", end.steps},
             {"time_s", end.time_s},
             {"inserted_mm", end.inserted_mm},
             {"rotated_deg", end.rotated_deg},
-            {"farthest_way_mm", most.way_mm},
-            {"largest_depth_mm", most.depth_mm},
-            {"largest_force_n", most.force_n},
-            {"largest_wall_moved_mm", most.wall_moved_mm},
-            {"largest_energy_mj", most.energy_mj},
-            {"volume_error_mean", most.volume_mean},
-            {"volume_error_largest", most.volume_largest},
-            {"inverted_ever", most.inverted},
-            {"left_end", most.left_end},
+            {"farthest_way_mm", most.way_mm()},
+            {"largest_depth_mm", most.depth_mm()},
+            {"largest_force_n", most.force_n()},
+            {"largest_wall_moved_mm", most.wall_moved_mm()},
+            {"largest_energy_mj", most.energy_mj()},
+            {"energy_every_steps", every},
+            {"volume_error_mean", most.volume_mean()},
+            {"volume_error_largest", most.volume_largest()},
+            {"inverted_ever", most.inverted()},
+            {"left_end", most.left_end()},
             {"warnings", most.warnings()},
-            {"most_active_tetrahedra", most.active},
+            {"most_active_tetrahedra", most.active()},
             {"cell_mm", scene.wall().cell_mm},
             {"refined_because", scene.wall().refined_because},
             {"dropped_pieces", scene.wall().dropped_pieces},
             {"wall_model", wall_model_name(scene.settings().wall.model)},
+            {"contact_mm_per_n", scene.settings().catheter.contact_mm_per_n},
             {"sub_steps", scene.settings().sub_steps},
-            {"most_sub_steps", most.sub_steps},
+            {"most_sub_steps", most.sub_steps()},
             {"reach_mm", scene.settings().reach_mm},
             {"wide_reach_mm", wide_reach_mm(scene.wall(), scene.settings().wall)},
             {"end_wall_moved_mm", end.wall_moved_mm},
             {"end_kinetic_energy_mj", end.kinetic_energy_mj},
             {"end_inverted", end.inverted},
-            {"step_ms", most.step_ms},
-            {"pace", most.step_ms > 0 ? 1000 * scene.settings().time_step_s / most.step_ms : 0},
+            {"step_ms", step_ms},
+            {"pace", step_ms > 0 ? 1000 * scene.settings().time_step_s / step_ms : 0},
             {"hash", hex_of(scene.hash())}};
 }
 
@@ -187,7 +175,7 @@ int run_vessel(const VesselOptions& o) {
     Hand hand(*file, made->way, replayed ? &*replayed : nullptr);
     HandLog log;
     CatheterCommand command, before;
-    Extremes most;
+    VesselExtremes most(*scene);
     double elapsed_ms = 0;
     if (csv.is_open()) csv.line(csv_names());
     {
@@ -212,30 +200,21 @@ int run_vessel(const VesselOptions& o) {
                                  exact(std::round(100 * quick.depth_mm) / 100) +
                                  " mm beyond the wall, expected inside");
             if (csv.is_open()) csv.line(csv_line(quick));
-            most.depth_mm = std::max(most.depth_mm, quick.depth_mm);
-            most.force_n = std::max(most.force_n, std::abs(quick.force_n));
-            most.active = std::max(most.active, quick.active_tetrahedra);
-            most.sub_steps = std::max(most.sub_steps, quick.sub_steps);
-            if (quick.left_end > 0) most.left_end = quick.left_end;
+            most.add(*scene, arena);
+            most.add_way(hand.way_mm(*scene));
             if (n % o.every != 0) continue;
             bar.show(replayed ? double(n) / double(replayed->steps) : hand.progress());
-            const CatheterMeasures m = scene->measures();
-            most.wall_moved_mm = std::max(most.wall_moved_mm, m.wall_moved_mm);
-            most.energy_mj =
-                std::max(most.energy_mj, m.wire_energy_mj + m.wall_energy_mj + m.kinetic_energy_mj);
-            most.volume_mean = std::max(most.volume_mean, m.volume.mean);
-            most.volume_largest = std::max(most.volume_largest, m.volume.largest);
-            most.inverted = std::max(most.inverted, m.inverted);
-            most.way_mm = std::max(most.way_mm, hand.way_mm(*scene));
+            most.add_energy(*scene);
             if (!o.frames.empty())
                 if (const Status s = frames.add(*scene); !s) return bad_input(s.error().message);
         }
     }
     const CatheterMeasures end = scene->measures();
-    most.step_ms = end.steps > 0 ? elapsed_ms / double(end.steps) : 0;
+    most.add_energy(*scene);
+    const double step_ms = end.steps > 0 ? elapsed_ms / double(end.steps) : 0;
     log.steps = end.steps;
     log.hash = scene->hash();
-    const auto report = report_of(*scene, most, end);
+    const auto report = report_of(*scene, most, end, step_ms, o.every);
     if (report_file.is_open()) report_file.line(report.dump(2));
     if (replayed && replayed->hash != log.hash)
         return bad_input(o.replay + ": plays differently: the checksum is not the log's");
@@ -265,21 +244,21 @@ int run_vessel(const VesselOptions& o) {
             std::printf("cells               refined to %.3g mm; with larger ones, %s\n",
                         scene->wall().cell_mm, scene->wall().refined_because.c_str());
         std::printf("steps               %lld, %.2f s, %.2f ms each, %d to %d sub-steps\n",
-                    static_cast<long long>(end.steps), end.time_s, most.step_ms,
-                    scene->settings().sub_steps, most.sub_steps);
-        if (most.step_ms > 0)
+                    static_cast<long long>(end.steps), end.time_s, step_ms,
+                    scene->settings().sub_steps, most.sub_steps());
+        if (step_ms > 0)
             std::printf("pace                %.2f x real time\n",
-                        1000 * scene->settings().time_step_s / most.step_ms);
+                        1000 * scene->settings().time_step_s / step_ms);
         std::printf("along the way       %.1f mm at most, %.1f mm inserted at the end\n",
-                    most.way_mm, end.inserted_mm);
-        std::printf("beyond the wall     %.4f mm at most\n", most.depth_mm);
-        std::printf("force               %.3f N at most\n", most.force_n);
+                    most.way_mm(), end.inserted_mm);
+        std::printf("beyond the wall     %.4f mm at most\n", most.depth_mm());
+        std::printf("force               %.3f N at most\n", most.force_n());
         std::printf("wall                moved %.3f mm at most, %.4f mm at the end\n",
-                    most.wall_moved_mm, end.wall_moved_mm);
+                    most.wall_moved_mm(), end.wall_moved_mm);
         std::printf("volume              %.4f %% off on average, %.2f %% at most\n",
-                    100 * most.volume_mean, 100 * most.volume_largest);
+                    100 * most.volume_mean(), 100 * most.volume_largest());
         std::printf("tetrahedra          %d active at most, %lld inverted at the end\n",
-                    most.active, static_cast<long long>(end.inverted));
+                    most.active(), static_cast<long long>(end.inverted));
         const double wide = wide_reach_mm(scene->wall(), scene->settings().wall);
         const bool has_wide = scene->settings().wall.model == WallModel::Solid;
         if (scene->settings().local && has_wide && scene->settings().reach_mm < wide)
@@ -287,7 +266,8 @@ int run_vessel(const VesselOptions& o) {
                 "reach               %g mm; %.1f mm keep the error of boxes below 2 %% on this "
                 "support\n",
                 scene->settings().reach_mm, wide);
-        std::printf("energy              %.3f mJ at most\n", most.energy_mj);
+        std::printf("energy              %.3f mJ at most, in every %dth step and the last one\n",
+                    most.energy_mj(), int(o.every));
         std::printf("checksum            %s\n", report["hash"].get<std::string>().c_str());
         for (const std::string& warning : most.warnings())
             std::printf("warning             %s\n", warning.c_str());

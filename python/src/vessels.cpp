@@ -347,9 +347,10 @@ void bind_measures(nb::module_& m) {
         .def_ro("largest", &VolumeChange::largest, "Largest absolute relative change.");
     nb::class_<M>(m, "CatheterMeasures", "Figures of a catheter's present state.")
         .def(Pickled<&M::steps, &M::time_s, &M::inserted_mm, &M::rotated_deg, &M::force_n,
-                     &M::torque_n_mm, &M::contact_n, &M::wall_moved_mm, &M::depth_mm,
-                     &M::wire_energy_mj, &M::wall_energy_mj, &M::kinetic_energy_mj, &M::volume,
-                     &M::inverted, &M::active_tetrahedra, &M::sub_steps, &M::left_end>())
+                     &M::torque_n_mm, &M::contact_n, &M::largest_contact_n, &M::contact_mm_per_n,
+                     &M::wall_moved_mm, &M::depth_mm, &M::wire_energy_mj, &M::wall_energy_mj,
+                     &M::kinetic_energy_mj, &M::volume, &M::inverted, &M::active_tetrahedra,
+                     &M::sub_steps, &M::needed_sub_steps, &M::left_end>())
         .def_ro("steps", &M::steps, "Time steps since the start.")
         .def_ro("time_s", &M::time_s, "Simulated time [s].")
         .def_ro("inserted_mm", &M::inserted_mm, "Inserted length [mm].")
@@ -357,6 +358,8 @@ void bind_measures(nb::module_& m) {
         .def_ro("force_n", &M::force_n, "Along the guide, reaction on the hand [N].")
         .def_ro("torque_n_mm", &M::torque_n_mm, "About the guide's axis [N mm].")
         .def_ro("contact_n", &M::contact_n, "Sum of the contact forces on the wall [N].")
+        .def_ro("largest_contact_n", &M::largest_contact_n, "The largest of these forces [N].")
+        .def_ro("contact_mm_per_n", &M::contact_mm_per_n, "Compliance of the contacts [mm/N].")
         .def_ro("wall_moved_mm", &M::wall_moved_mm,
                 "Largest distance of a wall's node from its rest position [mm].")
         .def_ro("depth_mm", &M::depth_mm, "Penetration of the ghost [mm]; negative: distance.")
@@ -367,12 +370,15 @@ void bind_measures(nb::module_& m) {
         .def_ro("inverted", &M::inverted, "Tetrahedra of wall and catheter with negative volume.")
         .def_ro("active_tetrahedra", &M::active_tetrahedra, "Tetrahedra of the wall that move.")
         .def_ro("sub_steps", &M::sub_steps, "Sub-steps of the last step.")
+        .def_ro("needed_sub_steps", &M::needed_sub_steps,
+                "Number that the wire's tip and waves in the wall need; at most 1000 are made.")
         .def_ro(
             "left_end", &M::left_end,
             "Number of the open end through which the tip has left the vessel, from 1; 0: none.")
         .def(
             "warnings", [](const M& measures) { return warnings_of(measures); },
-            "Faults, one line each: penetration by more than 0.1 mm, inverted tetrahedra, a tip "
+            "Faults, one line each: penetration by more than 0.1 mm, inverted tetrahedra, too "
+            "few sub-steps, a tip "
             "outside of the vessel.")
         .def("__repr__", [](const M& measures) {
             return "CatheterMeasures(time_s=" + std::to_string(measures.time_s) +

@@ -122,7 +122,8 @@ Result<TetCatheter> TetCatheter::create(const VesselWall& wall,
         if (const Status s = check_twist(wanted.catheter, segment_mm); !s.ok()) return s.error();
         CatheterSettings settings = wanted;
         settings.local = false;
-        settings.sub_steps = catheter::sub_steps_of(wall, wanted);
+        settings.sub_steps =
+            std::min(catheter::kMaxSubSteps, catheter::needed_sub_steps(wall, wanted));
         auto body = catheter::body_of(wall, settings);
         if (!body) return body.error();
         return TetCatheter(std::make_unique<Impl>(wall, settings, std::move(*body)));

@@ -8,6 +8,7 @@
 #include <pliant/core/files.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
+#include <pliant/models/pbd.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
@@ -102,6 +103,22 @@ TEST_F(BodyProgram, LengthsOfAMeshMayBeMetresOrCentimetres) {
     EXPECT_EQ(run("body scan.nrrd --labels labels.nrrd --units m" + push + "x.vtu"), 2);
     EXPECT_NE(said().find("--units: expected a mesh or a scene of organs"), std::string::npos)
         << said();
+}
+
+TEST_F(BodyProgram, ABodyOfSpringsHasItsTimeStepAndItsNodes) {
+    ASSERT_TRUE(write_vtu(m_folder / "block.vtu", five_tet_block({4, 4, 4}, 5), {}).ok());
+    write("s.toml",
+          "[[body]]\nmesh = \"block.vtu\"\nlaw = \"springs\"\nheld_mm = [[-1, -1, -1], [21, 21, "
+          "1]]\n");
+    ASSERT_EQ(run("body s.toml --push 10,10,20:0,0,-1 --tool sphere:6 --steps 2 --report r.json"),
+              0)
+        << said();
+    EXPECT_NE(out().find("125 nodes (25 fixed), "), std::string::npos) << out();
+    EXPECT_NE(out().find(", 2 steps of 16.7 ms"), std::string::npos) << out();
+    const Json report = Json::parse(bytes_of(m_folder / "r.json"));
+    EXPECT_EQ(report["network"]["network_nodes"], 125);
+    EXPECT_EQ(report["network"]["fixed_nodes"], 25);
+    EXPECT_NEAR(report["network"]["time_step_ms"].get<double>(), 1000.0 / 60, 1e-9);
 }
 
 TEST_F(BodyProgram, FaultsNameTheOptionOrTheFile) {

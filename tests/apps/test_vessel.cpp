@@ -65,6 +65,46 @@ TEST_F(VesselTest, GoesInAndOutAndPlaysTheSameAgain) {
     EXPECT_NE(said().find("other.log: plays differently"), std::string::npos);
 }
 
+TEST_F(VesselTest, ReportsTheLargestValuesOfAllSteps) {
+    std::string scene = kScene;
+    scene.resize(scene.find("[[script]]"));
+    write("s.toml", scene + "[[script]]\ninsert_mm_s = 400\nuntil_inserted_mm = 56\n");
+    ASSERT_EQ(run("vessel s.toml --every 1 --threads 1 --json"), 0) << said();
+    const Json each = Json::parse(out());
+    ASSERT_EQ(run("vessel s.toml --frames f --every 31 --threads 2 --json"), 0) << said();
+    const Json some = Json::parse(out());
+    for (const char* key : {"farthest_way_mm", "largest_depth_mm", "largest_wall_moved_mm",
+                            "volume_error_mean", "volume_error_largest", "inverted_ever"})
+        EXPECT_EQ(some[key], each[key]) << key;
+    EXPECT_EQ(some["energy_every_steps"], 31);
+    EXPECT_LE(some["largest_energy_mj"], each["largest_energy_mj"]);
+    const double moved = some["largest_wall_moved_mm"];
+    EXPECT_GE(moved, some["end_wall_moved_mm"]);
+    EXPECT_GT(some["volume_error_largest"], some["volume_error_mean"]);
+    // No frame has more.
+    double farthest = 0, largest = 0;
+    const auto rest = read_tetrahedra(m_folder / "f/wall_00000.vtu");
+    ASSERT_TRUE(rest.ok());
+    for (int n = 1;; ++n) {
+        const std::string frame = "f/wall_0000" + std::to_string(n) + ".vtu";
+        if (!exists(frame.c_str())) break;
+        const auto now = read_tetrahedra(m_folder / frame);
+        ASSERT_TRUE(now.ok());
+        for (std::size_t k = 0; k < rest->nodes_mm.size(); ++k)
+            farthest = std::max(farthest, norm(now->nodes_mm[k] - rest->nodes_mm[k]));
+        for (const auto& c : rest->cells) {
+            const auto volume = [&](const TetMesh& mesh) {
+                const auto at = [&](std::size_t k) { return mesh.nodes_mm[std::size_t(c[k])]; };
+                return dot(at(1) - at(0), cross(at(2) - at(0), at(3) - at(0)));
+            };
+            largest = std::max(largest, std::abs(volume(*now) / volume(*rest) - 1));
+        }
+    }
+    EXPECT_GT(farthest, 0);
+    EXPECT_LE(farthest, moved + 1e-5);
+    EXPECT_LE(largest, some["volume_error_largest"].get<double>() + 1e-4);
+}
+
 TEST_F(VesselTest, DrawsTheVesselAndTheCatheterAtTheEnd) {
     std::string scene = kScene;
     scene.resize(scene.find("[[script]]"));
@@ -146,9 +186,11 @@ TEST_F(VesselTest, TakesTheTetrahedraOfAWall) {
             "[entry] place_mm: expected a position in the vessel's lumen");
     refused(own + "[entry]\nend = 3\n", "[entry] end: expected one of the vessel's 2 open ends");
     TetMesh wall = *read_tetrahedra(m_folder / "f/wall_00000.vtu");
-    std::swap(wall.cells[5][0], wall.cells[5][1]);
-    ASSERT_TRUE(write_vtu(m_folder / "inverted.vtu", wall, {}).ok());
-    refused("[vessel]\nmesh = \"inverted.vtu\"\n", "inverted.vtu: vessel wall: ");
+    for (Vec3d& p : wall.nodes_mm) p = 1e-3 * p;
+    ASSERT_TRUE(write_vtu(m_folder / "metres.vtu", wall, {}).ok());
+    refused("[vessel]\nmesh = \"metres.vtu\"\n",
+            " mm across, expected 10 or more, the length of the shortest catheter; lengths are in "
+            "millimetres: multiply metres by 1000");
 }
 
 TEST_F(VesselTest, WarnsOfATipThatHasLeftThroughAnOpenEnd) {

@@ -452,8 +452,66 @@ TEST(CatheterScene, MakesAsManySubStepsAsContactWants) {
     EXPECT_EQ(scene.quick_measures().sub_steps, 5);
 }
 
+TEST(CatheterScene, WarnsOfMoreSubStepsThanAreMade) {
+    CatheterSettings s = settings();
+    s.time_step_s = 0.05;
+    s.wall.young_modulus_pa = 1e8;
+    const CatheterMeasures m = made(CatheterScene::create(bent_tube(), s)).quick_measures();
+    EXPECT_GT(m.needed_sub_steps, 1000);
+    const auto warnings = warnings_of(m);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_EQ(
+        warnings[0].find("sub_steps: expected at most 1000 for the tip's bending and waves in "
+                         "the wall, found " +
+                         std::to_string(m.needed_sub_steps) + "; "),
+        0u)
+        << warnings[0];
+    EXPECT_TRUE(warnings_of({.needed_sub_steps = 1000}).empty());
+}
+
+// The stiffest guide wires have an EI of 4900 N mm².
+TEST(CatheterScene, AStiffWireLiesOnARigidWall) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1);
+    CatheterSettings s = settings(3000);
+    s.catheter.twist_n_mm2 = s.catheter.tip_bend_n_mm2 = 3000;
+    s.catheter.tip_mm = 24;
+    s.wall.model = WallModel::Rigid;
+    const auto pressed = [&] {
+        CatheterScene scene = made(CatheterScene::create(wall, s));
+        EXPECT_TRUE(scene.command({.insert_mm_s = 120, .bend_first_deg = 150}).ok());
+        EXPECT_TRUE(scene.step(100, arena).ok());
+        EXPECT_TRUE(scene.command({.bend_first_deg = 150}).ok());
+        EXPECT_TRUE(scene.step(100, arena).ok());
+        return scene;
+    };
+    const CatheterScene scene = pressed();
+    const CatheterMeasures m = scene.quick_measures();
+    EXPECT_LT(deepest(scene), 0.1);
+    EXPECT_NEAR(m.depth_mm, deepest(scene), 0.02);
+    EXPECT_GT(m.largest_contact_n, 3);
+    EXPECT_LE(m.largest_contact_n, m.contact_n);
+    EXPECT_DOUBLE_EQ(m.contact_mm_per_n, 10.0 / 3000);
+    EXPECT_EQ(scene.settings().catheter.contact_mm_per_n, m.contact_mm_per_n);
+    EXPECT_TRUE(warnings_of(m).empty());
+    // The key decides, and its warning names it.
+    s.catheter.contact_mm_per_n = 0.1;
+    const CatheterScene soft = pressed();
+    EXPECT_GT(deepest(soft), 0.3);
+    const auto warnings = warnings_of(soft.quick_measures());
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("lower contact_mm_per_n, 0.1"), std::string::npos) << warnings[0];
+    // Soft wires have the largest compliance.
+    EXPECT_EQ(made(CatheterScene::create(wall, settings(100))).settings().catheter.contact_mm_per_n,
+              0.1);
+}
+
 TEST(CatheterScene, WarnsOfWhatIsWrongWithAState) {
     EXPECT_TRUE(warnings_of({.depth_mm = 0.09}).empty());
+    EXPECT_EQ(warnings_of({.largest_contact_n = 4, .contact_mm_per_n = 0.1, .depth_mm = 0.35}),
+              std::vector<std::string>{"the catheter is 0.35 mm beyond the wall, expected at most "
+                                       "0.1: a contact of 4 N yields by 0.4 mm, lower "
+                                       "contact_mm_per_n, 0.1"});
     EXPECT_EQ(warnings_of({.depth_mm = 0.25}),
               std::vector<std::string>{"the catheter is 0.25 mm beyond the wall, expected at most "
                                        "0.1: raise sub_steps"});

@@ -343,6 +343,67 @@ held_mm = [[-1, -1, -1], [21, 21, 1]]
     EXPECT_EQ(positions[5], (Vec3d{ours[15], ours[16], ours[17]}));
 }
 
+TEST_F(Organs, ABoxThatHoldsNoNodeIsAnErrorAndABodyWithoutHeldNodesIsSaid) {
+    for (const std::string law : {"solid", "distances", "springs"}) {
+        const std::string body = "[[body]]\nmesh = \"left.vtu\"\nlaw = \"" + law + "\"\n";
+        write(body + "held_mm = [[-1, -1, -1], [21, 21, 1], [500, 500, 500], [600, 600, 600]]\n");
+        const auto beside = make_organs(*read(), m_arena);
+        ASSERT_TRUE(beside.ok());
+        const auto refused = make_tissue(*beside, beside->scan, m_arena);
+        ASSERT_FALSE(refused.ok());
+        EXPECT_EQ(refused.error().field, "held_mm");
+        EXPECT_EQ(
+            refused.error().message,
+            "body 1: held_mm: expected boxes with a node of the body, which lies from 0, 0, 0 "
+            "to 20, 20, 20 mm, found none in the box from 500, 500, 500 to 600, 600, 600");
+        write(body);
+        const auto free = make_organs(*read(), m_arena);
+        ASSERT_TRUE(free.ok());
+        const auto tissue = make_tissue(*free, free->scan, m_arena);
+        ASSERT_TRUE(tissue.ok());
+        std::string said;
+        for (const NamedValue& value : (*tissue)->report())
+            if (value.name == "summary" || value.name == "body.bodies")
+                said += std::get<std::string>(value.value) + "\n";
+        EXPECT_NE(said.find(law == "springs" ? "125 nodes (0 fixed)" : "125 particles (0 held)"),
+                  std::string::npos)
+            << said;
+        EXPECT_EQ(said.find(", no node held") != std::string::npos, law != "springs") << said;
+    }
+}
+
+TEST_F(Organs, APushOnHeldNodesOnlyIsRejectedAndChangesNothing) {
+    for (const std::string law : {"solid", "distances", "springs"}) {
+        write("[[body]]\nmesh = \"left.vtu\"\nlaw = \"" + law +
+              "\"\nheld_mm = [[-1, -1, -1], [21, 21, 11]]\n");
+        const auto made = make_organs(*read(), m_arena);
+        const auto tissue = make_tissue(*made, made->scan, m_arena);
+        ASSERT_TRUE(tissue.ok()) << tissue.error().message;
+        const Push up{.point_mm = {10, 10, 20}, .push_mm = {0, 0, 2}, .sphere_radius_mm = 6};
+        ASSERT_EQ((*tissue)->push(kHand, up)->status, PushStatus::Applied);
+        const std::uint64_t hash = (*tissue)->hash();
+        // A sphere on the held half, and a point in it.
+        for (const double radius : {4.0, 0.0}) {
+            const auto report = (*tissue)->push(
+                2, {.point_mm = {10, 10, 4}, .push_mm = {1, 0, 0}, .sphere_radius_mm = radius});
+            ASSERT_TRUE(report.ok()) << report.error().message;
+            EXPECT_EQ(report->status, PushStatus::Rejected) << law;
+            EXPECT_EQ(report->limited_by, LimitedBy::Bone);
+            EXPECT_EQ(report->message, "every node there is fixed");
+            EXPECT_EQ(report->moved_elements + report->grabbed_elements, 0);
+            EXPECT_EQ((*tissue)->hash(), hash) << law;
+            EXPECT_TRUE((*tissue)->is_touched_by(kHand));
+        }
+        // The tool that comes from elsewhere lets go, and the tissue returns.
+        Push held = up;
+        held.point_mm.z = 4;
+        EXPECT_EQ((*tissue)->push(kHand, held)->status, PushStatus::Rejected);
+        EXPECT_FALSE((*tissue)->is_touched_by(kHand));
+        ASSERT_TRUE((*tissue)->sweep().ok());
+        EXPECT_NE((*tissue)->hash(), hash);
+    }
+}
+
 TEST_F(Organs, SpringsAreForASingleBodyAndAPoissonsRatioOfAQuarterOrMore) {
     const auto fault_of = [&](const std::string& scene) {
         write(scene);

@@ -49,6 +49,9 @@ struct CatheterShape {
     double mass_g_mm = 4e-3;
     double damping_per_s = 20;
     double friction = 0.05;  ///< Coulomb friction coefficient on the wall
+    /// Compliance of the surfaces at a contact [mm/N]. 0: 10 mm³ divided by the larger EI, and at
+    /// most 0.1, so that a stiff wire, whose forces are large, yields as little as a soft one.
+    double contact_mm_per_n = 0;
 };
 
 enum class WallModel {
@@ -121,24 +124,29 @@ struct CatheterMeasures {
     std::int64_t steps = 0;
     double time_s = 0;
     double inserted_mm = 0, rotated_deg = 0;
-    double force_n = 0;        ///< along the guide, reaction on the hand
-    double torque_n_mm = 0;    ///< about the guide's axis
-    double contact_n = 0;      ///< sum of the contact forces' magnitudes on the wall
-    double wall_moved_mm = 0;  ///< largest distance of a particle from its rest position
-    double depth_mm = 0;       ///< penetration of the ghost surface; negative: distance
+    double force_n = 0;            ///< along the guide, reaction on the hand
+    double torque_n_mm = 0;        ///< about the guide's axis
+    double contact_n = 0;          ///< sum of the contact forces' magnitudes on the wall
+    double largest_contact_n = 0;  ///< the largest of them
+    double contact_mm_per_n = 0;   ///< compliance of the contacts
+    double wall_moved_mm = 0;      ///< largest distance of a particle from its rest position
+    double depth_mm = 0;           ///< penetration of the ghost surface; negative: distance
     /// The wall's energy is that of its solids and its support: the paper's constraints have none.
     double wire_energy_mj = 0, wall_energy_mj = 0, kinetic_energy_mj = 0;
     VolumeChange volume{};
     std::int64_t inverted = 0;  ///< tetrahedra of the wall with a negative volume
     std::int32_t active_tetrahedra = 0;
     std::int32_t sub_steps = 0;  ///< of the last step; contact may need more than the setting
+    /// Number that the wire's tip and waves in the wall need; more than 1000 aren't made.
+    std::int32_t needed_sub_steps = 0;
     /// Number of the open end through which the tip has left the vessel, from 1 on; 0: none. Depth
     /// does not include points beyond an open end.
     std::int32_t left_end = 0;
 };
 
 /// Lists the faults of a state, one line each: penetration of the wall by more than 0.1 mm,
-/// inverted tetrahedra, a tip that has left the vessel through an open end. Empty if there is none.
+/// inverted tetrahedra, too few sub-steps, a tip that has left the vessel through an open end.
+/// Empty if there is none.
 std::vector<std::string> warnings_of(const CatheterMeasures& measures);
 
 /// If memory runs out, functions that return a Result return LimitExceeded and change nothing.
@@ -153,8 +161,9 @@ class CatheterScene {
     CatheterScene(CatheterScene&&) noexcept;
     CatheterScene& operator=(CatheterScene&&) noexcept;
 
-    const CatheterSettings& settings() const;  ///< with the actual sub-steps and reach
-    const VesselWall& wall() const;            ///< rest state
+    /// With the actual sub-steps, reach and compliance of contacts.
+    const CatheterSettings& settings() const;
+    const VesselWall& wall() const;  ///< rest state
 
     /// @returns InvalidArgument if a component isn't finite
     Status command(const CatheterCommand& command) noexcept;

@@ -207,6 +207,7 @@ class MeshTissue : public NodeTissue {
     Result<bool> end_stride(const Status& went, double tolerated);
     template <class Act>
     auto undone_on_error(const Act& act);
+    std::vector<std::int32_t> nodes_met(const Push& push, Vec3d point_mm, bool or_around) const;
     std::vector<std::int32_t> nodes_at(const Push& push, Vec3d point_mm, bool or_around) const;
     void take(std::uint32_t tool, std::vector<std::int32_t> nodes);
     void gather(std::uint32_t tool, const Push& push, Vec3d centre_mm);

@@ -47,11 +47,24 @@ CatheterEntry entry_at(const VesselEnd& end, double inwards) {
 
 std::vector<std::string> warnings_of(const CatheterMeasures& m) {
     constexpr double kBeyond_mm = 0.1;
+    const auto rounded = [](double value) { return text_of(std::round(1e3 * value) / 1e3); };
     std::vector<std::string> warnings;
-    if (m.depth_mm > kBeyond_mm)
-        warnings.push_back("the catheter is " + text_of(std::round(1e3 * m.depth_mm) / 1e3) +
-                           " mm beyond the wall, expected at most " + text_of(kBeyond_mm) +
-                           ": raise sub_steps");
+    if (m.depth_mm > kBeyond_mm) {
+        const double yields_mm = m.contact_mm_per_n * m.largest_contact_n;
+        warnings.push_back("the catheter is " + rounded(m.depth_mm) +
+                           " mm beyond the wall, expected at most " + text_of(kBeyond_mm) + ": " +
+                           (yields_mm > m.depth_mm / 2
+                                ? "a contact of " + rounded(m.largest_contact_n) + " N yields by " +
+                                      rounded(yields_mm) + " mm, lower contact_mm_per_n, " +
+                                      short_text(m.contact_mm_per_n)
+                                : "raise sub_steps"));
+    }
+    if (m.needed_sub_steps > catheter::kMaxSubSteps)
+        warnings.push_back("sub_steps: expected at most " + std::to_string(catheter::kMaxSubSteps) +
+                           " for the tip's bending and waves in the wall, found " +
+                           std::to_string(m.needed_sub_steps) +
+                           "; larger cells, longer segments, a shorter time_step_s or a softer or "
+                           "heavier tip or wall need fewer");
     if (m.inverted > 0)
         warnings.push_back(std::to_string(m.inverted) +
                            (m.inverted == 1 ? " tetrahedron is" : " tetrahedra are") +
@@ -134,7 +147,9 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
         !s.ok())
         return s.error();
     CatheterSettings settings = wanted;
-    settings.sub_steps = catheter::sub_steps_of(wall, wanted);
+    const std::int32_t needed = catheter::needed_sub_steps(wall, wanted);
+    settings.sub_steps = std::min(needed, catheter::kMaxSubSteps);
+    settings.catheter.contact_mm_per_n = catheter::contact_mm_per_n_of(wanted.catheter);
     auto body = catheter::body_of(wall, settings);
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;
@@ -146,6 +161,7 @@ Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSetting
     auto impl =
         std::make_unique<Impl>(std::move(wall), settings, std::move(*body), std::move(*ends));
     impl->boxes = std::move(boxes);
+    impl->needed_sub_steps = needed;
     return CatheterScene(std::move(impl));
 }
 
@@ -192,11 +208,14 @@ CatheterMeasures CatheterScene::quick_measures() const noexcept {
     m.force_n = -dot(i.wire.base_force(), axis) / kMicronewtonsPerNewton;
     m.torque_n_mm = -dot(i.wire.base_moment(), axis) / kMicronewtonsPerNewton;
     m.contact_n = i.now.contact / kMicronewtonsPerNewton;
+    m.largest_contact_n = i.now.largest_contact / kMicronewtonsPerNewton;
+    m.contact_mm_per_n = i.settings.catheter.contact_mm_per_n;
     m.depth_mm = i.now.depth;
     m.left_end = i.now.left_end;
     m.wire_energy_mj = i.wire.elastic_energy() / kNanojoulesPerMillijoule;
     m.active_tetrahedra = std::max(0, i.now.awake);
     m.sub_steps = i.now.sub_steps;
+    m.needed_sub_steps = i.needed_sub_steps;
     return m;
 }
 
@@ -323,7 +342,7 @@ Status CatheterScene::put(std::span<const double> numbers) {
     i.now.inserted = state.inserted;
     i.now.rotated = state.rotated;
     i.now.depth = state.depth;
-    i.now.contact = 0;
+    i.now.contact = i.now.largest_contact = 0;
     i.now.steps = state.steps;
     i.now.sub_steps = 0;
     i.now.awake = state.awake;

@@ -32,6 +32,7 @@ namespace pliant {
 
 struct CatheterScene::Impl {
     static constexpr double kRadians = std::numbers::pi / 180;
+    static constexpr double kMillimetresPerMicronewton = 1e-6;  ///< of 1 mm/N
 
     Impl(VesselWall w, const CatheterSettings& s, PbdBody b, catheter::OpenEnds e)
         : settings(s),
@@ -53,7 +54,7 @@ struct CatheterScene::Impl {
     struct Progress {
         catheter::ContactPace pace;
         double inserted = 0, rotated = 0, depth = 0;
-        double contact = 0;  ///< total contact force on the wall [µN]
+        double contact = 0, largest_contact = 0;  ///< forces on the wall: all, one [µN]
         std::int64_t steps = 0;
         std::int32_t awake = -1;
         std::int32_t sub_steps = 0;  ///< of the last step
@@ -71,6 +72,7 @@ struct CatheterScene::Impl {
                                   ///< again
     CatheterCommand command;
     Progress now, kept;
+    std::int32_t needed_sub_steps = 0;
     std::vector<Vec3d> positions;
 
     using Cell = std::array<std::int32_t, 4>;
@@ -89,6 +91,7 @@ struct CatheterScene::Impl {
     catheter::WallContactSettings contact_settings() const {
         return {.radius_mm = settings.catheter.radius_mm,
                 .friction = settings.catheter.friction,
+                .compliance = settings.catheter.contact_mm_per_n * kMillimetresPerMicronewton,
                 .is_rigid = is_rigid(),
                 .kept_mm = is_rigid() ? 1.0 : 0.3};
     }
@@ -167,6 +170,7 @@ struct CatheterScene::Impl {
         ends.follow(wire);
         now.depth = contact.depth(wire, body, ends.is_beyond(), arena);
         now.contact = contact.push_force();
+        now.largest_contact = contact.largest_push();
         now.left_end = ends.left();
         ++now.steps;
         return Ok{};

@@ -138,11 +138,17 @@ Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double se
     return Ok{};
 }
 
-/// Minimum number of sub-steps. In a sub-step h, a free node of the tip moves by h² EI/(l³ m) times
-/// its residual, limited to a factor of 3, and a wave in a wall of solids by h √(E/ρ), limited to
-/// 1.3 edges.
-int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
-    constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
+double contact_mm_per_n_of(const CatheterShape& c) {
+    constexpr double kMost = 0.1, kShare_mm3 = 10;
+    if (c.contact_mm_per_n > 0) return c.contact_mm_per_n;
+    return std::min(kMost, kShare_mm3 / std::max(c.bend_n_mm2, c.tip_bend_n_mm2));
+}
+
+/// Number of sub-steps that a step needs. In a sub-step h, a free node of the tip moves by
+/// h² EI/(l³ m) times its residual, limited to a factor of 3, and a wave in a wall of solids by
+/// h √(E/ρ), limited to 1.3 edges.
+std::int32_t needed_sub_steps(const VesselWall& wall, const CatheterSettings& s) {
+    constexpr double kTip = 3, kEdges = 1.3, kMost = 1e9;
     const CatheterShape& c = s.catheter;
     const double l = c.length_mm / segments_of(c);
     const double tip = s.time_step_s * std::sqrt(c.tip_bend_n_mm2 * kMicronewtonsPerNewton /
@@ -150,7 +156,7 @@ int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
     const bool has_waves = s.wall.model == WallModel::Solid;
     const double speed = has_waves ? std::sqrt(s.wall.young_modulus_pa / s.wall.density_g_mm3) : 0;
     const double wave = s.time_step_s * speed / (kEdges * mean_edge_mm(wall.mesh));
-    return std::max(s.sub_steps, int(std::min(kMost, std::ceil(std::max(tip, wave)))));
+    return std::max(s.sub_steps, std::int32_t(std::min(kMost, std::ceil(std::max(tip, wave)))));
 }
 
 Result<PbdBody> body_of(const VesselWall& wall, const CatheterSettings& settings) {

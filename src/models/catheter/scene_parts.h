@@ -20,9 +20,13 @@ Result<PbdBody> body_of(const VesselWall& wall, const CatheterSettings& settings
 /// Checks that the guide and the initially inserted part end inside of the vessel.
 /// @returns InvalidArgument that names the setting
 Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm);
+/// More sub-steps are not made.
+inline constexpr std::int32_t kMaxSubSteps = 1000;
 /// Number of sub-steps: the setting, or more if contact needs them. Motion per sub-step is limited
 /// for the tip's segments and the wall's tetrahedra (docs/method/vessel.md).
-int sub_steps_of(const VesselWall& wall, const CatheterSettings& settings);
+std::int32_t needed_sub_steps(const VesselWall& wall, const CatheterSettings& settings);
+/// Compliance of the surfaces: the setting, or from the wire's stiffness [mm/N].
+double contact_mm_per_n_of(const CatheterShape& catheter);
 WireSettings wire_settings(const CatheterSettings& settings);
 
 }  // namespace pliant::catheter

@@ -45,6 +45,11 @@ constexpr Setting<C> kCatheterRows[] = {
          .text = "rate at which free motion of the wire dies away"}),
     setting<&C::catheter, &Shape::friction>(
         {.name = "friction", .range = {0, 2}, .text = "Coulomb's coefficient on the wall"}),
+    setting<&C::catheter, &Shape::contact_mm_per_n>(
+        {.name = "contact_mm_per_n",
+         .unit = "mm/N",
+         .range = {0, 10},
+         .text = "compliance of a contact's surfaces; 0: 10 mm³ / EI, at most 0.1"}),
 };
 constexpr Setting<C> kWallRows[] = {
     setting<&C::wall, &WallTissue::model>({.key = "model",

@@ -267,6 +267,12 @@ double WallContact::push_force() const {
     return sum;
 }
 
+double WallContact::largest_push() const {
+    double most = 0;
+    for (const WireContact& c : m_contacts) most = std::max(most, dot(c.force, c.normal));
+    return most;
+}
+
 double WallContact::depth(const Wire& wire, const PbdBody& body,
                           std::span<const std::uint8_t> skipped, const TaskArena& arena) {
     m_wall_moved = update_near(body, arena);

@@ -67,7 +67,8 @@ class WallContact {
     double depth(const Wire& wire, const PbdBody& body, std::span<const std::uint8_t> skipped,
                  const TaskArena& arena);
     std::span<const WireContact> contacts() const { return m_contacts; }
-    double push_force() const;  ///< total contact force on the wall [µN]
+    double push_force() const;    ///< total contact force on the wall [µN]
+    double largest_push() const;  ///< the largest of one contact [µN]
     /// Largest displacement of a particle by the last sub-step's contacts [mm].
     double pushed_mm() const { return m_pushed_mm; }
     const pbd::GhostSurface& ghost() const { return m_ghost; }

@@ -254,19 +254,24 @@ bool BodyTissue::is_calm() {
 
 // The whole body.
 
-Record BodyTissue::figures() const {
+int BodyTissue::fixed_particles() const {
     int fixed = 0;
     for (std::int32_t n = 0; n < node_count(); ++n) fixed += is_fixed(n);
+    return fixed;
+}
+
+Record BodyTissue::figures() const {
     Record figures{
-        {"particles", int(node_count())}, {"tetrahedra", int(m_shape->rest.cells.size())},
-        {"fixed_particles", fixed},       {"edge_mm", m_whole->rest.edge_mm},
-        {"sub_steps", int(m_plan.steps)}, {"time_step_ms", traits().sweep_ms}};
+        {"particles", int(node_count())},       {"tetrahedra", int(m_shape->rest.cells.size())},
+        {"fixed_particles", fixed_particles()}, {"edge_mm", m_whole->rest.edge_mm},
+        {"sub_steps", int(m_plan.steps)},       {"time_step_ms", traits().sweep_ms}};
     if (!m_plan.bodies.empty()) figures.emplace_back("bodies", m_plan.bodies);
     return figures;
 }
 
 Record BodyTissue::report() const {
-    Record record{{"summary", std::to_string(node_count()) + " particles, " +
+    Record record{{"summary", std::to_string(node_count()) + " particles (" +
+                                  std::to_string(fixed_particles()) + " held), " +
                                   std::to_string(m_shape->rest.cells.size()) + " tetrahedra"},
                   {"solver", "position-based"},
                   {"body.carried_voxels", SettingValue(carried().voxel_count())}};

@@ -83,6 +83,7 @@ class BodyTissue final : public MeshTissue {
     EmbeddedScan& carried() const { return static_cast<EmbeddedScan&>(*m_carried); }
     TetMesh whole_mesh() const { return {m_whole->rest.nodes_mm, m_whole->rest.cells}; }
     bool is_weightless() const { return body().settings().gravity == Vec3d{0, 0, 0}; }
+    int fixed_particles() const;
     double step_s() const { return m_plan.steps * body().settings().time_step; }
     const RestMesh& at_rest() const override { return m_shape->rest; }
     bool is_fixed(std::int32_t n) const override {

@@ -110,11 +110,16 @@ Result<PushReport> MeshTissue::push_nodes(std::uint32_t tool, const Push& push) 
     PushReport report;
     positions_mm(m_memory.positions);
     m_memory.first = m_memory.positions;
+    const bool lets_go = is_touched_by(tool);
     m_spheres.erase(tool);
     take(tool, nodes_at(push, push.point_mm, true));
-    if (!rules.gathers && held_by(tool).empty()) {
+    const auto reject = [&] {
         report.limited_by = LimitedBy::Bone;
         report.message = "every node there is fixed";
+        if (lets_go) wake();
+    };
+    if (!rules.gathers && held_by(tool).empty()) {
+        reject();
         return report;
     }
     const bool starts_inside = contains(m_memory.first, push.point_mm);
@@ -142,8 +147,19 @@ Result<PushReport> MeshTissue::push_nodes(std::uint32_t tool, const Push& push) 
         if (!went.ok()) return went.error();
         if (!*went) break;
     }
-    if (held_by(tool).empty() && !starts_inside && norm(push.push_mm) > 0)
-        if (const Status s = check_free_push(push); !s.ok()) return s.error();
+    if (held_by(tool).empty() && norm(push.push_mm) > 0) {
+        bool meets = false;
+        for (int n = 0; n <= strides.done() && !meets; ++n)
+            meets = !nodes_met(push, push.point_mm + double(n) * strides.shift(), n == 0).empty();
+        if (meets) {
+            reject();
+            take_back();
+            hold_nodes();
+            return report;
+        }
+        if (!starts_inside)
+            if (const Status s = check_free_push(push); !s.ok()) return s.error();
+    }
     wake();
     report.grabbed_elements = std::int64_t(held_by(tool).size());
     for (std::size_t n = 0; n < m_memory.first.size(); ++n)

@@ -83,10 +83,10 @@ std::vector<std::int32_t> MeshTissue::nodes_around(const Push& push) const {
     return {};
 }
 
-/// Free nodes in a tool at a point of its way.
+/// Nodes in a tool at a point of its way.
 /// @param or_around  if there are none, those of the cell around the point
-std::vector<std::int32_t> MeshTissue::nodes_at(const Push& push, Vec3d point_mm,
-                                               bool or_around) const {
+std::vector<std::int32_t> MeshTissue::nodes_met(const Push& push, Vec3d point_mm,
+                                                bool or_around) const {
     std::vector<std::int32_t> nodes;
     const auto& x = m_memory.positions;
     if (push.sphere_radius_mm > 0)
@@ -97,6 +97,13 @@ std::vector<std::int32_t> MeshTissue::nodes_at(const Push& push, Vec3d point_mm,
                 nodes.push_back(std::int32_t(n));
     // A small sphere lies between the nodes.
     if (nodes.empty() && or_around && !push.shape) nodes = nodes_around(push);
+    return nodes;
+}
+
+/// Those of them that can move, in order.
+std::vector<std::int32_t> MeshTissue::nodes_at(const Push& push, Vec3d point_mm,
+                                               bool or_around) const {
+    std::vector<std::int32_t> nodes = nodes_met(push, point_mm, or_around);
     std::erase_if(nodes, [&](std::int32_t n) { return is_fixed(n); });
     std::sort(nodes.begin(), nodes.end());
     return nodes;

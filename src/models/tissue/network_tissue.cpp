@@ -191,7 +191,8 @@ Record NetworkTissue::figures() const {
 Record NetworkTissue::report() const {
     const SpringNetwork& network = m_tissue.network();
     const auto& carried = static_cast<const EmbeddedScan&>(*m_carried);
-    Record record{{"summary", std::to_string(network.node_count()) + " nodes, " +
+    Record record{{"summary", std::to_string(network.node_count()) + " nodes (" +
+                                  std::to_string(fixed_nodes()) + " fixed), " +
                                   std::to_string(network.links().size()) + " links, " +
                                   std::to_string(m_rest.cells.size()) + " tetrahedra"},
                   {"solver", "implicit-euler"},

@@ -17,6 +17,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "mesh/box_tree.h"
 #include "tissue/body_tissue.h"
 #include "tissue/network_tissue.h"
 
@@ -102,6 +103,26 @@ bool lies_in_box(Vec3d p, std::span<const Vec3d> corners) {
     return false;
 }
 
+/// Whether each box holds a node. The six faces of surroundings may lie in air.
+Status check_boxes(const OrganSettings& s, std::span<const Vec3d> positions) {
+    if (s.mesh.empty() && s.labels.empty()) return Ok{};
+    const std::span<const Vec3d> boxes(s.held_mm);
+    for (std::size_t n = 0; n + 1 < boxes.size(); n += 2) {
+        const auto box = boxes.subspan(n, 2);
+        if (std::any_of(positions.begin(), positions.end(),
+                        [&](Vec3d p) { return lies_in_box(p, box); }))
+            continue;
+        mesh::Bounds body;
+        for (const Vec3d& p : positions) body.add(p);
+        return expected_error(
+            "held_mm",
+            "boxes with a node of the body, which lies from " + short_text(body.low) + " to " +
+                short_text(body.high) + " mm",
+            "none in the box from " + short_text(box[0]) + " to " + short_text(box[1]));
+    }
+    return Ok{};
+}
+
 /// Whether nodes of an organ don't move.
 class HeldNodes {
   public:
@@ -120,11 +141,17 @@ class HeldNodes {
     double m_held_mm;
 };
 
-/// Adds an organ's particles and constraints.
-Status add(const Organ& organ, const FixedPositions& fixed, PbdParts& parts, TetMesh& mesh) {
+Status check_organ(const Organ& organ) {
+    Status status = check(organ.settings, organ_rows());
+    if (status.ok()) status = check_boxes(organ.settings, organ.mesh.nodes_mm);
+    return status.ok() ? status : within(organ.name, status.error());
+}
+
+/// Adds an organ's particles and constraints. @returns the number of held ones
+Result<std::int64_t> add(const Organ& organ, const FixedPositions& fixed, PbdParts& parts,
+                         TetMesh& mesh) {
     const OrganSettings& s = organ.settings;
-    if (const Status checked = check(s, organ_rows()); !checked.ok())
-        return within(organ.name, checked.error());
+    if (const Status checked = check_organ(organ); !checked.ok()) return checked.error();
     auto own = pbd_of_mesh(organ.mesh, {.density = kGramsPerMm3 * s.density_kg_m3,
                                         .edges = false,
                                         .volumes = false,
@@ -133,8 +160,12 @@ Status add(const Organ& organ, const FixedPositions& fixed, PbdParts& parts, Tet
                                         .poisson_ratio = s.poisson_ratio});
     if (!own) return within(organ.name, own.error());
     const HeldNodes held(s, fixed, own->positions);
+    std::int64_t held_count = 0;
     for (std::size_t n = 0; n < own->positions.size(); ++n)
-        if (held.hold(own->positions[n])) own->inverse_masses[n] = 0;
+        if (held.hold(own->positions[n])) {
+            own->inverse_masses[n] = 0;
+            ++held_count;
+        }
     const auto first = std::int32_t(parts.positions.size());
     const std::size_t first_solid = parts.solids.size();
     parts.positions.insert(parts.positions.end(), own->positions.begin(), own->positions.end());
@@ -146,15 +177,16 @@ Status add(const Organ& organ, const FixedPositions& fixed, PbdParts& parts, Tet
         mesh.cells.push_back(solid.nodes);
     }
     if (s.law == BodyLaw::Distances) add_distances(s, parts, first_solid);
-    return Ok{};
+    return held_count;
 }
 
 /// Line about an organ: "liver: 54789 tetrahedra, neo-Hookean, 5 kPa, ν 0.45".
-std::string line_about(const Organ& organ) {
+std::string line_about(const Organ& organ, bool is_held) {
     const OrganSettings& s = organ.settings;
     return organ.name + ": " + std::to_string(organ.mesh.cells.size()) + " tetrahedra, " +
            (s.law == BodyLaw::Solid ? "neo-Hookean" : "edges and volumes") + ", " +
-           short_text(1e-3 * s.young_modulus_pa) + " kPa, ν " + short_text(s.poisson_ratio);
+           short_text(1e-3 * s.young_modulus_pa) + " kPa, ν " + short_text(s.poisson_ratio) +
+           (is_held ? "" : ", no node held");
 }
 
 /// The organ that carries each voxel of the scan, by label.
@@ -191,8 +223,7 @@ Result<std::unique_ptr<MeshTissue>> network_of(const MadeOrgans& made, const Vol
     if (made.organs.size() > 1)
         return expected_error("law", "a single body with springs",
                               std::to_string(made.organs.size()) + " bodies");
-    if (const Status checked = check(s, organ_rows()); !checked.ok())
-        return within(organ.name, checked.error());
+    if (const Status checked = check_organ(organ); !checked.ok()) return checked.error();
     if (!(s.poisson_ratio >= 0.25))
         return within(organ.name, expected_error("poisson_ratio", "0.25 or more with springs",
                                                  text_of(s.poisson_ratio)));
@@ -226,9 +257,10 @@ Result<std::unique_ptr<MeshTissue>> tissue_of(const MadeOrgans& made, const Volu
     TetMesh mesh;
     BodyPlan plan;
     for (std::size_t n = 0; n < made.organs.size(); ++n) {
-        if (const Status s = add(made.organs[n], fixed, parts, mesh); !s.ok()) return s.error();
+        const auto held = add(made.organs[n], fixed, parts, mesh);
+        if (!held) return held.error();
         plan.pieces.resize(mesh.cells.size(), std::int32_t(n));
-        plan.bodies += (n > 0 ? "\n" : "") + line_about(made.organs[n]);
+        plan.bodies += (n > 0 ? "\n" : "") + line_about(made.organs[n], *held > 0);
     }
     mesh.nodes_mm = parts.positions;
     const auto steps = body_steps(parts, file.time_step_s, file.sub_steps);

@@ -13,6 +13,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "mesh/box_tree.h"
 
 namespace pliant {
 namespace {
@@ -65,9 +66,24 @@ Result<std::vector<Vec3d>> way_from_file(const VesselFile& v) {
     return way;
 }
 
+/// Whether a catheter may lie in a file's vessel: one in metres is smaller than any catheter.
+Status check_size(std::span<const Vec3d> nodes_mm) {
+    constexpr double kShortest_mm = 10;  // [catheter] length_mm
+    mesh::Bounds box;
+    for (const Vec3d& p : nodes_mm) box.add(p);
+    const double across = nodes_mm.empty() ? kShortest_mm : norm(box.high - box.low);
+    if (across >= kShortest_mm) return Ok{};
+    return invalid("it is " + short_text(across) + " mm across, expected " +
+                   short_text(kShortest_mm) +
+                   " or more, the length of the shortest catheter; lengths are in millimetres: "
+                   "multiply metres by 1000");
+}
+
 Result<VesselWall> wall_of_given_mesh(const VesselFile& v, const TaskArena& arena) {
     auto mesh = read_tetrahedra(v.mesh);
     if (!mesh) return named(v.file + ": [vessel] mesh", mesh.error());
+    if (const Status s = check_size(mesh->nodes_mm); !s)
+        return named(v.file + ": [vessel] mesh: " + v.mesh, s.error());
     TriangleMesh lumen;
     if (!v.ghost.empty()) {
         auto ghost = read_surface(v.ghost);
@@ -82,6 +98,7 @@ Result<VesselWall> wall_of_given_mesh(const VesselFile& v, const TaskArena& aren
 Result<VesselWall> wall_of_surface(const VesselFile& v, const TaskArena& arena) {
     const auto surface = read_surface(v.surface);
     if (!surface) return surface.error();
+    if (const Status s = check_size(surface->nodes_mm); !s) return named(v.surface, s.error());
     std::vector<VesselEnd> ends;
     if (!v.ends.empty()) {
         const auto mesh = read_mesh(v.ends);
@@ -180,6 +197,7 @@ Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
     } else if (!v.centreline.empty()) {
         const auto mesh = read_mesh(v.centreline);
         if (!mesh) return mesh.error();
+        if (const Status s = check_size(mesh->nodes_mm); !s) return named(v.centreline, s.error());
         const auto centreline = centreline_of(*mesh);
         if (!centreline) return named(v.centreline, centreline.error());
         wall = wall_around_centreline(*centreline, v.wall, arena);
