@@ -22,7 +22,7 @@ import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
 import { lampReach, meteredExposure } from './exposure.ts';
 import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
 import { scaleOf } from '../state/units.ts';
-import { instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
+import { headOpacity, instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
 import { kNoLabels } from './label_field.ts';
 import { liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
@@ -102,6 +102,7 @@ export class EndoscopeView {
             toolAxes: Array.from({ length: kMaxTools }, () => new THREE.Vector3()),
             toolSides: Array.from({ length: kMaxTools }, () => new THREE.Vector4()),
             toolKinds: Array.from({ length: kMaxTools }, () => 0),
+            toolOpacities: Array.from({ length: kMaxTools }, () => 1),
             toolCount: 0,
             ...liningUniforms('airway'),
             noiseTile: this.noise,
@@ -305,6 +306,8 @@ export class EndoscopeView {
             triple('toolWrists', i, tool.wrist);
             triple('toolAxes', i, tool.axis);
             values<number>('toolKinds')[i] = kKinds[ball.kind];
+            values<number>('toolOpacities')[i] =
+                picture === this.inside ? headOpacity(ball, eye, state.view.fieldOfView) : 1;
             values<THREE.Vector3>('toolColours')[i]!.copy(ball.own ? kOwnTool : kOtherTool);
         });
     }
