@@ -372,6 +372,22 @@ TEST_F(FilesTest, OfSeveralImagesInAFileOneIsChosen) {
     EXPECT_TRUE(replay_session(session, m_arena).ok()) << "it names the image";
 }
 
+TEST_F(FilesTest, ALegacyVtkFileWithASurfaceBecomesABody) {
+    start();
+    TestClient a(port(), m_server->link());
+    a.enter();
+    const std::string octahedron =
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 6 float\n"
+        "20 0 0 -20 0 0 0 20 0 0 -20 0 0 0 20 0 0 -20\nPOLYGONS 8 32\n3 0 2 4\n3 2 1 4\n3 1 3 4\n"
+        "3 3 0 4\n3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n";
+    const std::string opened = open("organ.vtk", octahedron);
+    EXPECT_EQ(status_of(opened), "200") << opened;
+    follow(a);
+    EXPECT_EQ(a.welcome["volume"]["name"], "organ.vtk");
+    EXPECT_EQ(a.command({{"do", "push"}, {"point", {15, 0, 0}}, {"push", {-2, 0, 0}}})["status"],
+              "applied");
+}
+
 TEST_F(FilesTest, WhatIsTooLargeIsRefusedBeforeItIsSent) {
     start();
     TestClient a(port(), m_server->link());
