@@ -289,6 +289,8 @@ TEST_F(FilesTest, OfSeveralSeriesOneIsChosen) {
             DicomFile slice;
             slice.position = {0, 0, double(n)};
             slice.series = n < 3 ? "1.2.3" : "1.2.4";
+            slice.description = n < 3 ? "arterial" : "venous";
+            slice.series_number = n < 3 ? "7" : "2";
             slice.pixels.assign(12, std::int16_t(1000 + n));
             EXPECT_EQ(status_of(part(id, "IM" + std::to_string(n), slice.bytes())), "200");
         }
@@ -298,10 +300,17 @@ TEST_F(FilesTest, OfSeveralSeriesOneIsChosen) {
     EXPECT_EQ(status_of(asked), "300") << asked;
     const Json list = Json::parse(line_of(asked))["series"];
     ASSERT_EQ(list.size(), 2u);
-    EXPECT_EQ(list[0]["uid"], "1.2.3");
-    EXPECT_EQ(list[0]["slices"], 3);
-    EXPECT_EQ(list[1]["uid"], "1.2.4");
-    EXPECT_EQ(list[1]["slices"], 2);
+    const Json venous = {{"number", "2"},
+                         {"description", "venous"},
+                         {"modality", "CT"},
+                         {"slices", 2},
+                         {"volumes", 1},
+                         {"size", {4, 3, 2}},
+                         {"spacing_mm", {0.25, 0.5, 1.0}},
+                         {"uid", "1.2.4"}};
+    EXPECT_EQ(list[0], venous) << "by number";
+    EXPECT_EQ(list[1]["uid"], "1.2.3");
+    EXPECT_EQ(list[1]["slices"], 3);
     // Nothing has changed, and the files are still there.
     a.checked_checksum();
     EXPECT_EQ(status_of(done("one", "CT&series=1.2.4")), "200");
@@ -361,6 +370,22 @@ TEST_F(FilesTest, OfSeveralImagesInAFileOneIsChosen) {
     EXPECT_NE(a.checked_checksum()["volume"], sums["volume"]);
     m_server.reset();
     EXPECT_TRUE(replay_session(session, m_arena).ok()) << "it names the image";
+}
+
+TEST_F(FilesTest, ALegacyVtkFileWithASurfaceBecomesABody) {
+    start();
+    TestClient a(port(), m_server->link());
+    a.enter();
+    const std::string octahedron =
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 6 float\n"
+        "20 0 0 -20 0 0 0 20 0 0 -20 0 0 0 20 0 0 -20\nPOLYGONS 8 32\n3 0 2 4\n3 2 1 4\n3 1 3 4\n"
+        "3 3 0 4\n3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n";
+    const std::string opened = open("organ.vtk", octahedron);
+    EXPECT_EQ(status_of(opened), "200") << opened;
+    follow(a);
+    EXPECT_EQ(a.welcome["volume"]["name"], "organ.vtk");
+    EXPECT_EQ(a.command({{"do", "push"}, {"point", {15, 0, 0}}, {"push", {-2, 0, 0}}})["status"],
+              "applied");
 }
 
 TEST_F(FilesTest, WhatIsTooLargeIsRefusedBeforeItIsSent) {

@@ -23,7 +23,13 @@ function element(group: number, number: number, type: string, value: string | Bu
 const u16 = (value: number): Buffer => Buffer.from(Uint16Array.of(value).buffer);
 
 /// Encodes a slice of a series at a height [mm]; all pixels have one value [HU].
-export function dicomSlice(series: string, description: string, z: number, hu: number): Buffer {
+export function dicomSlice(
+    series: string,
+    description: string,
+    z: number,
+    hu: number,
+    number = '1',
+): Buffer {
     const instance = `${series}.${z + 1}`;
     const meta = Buffer.concat([
         element(2, 0x0002, 'UI', kCt),
@@ -42,6 +48,7 @@ export function dicomSlice(series: string, description: string, z: number, hu: n
         element(0x08, 0x0060, 'CS', 'CT'),
         element(0x08, 0x103e, 'LO', description),
         element(0x20, 0x000e, 'UI', series),
+        element(0x20, 0x0011, 'IS', number),
         element(0x20, 0x0032, 'DS', `0\\0\\${z}`),
         element(0x20, 0x0037, 'DS', '1\\0\\0\\0\\1\\0'),
         us(0x0002, 1),

@@ -51,7 +51,7 @@ export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
         counter.drawnVessels = (counter.drawnVessels ?? 1e6) + 1;
         view.setVessel(vessel as never, counter.drawnVessels);
         const rect = { x: 0, y: 0, width: w.width, height: w.height };
-        view.draw(renderer, state as never, w.balls ?? [], rect, 1, 0, undefined, w.moving);
+        view.draw(renderer, state as never, w.balls ?? [], rect, 1, { moving: w.moving });
         const gl = renderer.getContext() as WebGL2RenderingContext;
         const data = new Uint8Array(4 * w.width * w.height);
         gl.readPixels(0, 0, w.width, w.height, gl.RGBA, gl.UNSIGNED_BYTE, data);

@@ -13,7 +13,7 @@ import { test } from 'node:test';
 import { gunzipSync, gzipSync } from 'node:zlib';
 import { scanOf } from '../src/tools/dropped.ts';
 import { labelReason } from '../src/tools/label_guess.ts';
-import { seriesDescription } from '../src/tools/series.ts';
+import { type Series, seriesDescription, seriesRow } from '../src/tools/series.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
     compare,
@@ -373,8 +373,8 @@ test('the user chooses one of several DICOM series in a folder', async (t) => {
     const files = [0, 1, 2, 3, 4].map((z) => {
         const bytes =
             z < 3
-                ? dicomSlice('1.2.3', 'arterial', z, 10 * z)
-                : dicomSlice('1.2.4', 'venous', z, 10 * z);
+                ? dicomSlice('1.2.3', 'arterial', z, 10 * z, '11')
+                : dicomSlice('1.2.4', 'venous', z, 10 * z, '2');
         return { name: `IM${z}`, text: bytes.toString('base64') };
     });
     const { volume } = (await stateOf(page)).scan;
@@ -383,7 +383,14 @@ test('the user chooses one of several DICOM series in a folder', async (t) => {
     await agree();
     await dialog.waitFor();
     await picture(page, 'series');
-    assert.equal(await dialog.locator('.choices button').count(), 2);
+    const rows = await dialog
+        .locator('tr')
+        .evaluateAll((all) => all.map((row) => [...row.children].map((cell) => cell.textContent)));
+    assert.deepEqual(rows, [
+        ['number', 'description', 'modality', 'slices', 'size', 'spacing [mm]'],
+        ['2', 'venous', 'CT', '2', '8 × 6 × 2', '1 × 1 × 1'],
+        ['11', 'arterial', 'CT', '3', '8 × 6 × 3', '1 × 1 × 1'],
+    ]);
     await page.keyboard.press('Escape');
     await untilSaid('no series was chosen');
     assert.equal(await dialog.count(), 0);
@@ -391,10 +398,27 @@ test('the user chooses one of several DICOM series in a folder', async (t) => {
     // At once again: nothing of the first attempt is left.
     await drop(files);
     await agree();
-    await dialog.getByText('venous (2 slices)').click();
+    await dialog.getByRole('button', { name: 'venous' }).click();
     await untilScan('venous');
     assert.deepEqual((await stateOf(page)).scan.volume!.size, [8, 6, 2]);
     assert.deepEqual((await stateOf(page)).scan.volume!.range_hu, [30, 40]);
+});
+
+test('a series without a number, of several volumes or unreadable has a row as well', () => {
+    const usual: Series = {
+        number: '',
+        description: 'cine',
+        modality: 'MR',
+        slices: 60,
+        volumes: 20,
+        size: [256, 256, 3],
+        spacing_mm: [0.97656, 0.97656, 8],
+        uid: '1.2',
+    };
+    const several = ['', 'cine', 'MR', '60', '256 × 256 × 3 (20 volumes)', '0.9766 × 0.9766 × 8'];
+    assert.deepEqual(seriesRow(usual), several);
+    const faulty = { ...usual, volumes: 1, size: [0, 0, 0], fault: 'IM3: is cut off' } as const;
+    assert.deepEqual(seriesRow(faulty), ['', 'cine', 'MR', '60', "can't be read", '']);
 });
 
 test('files of a series have its description as their name, a folder keeps its own', async (t) => {

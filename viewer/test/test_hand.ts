@@ -182,6 +182,54 @@ test('a double click maximises and leaves the crosshair where it was; Esc shows 
     assert.equal((await stateOf(page)).display.maximised, null);
 });
 
+test('with tools that set points a double click is one click', async () => {
+    const at = await spot(page, 'axial', 0.4, 0.4);
+    for (const tool of ['9', '7']) {
+        await page.keyboard.press(tool);
+        await page.mouse.dblclick(...at);
+        await page.waitForTimeout(100);
+        const { display, marks, way } = await stateOf(page);
+        assert.equal(display.maximised, null);
+        assert.equal(marks.list.length, 0);
+        assert.ok(tool === '9' ? marks.pending.length === 1 : way.from && !way.busy);
+        // Nor do slow clicks at one place make a length of nothing.
+        await page.waitForTimeout(600);
+        await page.mouse.click(...at);
+        await page.waitForTimeout(100);
+        const later = await stateOf(page);
+        assert.equal(later.marks.list.length, 0);
+        assert.ok(tool === '9' ? later.marks.pending.length === 1 : later.way.from);
+        await page.keyboard.press('Escape');
+    }
+    await page.keyboard.press('1');
+});
+
+test('a number field is left with Enter, with Escape, and by the pointer over a view', async () => {
+    const field = page.getByLabel('Size, number');
+    const radius = async (): Promise<number> => (await stateOf(page)).tool.radius;
+    const tool = async (): Promise<string> => (await stateOf(page)).tool.name;
+    await page.keyboard.press('3');
+    const before = await radius();
+    await field.click();
+    await field.fill('7');
+    await page.mouse.move(...(await spot(page, 'axial')));
+    await page.keyboard.press('4');
+    assert.equal(await radius(), 7);
+    assert.equal(await tool(), 'grab');
+    await field.click();
+    await field.fill('9');
+    await page.keyboard.press('Escape');
+    assert.equal(await radius(), 7, 'given up');
+    assert.equal(await field.inputValue(), '7');
+    await page.keyboard.press('3');
+    assert.equal(await tool(), 'push');
+    await field.fill(String(before));
+    await page.keyboard.press('Enter');
+    assert.equal(await radius(), before);
+    await page.keyboard.press('1');
+    assert.equal(await tool(), 'look');
+});
+
 test('the wheel with Ctrl zooms at the pointer', async () => {
     const at = await spot(page, 'axial', 0.3, 0.35);
     await page.mouse.move(...at);

@@ -12,7 +12,7 @@ import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '.
 import type { Look } from '../src/state/state.ts';
 import type { Patch } from '../src/state/store.ts';
 import type { Session } from '../src/tools/session.ts';
-import type { ToolBall, ToolKind } from '../src/views/instruments.ts';
+import { headOpacity, type ToolBall, type ToolKind } from '../src/views/instruments.ts';
 import { different, drawn, misses } from './drawn.ts';
 import { tubeCentre } from './mock_scene.ts';
 import { page, useOnePage } from './one_page.ts';
@@ -264,6 +264,33 @@ test('a catheter 0.3 mm beside the eye is drawn whole', async () => {
         });
         assert.deepEqual(misses(found, solid, kSize).slice(0, 5), [], `along ${unit.join(' ')}`);
         covered += solid.filter(Boolean).length / solid.length;
+    }
+});
+
+test('a probe that covers much of the field shows the wall behind it', async () => {
+    const eye: Vec3 = kServer ? [0.3, -2.2, 40] : tubeCentre(20);
+    const camera: Camera = { eye, look: [0, 0, -1], up: [0, 1, 0] };
+    const ballOf = (radius: number, kind: ToolKind = 'ball'): ToolBall => {
+        return { centre: along(eye, 9, camera.look), radius, own: true, kind };
+    };
+    const opacityOf = (ball: ToolBall): number => headOpacity(ball, eye, kField);
+    assert.equal(opacityOf(ballOf(1.5)), 1);
+    assert.equal(opacityOf(ballOf(4, 'grasper')), 1);
+    for (const radius of [4, 8.9, 9, 12]) {
+        const opacity = opacityOf(ballOf(radius));
+        assert.ok(opacity > 0.2 && opacity < 0.3, `${radius} mm: ${opacity}`);
+    }
+    // Pixels at 0.7 radii from the middle, with a wall and without.
+    for (const [radius, seen] of [
+        [1.5, false],
+        [4, true],
+    ] as const) {
+        const scene = { ...empty, state: stateAt(camera), balls: [ballOf(radius)] };
+        const at = Math.floor(kSize / 2 + (0.7 * radius * kSize) / (2 * 9 * kSlope));
+        const pixel = 3 * (Math.floor(kSize / 2) * kSize + at);
+        const [wall, none] = [await drawn(page, { ...scene, iso: -500 }), await drawn(page, scene)];
+        const off = Math.abs(wall[pixel]! - none[pixel]!);
+        assert.ok(seen ? off > 10 : off === 0, `${radius} mm: ${off}`);
     }
 });
 

@@ -111,7 +111,7 @@ organTest('a push by the mouse is felt, and taken back', async () => {
     const pace = panel('Tissue').locator('.organs li').last();
     assert.match(
         (await pace.textContent())!,
-        /^(pace of the last motion: \d\.\d\d × real time|not moved yet)$/,
+        /^(pace of the last motion: (slow, 1\/\d+ of|[\d.]+ ×) real time|not moved yet)$/,
     );
     await page.keyboard.press('Digit1');
 });

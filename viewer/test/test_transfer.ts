@@ -127,3 +127,19 @@ test('rays beside the scan, and through values without extinction, see nothing',
     ])
         assert.deepEqual(seen, { light: [0, 0, 0], transmittance: 1, picked: undefined });
 });
+
+test('skin is as bright wherever its surface lies between voxels', () => {
+    const skin = kCtPresets.find(({ name }) => name === 'skin')!.transferOf(() => levels);
+    const spread = (transfer: Transfer): number => {
+        const seen = Array.from({ length: 11 }, (_, n) => {
+            const volume = uniform(40);
+            const at = (k: number): number => (k < 2 ? -1000 : k === 2 ? -1000 + 104 * n : 40);
+            for (let k = 0; k < 9; ++k) volume.halves.fill(halfOfFloat(at(k)), 81 * k, 81 * k + 81);
+            return blendAlong(volume, transfer, [8, 8, -30], [0, 0, 1]).light[1];
+        });
+        return Math.max(...seen) / Math.min(...seen) - 1;
+    };
+    assert.ok(spread(skin) < 0.02, `${spread(skin)}`);
+    const ramp = rampOf(-650, -50, 0.8, [196, 132, 104], [240, 200, 172]);
+    assert.ok(spread(ramp) > 0.05, `a ramp of colours: ${spread(ramp)}`);
+});

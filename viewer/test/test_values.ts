@@ -19,6 +19,7 @@ import {
     lengthFor,
     lengthLimits,
     lengthText,
+    paceText,
     roundLength,
     textWithUnit,
     unitOf,
@@ -42,6 +43,20 @@ const plain = (low: number, high: number, length_scale = 1): Kind => ({
 });
 const kThreshold = { unit: 'HU', low: -1000, high: 1000, step: 5 };
 const kRadius = { unit: 'mm', low: 0, high: 30, step: 0.5 };
+
+test('a slow pace is told in words', () => {
+    const texts = [0, 0.034, 0.05, 0.29, 0.3, 0.39, 1, 12.3].map(paceText);
+    assert.deepEqual(texts, [
+        '–',
+        'slow, 1/29 of real time',
+        'slow, 1/20 of real time',
+        'slow, 1/3 of real time',
+        '0.30 × real time',
+        '0.39 × real time',
+        '1.0 × real time',
+        '12 × real time',
+    ]);
+});
 
 test('steps are 1, 2 or 5 times a power of ten, and numbers have their decimals', () => {
     for (const [value, nearest, below] of [

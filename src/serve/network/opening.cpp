@@ -3,6 +3,8 @@
 
 #include "network/opening.h"
 
+#include <pliant/models/organs.h>
+
 #include <algorithm>
 #include <new>
 #include <vector>
@@ -32,7 +34,8 @@ Result<fs::path> find_scan(const Upload& upload) {
 /// Checks that a file refers to no file outside of its folder, and fits into memory.
 Status check_header_of(const fs::path& path) {
     const auto format = format_by_name(path);
-    if (!format) return Ok{};
+    // A legacy VTK file may hold a mesh.
+    if (!format || is_mesh_file(path)) return Ok{};
     if (Status status = check_file(path); !status) return status;
     auto header = read_image_header(path, *format);
     if (!header) return header.error();

@@ -306,9 +306,17 @@ std::string labels_text(std::uint32_t volume, const std::string& name,
 
 std::string series_text(std::span<const DicomSeries> list) {
     Json series = Json::array();
-    for (const DicomSeries& one : list)
-        series.push_back(
-            {{"uid", one.uid}, {"description", one.description}, {"slices", one.slices}});
+    for (const DicomSeries& one : list) {
+        series.push_back({{"number", one.number},
+                          {"description", one.description},
+                          {"modality", one.modality},
+                          {"slices", one.slices},
+                          {"volumes", one.volumes},
+                          {"size", json_of(one.size)},
+                          {"spacing_mm", json_of(one.spacing_mm)},
+                          {"uid", one.uid}});
+        if (!one.fault.empty()) series.back()["fault"] = one.fault;
+    }
     return text_of_json({{"series", series}});
 }
 

@@ -108,7 +108,8 @@ export const kCtPresets: readonly TransferPreset[] = [
     fixed(
         'skin',
         'the outer surface, −650 to −50 HU',
-        rampOf(-650, -50, 0.8, [196, 132, 104], [240, 200, 172]),
+        // One colour: the value at which rays end differs from voxel to voxel, in rings.
+        rampOf(-650, -50, 0.8, [232, 188, 160], [232, 188, 160]),
     ),
     fixed(
         'bones',

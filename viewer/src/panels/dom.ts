@@ -64,7 +64,9 @@ export function slider(s: SliderSettings): Control {
         'aria-label': `${s.label}, number`,
         // Keys are commands again after a number.
         onkeydown: (event) => {
-            if ((event as KeyboardEvent).key === 'Enter') number.blur();
+            const { key } = event as KeyboardEvent;
+            if (key === 'Escape') number.value = text(s.value());
+            if (key === 'Enter' || key === 'Escape') number.blur();
         },
     });
     let open = false;

@@ -36,13 +36,12 @@ function behind(session: Session, point: Vec3, view: View): Vec3 {
 export class Legend {
     private readonly title = h('span', { class: 'title' });
     private readonly bar = h('div', { class: 'bar' }, h('i'));
-    private readonly ends = [h('span'), h('span'), h('span')];
+    private readonly ends = [h('span'), h('span')];
     readonly element = h(
         'div',
         { class: 'legend', role: 'img', hidden: true },
-        this.title,
         this.bar,
-        h('div', { class: 'ends' }, ...this.ends),
+        h('div', { class: 'ends' }, this.ends[0], this.title, this.ends[1]),
     );
 
     constructor(private readonly session: Session) {
@@ -73,7 +72,7 @@ export class Legend {
         this.title.textContent = title;
         this.element.title = hint;
         this.bar.style.background = `linear-gradient(to right, ${colours.map(cssOf).join(', ')})`;
-        [low, (low + high) / 2, high].forEach((value, i) => {
+        [low, high].forEach((value, i) => {
             this.ends[i]!.textContent = label(value);
         });
         this.element.setAttribute(

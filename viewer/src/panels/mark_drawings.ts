@@ -175,17 +175,18 @@ function lumenMarks(session: Session, plane: SectionPlane): SVGElement[] {
 }
 
 const kLongestBar = 110; // [pixels]
+const kBarShare = 0.3; // of a small view: the letter in the middle stays free
 
-/// Length of a bar of scale [mm].
-export const barLength = (mmPerPixel: number): number => stepUpTo(kLongestBar * mmPerPixel);
+/// Length of a bar of scale in a view of a width [mm].
+const barLength = (mmPerPixel: number, width: number): number =>
+    stepUpTo(Math.min(kLongestBar, kBarShare * width) * mmPerPixel);
 
 function scaleBar(mmPerPixel: number, width: number, height: number): SVGElement[] {
-    const mm = barLength(mmPerPixel);
+    const mm = barLength(mmPerPixel, width);
     const long = mm / mmPerPixel;
-    const [right, y] = [width - 10, height - 10];
-    const left = right - long;
-    const d = `M${left} ${y - 4}V${y}H${right}V${y - 4}`;
-    const label = svg('text', { class: 'scale', x: left - 6, y });
+    const [right, y] = [width - 10, height - 7];
+    const d = `M${right - long} ${y - 4}V${y}H${right}V${y - 4}`;
+    const label = svg('text', { class: 'scale', x: right, y: y - 7 });
     label.textContent = mm >= 10 && mm % 10 === 0 ? `${mm / 10} cm` : `${mm} mm`;
     return [
         svg('path', { class: 'scale rim', d }),

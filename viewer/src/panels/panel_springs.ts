@@ -7,7 +7,7 @@ import { cssOf } from '../maths/colour_map.ts';
 import type { TissueState } from '../net/protocol.ts';
 import { springRows } from '../net/settings.ts';
 import { haveBodies, isOfBodies, lookOf } from '../state/labels.ts';
-import { lengthFor } from '../state/units.ts';
+import { lengthFor, paceText } from '../state/units.ts';
 import { button, checkbox, choice, h } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 
@@ -35,7 +35,7 @@ export function organLines(state: TissueState | undefined): string[] {
         ...state.bodies.split('\n'),
         `${particles} nodes, ${fixed_particles} of them held; ` +
             `edges of ${edge_mm.toPrecision(2)} mm`,
-        pace > 0 ? `pace of the last motion: ${pace.toFixed(2)} × real time` : 'not moved yet',
+        pace > 0 ? `pace of the last motion: ${paceText(pace)}` : 'not moved yet',
     ];
 }
 

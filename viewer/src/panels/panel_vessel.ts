@@ -5,6 +5,7 @@
 
 import type { VesselState } from '../net/protocol.ts';
 import { offersVessel } from '../state/state.ts';
+import { paceText } from '../state/units.ts';
 import { kMaxBend, kMaxInsert } from '../tools/catheter_hand.ts';
 import { button, checkbox, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
@@ -21,7 +22,7 @@ export function numbersOf(vessel: VesselState): Record<string, string> {
         'wall moved': `${vessel.wall_moved_mm.toFixed(2)} mm`,
         'deepest point': began ? `${depth} mm ${beyond ? 'outside' : 'inside'}` : '–',
         'sub-steps': vessel.sub_steps > 0 ? `${vessel.sub_steps} in a step` : '–',
-        pace: vessel.pace > 0 ? `${vessel.pace.toPrecision(2)} × real time` : '–',
+        pace: paceText(vessel.pace),
     };
 }
 

@@ -24,9 +24,9 @@ uniform vec2 empty[kMaxEmpty];  // intervals of values without extinction [HU]
 uniform float steep;            // change of the values that is a surface [HU/mm]
 uniform float stride;           // longest step [mm]
 uniform float phase;            // shift of the samples, 0…1 step
+uniform float dark;             // rays end below this transmittance
 
 const int kMaxSamples = 8192;
-const float kDark = 1e-3;  // rays end below this transmittance
 const float kAmbientShare = 0.35;
 
 vec4 transferAt(float value) {
@@ -78,7 +78,7 @@ void blend(inout vec3 light, inout float transmittance, vec3 o, vec3 d, vec3 ray
     vec3 forward = vec3(greaterThan(d, vec3(0.0)));
     float brickEnd = -1.0, i = 0.0;
     for (int n = 0; n < kMaxSamples; ++n) {
-        if (i >= count || transmittance < kDark) break;
+        if (i >= count || transmittance < dark) break;
         float t = begin + (i + offset) * step_mm;
         if (t >= reach) break;
         vec3 p = o + t * d;
@@ -117,6 +117,9 @@ void main() {
     float transmittance = 1.0;
     blend(light, transmittance, voxelOf(eye + start * ray), voxelVectorOf(ray), ray,
           nearest - start);
-    if (transmittance < kDark) transmittance = 0.0;
+    if (transmittance < dark) {  // the rest of the ray is as bright as what was seen
+        light /= 1.0 - transmittance;
+        transmittance = 0.0;
+    }
     colour = vec4(srgbOf(light + transmittance * behind), 1.0);
 }

@@ -22,6 +22,7 @@ uniform vec4 toolSides[kMaxTools];   // e, and half the opening of the jaws [rad
                                       // blade: 1, or -1 with its back towards -v
 uniform vec3 toolColours[kMaxTools]; // of the user, linear
 uniform int toolKinds[kMaxTools];
+uniform float toolOpacities[kMaxTools];  // of heads: large ones show the wall behind them
 uniform int toolCount;
 
 const vec3 kSteel = vec3(0.56, 0.59, 0.64);
@@ -213,9 +214,13 @@ void addInstruments(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 
         Hit hit = toolHit(i, o, d);
         if (hit.t >= kFar) continue;
         vec3 own = steel(hit, d, lamp ? hit.t : 0.0, upward);
+        float opacity = hit.head ? toolOpacities[i] : 1.0;
         if (hit.t < nearest) {
-            light = own;
-            nearest = hit.t;
+            // The rim and reflections stay, as in glass.
+            float facing = max(0.0, -dot(hit.normal, d));
+            float rim = (1.0 - facing) * (1.0 - facing);
+            light = mix(light, own, mix(rim, 1.0, opacity));
+            if (opacity == 1.0) nearest = hit.t;
         } else
             light = mix(light, own, hit.head ? kHeadBehind : kShaftBehind);
     }
@@ -256,7 +261,8 @@ float nearInstruments(vec3 world) {
     for (int i = 0; i < toolCount; ++i) {
         vec4 head = headCapsule(i), base = toolBases[i];
         float away = awayFrom(world, tools[i].xyz, head.xyz) - head.w;
-        open *= mix(0.35, 1.0, smoothstep(0.0, 0.9 * head.w, away));
+        float shade = 0.65 * toolOpacities[i] * toolOpacities[i];
+        open *= 1.0 - shade * (1.0 - smoothstep(0.0, 0.9 * head.w, away));
         if (base.w <= 0.0) continue;
         away = awayFrom(world, toolWrists[i], base.xyz);
         open *= mix(0.55, 1.0, smoothstep(base.w, 3.2 * base.w, away));
@@ -268,7 +274,8 @@ float instrumentShadow(vec3 world, vec3 toLamp, float far) {
     float lit = 1.0, s;
     for (int i = 0; i < toolCount; ++i) {
         vec4 head = headCapsule(i), base = toolBases[i];
-        lit *= pastCapsule(world, toLamp, far, tools[i].xyz, head.xyz, head.w, s);
+        float passed = pastCapsule(world, toLamp, far, tools[i].xyz, head.xyz, head.w, s);
+        lit *= mix(1.0, passed, toolOpacities[i]);
         if (base.w <= 0.0) continue;
         lit *= pastCapsule(world, toLamp, far, toolWrists[i], base.xyz, base.w, s);
     }

@@ -134,3 +134,12 @@ export const lengthLimits = (scan: Kind, { unit, low, high, step }: Limits): Lim
     high: roundLength(scan, high),
     step: roundLength(scan, step),
 });
+
+const kSlowPace = 0.3; // a hand no longer feels what it does
+
+/// Simulated over real time, in words where it is slow. @param pace  0: unknown
+export function paceText(pace: number): string {
+    if (!(pace > 0)) return '–';
+    if (pace < kSlowPace) return `slow, 1/${Math.round(1 / pace)} of real time`;
+    return `${pace.toPrecision(2)} × real time`;
+}

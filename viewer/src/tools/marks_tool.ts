@@ -44,6 +44,7 @@ interface Held {
     readonly point: number;
 }
 
+const kLeastStep = 0.01; // between the points of a mark, in a body [mm]
 const kClose = 0.005; // sufficient accuracy of a present position [mm]
 const kReachPixels = 9; // of a press from a mark's point
 const kBackOff = 25; // distance of the endoscope from a mark that it goes to, in a body [mm]
@@ -211,7 +212,14 @@ export class MarksTool {
     click(place: Vec3, spot?: Spot): void {
         const { kind, pending, list } = this.marks;
         if (!pending.length && spot && this.near(spot)) return;
-        const points = [...pending, this.restOf(place)];
+        const rest = this.restOf(place);
+        const last = pending[pending.length - 1];
+        const least = kLeastStep * scaleOf(this.scene.store.state.scan.volume);
+        if (last && norm(sub(rest, last)) < least) {
+            this.scene.say(`${kind}: the last point is here; click another one`);
+            return;
+        }
+        const points = [...pending, rest];
         if (points.length < kPointsOf[kind]) {
             this.set({ pending: points });
             const more = kPointsOf[kind] - points.length;

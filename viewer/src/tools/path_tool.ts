@@ -5,7 +5,7 @@
 // the tip and a click. The endoscope flies along it.
 
 import { Path, writePath } from '../maths/path.ts';
-import type { Vec3 } from '../maths/vec.ts';
+import { norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Way } from '../state/state.ts';
 import { lengthText, scaleOf } from '../state/units.ts';
 import { saveBlob } from './download.ts';
@@ -13,6 +13,7 @@ import type { Scene } from './scene.ts';
 
 // Lengths for a patient (scaleOf).
 const kReach = 5; // largest distance of a click on a wall to the lumen [mm]
+const kLeastWay = 0.01; // between the clicks [mm]
 const kSpeed = 20; // along the path [mm/s]
 
 export class PathTool {
@@ -36,6 +37,8 @@ export class PathTool {
         const { from, busy } = this.way;
         if (busy) this.scene.warn('the last path is still being computed');
         else if (!from) this.begin(place);
+        else if (norm(sub(place, from)) < kLeastWay * this.scale)
+            this.scene.say('the path begins here; click its end');
         else await this.find(from, place);
     }
 

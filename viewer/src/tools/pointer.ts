@@ -8,6 +8,8 @@
 //   left click   crosshair                                        Shift and move: crosshair too
 //   middle drag  pan                right drag  zoom              double click: maximise the view
 //
+// With the tools Measure and Path, which set points, a double click is one click.
+//
 // One finger is a left drag; in a section it scrolls slices with the tool Look. Two fingers zoom
 // and pan.
 
@@ -51,9 +53,18 @@ type DragKind =
     | 'tissue'
     | 'none';
 
+/// Takes the number in a field that has the focus: keys are commands again over a view.
+function leaveNumber(): void {
+    const field = document.activeElement;
+    if (field instanceof HTMLInputElement && field.type === 'number') field.blur();
+}
+
 /// Tests whether a drag changes the view, as one step of undo.
 const hasUndo = (kind: DragKind): boolean =>
     kind !== 'tissue' && kind !== 'device' && kind !== 'none';
+
+const isNear = (a: Spot, b: Spot | undefined): boolean =>
+    b?.view === a.view && Math.hypot(a.x - b.x, a.y - b.y) < 2 * kClickPixels;
 
 interface Drag {
     readonly kind: DragKind;
@@ -72,6 +83,7 @@ export class Pointer {
     private readonly fingers = new Fingers();
     private readonly pressing = new Pressing();
     private clicked = -Infinity; // time of the last click [ms]
+    private clickedAt: Spot | undefined;
     private beforeClick: Vec3 | undefined; // the crosshair before it, or before two in a row
 
     constructor(
@@ -104,6 +116,7 @@ export class Pointer {
             this.cancel();
         });
         element.addEventListener('pointerenter', () => {
+            leaveNumber();
             if (!this.drag) this.hover(view);
         });
         element.addEventListener('pointerleave', () => {
@@ -126,13 +139,19 @@ export class Pointer {
     private doubleClick(view: ViewName, event: MouseEvent): void {
         if ((event.target as HTMLElement).closest('button')) return;
         const { store } = this.session;
-        if (this.beforeClick) store.set({ sections: { cursor: this.beforeClick } });
         this.clicked = -Infinity;
+        if (this.setsPoints && !event.ctrlKey && !event.metaKey) return;
+        if (this.beforeClick) store.set({ sections: { cursor: this.beforeClick } });
         if (event.ctrlKey || event.metaKey) {
             const { volume } = this.session;
             const place = volume && pointAt(volume, store.state, this.spot(view, event));
             if (place) this.actions.endoscopeTo(place);
         } else this.actions.toggleMaximised(view);
+    }
+
+    private get setsPoints(): boolean {
+        const { name } = this.session.store.state.tool;
+        return name === 'measure' || name === 'path';
     }
 
     private activate(view: ViewName): void {
@@ -340,8 +359,11 @@ export class Pointer {
         const { volume, store, history } = this.session;
         if (!volume || store.state.scan.loaded < 1) return;
         const now = performance.now();
+        const isDouble = now - this.clicked < kDoubleMs && isNear(spot, this.clickedAt);
         if (now - this.clicked > kDoubleMs) this.beforeClick = store.state.sections.cursor;
         this.clicked = now;
+        this.clickedAt = spot;
+        if (isDouble && this.setsPoints) return;
         const point = pointAt(volume, store.state, spot);
         if (!point) return;
         if (store.state.tool.name === 'measure') {

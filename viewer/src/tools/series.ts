@@ -4,10 +4,45 @@
 // Scans in one upload, from which the user chooses one: DICOM series of a folder, or the images of
 // a file, such as points in time. And the description in a DICOM file.
 
+import type { Vec3 } from '../maths/vec.ts';
+
+/// A series of a folder, as `pliant info` lists it.
 export interface Series {
-    readonly uid: string;
+    readonly number: string; ///< may be empty, as may the description and the modality
     readonly description: string;
+    readonly modality: string;
     readonly slices: number;
+    readonly volumes: number;
+    readonly size: Vec3; ///< of the first volume [voxels]; zeros: unknown
+    readonly spacing_mm: Vec3; ///< of the first volume; zeros: unknown
+    readonly uid: string;
+    readonly fault?: string; ///< reason why it can't be read
+}
+
+export const kSeriesColumns = [
+    'number',
+    'description',
+    'modality',
+    'slices',
+    'size',
+    'spacing [mm]',
+] as const;
+
+/// Texts of a series for kSeriesColumns.
+export function seriesRow(series: Series): string[] {
+    const { number, description, modality, slices, volumes, size, spacing_mm, fault } = series;
+    const isKnown = size[0] > 0;
+    const extent = fault ? "can't be read" : isKnown ? size.join(' × ') : '';
+    const several = volumes > 1 ? ` (${volumes} volumes)` : '';
+    const spacing = spacing_mm.map((mm) => Number(mm.toPrecision(4))).join(' × ');
+    return [
+        number,
+        description,
+        modality,
+        String(slices),
+        extent + several,
+        isKnown ? spacing : '',
+    ];
 }
 
 export interface Choices {

@@ -22,7 +22,7 @@ import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
 import { lampReach, meteredExposure } from './exposure.ts';
 import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
 import { scaleOf } from '../state/units.ts';
-import { instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
+import { headOpacity, instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
 import { kNoLabels } from './label_field.ts';
 import { liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
@@ -54,6 +54,15 @@ const kSurface = linear(222, 150, 134);
 const kFog = linear(8, 6, 8);
 const kOwnTool = linear(120, 190, 235);
 const kOtherTool = linear(235, 200, 90);
+
+export interface Drawing {
+    readonly seed?: number; ///< of the quantum noise
+    /// Index of kPasses: the mean of the passes so far is shown; absent: a single picture.
+    readonly pass?: number | undefined;
+    /// Rows that are drawn, from below; absent: all.
+    readonly band?: { readonly from: number; readonly rows: number } | undefined;
+    readonly moving?: boolean | undefined; ///< the picture may be coarser
+}
 
 const vector = (v: Vec3): THREE.Vector3 => new THREE.Vector3(...v);
 
@@ -102,6 +111,7 @@ export class EndoscopeView {
             toolAxes: Array.from({ length: kMaxTools }, () => new THREE.Vector3()),
             toolSides: Array.from({ length: kMaxTools }, () => new THREE.Vector4()),
             toolKinds: Array.from({ length: kMaxTools }, () => 0),
+            toolOpacities: Array.from({ length: kMaxTools }, () => 1),
             toolCount: 0,
             ...liningUniforms('airway'),
             noiseTile: this.noise,
@@ -171,6 +181,7 @@ export class EndoscopeView {
     prepareInstruments(renderer: THREE.WebGLRenderer): void {
         this.inside.define({ INSTRUMENTS: true });
         this.target.setSize(1, 1);
+        this.target.scissorTest = false;
         renderer.setRenderTarget(this.target);
         this.inside.draw(renderer);
         renderer.setRenderTarget(null);
@@ -184,20 +195,14 @@ export class EndoscopeView {
     }
 
     /// Draws into a rectangle of the canvas.
-    /// @param scale  pixels of the target per pixel of the view
-    /// @param pass  index of kPasses: the mean of the passes so far is shown; absent: a single
-    /// picture
-    /// @param seed  of the quantum noise
-    /// @param moving  the picture may be coarser
+    /// @param scale  pixels of the target per pixel of the view; 1 for a band
     draw(
         renderer: THREE.WebGLRenderer,
         state: State,
         balls: readonly ToolBall[],
         rect: ViewRect,
         scale: number,
-        seed: number,
-        pass?: number,
-        moving = false,
+        { seed = 0, pass, band, moving = false }: Drawing = {},
     ): void {
         const width = Math.max(Math.round(rect.width * scale), 1);
         const height = Math.max(Math.round(rect.height * scale), 1);
@@ -213,9 +218,12 @@ export class EndoscopeView {
         const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
         const jitter = new THREE.Vector2((2 * dx) / width, (2 * dy) / height);
         picture.set({ jitter });
+        const { from, rows } = band ?? { from: 0, rows: rect.height };
+        this.target.scissorTest = band !== undefined;
+        this.target.scissor.set(0, from, width, rows);
         renderer.setRenderTarget(this.target);
         if (shadow) this.drawFluoroscopy(renderer, state, rect, seed);
-        else if (blended) this.drawBlended(renderer, state, moving, pass ?? 0);
+        else if (blended) this.drawBlended(renderer, state, moving, pass);
         else if (outside) this.drawOutside(renderer, state, aspect, jitter);
         else {
             renderer.clear(true, true, false);
@@ -224,7 +232,7 @@ export class EndoscopeView {
         renderer.setRenderTarget(null);
         this.copy.set({ picture: this.target.texture, share: 1 / ((pass ?? 0) + 1) });
         renderer.setViewport(rect.x, rect.y, rect.width, rect.height);
-        renderer.setScissor(rect.x, rect.y, rect.width, rect.height);
+        renderer.setScissor(rect.x, rect.y + from, rect.width, rows);
         this.copy.draw(renderer);
     }
 
@@ -305,6 +313,8 @@ export class EndoscopeView {
             triple('toolWrists', i, tool.wrist);
             triple('toolAxes', i, tool.axis);
             values<number>('toolKinds')[i] = kKinds[ball.kind];
+            values<number>('toolOpacities')[i] =
+                picture === this.inside ? headOpacity(ball, eye, state.view.fieldOfView) : 1;
             values<THREE.Vector3>('toolColours')[i]!.copy(ball.own ? kOwnTool : kOtherTool);
         });
     }
@@ -362,11 +372,13 @@ export class EndoscopeView {
         renderer: THREE.WebGLRenderer,
         state: State,
         moving: boolean,
-        pass: number,
+        pass: number | undefined,
     ): void {
         const { grid } = this.volume!.data;
-        const phase = pass / kPasses.length;
-        this.blended.set(transferUniforms(state, grid, moving, phase));
+        const phase = (pass ?? 0) / kPasses.length;
+        // Each pass has its own samples: the mean is as fine as one picture with short steps.
+        const coarse = moving || pass !== undefined;
+        this.blended.set(transferUniforms(state, grid, coarse, phase));
         renderer.clear(true, true, false);
         this.blended.draw(renderer);
     }

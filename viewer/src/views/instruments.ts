@@ -68,6 +68,8 @@ const kMinLean = (22 * Math.PI) / 180;
 const kLeans = 6; // number of angles to try
 const kShaftFree = 2; // length of shaft behind the wrist that is kept out of tissue [mm]
 const kMaxTurn = (75 * Math.PI) / 180; // of a head about the line of sight, relative to its shaft
+const kCoveredShares = [0.1, 0.2] as const; // of the field: a head becomes translucent
+const kClear = 0.25; // opacity of a translucent head
 const kTowardsWall = 2; // weight of the wall's direction over the shaft's
 /// Distance from the wrist to the sphere's centre [radii].
 const kReach: Record<ToolKind, number> = { ball: 0, grasper: 1.55, blade: 2, scoop: 0.8, scope: 0 };
@@ -83,6 +85,22 @@ export function channelOf(camera: Camera, size: number, { room, scale }: Lumen):
 export function channelOffset(camera: Camera): Vec3 {
     const { right, up, forward } = frameOf(camera);
     return add(add(mul(kChannel.right, right), mul(kChannel.up, up)), mul(kChannel.ahead, forward));
+}
+
+/// Opacity of a head: a probe that covers much of the endoscope's round field is translucent, so
+/// that the dent behind it is seen. @param fieldOfView  [degrees]
+export function headOpacity(
+    { kind, centre, radius }: ToolBall,
+    eye: Vec3,
+    fieldOfView: number,
+): number {
+    if (kind !== 'ball') return 1;
+    const distance = norm(sub(centre, eye));
+    const beside = Math.sqrt(Math.max(distance ** 2 - radius ** 2, 1e-9));
+    const covered = (radius / beside / Math.tan((fieldOfView * Math.PI) / 360)) ** 2;
+    const [begin, end] = kCoveredShares;
+    const share = Math.min(Math.max((covered - begin) / (end - begin), 0), 1);
+    return 1 - share * (1 - kClear);
 }
 
 export function lumenOf(

@@ -5,7 +5,9 @@
 // keep their pixels. While something moves, the endoscope's picture is drawn with fewer pixels,
 // adapted to the last frame times; when all is still, it is drawn once more in full. A frame begins
 // when the graphics processor has finished the previous one, so that frames never queue up. The
-// first picture of a scan has a third of the resolution, since the machine's speed is unknown.
+// first picture of a scan, and of each kind of picture, has a third of the resolution, since the
+// machine's speed is unknown. A slow machine draws a full picture in bands, one per frame, so that
+// it follows a change at once.
 
 import * as THREE from 'three';
 import type { VolumeData } from '../maths/volume.ts';
@@ -28,6 +30,7 @@ const kScales = [1, 0.66, 0.5, 0.35, 0.25];
 const kFirstQuality = 3; // index of kScales for the first picture
 const kSlowMs = 45; // frame time above which pixels are reduced
 const kQuickMs = 22; // frame time below which pixels are increased
+const kBands = 8; // of a full picture
 const kStillMs = 180; // time without a change before the full picture
 
 /// Groups of the state that the views depend on, apart from the threshold and the cut face.
@@ -46,6 +49,10 @@ const inEndoscope = (state: State): unknown[] => {
     return [...inAllViews(state), view, look, fluoro, rendering, flight, versions, hands];
 };
 const inSections = (state: State): unknown[] => [...inAllViews(state), state.sections];
+
+/// Kind of the endoscope's picture: each has a speed of its own.
+const kindOf = ({ view, look }: State): string =>
+    view.outside ? `${view.fluoroscopy} ${view.blended}` : look.style;
 
 const differ = (a: readonly unknown[], b: readonly unknown[]): boolean =>
     a.some((part, i) => part !== b[i]);
@@ -96,6 +103,7 @@ export class Stage {
     private blank = true; // gaps between the views may hold old pixels
     private prepared = false; // programs for instruments are compiled
     private pass = 0; // next index of kPasses while all is still
+    private row = 0; // next row of the pass, from above
     private lost = false;
     balls: readonly ToolBall[] = [];
 
@@ -189,8 +197,13 @@ export class Stage {
     invalidate(): void {
         this.blank = true;
         for (const view of kViews) this.stale.add(view);
+        this.beginPicture();
+    }
+
+    private beginPicture(): void {
         this.full = false;
         this.pass = 0;
+        this.row = 0;
         this.lastChange = performance.now();
     }
 
@@ -285,6 +298,10 @@ export class Stage {
         const wall =
             state.shared?.iso_hu !== before.shared?.iso_hu ||
             state.shared?.polarity !== before.shared?.polarity;
+        if (kindOf(state) !== kindOf(before)) {
+            this.quality = Math.max(this.quality, kFirstQuality);
+            this.frameMs = 0;
+        }
         const { sections: now, view } = state;
         const then = before.sections;
         if (state.display.maximised !== before.display.maximised) this.blank = true;
@@ -297,9 +314,7 @@ export class Stage {
 
     private markEndoscope(): void {
         this.stale.add('endoscope');
-        this.full = false;
-        this.pass = 0;
-        this.lastChange = performance.now();
+        this.beginPicture();
     }
 
     private fitCanvas(): void {
@@ -337,7 +352,10 @@ export class Stage {
             this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.setLabels(this.labels && this.labelColours.uniforms(state, this.labels));
             this.endoscope.setVessel(this.vessel, state.versions.vessel);
-            const pass = passes ? this.pass++ : undefined;
+            const pass = passes ? this.pass : undefined;
+            const left = rect.height - this.row;
+            const rows = passes ? Math.min(Math.ceil(rect.height / kBands), left) : rect.height;
+            const band = passes ? { from: left - rows, rows } : undefined;
             const seed = still ? 0 : this.framesDrawn; // a still picture doesn't flicker
             const { renderer, balls } = this;
             planesOf(state, rect).forEach(({ view: seen, x, y, width, height }, n) => {
@@ -348,8 +366,13 @@ export class Stage {
                     height,
                 };
                 const shown = { ...state, view: seen };
-                this.endoscope.draw(renderer, shown, balls, part, scale, seed + n, pass, !still);
+                const more = { seed: seed + n, pass, band, moving: !still };
+                this.endoscope.draw(renderer, shown, balls, part, scale, more);
             });
+            if (passes && rows === left) {
+                this.row = 0;
+                ++this.pass;
+            } else if (passes) this.row += rows;
             this.full = still && (!passes || this.pass === kPasses.length);
         } else this.drawSection(view, state, rect);
     }

@@ -13,8 +13,10 @@ import { orbitCamera } from './orbit.ts';
 import type { SectionPlane } from './section_geometry.ts';
 
 const kMaxEmpty = 4; // as in the shader
-const kStillStep = 0.5; // of the smallest voxel spacing, as in C++
-const kMovingStep = 1;
+const kFineStep = 0.5; // of the smallest voxel spacing, as in C++
+const kCoarseStep = 1;
+const kFineDark = 1e-3; // transmittance at which rays end, as in C++
+const kCoarseDark = 1e-2;
 const kFar = 1e30; // stands for infinity in uniforms
 
 const vectors4 = (length: number): THREE.Vector4[] =>
@@ -33,14 +35,15 @@ export const kNoTransfer = (): Record<string, unknown> => ({
     empty: vectors2(kMaxEmpty),
     steep: 1,
     stride: 1,
+    dark: kFineDark,
     phase: 0,
 });
 
-/// Uniforms of the volume rendering. @param moving  longer steps
+/// Uniforms of the volume rendering. @param coarse  longer steps, and shorter rays
 export function transferUniforms(
     state: State,
     grid: Grid,
-    moving: boolean,
+    coarse: boolean,
     phase: number,
 ): Record<string, unknown> {
     const { transfer, opacity, shift, cut } = state.rendering;
@@ -68,7 +71,8 @@ export function transferUniforms(
         transferCount: points.length,
         empty,
         steep: steepOf(points),
-        stride: (moving ? kMovingStep : kStillStep) * Math.min(...grid.spacing),
+        stride: (coarse ? kCoarseStep : kFineStep) * Math.min(...grid.spacing),
+        dark: coarse ? kCoarseDark : kFineDark,
         phase,
     };
 }
