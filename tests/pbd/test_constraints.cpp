@@ -181,6 +181,49 @@ TEST(Constraints, TheSolidsEnergyIsNeoHookesAndItsGradientsAreItsForces) {
     }
 }
 
+TEST(Constraints, AtRestAWarmProjectionKeepsTheLawsForces) {
+    for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        Vec3d rest[4], positions[4];
+        random_tetrahedron(random, rest);
+        random_tetrahedron(random, positions);
+        const PbdParts parts{.positions = {rest[0], rest[1], rest[2], rest[3]}};
+        const auto numbers =
+            pbd::solid_numbers(parts, {{0, 1, 2, 3}, random.real(1, 10), random.real(0.1, 0.49)});
+        pbd::Solid<double> s{};
+        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = numbers.inverse[n];
+        const pbd::WarmSolid<double> warm = pbd::warm_solid(numbers);
+        Corners p;
+        set_corners(positions, p);
+        for (pbd::Corner<double>& corner : p) corner.w = random.real(0.5, 2);
+        pbd::Balanced<double> forces;
+        EXPECT_GT(pbd::recall_solid(p, warm, forces), 0);
+        const auto c = pbd::solid_constraints(p, s);
+        double largest = 0;
+        for (int n = 1; n < 4; ++n) {
+            const Vec3d law = (-c.h / numbers.h_compliance) * as_vec(c.gh[n]) -
+                              (c.e / numbers.e_compliance) * as_vec(c.ge[n]);
+            largest = std::max(largest, norm(law));
+            EXPECT_LT(norm(as_vec(forces[n]) - law), 1e-9 * (1 + norm(law))) << n;
+        }
+        pbd::Balanced<double> kept;
+        std::copy(forces, forces + 4, kept);
+        pbd::project_warm(p, warm, kept);
+        for (int n = 0; n < 4; ++n) {
+            EXPECT_LT(norm(as_vec(kept[n]) - as_vec(forces[n])), 1e-9 * (1 + largest)) << n;
+            EXPECT_LT(norm(as_vec(p[n].p) - positions[n]), 1e-9 * (1 + largest)) << n;
+        }
+        // From none, it finds a part of them, and momentum is kept.
+        for (auto& f : kept) f = {0, 0, 0};
+        pbd::project_warm(p, warm, kept);
+        Vec3d momentum{0, 0, 0};
+        for (int n = 0; n < 4; ++n)
+            momentum = momentum + (1 / p[n].w) * (as_vec(p[n].p) - positions[n]);
+        EXPECT_LT(norm(momentum), 1e-9 * (1 + largest));
+    }
+}
+
 /// A body of one constraint between four free particles, far from its rest shape.
 PbdParts one_constraint(Random& random, PbdKind kind, double compliance) {
     PbdParts parts;

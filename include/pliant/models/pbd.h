@@ -129,8 +129,8 @@ struct PbdSettings {
     bool warm_starts = false;
 };
 
-/// Number of sub-steps in which a pressure wave crosses an edge of the mean solid at most, of a
-/// tetrahedron that is a sixth of a cube: those that warm_starts needs. @param duration  of all
+/// Number of sub-steps that warm_starts needs, for forces within 5 % of the law's at rest: a
+/// pressure wave crosses about an edge of the median solid in each. @param duration  of all of them
 double wave_sub_steps(const PbdParts& parts, double duration);
 
 /// Rows of the settings; their numbers are in any consistent set of units.
@@ -157,7 +157,7 @@ class PbdBody {
     ///          step changes nothing
     Status step(std::int32_t count, const TaskArena& arena);
     /// Begins the next step with the forces of the present shape; see PbdSettings::warm_starts. A
-    /// new body does so by itself.
+    /// new body does so by itself, and one whose particles have become held or free.
     void recall_forces() noexcept;
 
     std::int32_t particle_count() const;

@@ -140,31 +140,36 @@ void PbdBody::recall_forces() noexcept {
 }
 
 double wave_sub_steps(const PbdParts& parts, double duration) {
-    constexpr double kEdges = 0.95;  // that a wave crosses in a sub-step
-    // The density is that of the free nodes.
-    double mass = 0, free_volume = 0;
-    for (const double w : parts.inverse_masses) mass += w > 0 ? 1 / w : 0;
-    for (const PbdSolid& solid : parts.solids)
-        for (const std::int32_t node : solid.nodes)
-            if (parts.inverse_masses[std::size_t(node)] > 0)
-                free_volume += pbd::tetrahedron_volume(solid.nodes, parts.positions) / 4;
-    if (!(mass > 0 && free_volume > 0)) return 1;
-    struct Sum {
-        double edges = 0;
-        int count = 0;
-    };
-    std::map<std::pair<double, double>, Sum> by_material;
+    constexpr double kStiffness = 1.4;  // of the median solid: q of pbd.md, in a sub-step
+    using StiffnessAndVolume = std::pair<double, double>;
+    std::map<std::pair<double, double>, std::vector<StiffnessAndVolume>> by_material;
     for (const PbdSolid& solid : parts.solids) {
-        Sum& sum = by_material[{solid.young_modulus, solid.poisson_ratio}];
-        sum.edges += std::cbrt(6 * pbd::tetrahedron_volume(solid.nodes, parts.positions));
-        ++sum.count;
+        const pbd::SolidNumbers s = pbd::solid_numbers(parts, solid);
+        const auto weight = [&](std::size_t n) {
+            return parts.inverse_masses[std::size_t(solid.nodes[n])];
+        };
+        Vec3d sum{0, 0, 0};  // of the gradients of the last three corners, that of the first is −
+        double weights = 0;
+        for (std::size_t n = 0; n < 3; ++n) {
+            const Vec3d g{s.inverse[3 * n], s.inverse[3 * n + 1], s.inverse[3 * n + 2]};
+            sum = sum + g;
+            weights += weight(n + 1) * dot(g, g);
+        }
+        weights += weight(0) * dot(sum, sum);
+        if (!(weights > 0)) continue;
+        const double bulk = 1 / s.h_compliance + 2 / (3 * s.e_compliance);
+        by_material[{solid.young_modulus, solid.poisson_ratio}].push_back(
+            {bulk * weights, pbd::tetrahedron_volume(solid.nodes, parts.positions)});
     }
     double most = 1;
-    for (const auto& [material, sum] : by_material) {
-        const auto [young, nu] = material;
-        const double modulus = young * (1 - nu) / ((1 + nu) * (1 - 2 * nu));  // λ + 2µ
-        const double speed = std::sqrt(modulus * free_volume / mass);
-        most = std::max(most, duration * speed * sum.count / (kEdges * sum.edges));
+    for (auto& [material, solids] : by_material) {
+        std::sort(solids.begin(), solids.end());
+        double left = 0;
+        for (const auto& [stiffness, volume] : solids) left += volume / 2;
+        auto median = solids.begin();
+        for (; median + 1 != solids.end() && median->second < left; ++median)
+            left -= median->second;
+        most = std::max(most, duration * std::sqrt(median->first / kStiffness));
     }
     return most;
 }
@@ -269,6 +274,12 @@ std::vector<Vec3d> PbdBody::constraint_forces() const {
                 if (!(length > 0)) continue;
                 add(nodes[0], lambda / length, {d.x, d.y, d.z});
                 add(nodes[1], -lambda / length, {d.x, d.y, d.z});
+            } else if (PbdKind(kind) == PbdKind::Solid && m_impl->settings.warm_starts) {
+                const auto f = solver.solid_forces(std::int32_t(c));
+                for (std::size_t n = 0; n < 3; ++n) {
+                    add(nodes[n + 1], 1, {f[n].x, f[n].y, f[n].z});
+                    add(nodes[0], -1, {f[n].x, f[n].y, f[n].z});
+                }
             } else if (PbdKind(kind) == PbdKind::Solid) {
                 const pbd::SolidNumbers numbers = pbd::solid_numbers(parts, parts.solids[c]);
                 pbd::Solid<double> s{};

@@ -18,26 +18,33 @@ struct PackArrays {
     Real* multipliers;
 };
 
+inline constexpr int kWarm = 10;
+
 template <class Real>
 struct ProjectArrays {
     Real* particles;  ///< x, y, z, inverse mass
     PackArrays<Real> kinds[kKinds];
     Real compliance_scale;  ///< 1/h²
+    Real square_step;       ///< h²
     bool compliant;         ///< PbdMethod
     bool first;             ///< first iteration of the sub-step: multipliers count as 0
     bool backward;          ///< opposite order of all constraints
-    bool warm = false;      ///< those of solids don't: they are the last sub-step's
-    Real* moves = nullptr;  ///< [particle][4], of Kernels::warm
+    bool last;              ///< last iteration of the sub-step
+    /// Of solids with warm starts; else null: [pack][kWarm][lane], the share of the forces on the
+    /// last three corners with which the next sub-step begins, and that share.
+    Real* forces;
+    Real* moves;  ///< [particle][4]: displacements by these forces
 };
 
 /// Update of particles [particle][4]; the fourth component is the inverse mass in x and 0 in v:
 ///
 ///   v ← (v + (x − before) · per_h) · keep + push,  x ← before ← x + h v
 ///
-/// if the inverse mass isn't 0; otherwise v ← 0.
+/// if the inverse mass isn't 0; otherwise v ← 0. Then x ← x + moves and moves ← 0,
+/// unless they are null.
 template <class Real>
 struct MoveArrays {
-    Real *x, *before, *v;
+    Real *x, *before, *v, *moves;
     Real h, per_h, keep;
     Real push[4];
 };
@@ -47,10 +54,8 @@ struct Kernels {
     void (*project)(const ProjectArrays<Real>& arrays, const Domain& domain);
     /// Particles begin…end, both multiples of four.
     void (*move)(const MoveArrays<Real>& arrays, std::int64_t begin, std::int64_t end);
-    /// Multipliers of the solids' present forces.
+    /// Sets the forces of the solids to those of the present shape.
     void (*recall)(const ProjectArrays<Real>& arrays, const Domain& domain);
-    /// Adds the displacements by the solids' multipliers to `moves`.
-    void (*warm)(const ProjectArrays<Real>& arrays, const Domain& domain);
 };
 
 template <class Real>

@@ -32,27 +32,6 @@ struct Lane {
     }
 };
 
-template <class Real>
-using SolidLane = Lane<Real, int(PbdKind::Solid)>;
-
-/// @pre in the first iteration of a sub-step, multipliers count as 0 unless a.warm
-template <class Real>
-Solid<Real> solid_of(const ProjectArrays<Real>& a, const SolidLane<Real>& lane) {
-    Solid<Real> s{};
-    for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
-    s.h_compliance = lane.number(9) * a.compliance_scale;
-    s.e_compliance = lane.number(10) * a.compliance_scale;
-    if (a.first && !a.warm) return s;
-    s.h_multiplier = lane.multiplier(0);
-    s.e_multiplier = lane.multiplier(1);
-    return s;
-}
-template <class Real>
-void keep_multipliers(const SolidLane<Real>& lane, const Solid<Real>& s) {
-    lane.multiplier(0) = s.h_multiplier;
-    lane.multiplier(1) = s.e_multiplier;
-}
-
 template <class Real, int Kind, bool Compliant>
 void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
     constexpr int kCount = kCorners[Kind];
@@ -60,9 +39,15 @@ void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
     for (int n = 0; n < kCount; ++n) p[n] = load(a.particles + lane.corner(n));
     const auto so_far = [&](int n) { return a.first ? Real(0) : lane.multiplier(n); };
     if constexpr (Kind == int(PbdKind::Solid)) {
-        Solid<Real> s = solid_of(a, lane);
+        Solid<Real> s{};
+        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
+        s.h_compliance = lane.number(9) * a.compliance_scale;
+        s.e_compliance = lane.number(10) * a.compliance_scale;
+        s.h_multiplier = so_far(0);
+        s.e_multiplier = so_far(1);
         project_solid(p, s);
-        keep_multipliers(lane, s);
+        lane.multiplier(0) = s.h_multiplier;
+        lane.multiplier(1) = s.e_multiplier;
     } else {
         Law<Real> law{lane.number(1), so_far(0)};
         if constexpr (Compliant) law.number = law.number * a.compliance_scale;
@@ -86,57 +71,75 @@ void project_packs(const ProjectArrays<Real>& a, PackRange range) {
     }
 }
 
+template <class Real>
+void work_warm_lane(const ProjectArrays<Real>& a, const Lane<Real, int(PbdKind::Solid)>& lane,
+                    bool recall) {
+    Corner<Real> p[4];
+    for (int n = 0; n < 4; ++n) p[n] = load(a.particles + lane.corner(n));
+    const WarmSolid<Real> s{lane.number(0),
+                            lane.number(1),
+                            lane.number(2),
+                            lane.number(3),
+                            lane.number(4),
+                            lane.number(5),
+                            lane.number(6),
+                            lane.number(7) * a.square_step,
+                            lane.number(8) * a.square_step};
+    const auto kept = [&](int n) -> Real& { return a.forces[lane.at(kWarm, n)]; };
+    Balanced<Real> f;
+    for (int n = 0; n < 3; ++n) f[n + 1] = {kept(3 * n), kept(3 * n + 1), kept(3 * n + 2)};
+    balance(f);
+    Real share = recall ? recall_solid(p, s, f) : project_warm(p, s, f);
+    if (!a.last) share = 1;
+    for (int n = 0; n < 4; ++n) {
+        store(p[n], a.particles + lane.corner(n));
+        f[n] = scaled(share, f[n]);
+        if (n > 0) {
+            kept(3 * n - 3) = f[n].x;
+            kept(3 * n - 2) = f[n].y;
+            kept(3 * n - 1) = f[n].z;
+        }
+        if (!a.last) continue;
+        Corner<Real> moved = load(a.moves + lane.corner(n));
+        moved.p = moved.p + scaled(signed_weight(p, n), f[n]);
+        store(moved, a.moves + lane.corner(n));
+    }
+    kept(9) = share;
+}
+template <class Real>
+void work_warm_packs(const ProjectArrays<Real>& a, PackRange range, bool recall) {
+    for (std::int32_t n = range.begin; n < range.end; ++n) {
+        const std::int32_t pack = a.backward ? range.begin + range.end - 1 - n : n;
+        for (std::size_t lane = 0; lane < kPack; ++lane)
+            work_warm_lane<Real>(a, {a.kinds[int(PbdKind::Solid)], std::size_t(pack), lane},
+                                 recall);
+    }
+}
+template <class Real>
+void project_solids(const ProjectArrays<Real>& a, PackRange range) {
+    a.forces ? work_warm_packs(a, range, false)
+             : project_packs<Real, int(PbdKind::Solid), true>(a, range);
+}
+template <class Real>
+void recall(const ProjectArrays<Real>& a, const Domain& domain) {
+    work_warm_packs(a, domain.packs[int(PbdKind::Solid)], true);
+}
+
 template <class Real, bool Compliant>
 void project_kinds(const ProjectArrays<Real>& a, const Domain& domain) {
-    if (a.backward) project_packs<Real, 3, true>(a, domain.packs[3]);
+    if (a.backward) project_solids(a, domain.packs[3]);
     if (a.backward) project_packs<Real, 2, Compliant>(a, domain.packs[2]);
     if (a.backward) project_packs<Real, 1, Compliant>(a, domain.packs[1]);
     project_packs<Real, 0, Compliant>(a, domain.packs[0]);
     if (a.backward) return;
     project_packs<Real, 1, Compliant>(a, domain.packs[1]);
     project_packs<Real, 2, Compliant>(a, domain.packs[2]);
-    project_packs<Real, 3, true>(a, domain.packs[3]);
+    project_solids(a, domain.packs[3]);
 }
 
 template <class Real>
 void project(const ProjectArrays<Real>& a, const Domain& domain) {
     a.compliant ? project_kinds<Real, true>(a, domain) : project_kinds<Real, false>(a, domain);
-}
-
-template <class Real, class Work>
-void for_solids(const ProjectArrays<Real>& a, const Domain& domain, const Work& work) {
-    const PackRange range = domain.packs[int(PbdKind::Solid)];
-    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
-        for (std::size_t n = 0; n < kPack; ++n) {
-            const SolidLane<Real> lane{a.kinds[int(PbdKind::Solid)], std::size_t(pack), n};
-            Corner<Real> p[4];
-            for (int k = 0; k < 4; ++k) p[k] = load(a.particles + lane.corner(k));
-            work(lane, p);
-        }
-}
-
-template <class Real>
-void recall(const ProjectArrays<Real>& a, const Domain& domain) {
-    for_solids(a, domain, [&](const SolidLane<Real>& lane, const Corner<Real>(&p)[4]) {
-        Solid<Real> s = solid_of(a, lane);
-        recall_solid(p, s);
-        keep_multipliers(lane, s);
-    });
-}
-
-template <class Real>
-void warm(const ProjectArrays<Real>& a, const Domain& domain) {
-    for_solids(a, domain, [&](const SolidLane<Real>& lane, const Corner<Real>(&p)[4]) {
-        Solid<Real> s = solid_of(a, lane);
-        Triple<Real> by[4];
-        warm_solid(p, s, by);
-        for (int n = 0; n < 4; ++n) {
-            Corner<Real> moved = load(a.moves + lane.corner(n));
-            moved.p = moved.p + by[n];
-            store(moved, a.moves + lane.corner(n));
-        }
-        keep_multipliers(lane, s);
-    });
 }
 
 template <class Real>
@@ -147,6 +150,9 @@ void move(const MoveArrays<Real>& a, std::int64_t begin, std::int64_t end) {
         a.v[n] = moves ? v : Real(0);
         a.x[n] = a.x[n] + a.h * a.v[n];
         a.before[n] = a.x[n];
+        if (!a.moves) continue;
+        a.x[n] = a.x[n] + a.moves[n];
+        a.moves[n] = 0;
     }
 }
 
@@ -154,7 +160,7 @@ void move(const MoveArrays<Real>& a, std::int64_t begin, std::int64_t end) {
 
 template <class Real>
 Kernels<Real> plain_kernels() {
-    return {project<Real>, move<Real>, recall<Real>, warm<Real>};
+    return {project<Real>, move<Real>, recall<Real>};
 }
 template Kernels<float> plain_kernels<float>();
 template Kernels<double> plain_kernels<double>();

@@ -99,6 +99,20 @@ HWY_INLINE void transpose(V& a, V& b, V& c, V& d) {
     d = hn::InterleaveUpper(tag, ac_high, bd_high);
 }
 
+/// Adds to the particles of the list.
+template <class Tag>
+HWY_INLINE void add_every_fourth(Tag d, hn::Vec<Tag> v, float* particles,
+                                 const std::uint32_t* list) {
+    constexpr std::size_t kCount = hn::MaxLanes(Tag());
+    if constexpr (kCount == 4) {
+        hn::StoreU(hn::LoadU(d, particles + list[0]) + v, d, particles + list[0]);
+    } else {
+        const hn::Half<Tag> half;
+        add_every_fourth(half, hn::LowerHalf(half, v), particles, list);
+        add_every_fourth(half, hn::UpperHalf(half, v), particles, list + kCount / 2);
+    }
+}
+
 HWY_INLINE Corner<V> load_corner(const float* particles, const std::uint32_t* list) {
     const D tag;
     V a = load_every_fourth(tag, particles, list), b = load_every_fourth(tag, particles, list + 1);
@@ -117,6 +131,16 @@ HWY_INLINE void store_corner(const Corner<V>& corner, float* particles, const st
     store_every_fourth(tag, d, particles, list + 3);
 }
 
+HWY_INLINE void add_to_corner(const Triple<V>& by, float* particles, const std::uint32_t* list) {
+    const D tag;
+    V a = by.x, b = by.y, c = by.z, d = hn::Zero(tag);
+    transpose(a, b, c, d);
+    add_every_fourth(tag, a, particles, list);
+    add_every_fourth(tag, b, particles, list + 1);
+    add_every_fourth(tag, c, particles, list + 2);
+    add_every_fourth(tag, d, particles, list + 3);
+}
+
 /// Processing of a pack's lanes: load, project, store.
 template <int Kind, bool Compliant>
 struct Lanes {
@@ -128,7 +152,7 @@ struct Lanes {
           numbers(a.kinds[Kind].numbers + pack * kNumbers[Kind] * kPack + lane),
           multipliers(a.kinds[Kind].multipliers + pack * kMultipliers[Kind] * kPack + lane),
           scale(a.compliance_scale),
-          first(a.first && !(Kind == int(PbdKind::Solid) && a.warm)) {}
+          first(a.first) {}
     HWY_INLINE void load(Corner<V> (&p)[kCount]) const {
         for (int n = 0; n < kCount; ++n) p[n] = load_corner(particles, lists + n * kPack);
     }
@@ -139,27 +163,19 @@ struct Lanes {
     HWY_INLINE V so_far(int n) const {
         return first ? hn::Zero(D()) : hn::Load(D(), multipliers + n * kPack);
     }
-    HWY_INLINE Solid<V> solid() const {
-        const V by_step = hn::Set(D(), scale);
-        Solid<V> s;
-        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = number(n);
-        s.h_compliance = hn::Mul(number(9), by_step);
-        s.e_compliance = hn::Mul(number(10), by_step);
-        s.h_multiplier = so_far(0);
-        s.e_multiplier = so_far(1);
-        return s;
-    }
-    HWY_INLINE void keep(const Solid<V>& s) const {
-        hn::Store(s.h_multiplier, D(), multipliers);
-        hn::Store(s.e_multiplier, D(), multipliers + kPack);
-    }
     HWY_INLINE void project(Corner<V> (&p)[kCount]) const {
         const D d;
         const V by_step = hn::Set(d, scale);
         if constexpr (Kind == int(PbdKind::Solid)) {
-            Solid<V> s = solid();
+            Solid<V> s;
+            for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = number(n);
+            s.h_compliance = hn::Mul(number(9), by_step);
+            s.e_compliance = hn::Mul(number(10), by_step);
+            s.h_multiplier = so_far(0);
+            s.e_multiplier = so_far(1);
             project_solid(p, s);
-            keep(s);
+            hn::Store(s.h_multiplier, d, multipliers);
+            hn::Store(s.e_multiplier, d, multipliers + kPack);
         } else {
             Law<V> law{number(1), so_far(0)};
             if constexpr (Compliant) law.number = hn::Mul(law.number, by_step);
@@ -213,50 +229,78 @@ void project_packs(const ProjectArrays<float>& a, PackRange range) {
     }
 }
 
+/// Lanes of solids with warm starts.
+struct WarmLanes : Lanes<int(PbdKind::Solid), true> {
+    HWY_INLINE WarmLanes(const ProjectArrays<float>& a, std::size_t pack, std::size_t lane)
+        : Lanes(a, pack, lane), a(a), kept(a.forces + pack * kWarm * kPack + lane) {}
+    HWY_INLINE WarmSolid<V> solid() const {
+        const V step2 = hn::Set(D(), a.square_step);
+        return {number(0), number(1), number(2),         number(3),        number(4),
+                number(5), number(6), number(7) * step2, number(8) * step2};
+    }
+    HWY_INLINE V force(int n) const { return hn::Load(D(), kept + n * kPack); }
+    HWY_INLINE void load_forces(Balanced<V>& f) const {
+        for (int n = 0; n < 3; ++n) f[n + 1] = {force(3 * n), force(3 * n + 1), force(3 * n + 2)};
+        balance(f);
+    }
+    HWY_INLINE void keep(const Corner<V> (&p)[4], Balanced<V>& f, V share) const {
+        if (!a.last) share = constant<V>(1);
+        for (int n = 0; n < 4; ++n) f[n] = scaled(share, f[n]);
+        for (int n = 0; n < 3; ++n) {
+            hn::Store(f[n + 1].x, D(), kept + 3 * n * kPack);
+            hn::Store(f[n + 1].y, D(), kept + (3 * n + 1) * kPack);
+            hn::Store(f[n + 1].z, D(), kept + (3 * n + 2) * kPack);
+        }
+        hn::Store(share, D(), kept + 9 * kPack);
+        if (!a.last) return;
+        for (int n = 0; n < 4; ++n)
+            add_to_corner(scaled(signed_weight(p, n), f[n]), a.moves, lists + n * kPack);
+    }
+
+    const ProjectArrays<float>& a;
+    float* kept;
+};
+
+void project_warm_packs(const ProjectArrays<float>& a, PackRange range) {
+    for (std::int32_t n = range.begin; n < range.end; ++n) {
+        const std::int32_t pack = a.backward ? range.begin + range.end - 1 - n : n;
+        for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
+            const WarmLanes some(a, std::size_t(pack), lane);
+            Corner<V> p[4];
+            Balanced<V> f;
+            some.load(p);
+            some.load_forces(f);
+            const V share = project_warm(p, some.solid(), f);
+            some.store(p);
+            some.keep(p, f, share);
+        }
+    }
+}
+
+void recall(const ProjectArrays<float>& a, const Domain& domain) {
+    const PackRange range = domain.packs[int(PbdKind::Solid)];
+    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
+        for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
+            const WarmLanes some(a, std::size_t(pack), lane);
+            Corner<V> p[4];
+            Balanced<V> f;
+            some.load(p);
+            const V share = recall_solid(p, some.solid(), f);
+            some.keep(p, f, share);
+        }
+}
+
 template <bool Compliant>
 void project_kinds(const ProjectArrays<float>& a, const Domain& domain) {
-    if (a.backward) project_packs<3, true>(a, domain.packs[3]);
+    const auto project_solids = a.forces ? project_warm_packs : project_packs<3, true>;
+    if (a.backward) project_solids(a, domain.packs[3]);
     if (a.backward) project_packs<2, Compliant>(a, domain.packs[2]);
     if (a.backward) project_packs<1, Compliant>(a, domain.packs[1]);
     project_packs<0, Compliant>(a, domain.packs[0]);
     if (a.backward) return;
     project_packs<1, Compliant>(a, domain.packs[1]);
     project_packs<2, Compliant>(a, domain.packs[2]);
-    project_packs<3, true>(a, domain.packs[3]);
-}
-
-template <class Work>
-HWY_INLINE void for_solids(const ProjectArrays<float>& a, const Domain& domain, const Work& work) {
-    const PackRange range = domain.packs[int(PbdKind::Solid)];
-    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
-        for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
-            const Lanes<int(PbdKind::Solid), true> some(a, std::size_t(pack), lane);
-            Corner<V> p[4];
-            some.load(p);
-            work(some, p);
-        }
-}
-
-void recall(const ProjectArrays<float>& a, const Domain& domain) {
-    for_solids(a, domain, [](const auto& some, const Corner<V>(&p)[4]) {
-        Solid<V> s = some.solid();
-        recall_solid(p, s);
-        some.keep(s);
-    });
-}
-
-void warm(const ProjectArrays<float>& a, const Domain& domain) {
-    for_solids(a, domain, [&](const auto& some, const Corner<V>(&p)[4]) {
-        Solid<V> s = some.solid();
-        Triple<V> by[4];
-        warm_solid(p, s, by);
-        for (int n = 0; n < 4; ++n) {
-            Corner<V> moved = load_corner(a.moves, some.lists + n * kPack);
-            moved.p = moved.p + by[n];
-            store_corner(moved, a.moves, some.lists + n * kPack);
-        }
-        some.keep(s);
-    });
+    project_solids(a, domain.packs[3]);
 }
 
 void project(const ProjectArrays<float>& a, const Domain& domain) {
@@ -274,13 +318,18 @@ void move(const MoveArrays<float>& a, std::int64_t begin, std::int64_t end) {
         const V kept = hn::IfThenElseZero(moves, v);
         const V moved = x + h * kept;
         hn::Store(kept, d, a.v + n);
-        hn::Store(moved, d, a.x + n);
         hn::Store(moved, d, a.before + n);
+        if (!a.moves) {
+            hn::Store(moved, d, a.x + n);
+            continue;
+        }
+        hn::Store(moved + hn::Load(d, a.moves + n), d, a.x + n);
+        hn::Store(hn::Zero(d), d, a.moves + n);
     }
 }
 
 Kernels<float> kernels_of_target() {
-    return {project, move, recall, warm};
+    return {project, move, recall};
 }
 
 #endif  // HWY_SCALAR

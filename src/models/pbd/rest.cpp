@@ -61,4 +61,20 @@ SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid) {
     return s;
 }
 
+WarmSolid<double> warm_solid(const SolidNumbers& s) {
+    const auto row = [&](int n) {
+        return Vec3d{s.inverse[3 * n], s.inverse[3 * n + 1], s.inverse[3 * n + 2]};
+    };
+    const auto m = [&](int a, int b) { return pliant::dot(row(a), row(b)); };
+    return {m(0, 0),
+            m(0, 1),
+            m(0, 2),
+            m(1, 1),
+            m(1, 2),
+            m(2, 2),
+            pliant::dot(pliant::cross(row(0), row(1)), row(2)),
+            1 / s.h_compliance,
+            1 / s.e_compliance};
+}
+
 }  // namespace pliant::pbd

@@ -12,11 +12,13 @@
 #include <utility>
 
 #include "base/hash.h"
+#include "pbd/arithmetic.h"
 #include "pbd/awake.h"
 
 namespace pliant::pbd {
 namespace {
 
+constexpr int kSolid = int(PbdKind::Solid);
 constexpr std::int64_t kGrain = 4096;    ///< particles per task
 constexpr std::int64_t kPinGrain = 512;  ///< attachments per task
 /// Particles per cache line; ranges of threads start at such multiples.
@@ -61,7 +63,9 @@ class SolverOf final : public Solver {
         m_awake_attachments.reserve(parts.attachments.size());
         m_pinned.reserve(parts.attachments.size());
         m_packs.emplace(parts, plan, m_numbers, settings.repacks);
-        if (settings.warm_starts) m_moves.assign(numbers, 0);
+        if (!settings.warm_starts) return;
+        m_moves.assign(numbers, 0);
+        m_solid_forces.assign(plan.kinds[kSolid].constraints.size() * std::size_t(kWarm), 0);
     }
 
     Status step(const TaskArena& arena) override {
@@ -69,15 +73,16 @@ class SolverOf final : public Solver {
         for (const std::size_t held : m_set_held) m_v[held] = m_v[held + 1] = m_v[held + 2] = 0;
         m_set_held.clear();
         if (m_all_set) stop_held();
-        if (m_settings.warm_starts && std::exchange(m_recalls, false))
-            for_domains(arena, m_kernels.recall, arrays(false, false), false);
+        if (m_settings.warm_starts && std::exchange(m_recalls, false)) {
+            std::fill(m_moves.begin(), m_moves.end(), Real(0));
+            for_domains(arena, m_kernels.recall, arrays(true, false, true), false);
+        }
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
-            if (m_settings.warm_starts) warm(arena);
             for (int i = 0; i < m_settings.iterations; ++i) {
                 const bool backward = m_settings.alternates && i % 2 == 1;
                 if (backward) project_attachments(arena, false);
-                project(arena, i == 0, backward);
+                project(arena, i, backward);
                 if (!backward) project_attachments(arena, i == 0);
             }
             if (!m_parts.planes.empty()) project_planes(arena);
@@ -116,6 +121,16 @@ class SolverOf final : public Solver {
         const auto per_pack = std::size_t(kMultipliers[kind]);
         return double(m_multipliers[kind][(pack * per_pack + std::size_t(part)) * kPack + lane]) /
                (h() * h());
+    }
+    std::array<Vec3d, 3> solid_forces(std::int32_t solid) const override {
+        const std::int32_t found = m_packs->slot(kSolid, solid);
+        std::array<Vec3d, 3> forces{};
+        if (found < 0) return forces;
+        const Real* f = m_solid_forces.data() + found / kPack * kWarm * kPack + found % kPack;
+        if (!(f[9 * kPack] > 0)) return forces;  // all corners are held
+        const double per = 1 / (double(f[9 * kPack]) * h() * h());
+        for (int n = 0; n < 9; ++n) forces[std::size_t(n / 3)][n % 3] = per * double(f[n * kPack]);
+        return forces;
     }
     Vec3d attachment_force(std::int32_t attachment) const override {
         const auto a = std::size_t(attachment);
@@ -228,6 +243,13 @@ class SolverOf final : public Solver {
                 break;
         }
         const SolidNumbers s = solid_numbers(m_parts, m_parts.solids[c]);
+        if (m_settings.warm_starts) {
+            const WarmSolid<double> w = warm_solid(s);
+            for (const double number : {w.m00, w.m01, w.m02, w.m11, w.m12, w.m22, w.per_volume,
+                                        w.h_stiffness, w.e_stiffness})
+                *to++ = number;
+            return;
+        }
         std::copy_n(s.inverse, 9, to);
         to[9] = s.h_compliance;
         to[10] = s.e_compliance;
@@ -239,6 +261,7 @@ class SolverOf final : public Solver {
         const MoveArrays<Real> arrays{m_x.data(),
                                       m_before.data(),
                                       m_v.data(),
+                                      or_null(m_moves),
                                       Real(h()),
                                       Real(ends_one ? 1 / h() : 0),
                                       Real(1 - m_settings.damping * h()),
@@ -279,6 +302,7 @@ class SolverOf final : public Solver {
             copy(m_good_x, m_x, begin, end);
             copy(m_good_v, m_v, begin, end);
         });
+        m_recalls = true;
         return Error{ErrorCode::LimitExceeded,
                      "step: a position or velocity is no longer finite; expected more sub-steps, "
                      "damping or compliance"};
@@ -379,6 +403,7 @@ class SolverOf final : public Solver {
         std::sort(m_pinned.begin(), m_pinned.end());
         m_pins_only = m_pinned.size() == m_awake_attachments.size() &&
                       std::adjacent_find(m_pinned.begin(), m_pinned.end()) == m_pinned.end();
+        m_recalls = true;
         m_has_woken = false;  // not before: if memory runs out, the next step repeats this
     }
     void stop_held() noexcept {
@@ -403,30 +428,24 @@ class SolverOf final : public Solver {
         m_kept_all = true;
     }
 
-    void project(const TaskArena& arena, bool first, bool backward) {
-        for_domains(arena, m_kernels.project, arrays(first, backward), backward);
+    void project(const TaskArena& arena, int iteration, bool backward) {
+        const bool last = iteration + 1 == m_settings.iterations;
+        for_domains(arena, m_kernels.project, arrays(iteration == 0, backward, last), backward);
     }
-    /// Moves particles by the solids' forces in the last sub-step.
-    void warm(const TaskArena& arena) {
-        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
-            std::fill(m_moves.data() + 4 * begin, m_moves.data() + 4 * end, Real(0));
-        });
-        for_domains(arena, m_kernels.warm, arrays(true, false), false);
-        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
-            for (auto c = std::size_t(4 * begin); c < std::size_t(4 * end); ++c)
-                m_x[c] = m_x[c] + m_moves[c];  // the fourth is 0
-        });
+    static Real* or_null(AlignedVector<Real>& values) {
+        return values.empty() ? nullptr : values.data();
     }
-
-    ProjectArrays<Real> arrays(bool first, bool backward) {
+    ProjectArrays<Real> arrays(bool first, bool backward, bool last) {
         ProjectArrays<Real> arrays{m_x.data(),
                                    {},
                                    Real(1 / (h() * h())),
+                                   Real(h() * h()),
                                    m_settings.method == PbdMethod::Compliance,
                                    first,
                                    backward,
-                                   m_settings.warm_starts,
-                                   m_moves.data()};
+                                   last,
+                                   or_null(m_solid_forces),
+                                   or_null(m_moves)};
         for (int kind = 0; kind < kKinds; ++kind)
             arrays.kinds[kind] = {m_packs->corners(kind), m_packs->numbers(kind),
                                   m_multipliers[kind].data()};
@@ -572,11 +591,11 @@ class SolverOf final : public Solver {
     std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
     AlignedVector<Real> m_kept_x, m_kept_v;
-    AlignedVector<Real> m_moves;  ///< [particle][4], in warm()
-    bool m_recalls = true;        ///< the next step begins with the forces of the present shape
-    bool m_keeps = false;         ///< keep() was called, and take_back() not since then
-    bool m_kept_all = false;      ///< includes particles outside of the awake ranges
-    bool m_kept_set = false;      ///< held particles may have had velocities
+    AlignedVector<Real> m_solid_forces, m_moves;  ///< of ProjectArrays; empty without warm starts
+    bool m_recalls = true;    ///< the next step begins with the forces of the present shape
+    bool m_keeps = false;     ///< keep() was called, and take_back() not since then
+    bool m_kept_all = false;  ///< includes particles outside of the awake ranges
+    bool m_kept_set = false;  ///< held particles may have had velocities
     std::atomic<bool> m_is_bad = false;
 };
 

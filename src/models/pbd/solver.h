@@ -13,6 +13,7 @@
 #include "base/aligned_array.h"
 #include "pbd/project.h"
 
+#include <array>
 #include <memory>
 
 namespace pliant::pbd {
@@ -30,6 +31,8 @@ class Solver {
     virtual void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) = 0;
     /// Returns λ/h². @param part  below kMultipliers[kind]
     virtual double multiplier(int kind, std::int32_t constraint, int part) const = 0;
+    /// Returns the forces on the last three corners. @pre warm starts
+    virtual std::array<Vec3d, 3> solid_forces(std::int32_t solid) const = 0;
     virtual Vec3d attachment_force(std::int32_t attachment) const = 0;
     virtual std::uint64_t hash() const = 0;
 
@@ -56,6 +59,10 @@ struct SolidNumbers {
     double h_compliance, e_compliance;
 };
 SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid);
+template <class V>
+struct WarmSolid;
+/// The same with 1/α instead of 1/α̃.
+WarmSolid<double> warm_solid(const SolidNumbers& numbers);
 
 double rest_length(const PbdParts& parts, const PbdDistance& distance);
 double rest_angle(const PbdParts& parts, const PbdBend& bend);
