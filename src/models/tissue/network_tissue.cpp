@@ -196,10 +196,10 @@ Record NetworkTissue::report() const {
                                   std::to_string(network.links().size()) + " links, " +
                                   std::to_string(m_rest.cells.size()) + " tetrahedra"},
                   {"solver", "implicit-euler"},
-                  {"network.carried_voxels", double(carried.voxel_count())}};
+                  {"network.carried_voxels", double(carried.voxel_count())},
+                  {"network.time_step_ms", 1000 * m_tissue.time_step()}};
     for (NamedValue& figure : figures())
-        record.emplace_back("network." + figure.name, std::move(figure.value));
-    record.emplace_back("network.time_step_ms", 1000 * m_tissue.time_step());
+        record.push_back({"network." + figure.name, std::move(figure.value)});
     return record;
 }
 
