@@ -157,7 +157,8 @@ TEST(Nifti2, WhatIsWrongIsSaidInOneLine) {
         const char* expected;
     } cases[] = {
         {[](auto& f) { f.magic = "n+1"; }, "magic is 'n+1', expected 'n+2' (NIfTI-2)"},
-        {[](auto& f) { f.magic = "ni2"; }, "is a NIfTI pair"},
+        {[](auto& f) { f.magic = "ni2"; },
+         "is the header of a NIfTI pair, expected a name that ends in .hdr"},
         {[](auto& f) { f.dim[0] = 8; }, "dim[0] is 8, expected 1 to 7"},
         {[](auto& f) { f.dim[1] = std::int64_t(1) << 62; }, "expected at most 65536 voxels"},
         {[](auto& f) { f.dim[2] = -1; }, "size is 4 × -1 × 2"},

@@ -103,8 +103,8 @@ void for_each_voxel(const Grid& grid, const Visit& visit) {
 TEST(ControlLattice, ApproachesInPartsAndArrivesWhereOneCallDoes) {
     const TaskArena arena(2);
     Instance instance;
-    instance.grid = {.first = {2, 1, 3}, .cell = {4, 4, 4}, .size = {13, 12, 11}};
-    instance.volume = make_volume({54, 50, 48}, {1, 1, 1}, [](Vec3d p) {
+    instance.grid = {.first = {2, 1, 3}, .cell = {7, 7, 7}, .size = {13, 12, 11}};
+    instance.volume = make_volume({90, 80, 76}, {1, 1, 1}, [](Vec3d p) {
         return float(std::fmod(7 * p.x + 3 * p.y + p.z, 100));
     });
     Random random(5);

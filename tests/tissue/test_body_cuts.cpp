@@ -27,7 +27,7 @@ constexpr std::uint32_t kHand = 3;
 constexpr double kAir = -1000, kTissue = 50;
 /// The bar that is cut: its left end lies in bone.
 constexpr Vec3d kLow_mm{6, 6, 6}, kHigh_mm{30, 18, 18};
-constexpr double kNoise_mm = 1e-5;  ///< of steps of a body at rest, in single precision
+constexpr double kNoise_mm = 2e-5;  ///< of steps of a body at rest, in single precision
 constexpr double kCut_mm = 17.3;    ///< plane of the cut along x, through tetrahedra and not nodes
 
 Volume scan_of_bar() {

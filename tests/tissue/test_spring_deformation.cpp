@@ -103,7 +103,8 @@ TEST(SpringDeformation, PicturesNearTheStateChangeNeitherTheStateNorTheLastPictu
     int incomplete = 0;
     for (int n = 0; n < 6; ++n) {
         for (const auto& tissue : {seen.get(), twin.get()}) {
-            const auto pushed = tissue->push(1, {.point_mm = point + n * way, .push_mm = way});
+            const auto pushed =
+                tissue->push(1, {.point_mm = point + double(n) * way, .push_mm = way});
             ASSERT_TRUE(pushed.ok());
             ASSERT_TRUE(tissue->advance({.max_steps = 20}).ok());
         }
