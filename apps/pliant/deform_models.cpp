@@ -121,8 +121,8 @@ Result<ChainMailSettings> settings_for(const DeformOptions& o, const ValueDefaul
     }
     if (!o.solver.empty() && settings.limits == LinkLimits::Rounded)
         return Error{ErrorCode::InvalidArgument,
-                     "--solver: expected [material] limits = \"box\" in --config, found \"rounded\", "
-                     "which has one solver"};
+                     "--solver: expected [material] limits = \"box\" in --config, found "
+                     "\"rounded\", which has one solver"};
     if (o.elastic) settings.elastic = o.elastic;
     return settings;
 }

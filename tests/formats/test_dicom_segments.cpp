@@ -304,9 +304,8 @@ TEST(DicomSlices, WithoutPositionsAreStackedByTheGivenSpacing) {
     frames.with_position = true;
     frames.pixels.resize(12);
     folder.write("own/a.dcm", frames.bytes());
-    EXPECT_EQ(
-        read_volume(folder / "own", options).error().message,
-        "--spacing: expected none for " + (folder / "own").string() + ", which has its own");
+    EXPECT_EQ(read_volume(folder / "own", options).error().message,
+              "--spacing: expected none for " + (folder / "own").string() + ", which has its own");
 }
 
 }  // namespace

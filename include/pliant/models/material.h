@@ -183,8 +183,8 @@ void suit_materials(const ValueDefaults& values, ChainMailSettings& settings);
 void suit_thresholds(const ValueDefaults& values, ChainMailSettings& settings);
 
 /// Reads a settings file for a scan: settings that the file doesn't name suit the scan's values.
-/// @param limits  of a TOML file that names none; a file of Divod has those of a box, and each voxel
-///                above the threshold is bone, as in the thesis
+/// @param limits  of a TOML file that names none; a file of Divod has those of a box, and each
+///                voxel above the threshold is bone, as in the thesis
 Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
                                                   const ValueDefaults& values,
                                                   std::vector<std::string>* notes = nullptr,
