@@ -384,8 +384,12 @@ TEST_F(FilesTest, ALegacyVtkFileWithASurfaceBecomesABody) {
     EXPECT_EQ(status_of(opened), "200") << opened;
     follow(a);
     EXPECT_EQ(a.welcome["volume"]["name"], "organ.vtk");
-    EXPECT_EQ(a.command({{"do", "push"}, {"point", {15, 0, 0}}, {"push", {-2, 0, 0}}})["status"],
-              "applied");
+    const Json done = a.command({{"do", "push"},
+                                 {"point", {15, 0, 0}},
+                                 {"push", {-2, 0, 0}},
+                                 {"radius", 6},
+                                 {"stroke", 1}});
+    EXPECT_EQ(done["status"], "applied") << done;
 }
 
 TEST_F(FilesTest, WhatIsTooLargeIsRefusedBeforeItIsSent) {

@@ -338,9 +338,9 @@ TEST_F(OrganScene, TheForceOnAToolFollowsTheTissueUntilItIsFree) {
     ASSERT_EQ(done["t"], "done");
     const auto at_first = float(double(done["force_n"][1]));
     EXPECT_LT(at_first, 0) << "against the push";
-    // It changes while the tissue comes to rest.
+    // It is nearly right at once, and changes while the tissue comes to rest.
     EXPECT_TRUE(is_felt([&](Vec3f f) {
-        return f.y < 0 && std::abs(f.y - at_first) > 0.001F * std::abs(at_first);
+        return f.y < 0 && f.y != at_first && std::abs(f.y - at_first) < 0.05F * std::abs(at_first);
     })) << at_first;
     client.command({{"do", "undo"}});
     EXPECT_TRUE(is_felt([](Vec3f f) { return f == Vec3f{0, 0, 0}; }));

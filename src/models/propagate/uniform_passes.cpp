@@ -4,6 +4,7 @@
 #include "propagate/uniform_passes.h"
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <tuple>
 
