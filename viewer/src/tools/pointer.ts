@@ -84,6 +84,7 @@ export class Pointer {
     private readonly pressing = new Pressing();
     private clicked = -Infinity; // time of the last click [ms]
     private clickedAt: Spot | undefined;
+    private clickedWith = ''; // the tool's name
     private beforeClick: Vec3 | undefined; // the crosshair before it, or before two in a row
 
     constructor(
@@ -359,10 +360,15 @@ export class Pointer {
         const { volume, store, history } = this.session;
         if (!volume || store.state.scan.loaded < 1) return;
         const now = performance.now();
-        const isDouble = now - this.clicked < kDoubleMs && isNear(spot, this.clickedAt);
+        const { name } = store.state.tool;
+        const isDouble =
+            now - this.clicked < kDoubleMs &&
+            name === this.clickedWith &&
+            isNear(spot, this.clickedAt);
         if (now - this.clicked > kDoubleMs) this.beforeClick = store.state.sections.cursor;
         this.clicked = now;
         this.clickedAt = spot;
+        this.clickedWith = name;
         if (isDouble && this.setsPoints) return;
         const point = pointAt(volume, store.state, spot);
         if (!point) return;
