@@ -198,6 +198,7 @@ test(
             'deform',
             scan,
             '--tool=sphere:8',
+            '--solver=sweep', // limits of a box, as a server's tissue has them
             `--push=${point!.join(',')}:${push!.join(',')}`,
             `--carve=${from!.join(',')};${to!.join(',')}:10`,
             `--out=${join(folder, 'pushed.nrrd')}`,
