@@ -117,9 +117,6 @@ void main() {
     float transmittance = 1.0;
     blend(light, transmittance, voxelOf(eye + start * ray), voxelVectorOf(ray), ray,
           nearest - start);
-    if (transmittance < dark) {  // the rest of the ray is as bright as what was seen
-        light /= 1.0 - transmittance;
-        transmittance = 0.0;
-    }
+    if (transmittance < dark) transmittance = 0.0;
     colour = vec4(srgbOf(light + transmittance * behind), 1.0);
 }

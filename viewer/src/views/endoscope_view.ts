@@ -376,9 +376,7 @@ export class EndoscopeView {
     ): void {
         const { grid } = this.volume!.data;
         const phase = (pass ?? 0) / kPasses.length;
-        // Each pass has its own samples: the mean is as fine as one picture with short steps.
-        const coarse = moving || pass !== undefined;
-        this.blended.set(transferUniforms(state, grid, coarse, phase));
+        this.blended.set(transferUniforms(state, grid, moving, phase));
         renderer.clear(true, true, false);
         this.blended.draw(renderer);
     }
