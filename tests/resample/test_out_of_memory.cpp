@@ -13,6 +13,7 @@
 #include "resample/lattices.h"
 #include "support/each_allocation.h"
 #include "support/random.h"
+#include "volume/boxes.h"
 
 namespace pliant::test {
 namespace {
