@@ -18,7 +18,8 @@ packages_of() {
         lint) echo clang-format-14 ;;
         fuzz) echo libclang-rt-dev ;;
         bench) echo libbenchmark-dev libembree-dev time ;;
-        viewer) echo nodejs npm ;;
+        # Node from elsewhere brings its npm, and Debian's conflicts with it.
+        viewer) command -v node >/dev/null && command -v npm >/dev/null || echo nodejs npm ;;
         browser) echo chromium-headless-shell ;;
     esac
 }
