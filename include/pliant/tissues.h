@@ -9,6 +9,7 @@
 // @endcode
 //
 //   "chainmail"  a lattice of limits: pushed at once, relaxed on request (chainmail.h)
+//   "elastic"    linear elasticity with large rotations on the scan's voxels
 //   "springs"    a mass-spring lattice around a scan's tissue
 //   "body"       tetrahedra, by position-based dynamics (pbd.h)
 //   "network"    a mass-spring network with nodes of its own, such as an identified one
@@ -23,6 +24,7 @@
 #include <pliant/deformation.h>
 #include <pliant/mesh.h>
 #include <pliant/models/catheter.h>
+#include <pliant/models/elastic_scan.h>
 #include <pliant/models/material.h>
 #include <pliant/models/mesh_tissue.h>
 #include <pliant/models/pbd.h>
@@ -105,6 +107,18 @@ Status take_materials(const ChainMailSettings& materials,
 /// @returns LimitExceeded above a million nodes
 Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
                                              const SpringDeformationSettings& settings,
+                                             const TaskArena& arena) noexcept;
+
+/// Makes the elastic scan: equilibrium of the scan's voxels under its tools, in newtons. A tool
+/// holds the tissue in its sphere, or the voxels of the cell around its point, and moves them in
+/// strides; tissue that the sphere meets on its way is held as well. A sphere that slides pushes
+/// tissue to its surface instead, without friction. A push ends before a cell of tissue folds
+/// (LimitedBy::Fold) and before the sphere enters bone. Sweeps improve the solution while tools
+/// rest, and let released tissue return; settled is equilibrium. force_n() is the force of the
+/// present solution.
+/// @returns InvalidArgument that names the setting, and for a scan of one slice
+Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
+                                             const ElasticScanSettings& settings,
                                              const TaskArena& arena) noexcept;
 
 /// A body of tetrahedra, in mm, g and s.

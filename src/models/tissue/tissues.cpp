@@ -12,6 +12,7 @@
 #include "base/units.h"
 #include "tissue/body_tissue.h"
 #include "tissue/chainmail_tissue.h"
+#include "tissue/elastic_tissue.h"
 #include "tissue/network_tissue.h"
 #include "tissue/spring_tissue.h"
 
@@ -53,6 +54,7 @@ constexpr Setting<S> kSpringRows[] = {
 
 constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},
+    {.model = "elastic", .slides = true, .moves_by_itself = true},
     {.model = "springs", .cuts = true, .moves_by_itself = true},
     {.model = "body", .slides = true, .cuts = true, .moves_by_itself = true},
     {.model = "vessel", .takes_pushes = false, .moves_by_itself = true},
@@ -198,6 +200,20 @@ Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
         auto made = SpringScanTissue::create(scan, settings, arena);
         if (!made) return made.error();
         return std::unique_ptr<Tissue>(std::move(*made));
+    });
+}
+
+Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
+                                             const ElasticScanSettings& settings,
+                                             const TaskArena& arena) noexcept {
+    return attempt([&]() -> Result<std::unique_ptr<Tissue>> {
+        if (const Status s = check_volume(scan); !s.ok()) return s.error();
+        if (const Status s = check_elastic_scan(settings); !s.ok()) return s.error();
+        ElasticScanSettings used = settings;
+        if (used.moduli_kpa.empty()) suit_elastic(value_defaults(scan), used);
+        if (std::min({scan.grid.size.x, scan.grid.size.y, scan.grid.size.z}) < 2)
+            return invalid("elastic: expected 2 voxels or more along each axis");
+        return std::unique_ptr<Tissue>(new ElasticTissue(scan, used, arena));
     });
 }
 

@@ -1,0 +1,262 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "elastic/level.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "elastic/levels.h"
+
+namespace pliant {
+namespace {
+
+constexpr std::size_t kVectors = 7, kArrays = 3 * kVectors + 6 + 4 + 1;
+constexpr float kFollows = -0.0F;
+
+/// Inverse of a symmetric positive matrix: xx, xy, xz, yy, yz, zz; zeros if it is singular.
+std::array<float, 6> inverse_of(const std::array<float, 6>& m) {
+    const float a = m[0], b = m[1], c = m[2], d = m[3], e = m[4], f = m[5];
+    const float xx = d * f - e * e, xy = c * e - b * f, xz = b * e - c * d;
+    const float determinant = a * xx + b * xy + c * xz;
+    if (!(determinant > 0)) return {};
+    const float s = 1 / determinant;
+    return {s * xx, s * xy, s * xz, s * (a * f - c * c), s * (b * c - a * e), s * (a * d - b * b)};
+}
+
+/// Inverse of P M P on the plane across a direction, P its projection.
+std::array<float, 6> inverse_across(const std::array<float, 6>& inverse, Vec3d n) {
+    // M⁻¹ − (M⁻¹ n)(M⁻¹ n)ᵀ / (n·M⁻¹ n)
+    const Vec3d v{inverse[0] * n.x + inverse[1] * n.y + inverse[2] * n.z,
+                  inverse[1] * n.x + inverse[3] * n.y + inverse[4] * n.z,
+                  inverse[2] * n.x + inverse[4] * n.y + inverse[5] * n.z};
+    const double s = dot(n, v);
+    if (!(s > 0)) return {};
+    std::array<float, 6> across = inverse;
+    for (int a = 0, at = 0; a < 3; ++a)
+        for (int b = a; b < 3; ++b) across[std::size_t(at++)] -= float(v[a] * v[b] / s);
+    return across;
+}
+
+}  // namespace
+
+ElasticLevel::ElasticLevel(const StiffnessMap& map, int n, Vec3i begin, Vec3i size,
+                           const TaskArena& arena)
+    : number(n), shift(map.shift(n)), first(begin), nodes(size) {
+    stride = (nodes.x + kSweepLanes) / kSweepLanes * kSweepLanes;
+    plane = std::size_t(stride) * std::size_t(nodes.y);
+    const Vec3i cells = map.cells(n);
+    for (int a = 0; a < 3; ++a) {
+        follows[a][0] = first[a] > 0;
+        follows[a][1] = first[a] + nodes[a] <= cells[a];
+    }
+    factors = cell_factors(map.spacing_mm(n));
+    m_corners = corner_blocks(factors);
+    spectrum = float(cell_spectrum(factors, double(map.lambda_per_mu())));
+    // Products read a row and a plane beyond the last node.
+    const std::size_t room = array_size() + plane + std::size_t(stride) + 2 * kSweepLanes;
+    m_memory.assign(kArrays * room, 0);
+    float* next = m_memory.data();
+    const auto take = [&] { return std::exchange(next, next + room); };
+    for (NodeRows* const rows : {&u, &r, &p, &q, &e, &s, &t})
+        for (float*& row : *rows) row = take();
+    for (float*& row : block) row = take();
+    for (float*& row : turns) row = take();
+    mu = take();
+    dots.assign(std::size_t(nodes.z), 0);
+    tissue.assign(array_size(), 0);
+    arena.for_each(nodes.z - 1, 4, [&](std::int64_t low, std::int64_t high) {
+        const Box3i box{{first.x, first.y, first.z + int(low)},
+                        {first.x + nodes.x - 1, first.y + nodes.y - 1, first.z + int(high)}};
+        const auto width = std::size_t(stride), rows = std::size_t(nodes.y);
+        map.moduli(number, box, width, rows, mu + plane * std::size_t(low));
+        map.tissue(number, box, width, rows, tissue.data() + plane * std::size_t(low));
+    });
+    find_blocks(map, arena);
+}
+
+bool ElasticLevel::is_follower(Vec3i local) const {
+    for (int a = 0; a < 3; ++a)
+        if ((local[a] == 0 && follows[a][0]) || (local[a] == nodes[a] - 1 && follows[a][1]))
+            return true;
+    return false;
+}
+
+bool ElasticLevel::is_active(Vec3i local) const {
+    for (int a = 0; a < 3; ++a)
+        if (std::max(local[a] - 1, 0) < covered.begin[a] ||
+            std::min(local[a], nodes[a] - 2) >= covered.end[a])
+            return true;
+    return false;
+}
+
+void ElasticLevel::find_row(const StiffnessMap& map, int j, int k, int begin, int end) {
+    const float ratio = map.lambda_per_mu(), nothing = map.void_mu();
+    for (int i = begin; i < end; ++i) {
+        std::array<float, 6> sum{};
+        // The node is corner c of the cell that begins at node − c.
+        for (int c = 0; c < 8; ++c) {
+            const Vec3i cell{i - (c & 1), j - (c >> 1 & 1), k - (c >> 2)};
+            if (cell.x < 0 || cell.y < 0 || cell.z < 0) continue;
+            const float shear = mu[index(cell)];
+            const float lambda = ratio * std::max(shear - nothing, 0.0F);
+            for (std::size_t n = 0; n < 6; ++n)
+                sum[n] += shear * m_corners.mu[std::size_t(c)][n] +
+                          lambda * m_corners.lambda[std::size_t(c)][n];
+        }
+        const std::array<float, 6> inverse = inverse_of(sum);
+        const std::size_t at = index({i, j, k});
+        for (std::size_t n = 0; n < 6; ++n) block[n][at] = inverse[n];
+        const Vec3i local{i, j, k};
+        const bool holds = map.is_held(number, local + first);
+        if (!holds && !is_follower(local)) continue;
+        for (std::size_t n = 0; n < 6; ++n) block[n][at] = 0;
+        if (!holds) block[0][at] = kFollows;
+    }
+}
+
+void ElasticLevel::find_blocks(const StiffnessMap& map, const TaskArena& arena) {
+    arena.for_each(nodes.z, 2, [&](std::int64_t low, std::int64_t high) {
+        for (int k = int(low); k < int(high); ++k)
+            for (int j = 0; j < nodes.y; ++j) find_row(map, j, k, 0, nodes.x);
+    });
+}
+
+LatticeSweep ElasticLevel::sweep(const StiffnessMap& map) const {
+    LatticeSweep sweep;
+    sweep.factors = &factors;
+    sweep.nodes = nodes;
+    sweep.stride = stride;
+    sweep.mu = mu;
+    sweep.lambda_per_mu = map.lambda_per_mu();
+    sweep.void_mu = map.void_mu();
+    sweep.turns = {turns[0], turns[1], turns[2], turns[3]};
+    sweep.block = {block[0], block[1], block[2], block[3], block[4], block[5]};
+    return sweep;
+}
+
+Box3i ElasticLevel::box_in(const ElasticLevel& coarse) const {
+    Box3i box;
+    for (int a = 0; a < 3; ++a) {
+        const int step = coarse.shift[a] - shift[a];
+        box.begin[a] = (first[a] >> step) - coarse.first[a];
+        box.end[a] = ((first[a] + nodes[a] - 1) >> step) - coarse.first[a];
+    }
+    return box;
+}
+
+void ElasticLevel::hold(const StiffnessMap& map, const HeldNode& node) {
+    Vec3i local;
+    for (int a = 0; a < 3; ++a) {
+        if (node.node[a] & ((1 << shift[a]) - 1)) return;
+        local[a] = (node.node[a] >> shift[a]) - first[a];
+    }
+    if (!has(local) || is_follower(local) || map.is_held(number, local + first)) return;
+    // On coarser lattices a node that slides is free.
+    if (node.only_along && number > 0) return;
+    const std::size_t at = index(local);
+    held.push_back(local);
+    if (!node.only_along) {
+        for (float* const d : block) d[at] = 0;
+        for (int a = 0; a < 3; ++a) u[std::size_t(a)][at] = float(node.displacement_mm[a]);
+        return;
+    }
+    const Vec3d n = *node.only_along;
+    slides.emplace_back(at, n);
+    std::array<float, 6> inverse;
+    for (std::size_t c = 0; c < 6; ++c) inverse[c] = block[c][at];
+    inverse = inverse_across(inverse, n);
+    for (std::size_t c = 0; c < 6; ++c) block[c][at] = inverse[c];
+    const Vec3d now{u[0][at], u[1][at], u[2][at]};
+    const Vec3d shifted = now + dot(n, node.displacement_mm - now) * n;
+    for (int a = 0; a < 3; ++a) u[std::size_t(a)][at] = float(shifted[a]);
+}
+
+void ElasticLevel::let_go(const StiffnessMap& map) {
+    for (const Vec3i local : held) find_row(map, local.y, local.z, local.x, local.x + 1);
+    held.clear();
+    slides.clear();
+}
+
+bool ElasticLevel::has_voxel(Vec3i voxel) const {
+    for (int a = 0; a < 3; ++a) {
+        const int low = first[a] << shift[a], high = (first[a] + nodes[a] - 1) << shift[a];
+        if (voxel[a] < low || voxel[a] > high) return false;
+    }
+    return true;
+}
+
+void ElasticLevel::displacements(Vec3i voxel, int count, const NodeRows& to) const {
+    const int low_x = first.x << shift.x, high_x = (first.x + nodes.x - 1) << shift.x;
+    const int begin = std::max(voxel.x, low_x), end = std::min(voxel.x + count, high_x + 1);
+    if (begin >= end || !has_voxel({begin, voxel.y, voxel.z})) return;
+    Vec3i low;
+    float part[3];
+    for (int a = 1; a < 3; ++a) {
+        low[a] = (voxel[a] >> shift[a]) - first[a];
+        part[a] = float(voxel[a] & ((1 << shift[a]) - 1)) / float(1 << shift[a]);
+    }
+    const std::size_t up = part[1] > 0 ? std::size_t(stride) : 0;
+    const std::size_t above = part[2] > 0 ? plane : 0;
+    const float scale = 1.0F / float(1 << shift.x);
+    for (std::size_t a = 0; a < 3; ++a) {
+        const float* const row = u[a] + index({0, low.y, low.z});
+        const auto mean = [&](int i) {
+            const float* const c = row + i;
+            const float lower = c[0] + part[1] * (c[up] - c[0]);
+            const float upper = c[above] + part[1] * (c[up + above] - c[above]);
+            return lower + part[2] * (upper - lower);
+        };
+        float* out = to[a] + (begin - voxel.x);
+        if (shift.x == 0) {
+            for (int x = begin; x < end; ++x) *out++ = mean(x - first.x);
+            continue;
+        }
+        int cell = -1;
+        float left = 0, right = 0;
+        for (int x = begin; x < end; ++x) {
+            const int i = std::min((x >> shift.x) - first.x, nodes.x - 2);
+            if (i != cell) {
+                left = mean(i);
+                right = mean(i + 1);
+                cell = i;
+            }
+            const float along = float(x - ((first.x + i) << shift.x)) * scale;
+            *out++ = left + along * (right - left);
+        }
+    }
+}
+
+float ElasticLevel::least_determinant(int k) const {
+    const Box3i& box = covered;
+    float least = 1;
+    for (int j = 0; j + 1 < nodes.y; ++j) {
+        const bool partly = k >= box.begin.z && k < box.end.z && j >= box.begin.y && j < box.end.y;
+        const std::size_t row = index({0, j, k});
+        for (int i = 0; i + 1 < nodes.x; ++i) {
+            const std::size_t at = row + std::size_t(i);
+            if (!tissue[at]) continue;
+            if (partly && i >= box.begin.x && i < box.end.x) continue;
+            float corner[8][3];
+            for (unsigned c = 0; c < 8; ++c)
+                for (std::size_t a = 0; a < 3; ++a)
+                    corner[c][a] = u[a][at + (c & 1) + (c & 2 ? std::size_t(stride) : 0) +
+                                        (c & 4 ? plane : 0)];
+            for (unsigned c = 0; c < 8; ++c) {
+                float g[3][3];
+                for (unsigned b = 0; b < 3; ++b)
+                    for (std::size_t a = 0; a < 3; ++a)
+                        g[b][a] = 4 * factors.gradient[b] *
+                                      (corner[c | 1U << b][a] - corner[c & ~(1U << b)][a]) +
+                                  (a == b ? 1.0F : 0.0F);
+                const float d = g[0][0] * (g[1][1] * g[2][2] - g[1][2] * g[2][1]) -
+                                g[0][1] * (g[1][0] * g[2][2] - g[1][2] * g[2][0]) +
+                                g[0][2] * (g[1][0] * g[2][1] - g[1][1] * g[2][0]);
+                least = std::min(least, d);
+            }
+        }
+    }
+    return least;
+}
+
+}  // namespace pliant

@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Elastic equilibrium on nested lattices. The coarsest ones cover the scan, each finer one is a
+// window around the tools if the whole level would be too large:
+//
+//   +---------------------------+
+//   |  level 2                  |     Unknowns are the nodes of the finest lattice at each place.
+//   |     +-----------+         |     A node on the border of a window (o) follows the coarser
+//   |     o level 1   o         |     lattice, and its force acts there: one conforming
+//   |     o  +-----+  o         |     discretisation, symmetric like that of a single lattice.
+//   |     o  o  0  o  o         |
+//   |     o  +-----+  o         |     A level's values under a window are corrections of the
+//   |     +-----------+         |     multigrid cycle only.
+//   +---------------------------+
+//
+// The solver is conjugate gradients, preconditioned by a V-cycle with Chebyshev smoothing
+// [McCormick1989 for the windows; Adams2003 for the smoothing]. Cells are co-rotational
+// [Mueller2004]: the rotations are brought up to date when a solution begins. It may be stopped
+// after each iteration, and goes on from its result.
+
+#pragma once
+
+#include <pliant/core/tasks.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/aligned_array.h"
+#include "elastic/stiffness_map.h"
+#include "elastic/sweeps.h"
+
+namespace pliant {
+
+/// A node that a tool holds, at a voxel.
+struct HeldNode {
+    Vec3i node{0, 0, 0};             ///< voxel
+    Vec3d displacement_mm{0, 0, 0};  ///< along the lattice's axes
+    /// Direction in which it is held, a unit vector; none: in all.
+    std::optional<Vec3d> only_along{};
+};
+
+struct SmootherSettings {
+    int degree = 6;   ///< of the smoothing polynomial, before and after the correction
+    float part = 50;  ///< eigenvalues above λ_max/part are smoothed
+    int last_degree = 40;
+    float last_part = 2000;
+};
+
+struct ElasticLevel;
+
+class ElasticLevels {
+  public:
+    /// @param map  must outlive the levels
+    /// @param window_cells  along an edge of a window, even; a level of fewer nodes is whole
+    ElasticLevels(const StiffnessMap& map, int window_cells, bool turns, const TaskArena& arena);
+    ~ElasticLevels();
+
+    /// Moves the windows so that the tools are inside. Displacements are kept.
+    /// @param voxels  the centre of the finest window
+    void focus(Vec3d voxel);
+    /// Whether a voxel is well inside the finest window.
+    bool is_inside(Vec3d voxel, double margin) const;
+    /// Nodes of the finest lattice, as voxels; is_empty if it has no window yet.
+    Box3i finest() const;
+
+    /// Replaces the nodes that tools hold. Bone and held sides never move, and are left out.
+    void hold(std::span<const HeldNode> nodes);
+
+    /// Begins a solution from the present displacement: rotations, forces.
+    /// @returns norm of the residual [µN]
+    double start();
+    /// One iteration. @returns norm of the residual before its correction [µN]
+    double iterate();
+    /// Internal forces [µN] on nodes of the finest lattice, along the lattice's axes.
+    std::vector<Vec3d> forces_un(std::span<const Vec3i> nodes);
+
+    /// Displacements [mm] of count voxels along x from a voxel on, along the lattice's axes. May be
+    /// called from several threads.
+    void displacement_row(Vec3i first, int count, const NodeRows& to) const;
+    /// Smallest box of voxels that may be displaced by more than a length along some axis.
+    Box3i moved_box(double mm) const;
+    /// Smallest determinant of the deformation gradient at the corners of cells of tissue.
+    double least_determinant() const;
+
+    double largest_mm() const;  ///< largest displacement of a node along an axis
+    /// Number of voxels that are displaced by more than a length along some axis.
+    std::int64_t moved_voxels(double mm) const;
+
+    void reset();
+    /// All displacements × factor. @pre no node is held
+    void scale(double factor);
+    // All displacements as numbers, for states.
+    void copy_to(std::vector<double>& numbers) const;
+    bool copy_from(std::span<const double> numbers);
+    /// Moves back towards an earlier state: u += part (earlier − u).
+    /// @returns largest distance from it on an axis [mm]; infinite if its windows are others, and
+    ///          nothing is moved
+    double go_back(std::span<const double> earlier, double part);
+
+    std::int64_t node_count() const;
+    std::int64_t bytes() const;
+    SmootherSettings smoother{};
+
+  private:
+    using Levels = std::vector<std::unique_ptr<ElasticLevel>>;
+
+    void place_windows(Vec3d voxel);
+    void take_displacements(Levels& levels);
+    void smooth(ElasticLevel& level, bool from_zero, int degree, float part,
+                bool with_residual) const;
+    void cycle(std::size_t n);
+    template <class Change>
+    void sweep(ElasticLevel& level, SweepPass pass, const Change& change) const;
+    template <class Body>
+    void for_planes(const ElasticLevel& level, const Body& body) const;
+    template <class Part>
+    double sum_over_planes(const Part& part) const;
+    void gather(std::size_t n) const;
+    void interpolate(const ElasticLevel& coarse, const NodeRows& from, const ElasticLevel& fine,
+                     const NodeRows& to) const;
+    void inject(std::size_t n);
+    void follow(std::size_t n);
+    void give_forces(std::size_t n, NodeRows ElasticLevel::*rows);
+    static void slide(const ElasticLevel& level, const NodeRows& rows);
+
+    const StiffnessMap& m_map;
+    const TaskArena& m_arena;
+    int m_window_cells;
+    bool m_turns;
+    Levels m_levels;  ///< finest first
+    std::vector<HeldNode> m_held;
+    double m_product = 0;  ///< residual · correction of the last iteration; 0: none
+};
+
+}  // namespace pliant

@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "elastic/shown_displacement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace pliant {
+namespace {
+
+constexpr Fixed kStep = 1 << 10;   ///< displacements are multiples of 2⁻¹⁰ mm
+constexpr double kStillMm = 0.02;  ///< smaller motion is not shown
+constexpr Fixed kStill = Fixed(kStillMm * kUnitsPerMm);
+
+Fixed rounded(float mm) {
+    return Fixed(std::lround(mm * float(kUnitsPerMm / kStep))) * kStep;
+}
+
+}  // namespace
+
+/// Displacements of a brick's elements. Beyond the scan's border they are those of the border.
+void ShownDisplacement::fill(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord,
+                             const std::array<Fixed*, 3>& u) const {
+    const int size = m_field.brick_size();
+    const Vec3i first = size * coord, voxels = m_field.grid().size;
+    const int count = std::min(size, voxels.x - first.x);
+    std::array<std::array<float, kMaxBrickSize>, 3> row{};
+    for (int z = 0; z < size; ++z)
+        for (int y = 0; y < size; ++y) {
+            const Vec3i at{first.x, std::min(first.y + y, voxels.y - 1),
+                           std::min(first.z + z, voxels.z - 1)};
+            levels.displacement_row(at, count, {row[0].data(), row[1].data(), row[2].data()});
+            const std::size_t to = std::size_t(size) * std::size_t(y + size * z);
+            for (int x = 0; x < size; ++x) {
+                const int from = std::min(x, count - 1);
+                const bool still = map.is_bone({at.x + from, at.y, at.z});
+                for (std::size_t a = 0; a < 3; ++a)
+                    u[a][to + std::size_t(x)] = still ? 0 : rounded(row[a][std::size_t(from)]);
+            }
+        }
+}
+
+/// Bricks that differ from the lattices.
+std::vector<ShownDisplacement::Lag> ShownDisplacement::find_lags(const ElasticLevels& levels,
+                                                                 const StiffnessMap& map,
+                                                                 const TaskArena& arena) const {
+    Box3i box = levels.moved_box(kStillMm);
+    const int size = m_field.brick_size();
+    std::vector<Lag> lags;
+    Box3i bricks;
+    for (int a = 0; a < 3; ++a) {
+        bricks.begin[a] = box.begin[a] / size;
+        bricks.end[a] = (box.end[a] + size - 1) / size;
+    }
+    for (int k = bricks.begin.z; k < bricks.end.z; ++k)
+        for (int j = bricks.begin.y; j < bricks.end.y; ++j)
+            for (int i = bricks.begin.x; i < bricks.end.x; ++i) lags.push_back({{i, j, k}, 0});
+    for (const int index : m_field.resident_bricks())
+        if (!contains(bricks, m_field.brick(index).coord))
+            lags.push_back({m_field.brick(index).coord, 0});
+    arena.for_each(std::int64_t(lags.size()), 64, [&](std::int64_t begin, std::int64_t end) {
+        const std::size_t count = std::size_t(m_field.elements_per_brick());
+        std::vector<Fixed> memory(3 * count);
+        const std::array<Fixed*, 3> u{memory.data(), memory.data() + count,
+                                      memory.data() + 2 * count};
+        for (std::int64_t n = begin; n < end; ++n) {
+            Lag& lag = lags[std::size_t(n)];
+            fill(levels, map, lag.coord, u);
+            const int index = m_field.find_brick(lag.coord);
+            Fixed largest = 0, difference = 0;
+            for (std::size_t a = 0; a < 3; ++a)
+                for (std::size_t e = 0; e < count; ++e) {
+                    const Fixed before = index < 0 ? 0 : m_field.brick(index).u[a][e];
+                    largest = std::max(largest, std::abs(u[a][e]));
+                    difference = std::max(difference, std::abs(u[a][e] - before));
+                }
+            lag.units = index < 0 && largest < kStill ? 0 : difference;
+        }
+    });
+    std::erase_if(lags, [](const Lag& lag) { return lag.units == 0; });
+    return lags;
+}
+
+bool ShownDisplacement::show(const ElasticLevels& levels, const StiffnessMap& map,
+                             std::int64_t max_elements, const TaskArena& arena) {
+    std::vector<Lag> lags = find_lags(levels, map, arena);
+    const bool all = max_elements == std::numeric_limits<std::int64_t>::max();
+    const std::size_t found = lags.size();
+    if (!all) {
+        std::erase_if(lags, [](const Lag& lag) { return lag.units < kStill; });
+        const std::size_t count = std::min(
+            lags.size(),
+            std::size_t(std::max<std::int64_t>(1, max_elements / m_field.elements_per_brick())));
+        const auto is_before = [](const Lag& a, const Lag& b) {
+            return std::tuple(-a.units, a.coord.z, a.coord.y, a.coord.x) <
+                   std::tuple(-b.units, b.coord.z, b.coord.y, b.coord.x);
+        };
+        std::partial_sort(lags.begin(), lags.begin() + std::ptrdiff_t(count), lags.end(),
+                          is_before);
+        lags.resize(count);
+    }
+    std::vector<int> bricks;
+    const std::uint64_t made = m_field.made_count();
+    try {
+        for (const Lag& lag : lags) bricks.push_back(m_field.ensure_brick(lag.coord));
+    } catch (...) {
+        m_field.drop_made_since(made);
+        throw;
+    }
+    if (bricks.empty()) return found == 0;
+    const std::uint64_t now = m_field.tick();
+    arena.for_each(std::int64_t(bricks.size()), 64, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t n = begin; n < end; ++n) {
+            FieldBrick& brick = m_field.brick(bricks[std::size_t(n)]);
+            fill(levels, map, brick.coord, brick.u);
+            m_field.written(brick, now);
+        }
+    });
+    m_field.drop_still_bricks(bricks);
+    return lags.size() == found;
+}
+
+}  // namespace pliant

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The displacements of the lattices, written to the bricks of a field for each voxel.
+
+#pragma once
+
+#include <cstdint>
+
+#include "elastic/levels.h"
+#include "field/writable_field.h"
+
+namespace pliant {
+
+class ShownDisplacement {
+  public:
+    explicit ShownDisplacement(const Grid& grid) : m_field(grid) {}
+    const Field& field() const { return m_field; }
+
+    /// Writes the bricks that lag most behind the lattices, of max_elements elements at most. Those
+    /// that lag by less than 0.02 mm are written only if there is no limit. Voxels of bone are at
+    /// rest, and so are bricks that move by less than 0.02 mm.
+    /// @returns whether no brick lags. Throws std::bad_alloc, and nothing has changed
+    bool show(const ElasticLevels& levels, const StiffnessMap& map, std::int64_t max_elements,
+              const TaskArena& arena);
+
+  private:
+    struct Lag {
+        Vec3i coord;
+        Fixed units;
+    };
+    void fill(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord,
+              const std::array<Fixed*, 3>& u) const;
+    std::vector<Lag> find_lags(const ElasticLevels& levels, const StiffnessMap& map,
+                               const TaskArena& arena) const;
+
+    WritableField m_field;
+};
+
+}  // namespace pliant

@@ -1,0 +1,235 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "elastic/stiffness_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace pliant {
+namespace {
+
+constexpr std::int64_t kLastNodes = 400;  ///< a level of this size is the coarsest
+constexpr double kLargestAspect = 1.5;    ///< edges up to this multiple of the shortest are doubled
+constexpr float kJump = 2000;             ///< largest modulus of soft tissue over that of a void
+
+std::int64_t node_count(Vec3i cells) {
+    return std::int64_t(cells.x + 1) * (cells.y + 1) * (cells.z + 1);
+}
+
+int halves(int cells, int shift) {
+    return (cells + (1 << shift) - 1) >> shift;
+}
+
+/// Shifts of the levels, finest first.
+std::vector<Vec3i> find_shifts(const Grid& grid) {
+    std::vector<Vec3i> shifts{{0, 0, 0}};
+    for (;;) {
+        const Vec3i last = shifts.back();
+        Vec3i cells, next = last;
+        Vec3d edge;
+        double shortest = HUGE_VAL;
+        for (int a = 0; a < 3; ++a) {
+            cells[a] = halves(grid.size[a] - 1, last[a]);
+            edge[a] = grid.spacing_mm[a] * (1 << last[a]);
+            if (cells[a] >= 4) shortest = std::min(shortest, edge[a]);
+        }
+        if (node_count(cells) <= kLastNodes) return shifts;
+        for (int a = 0; a < 3; ++a)
+            if (cells[a] >= 4 && edge[a] <= kLargestAspect * shortest) ++next[a];
+        if (next == last) return shifts;
+        shifts.push_back(next);
+    }
+}
+
+}  // namespace
+
+StiffnessMap::StiffnessMap(const Volume& volume, const ElasticScanSettings& settings,
+                           const TaskArena& arena)
+    : m_volume(volume),
+      m_table(settings.moduli_kpa),
+      m_held_above(settings.held_above_hu),
+      m_shifts(find_shifts(volume.grid)) {
+    const double nu = settings.poisson_ratio;
+    m_lambda_per_mu = float(2 * nu / (1 - 2 * nu));
+    m_mu_per_pa = float(1 / (2 * (1 + nu)));
+    double largest = 0;  // of tissue that moves
+    for (const auto& entry : m_table)
+        if (entry.value <= m_held_above) largest = std::max(largest, entry.kpa);
+    if (largest == 0)
+        for (const auto& entry : m_table) largest = std::max(largest, entry.kpa);
+    m_void_mu = float(1000 * largest) * m_mu_per_pa / kJump;
+    if (volume.is_16_bit()) {
+        m_of_value.resize(65536);
+        for (int value = -32768; value < 32768; ++value)
+            m_of_value[std::size_t(value + 32768)] = m_mu_per_pa * modulus_of(float(value));
+    }
+    find_held_sides(settings);
+    for (int level = 1; level < level_count(); ++level) coarsen(level, arena);
+}
+
+Vec3i StiffnessMap::cells(int level) const {
+    const Vec3i last = m_shifts.back(), here = shift(level);
+    Vec3i cells;
+    for (int a = 0; a < 3; ++a)
+        cells[a] = halves(grid().size[a] - 1, last[a]) << (last[a] - here[a]);
+    return cells;
+}
+
+Vec3d StiffnessMap::spacing_mm(int level) const {
+    const Vec3i s = shift(level);
+    const Vec3d& h = grid().spacing_mm;
+    return {h.x * (1 << s.x), h.y * (1 << s.y), h.z * (1 << s.z)};
+}
+
+/// Young's modulus [Pa] of a voxel's value; a value that is no number is void.
+float StiffnessMap::modulus_of(float value) const {
+    if (!(double(value) > m_table.front().value)) return float(1000 * m_table.front().kpa);
+    for (std::size_t n = 1; n < m_table.size(); ++n) {
+        const auto &low = m_table[n - 1], &high = m_table[n];
+        if (double(value) >= high.value) continue;
+        const double part = (double(value) - low.value) / (high.value - low.value);
+        return float(1000 * (low.kpa + part * (high.kpa - low.kpa)));
+    }
+    return float(1000 * m_table.back().kpa);
+}
+
+void StiffnessMap::find_held_sides(const ElasticScanSettings& settings) {
+    const Vec3i size = grid().size;
+    if (settings.held_sides) {
+        for (const std::string& side : *settings.held_sides)
+            m_is_side_held[side[1] - 'x'][side[0] == '+'] = true;
+        return;
+    }
+    for (int a = 0; a < 3; ++a)
+        for (int end = 0; end < 2; ++end) {
+            Box3i face{{0, 0, 0}, size};
+            (end ? face.begin : face.end)[a] = end ? size[a] - 1 : 1;
+            for (int k = face.begin.z; k < face.end.z; ++k)
+                for (int j = face.begin.y; j < face.end.y; ++j)
+                    for (int i = face.begin.x; i < face.end.x && !m_is_side_held[a][end]; ++i)
+                        m_is_side_held[a][end] = is_tissue({i, j, k});
+        }
+}
+
+bool StiffnessMap::is_held(int level, Vec3i node) const {
+    const Vec3i s = shift(level), size = grid().size;
+    Vec3i voxel;
+    bool is_inside = true;
+    for (int a = 0; a < 3; ++a) {
+        voxel[a] = node[a] << s[a];
+        // The node nearest to the last voxel, and all beyond it, are on the side.
+        const bool last = voxel[a] + ((1 << s[a]) - 1) / 2 >= size[a] - 1;
+        if ((voxel[a] == 0 && m_is_side_held[a][0]) || (last && m_is_side_held[a][1])) return true;
+        is_inside = is_inside && voxel[a] < size[a];
+    }
+    return is_inside && is_bone(voxel);
+}
+
+/// Shear moduli of a row of level 0, inside of the scan.
+void StiffnessMap::fine_row(Vec3i first, int count, float* mu) const {
+    std::fill_n(mu, count, 0.0F);
+    float before = 0;
+    const auto add = [&](const auto& of_voxel) {
+        before = of_voxel(0);
+        for (int i = 0; i < count; ++i) {
+            const float next = of_voxel(i + 1);
+            mu[i] += 0.125F * (before + next);
+            before = next;
+        }
+    };
+    for (int corner = 0; corner < 4; ++corner) {
+        const std::size_t at =
+            voxel_index(grid(), {first.x, first.y + (corner & 1), first.z + (corner >> 1)});
+        if (const auto* values = std::get_if<0>(&m_volume.voxels)) {
+            const std::int16_t* const row = values->data() + at;
+            add([&](int i) { return m_of_value[std::size_t(row[i] + 32768)]; });
+        } else {
+            const float* const row = std::get_if<1>(&m_volume.voxels)->data() + at;
+            add([&](int i) { return m_mu_per_pa * modulus_of(row[i]); });
+        }
+    }
+    for (int i = 0; i < count; ++i) mu[i] = std::max(mu[i], m_void_mu);
+}
+
+void StiffnessMap::moduli(int level, const Box3i& box, std::size_t stride, std::size_t rows,
+                          float* mu) const {
+    const Vec3i all = cells(level), size = grid().size;
+    for (int k = box.begin.z; k < box.end.z; ++k)
+        for (int j = box.begin.y; j < box.end.y; ++j) {
+            float* const row =
+                mu + stride * (std::size_t(j - box.begin.y) + rows * std::size_t(k - box.begin.z));
+            const int count = box.end.x - box.begin.x;
+            if (level > 0) {
+                const float* const from =
+                    m_mu[std::size_t(level - 1)].data() + box.begin.x +
+                    std::size_t(all.x) * (std::size_t(j) + std::size_t(all.y) * std::size_t(k));
+                std::copy_n(from, count, row);
+            } else if (j + 1 < size.y && k + 1 < size.z) {
+                const int inside = std::clamp(size.x - 1 - box.begin.x, 0, count);
+                fine_row({box.begin.x, j, k}, inside, row);
+                std::fill(row + inside, row + count, m_void_mu);
+            } else {
+                std::fill_n(row, count, m_void_mu);
+            }
+        }
+}
+
+void StiffnessMap::tissue(int level, const Box3i& box, std::size_t stride, std::size_t rows,
+                          std::uint8_t* out) const {
+    const Vec3i size = grid().size;
+    const int count = box.end.x - box.begin.x;
+    std::vector<float> mu(level > 0 ? std::size_t(count) : 0);
+    for (int k = box.begin.z; k < box.end.z; ++k)
+        for (int j = box.begin.y; j < box.end.y; ++j) {
+            std::uint8_t* const row =
+                out + stride * (std::size_t(j - box.begin.y) + rows * std::size_t(k - box.begin.z));
+            if (level > 0) {
+                moduli(level, {{box.begin.x, j, k}, {box.end.x, j + 1, k + 1}}, mu.size(), 1,
+                       mu.data());
+                for (std::size_t i = 0; i < mu.size(); ++i) row[i] = mu[i] > kTissue * m_void_mu;
+                continue;
+            }
+            const auto is_solid = [&](int x) {  // the four voxels of a cell's face
+                for (int c = 0; c < 4; ++c)
+                    if (!is_tissue({x, j + (c & 1), k + (c >> 1)})) return false;
+                return true;
+            };
+            std::fill_n(row, count, std::uint8_t(0));
+            if (j + 1 >= size.y || k + 1 >= size.z) continue;
+            bool before = box.begin.x < size.x && is_solid(box.begin.x);
+            for (int i = 0; i < count && box.begin.x + i + 1 < size.x; ++i) {
+                const bool next = is_solid(box.begin.x + i + 1);
+                row[i] = before && next;
+                before = next;
+            }
+        }
+}
+
+/// Moduli of a level from those of the next finer one.
+void StiffnessMap::coarsen(int level, const TaskArena& arena) {
+    const Vec3i coarse = cells(level), fine = cells(level - 1);
+    const Vec3i step = shift(level) - shift(level - 1);
+    auto& to =
+        m_mu.emplace_back(std::size_t(coarse.x) * std::size_t(coarse.y) * std::size_t(coarse.z));
+    const float weight = 1.0F / float(1 << (step.x + step.y + step.z));
+    arena.for_each(coarse.z, 1, [&](std::int64_t begin, std::int64_t end) {
+        std::vector<float> row(std::size_t(fine.x));
+        for (int k = int(begin); k < int(end); ++k)
+            for (int j = 0; j < coarse.y; ++j) {
+                float* const out =
+                    to.data() + std::size_t(coarse.x) *
+                                    (std::size_t(j) + std::size_t(coarse.y) * std::size_t(k));
+                for (int z = k << step.z; z < (k + 1) << step.z; ++z)
+                    for (int y = j << step.y; y < (j + 1) << step.y; ++y) {
+                        moduli(level - 1, {{0, y, z}, {fine.x, y + 1, z + 1}}, row.size(), 1,
+                               row.data());
+                        for (int i = 0; i < fine.x; ++i)
+                            out[i >> step.x] += weight * row[std::size_t(i)];
+                    }
+            }
+    });
+}
+
+}  // namespace pliant

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Stiffness of a scan on lattices of cells: the cells between voxel centres, and coarser ones. A
+// coarser lattice doubles the shorter edges of its cells. Its moduli are means of the finer cells'.
+//
+//   level 0    +--+--+--+--+--+      nodes are voxels
+//   level 1    +-----+-----+-----+   every second node; the last cell may stand out: void
+//
+// Void cells have a small modulus, so that their nodes follow their neighbours smoothly.
+
+#pragma once
+
+#include <pliant/core/tasks.h>
+#include <pliant/models/elastic_scan.h>
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pliant {
+
+class StiffnessMap {
+  public:
+    /// @param volume  must outlive the map
+    /// @pre checked volume and settings, 2 voxels or more along each axis
+    StiffnessMap(const Volume& volume, const ElasticScanSettings& settings, const TaskArena& arena);
+
+    int level_count() const { return int(m_shifts.size()); }
+    /// A cell of a level has 2^shift voxels along each axis.
+    Vec3i shift(int level) const { return m_shifts[std::size_t(level)]; }
+    /// Cells of a level: the scan's, and those beyond its border that fill the coarsest cells.
+    Vec3i cells(int level) const;
+    Vec3d spacing_mm(int level) const;
+    float lambda_per_mu() const { return m_lambda_per_mu; }
+    float void_mu() const { return m_void_mu; }  ///< [Pa]
+
+    /// Writes shear moduli [Pa] of a box of cells: cell c of the box at mu[c.x + stride·(c.y +
+    /// rows·c.z)].
+    void moduli(int level, const Box3i& cells, std::size_t stride, std::size_t rows,
+                float* mu) const;
+    /// Writes for a box of cells, in the same order, whether they are tissue: all of their voxels
+    /// are, or on coarser levels their mean is.
+    void tissue(int level, const Box3i& cells, std::size_t stride, std::size_t rows,
+                std::uint8_t* is_tissue) const;
+    /// Whether a node never moves: bone, or on a held side.
+    bool is_held(int level, Vec3i node) const;
+    bool is_bone(Vec3i ijk) const { return double(m_volume.at(ijk)) > m_held_above; }
+    /// Whether a voxel is much stiffer than a void.
+    bool is_tissue(Vec3i ijk) const {
+        return m_mu_per_pa * modulus_of(m_volume.at(ijk)) > kTissue * m_void_mu;
+    }
+    static constexpr float kTissue = 8;  ///< multiple of a void's modulus from which cells count
+    const Grid& grid() const { return m_volume.grid; }
+
+  private:
+    float modulus_of(float value) const;
+    void find_held_sides(const ElasticScanSettings& settings);
+    void coarsen(int level, const TaskArena& arena);
+    void fine_row(Vec3i first, int count, float* mu) const;
+
+    const Volume& m_volume;
+    std::vector<ElasticScanSettings::Modulus> m_table;
+    std::vector<float> m_of_value;  ///< [value + 32768] shear modulus of 16-bit values
+    float m_lambda_per_mu, m_void_mu;
+    float m_mu_per_pa;
+    double m_held_above;
+    bool m_is_side_held[3][2] = {};
+    std::vector<Vec3i> m_shifts;
+    std::vector<std::vector<float>> m_mu;  ///< [level − 1][cell]
+};
+
+}  // namespace pliant

@@ -1,0 +1,445 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tissue/elastic_tissue.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kSweepMs = 20;        ///< simulated time of a sweep
+constexpr double kStillMm = 0.002;     ///< a sweep that moves nothing farther has settled
+constexpr double kHomeMm = 0.02;       ///< free tissue so near to rest is put there
+constexpr double kLeastVolume = 0.05;  ///< determinants of a state that is shown
+constexpr int kStrideIterations = 2, kSweepIterations = 2;
+constexpr int kHalvings = 4;  ///< of a stride that would fold cells
+constexpr int kContactRounds = 3;
+constexpr double kContactMm = 0.02;  ///< nodes so near to a sphere stay in contact
+
+bool has(std::span<const HeldNode> nodes, Vec3i voxel) {
+    return std::any_of(nodes.begin(), nodes.end(),
+                       [&](const HeldNode& node) { return node.node == voxel; });
+}
+
+bool is_valid(const Push& push) {
+    return is_finite(push.point_mm) && is_finite(push.push_mm) && push.sphere_radius_mm >= 0 &&
+           std::isfinite(push.sphere_radius_mm);
+}
+
+}  // namespace
+
+ElasticTissue::ElasticTissue(const Volume& scan, const ElasticScanSettings& settings,
+                             const TaskArena& arena)
+    : m_scan(scan),
+      m_arena(arena),
+      m_settings(settings),
+      m_map(scan, settings, arena),
+      m_levels(m_map, settings.window_cells, true, arena),
+      m_field(scan.grid),
+      m_deformation(m_field.field()) {}
+
+TissueTraits ElasticTissue::traits() const noexcept {
+    return {.model = "elastic", .slides = true, .moves_by_itself = true, .sweep_ms = kSweepMs};
+}
+
+Vec3d ElasticTissue::lattice_of(Vec3d world_mm) const {
+    return lattice_from_world_vector(m_scan.grid, world_mm - m_scan.grid.origin_mm);
+}
+
+Vec3d ElasticTissue::rest_mm(Vec3i voxel) const {
+    const Vec3d& h = m_scan.grid.spacing_mm;
+    return {h.x * voxel.x, h.y * voxel.y, h.z * voxel.z};
+}
+
+/// Visits voxels whose present position is in a sphere: visit(ijk, u, position), on the lattice.
+template <class Visit>
+void ElasticTissue::visit_near(Vec3d centre_mm, double radius_mm, const Visit& visit) const {
+    const Vec3d& h = m_scan.grid.spacing_mm;
+    const double reach = radius_mm + m_levels.largest_mm();
+    Vec3i begin{}, end{};
+    for (int a = 0; a < 3; ++a) {
+        const double low = std::ceil((centre_mm[a] - reach) / h[a]);
+        const double high = std::floor((centre_mm[a] + reach) / h[a]) + 1;
+        begin[a] = int(std::clamp(low, 0.0, double(m_scan.grid.size[a])));
+        end[a] = int(std::clamp(high, double(begin[a]), double(m_scan.grid.size[a])));
+    }
+    const std::size_t count = std::size_t(end.x - begin.x);
+    std::vector<float> memory(3 * count);
+    const NodeRows u{memory.data(), memory.data() + count, memory.data() + 2 * count};
+    for (int k = begin.z; k < end.z; ++k)
+        for (int j = begin.y; j < end.y; ++j) {
+            m_levels.displacement_row({begin.x, j, k}, int(count), u);
+            for (int i = begin.x; i < end.x; ++i) {
+                const std::size_t n = std::size_t(i - begin.x);
+                const Vec3d shift{u[0][n], u[1][n], u[2][n]};
+                const Vec3d now = rest_mm({i, j, k}) + shift;
+                if (norm(now - centre_mm) <= radius_mm) visit(Vec3i{i, j, k}, shift, now);
+            }
+        }
+}
+
+/// Nodes that a push takes hold of, where they are.
+std::vector<HeldNode> ElasticTissue::nodes_at(const Push& push, Vec3d centre_mm,
+                                              bool or_around) const {
+    std::vector<HeldNode> nodes;
+    const Vec3d centre_world =
+        m_scan.grid.origin_mm + world_from_lattice_vector(m_scan.grid, centre_mm);
+    if (push.sphere_radius_mm > 0)
+        visit_near(centre_mm, push.sphere_radius_mm, [&](Vec3i voxel, Vec3d u, Vec3d now) {
+            if (!m_map.is_tissue(voxel) || m_map.is_held(0, voxel)) return;
+            const Vec3d world = m_scan.grid.origin_mm + world_from_lattice_vector(m_scan.grid, now);
+            if (push.shape && !push.shape->contains(world - centre_world)) return;
+            nodes.push_back({voxel, u, {}});
+        });
+    if (!nodes.empty() || !or_around) return nodes;
+    // The cell that holds the point: X + u(X) = centre by fixed-point iteration.
+    const Vec3d& h = m_scan.grid.spacing_mm;
+    Vec3d rest = centre_mm;
+    float u[3];
+    const auto voxel_at = [&](Vec3d at) {
+        Vec3i voxel;
+        for (int a = 0; a < 3; ++a)
+            voxel[a] = int(std::clamp(at[a] / h[a], 0.0, double(m_scan.grid.size[a] - 1)));
+        return voxel;
+    };
+    for (int turn = 0; turn < 20; ++turn) {
+        m_levels.displacement_row(voxel_at(rest + 0.5 * h), 1, {&u[0], &u[1], &u[2]});
+        rest = centre_mm - Vec3d{u[0], u[1], u[2]};
+    }
+    for (int a = 0; a < 3; ++a)
+        if (!(rest[a] > -h[a] && rest[a] < h[a] * m_scan.grid.size[a])) return nodes;
+    const Vec3i low = voxel_at(rest);
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i voxel = low + Vec3i{c & 1, c >> 1 & 1, c >> 2};
+        if (voxel.x >= m_scan.grid.size.x || voxel.y >= m_scan.grid.size.y ||
+            voxel.z >= m_scan.grid.size.z || m_map.is_held(0, voxel) || !m_map.is_tissue(voxel))
+            continue;
+        m_levels.displacement_row(voxel, 1, {&u[0], &u[1], &u[2]});
+        nodes.push_back({voxel, {u[0], u[1], u[2]}, {}});
+    }
+    return nodes;
+}
+
+/// Nodes that the sphere has met on its way join the tool.
+void ElasticTissue::gather(Tool& tool, const Push& push, Vec3d centre_mm) {
+    if (push.sphere_radius_mm == 0) return;
+    for (const HeldNode& met : nodes_at(push, centre_mm, false))
+        if (!has(tool.nodes, met.node)) tool.nodes.push_back(met);
+}
+
+/// Centres the windows if a tool leaves the finest one.
+void ElasticTissue::look_at(const Way& way) {
+    const Vec3d& h = m_scan.grid.spacing_mm;
+    const Vec3d middle = way.from_mm + 0.5 * way.shift_mm;
+    const Vec3d voxel{middle.x / h.x, middle.y / h.y, middle.z / h.z};
+    const double margin = 3 + (way.radius_mm + 0.5 * norm(way.shift_mm)) / shortest_edge_mm();
+    if (!m_levels.is_inside(voxel, std::min(margin, m_settings.window_cells / 3.0)))
+        m_levels.focus(voxel);
+}
+
+void ElasticTissue::hold_all() {
+    std::vector<HeldNode> nodes;
+    for (const auto& [number, tool] : m_tools)
+        nodes.insert(nodes.end(), tool.nodes.begin(), tool.nodes.end());
+    m_levels.hold(nodes);
+}
+
+void ElasticTissue::solve(int iterations) {
+    (void)m_levels.start();
+    for (int n = 0; n < iterations; ++n)
+        if (m_levels.iterate() == 0) return;
+}
+
+/// The bone in a sphere, if there is any [lattice].
+std::optional<Vec3d> ElasticTissue::bone_in(Vec3d centre_mm, double radius_mm) const {
+    std::optional<Vec3d> found;
+    const Vec3d& h = m_scan.grid.spacing_mm;
+    Vec3i begin, end;
+    for (int a = 0; a < 3; ++a) {
+        begin[a] = std::max(0, int(std::ceil((centre_mm[a] - radius_mm) / h[a])));
+        end[a] =
+            std::min(m_scan.grid.size[a], int(std::floor((centre_mm[a] + radius_mm) / h[a])) + 1);
+    }
+    for (int k = begin.z; k < end.z && !found; ++k)
+        for (int j = begin.y; j < end.y && !found; ++j)
+            for (int i = begin.x; i < end.x && !found; ++i)
+                if (const Vec3d at = rest_mm({i, j, k});
+                    norm(at - centre_mm) < radius_mm && m_map.is_bone({i, j, k}))
+                    found = at;
+    return found;
+}
+
+/// Moves a tool along a way in strides: move(centre, shift) acts on it, and solves. A stride that
+/// folds tissue is undone and halved.
+template <class Move>
+ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Move& move) {
+    WayEnd end;
+    const double length = norm(way.shift_mm);
+    if (length == 0) return {.fraction = 1};
+    double part = 1 / std::ceil(length / way.longest_mm - 1e-9);
+    int halvings = 0;
+    while (end.fraction < 1 - 1e-9) {
+        const double step = std::min(part, 1 - end.fraction);
+        const Vec3d now = way.from_mm + end.fraction * way.shift_mm;
+        const Vec3d next = now + step * way.shift_mm;
+        if (const auto bone = bone_in(next, way.radius_mm); bone && !bone_in(now, way.radius_mm)) {
+            end.limited_by = LimitedBy::Bone;
+            end.bone_mm = m_scan.grid.origin_mm + world_from_lattice_vector(m_scan.grid, *bone);
+            end.message = "the tool meets bone";
+            return end;
+        }
+        m_levels.copy_to(m_before);
+        const Tool before = tool;
+        move(next, step * way.shift_mm);
+        if (m_levels.least_determinant() >= kLeastVolume) {
+            end.fraction += step;
+            continue;
+        }
+        (void)m_levels.copy_from(m_before);
+        tool = before;
+        hold_all();
+        if (++halvings > kHalvings) {
+            end.limited_by = LimitedBy::Fold;
+            end.message = "tissue would fold; larger tools go farther";
+            return end;
+        }
+        part /= 2;
+    }
+    end.fraction = 1;
+    return end;
+}
+
+double ElasticTissue::shortest_edge_mm() const {
+    const Vec3d& h = m_scan.grid.spacing_mm;
+    return std::min({h.x, h.y, h.z});
+}
+
+Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push) {
+    const Stopwatch watch;
+    if (!is_valid(push)) return expected_error("push", "finite numbers", text_of(push.push_mm));
+    const Way way{.from_mm = lattice_of(push.point_mm),
+                  .shift_mm = lattice_from_world_vector(m_scan.grid, push.push_mm),
+                  .radius_mm = push.sphere_radius_mm,
+                  .longest_mm = std::max(push.sphere_radius_mm / 2, shortest_edge_mm())};
+    look_at(way);
+    std::vector<HeldNode> nodes = nodes_at(push, way.from_mm, true);
+    // Tissue that another tool holds changes hands.
+    for (auto& [other, held] : m_tools)
+        std::erase_if(held.nodes, [&](const HeldNode& node) { return has(nodes, node.node); });
+    Tool& tool = m_tools[number] = {.nodes = std::move(nodes)};
+    m_is_shown = m_settled = false;
+    hold_all();
+    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift) {
+        gather(tool, push, centre);
+        for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
+        hold_all();
+        if (!tool.nodes.empty()) solve(kStrideIterations);
+    });
+    PushReport report{.status = end.limited_by == LimitedBy::None ? PushStatus::Applied
+                                : end.fraction > 0                ? PushStatus::Limited
+                                                                  : PushStatus::Rejected,
+                      .limited_by = end.limited_by,
+                      .step_fraction = end.fraction,
+                      .grabbed_elements = std::int64_t(tool.nodes.size()),
+                      .moved_elements = m_levels.moved_voxels(kHomeMm),
+                      .message = end.message,
+                      .bone_mm = end.bone_mm};
+    if (tool.nodes.empty()) m_tools.erase(number);
+    report.solve_ms = watch.ms();
+    return report;
+}
+
+/// The nodes in a sphere's way stay at its surface, and those in contact stay there.
+void ElasticTissue::find_contacts(Tool& tool) const {
+    std::vector<HeldNode> contacts;
+    visit_near(tool.centre_mm, tool.radius_mm + kContactMm, [&](Vec3i voxel, Vec3d u, Vec3d now) {
+        const double distance = norm(now - tool.centre_mm);
+        if (!(distance > 0) || m_map.is_held(0, voxel)) return;
+        if (!tool.tissue.hold(double(m_scan.at(voxel)))) return;
+        if (distance > tool.radius_mm && !has(tool.nodes, voxel)) return;
+        const Vec3d normal = (1 / distance) * (now - tool.centre_mm);
+        contacts.push_back({voxel, u + (tool.radius_mm - distance) * normal, normal});
+    });
+    tool.nodes = std::move(contacts);
+}
+
+/// Removes contacts that would pull. @returns whether there were any
+bool ElasticTissue::drop_pulling(Tool& tool) {
+    std::vector<Vec3i> voxels;
+    for (const HeldNode& node : tool.nodes) voxels.push_back(node.node);
+    const std::vector<Vec3d> forces = m_levels.forces_un(voxels);
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < forces.size(); ++n)
+        if (dot(forces[n], *tool.nodes[n].only_along) >= 0) tool.nodes[kept++] = tool.nodes[n];
+    const bool dropped = kept < tool.nodes.size();
+    tool.nodes.resize(kept);
+    return dropped;
+}
+
+/// Finds the nodes in contact, and their equilibrium.
+void ElasticTissue::press(Tool& tool) {
+    for (int round = 0; round < kContactRounds; ++round) {
+        const std::size_t before = tool.nodes.size();
+        find_contacts(tool);
+        if (before + tool.nodes.size() == 0) return;
+        hold_all();
+        solve(kStrideIterations);
+        if (!drop_pulling(tool) && round > 0 && before == tool.nodes.size()) return;
+    }
+}
+
+Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& push,
+                                            const TissueValues& tissue_values) {
+    const Stopwatch watch;
+    if (!is_valid(push) || push.sphere_radius_mm == 0)
+        return expected_error("slide", "finite numbers and a radius above 0",
+                              text_of(push.push_mm));
+    const Way way{.from_mm = lattice_of(push.point_mm),
+                  .shift_mm = lattice_from_world_vector(m_scan.grid, push.push_mm),
+                  .radius_mm = push.sphere_radius_mm,
+                  .longest_mm = shortest_edge_mm()};
+    look_at(way);
+    Tool& tool = m_tools[number];
+    if (!tool.slides) tool.nodes.clear();
+    tool.slides = true;
+    tool.centre_mm = way.from_mm;
+    tool.radius_mm = way.radius_mm;
+    tool.tissue = tissue_values;
+    m_is_shown = m_settled = false;
+    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d) {
+        tool.centre_mm = centre;
+        press(tool);
+    });
+    hold_all();
+    SlideReport report{.way_fraction = end.fraction,
+                       .limited_by = end.limited_by,
+                       .end_mm = push.point_mm + end.fraction * push.push_mm,
+                       .contacts = int(tool.nodes.size()),
+                       .message = end.message,
+                       .bone_mm = end.bone_mm};
+    if (tool.nodes.empty()) m_tools.erase(number);
+    report.slide_ms = watch.ms();
+    return report;
+}
+
+void ElasticTissue::release(std::uint32_t tool) noexcept {
+    if (m_tools.erase(tool) == 0) return;
+    m_settled = false;
+    m_returns = true;
+    const Status held = attempt([&]() -> Status {
+        hold_all();
+        return Ok{};
+    });
+    (void)held;
+}
+
+bool ElasticTissue::is_touched_by(std::uint32_t tool) const noexcept {
+    return m_tools.contains(tool);
+}
+
+Result<Sweep> ElasticTissue::do_sweep() {
+    const Stopwatch watch;
+    Sweep sweep;
+    if (m_settled) {
+        sweep.largest_step_mm = 0;
+        return sweep;
+    }
+    m_is_shown = false;
+    const double stays = std::exp(-kSweepMs / 1000 / m_settings.return_s);
+    if (m_tools.empty()) {
+        const double largest = m_levels.largest_mm();
+        sweep.largest_step_mm = (1 - stays) * largest;
+        m_levels.scale(stays);
+        if (stays * largest < kHomeMm) {
+            sweep.largest_step_mm = largest;
+            m_levels.reset();
+            m_settled = true;
+            m_returns = false;
+        }
+    } else {
+        m_levels.copy_to(m_before);
+        for (auto& [number, tool] : m_tools)
+            if (tool.slides) {
+                find_contacts(tool);
+                hold_all();
+            }
+        solve(kSweepIterations);
+        const double largest = m_levels.go_back(m_before, m_returns ? stays : 0);
+        sweep.largest_step_mm = m_returns ? (1 - stays) * largest : largest;
+        if (largest < (m_returns ? kHomeMm : kStillMm)) {
+            m_settled = !m_returns;
+            m_returns = false;
+        }
+    }
+    sweep.settled = m_settled;
+    sweep.ms = watch.ms();
+    return sweep;
+}
+
+Status ElasticTissue::do_reset() {
+    m_tools.clear();
+    m_levels.reset();
+    m_settled = true;
+    m_returns = false;
+    m_is_shown = false;
+    return Ok{};
+}
+
+Status ElasticTissue::do_set_state(std::span<const double> numbers) {
+    if (!m_levels.copy_from(numbers)) return invalid("expected a state of this tissue");
+    m_tools.clear();
+    m_is_shown = false;
+    m_settled = m_levels.largest_mm() == 0;
+    m_returns = !m_settled;
+    return Ok{};
+}
+
+std::optional<Vec3d> ElasticTissue::do_force_n(std::uint32_t number) {
+    const auto found = m_tools.find(number);
+    if (found == m_tools.end()) return Vec3d{0, 0, 0};
+    std::vector<Vec3i> voxels;
+    for (const HeldNode& node : found->second.nodes) voxels.push_back(node.node);
+    // The tissue's force on the tool is the opposite of what holds the nodes.
+    Vec3d sum{0, 0, 0};
+    const std::vector<Vec3d> forces = m_levels.forces_un(voxels);
+    for (std::size_t n = 0; n < forces.size(); ++n) {
+        const auto& only = found->second.nodes[n].only_along;
+        sum = sum - (only ? dot(forces[n], *only) * *only : forces[n]);
+    }
+    return 1e-6 * world_from_lattice_vector(m_scan.grid, sum);
+}
+
+Record ElasticTissue::figures() const {
+    return {{"nodes", double(m_levels.node_count())},
+            {"bytes_per_node", double(m_levels.bytes()) / double(m_levels.node_count())}};
+}
+
+// The field.
+
+Status ElasticTissue::update_deformation() const {
+    if (m_is_shown) return Ok{};
+    return attempt([&]() -> Status {
+        (void)m_field.show(m_levels, m_map, std::numeric_limits<std::int64_t>::max(), m_arena);
+        m_is_shown = true;
+        return Ok{};
+    });
+}
+
+Result<bool> ElasticTissue::approach_deformation(std::int64_t max_elements) const {
+    if (m_is_shown) return true;
+    return attempt([&]() -> Result<bool> {
+        m_is_shown = m_field.show(m_levels, m_map, max_elements, m_arena);
+        return m_is_shown;
+    });
+}
+
+}  // namespace pliant

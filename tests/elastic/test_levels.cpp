@@ -1,0 +1,282 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Equilibrium on nested lattices: forces by Gauss points vanish at free nodes, windows agree with
+// one lattice, and states don't depend on the number of threads.
+// Covers: elastic/levels.cpp, elastic/level.cpp, elastic/stiffness_map.cpp.
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "elastic/lattices.h"
+#include "elastic/levels.h"
+#include "support/random.h"
+
+namespace pliant::test {
+namespace {
+
+constexpr int kWhole = 512;
+
+/// Soft tissue with stiffer and void inclusions, held at its sides.
+Volume body(Vec3i size, Vec3d spacing_mm, std::uint64_t seed) {
+    Random random(seed);
+    struct Ball {
+        Vec3d centre;
+        double radius;
+        int value;
+    };
+    std::vector<Ball> balls;
+    for (int n = 0; n < 8; ++n)
+        balls.push_back({{random.real(0, size.x), random.real(0, size.y), random.real(0, size.z)},
+                         random.real(2, 6),
+                         n % 2 ? 0 : random.whole(500, 5000)});
+    return scan_of(size, spacing_mm, [&](Vec3i at) {
+        int value = 300;
+        for (const Ball& ball : balls)
+            if (norm(Vec3d{at.x * 1.0, at.y * 1.0, at.z * 1.0} - ball.centre) < ball.radius)
+                value = ball.value;
+        return value;
+    });
+}
+
+ElasticScanSettings held_settings(double nu) {
+    ElasticScanSettings settings = plain_settings(nu);
+    settings.held_sides = {"-x", "+x", "-y", "+y", "-z", "+z"};
+    return settings;
+}
+
+/// A ball of nodes, displaced.
+std::vector<HeldNode> ball(const StiffnessMap& map, Vec3d centre, double radius, Vec3d shift_mm) {
+    std::vector<HeldNode> nodes;
+    const Vec3i size = map.grid().size;
+    for (int k = 0; k < size.z; ++k)
+        for (int j = 0; j < size.y; ++j)
+            for (int i = 0; i < size.x; ++i)
+                if (norm(Vec3d{i * 1.0, j * 1.0, k * 1.0} - centre) <= radius)
+                    nodes.push_back({{i, j, k}, shift_mm, {}});
+    return nodes;
+}
+
+void solve(ElasticLevels& levels, int starts, int iterations) {
+    for (int n = 0; n < starts; ++n) {
+        (void)levels.start();
+        for (int k = 0; k < iterations; ++k)
+            if (levels.iterate() == 0) break;
+    }
+}
+
+Vec3d displacement(const ElasticLevels& levels, Vec3i voxel) {
+    float u[3];
+    levels.displacement_row(voxel, 1, {&u[0], &u[1], &u[2]});
+    return {double(u[0]), double(u[1]), double(u[2])};
+}
+
+/// Relative L2 distance of the displacements of all voxels.
+double distance(const ElasticLevels& a, const ElasticLevels& b, Vec3i size) {
+    double difference = 0, all = 0;
+    for (int k = 0; k < size.z; ++k)
+        for (int j = 0; j < size.y; ++j)
+            for (int i = 0; i < size.x; ++i) {
+                const Vec3d x = displacement(a, {i, j, k}), y = displacement(b, {i, j, k});
+                difference += dot(x - y, x - y);
+                all += dot(y, y);
+            }
+    return std::sqrt(difference / all);
+}
+
+TEST(Levels, EachIterationReducesTheResidualFourfold) {
+    const TaskArena arena(1);
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const double nu = seed % 2 ? 0.45 : 0.2;
+        const Vec3d spacing = seed < 4 ? Vec3d{1, 1, 1} : Vec3d{0.7, 0.7, 2};
+        const Volume scan = body({29, 26, seed < 4 ? 31 : 12}, spacing, seed);
+        const StiffnessMap map(scan, held_settings(nu), arena);
+        for (const bool turns : {false, true}) {
+            ElasticLevels levels(map, kWhole, turns, arena);
+            levels.hold(ball(map, {14, 13, scan.grid.size.z / 2.0}, 3, {0.6, -0.3, 0.8}));
+            const double first = levels.start();
+            double residual = first;
+            for (int n = 0; n < 6; ++n) residual = levels.iterate();
+            EXPECT_LT(residual, std::pow(0.25, 6) * first);
+        }
+    }
+}
+
+TEST(Levels, FreeNodesAreInEquilibriumByGaussPoints) {
+    const TaskArena arena(1);
+    const Volume scan = body({17, 15, 13}, {1, 1.2, 0.9}, 3);
+    const double nu = 0.4;
+    const StiffnessMap map(scan, held_settings(nu), arena);
+    ElasticLevels levels(map, kWhole, false, arena);
+    const auto held = ball(map, {8, 7, 6}, 2.5, {0.5, 0.2, -0.4});
+    levels.hold(held);
+    solve(levels, 2, 12);
+    const Vec3i size = scan.grid.size;
+    std::vector<Vec3d> forces(voxel_count(scan.grid), Vec3d{0, 0, 0});
+    double largest = 0;
+    for (int k = 0; k + 1 < size.z; ++k)
+        for (int j = 0; j + 1 < size.y; ++j)
+            for (int i = 0; i + 1 < size.x; ++i) {
+                float mu = 0;
+                map.moduli(0, {{i, j, k}, {i + 1, j + 1, k + 1}}, 1, 1, &mu);
+                const double lambda =
+                    2 * nu / (1 - 2 * nu) * std::max(double(mu - map.void_mu()), 0.0);
+                Corners u;
+                for (std::size_t c = 0; c < 8; ++c)
+                    u[c] = displacement(levels,
+                                        {i + int(c & 1), j + int(c >> 1 & 1), k + int(c >> 2)});
+                const Corners f = gauss_forces(scan.grid.spacing_mm, lambda, double(mu), u);
+                for (std::size_t c = 0; c < 8; ++c) {
+                    Vec3d& sum = forces[voxel_index(
+                        scan.grid, {i + int(c & 1), j + int(c >> 1 & 1), k + int(c >> 2)})];
+                    sum = sum + f[c];
+                    largest = std::max(largest, norm(f[c]));
+                }
+            }
+    double tool = 0;
+    for (const HeldNode& node : held) tool += norm(forces[voxel_index(scan.grid, node.node)]);
+    EXPECT_GT(tool, largest);
+    for (int k = 1; k + 1 < size.z; ++k)
+        for (int j = 1; j + 1 < size.y; ++j)
+            for (int i = 1; i + 1 < size.x; ++i) {
+                const Vec3i at{i, j, k};
+                const bool is_held =
+                    std::any_of(held.begin(), held.end(),
+                                [&](const HeldNode& node) { return node.node == at; });
+                if (is_held) continue;
+                ASSERT_LT(norm(forces[voxel_index(scan.grid, at)]), 2e-4 * largest);
+            }
+}
+
+TEST(Levels, WindowsAgreeWithOneLattice) {
+    const TaskArena arena(1);
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const Volume scan = body({57, 54, 50}, {1, 1, 1}, seed);
+        const StiffnessMap map(scan, held_settings(0.45), arena);
+        ElasticLevels whole(map, kWhole, true, arena), windows(map, 24, true, arena);
+        const Vec3d centre{30, 25, 27};
+        windows.focus(centre);
+        EXPECT_LT(windows.node_count(), whole.node_count() / 4);
+        for (ElasticLevels* const levels : {&whole, &windows}) {
+            levels->hold(ball(map, centre, 4, {1, -0.5, 1.5}));
+            solve(*levels, 4, 6);
+        }
+        EXPECT_LT(distance(windows, whole, scan.grid.size), 0.08);
+        Vec3d a{0, 0, 0}, b{0, 0, 0};
+        std::vector<Vec3i> nodes;
+        for (const HeldNode& node : ball(map, centre, 4, {})) nodes.push_back(node.node);
+        for (const Vec3d f : windows.forces_un(nodes)) a = a + f;
+        for (const Vec3d f : whole.forces_un(nodes)) b = b + f;
+        EXPECT_LT(norm(a - b), 0.03 * norm(b));
+    }
+}
+
+TEST(Levels, AMovedWindowKeepsTheDisplacement) {
+    const TaskArena arena(1);
+    const Volume scan = body({57, 54, 50}, {1, 1, 1}, 2);
+    const StiffnessMap map(scan, held_settings(0.45), arena);
+    ElasticLevels levels(map, 24, true, arena);
+    levels.focus({28, 27, 25});
+    levels.hold(ball(map, {28, 27, 25}, 4, {0.5, 0, 1}));
+    solve(levels, 3, 4);
+    const Box3i before = levels.finest();
+    ElasticLevels moved(map, 24, true, arena);
+    std::vector<double> state;
+    levels.copy_to(state);
+    ASSERT_TRUE(moved.copy_from(state));
+    EXPECT_EQ(distance(moved, levels, scan.grid.size), 0);
+    moved.focus({34, 27, 25});
+    EXPECT_NE(moved.finest().begin, before.begin);
+    EXPECT_LT(distance(moved, levels, scan.grid.size), 0.08);
+}
+
+TEST(Levels, StatesDontDependOnThreads) {
+    const Volume scan = body({45, 40, 42}, {1, 1, 1}, 5);
+    std::vector<double> first;
+    for (const int threads : {1, 2, 4}) {
+        const TaskArena arena(threads);
+        const StiffnessMap map(scan, held_settings(0.45), arena);
+        ElasticLevels levels(map, 30, true, arena);
+        levels.focus({25, 20, 21});
+        levels.hold(ball(map, {25, 20, 21}, 4, {1, 1, 1}));
+        solve(levels, 2, 2);
+        std::vector<double> state;
+        levels.copy_to(state);
+        if (first.empty()) first = state;
+        EXPECT_EQ(state, first);
+    }
+}
+
+TEST(Levels, NodesThatSlideStayOnTheirPlanes) {
+    const TaskArena arena(1);
+    const Volume scan = body({29, 26, 31}, {1, 1, 1}, 4);
+    const StiffnessMap map(scan, held_settings(0.45), arena);
+    ElasticLevels levels(map, kWhole, false, arena);
+    const Vec3d normal{0.6, 0, 0.8};
+    auto held = ball(map, {14, 13, 15}, 3, 0.8 * normal);
+    for (HeldNode& node : held) node.only_along = normal;
+    levels.hold(held);
+    const double first = levels.start();
+    double residual = first;
+    for (int n = 0; n < 8; ++n) residual = levels.iterate();
+    EXPECT_LT(residual, 1e-3 * first);
+    double across = 0;
+    for (const HeldNode& node : held) {
+        const Vec3d u = displacement(levels, node.node);
+        EXPECT_NEAR(dot(u, normal), 0.8, 1e-5);
+        across = std::max(across, norm(u - dot(u, normal) * normal));
+    }
+    EXPECT_GT(across, 1e-3);
+    std::vector<Vec3i> nodes;
+    for (const HeldNode& node : held) nodes.push_back(node.node);
+    for (const Vec3d f : levels.forces_un(nodes))
+        EXPECT_LT(norm(f - dot(f, normal) * normal), 2e-3 * first);
+}
+
+TEST(Levels, BoneAndHeldSidesNeverMove) {
+    const TaskArena arena(1);
+    Volume scan = body({29, 26, 31}, {1, 1, 1}, 6);
+    auto settings = held_settings(0.45);
+    settings.held_above_hu = 4999;
+    settings.held_sides = {"-x"};
+    auto* voxels = std::get_if<0>(&scan.voxels);
+    for (int n = 0; n < 200; ++n)
+        (*voxels)[voxel_index(scan.grid, {20 + n % 3, n / 3 % 9, 10 + n / 27})] = 5000;
+    const StiffnessMap map(scan, settings, arena);
+    ElasticLevels levels(map, 16, true, arena);
+    levels.focus({16, 12, 15});
+    levels.hold(ball(map, {14, 12, 15}, 3, {1.5, 0, 0}));
+    solve(levels, 3, 4);
+    for (int j = 0; j < 26; ++j)
+        for (int k = 0; k < 31; ++k) EXPECT_EQ(displacement(levels, {0, j, k}), (Vec3d{0, 0, 0}));
+    const Box3i box = levels.finest();
+    for (int n = 0; n < 200; ++n) {
+        const Vec3i at{20 + n % 3, n / 3 % 9, 10 + n / 27};
+        if (!contains(box, at)) continue;
+        EXPECT_EQ(displacement(levels, at), (Vec3d{0, 0, 0}));
+    }
+}
+
+TEST(Levels, AStateOfOtherSizesIsRefused) {
+    const TaskArena arena(1);
+    const Volume scan = body({29, 26, 31}, {1, 1, 1}, 4);
+    const StiffnessMap map(scan, held_settings(0.45), arena);
+    ElasticLevels levels(map, 16, true, arena);
+    std::vector<double> state;
+    levels.copy_to(state);
+    auto shorter = state;
+    shorter.pop_back();
+    EXPECT_FALSE(levels.copy_from(shorter));
+    for (const double bad : {-1.0, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+        auto other = state;
+        other[0] = bad;
+        EXPECT_FALSE(levels.copy_from(other));
+    }
+    EXPECT_TRUE(levels.copy_from(state));
+}
+
+}  // namespace
+}  // namespace pliant::test

@@ -1,0 +1,231 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The elastic scan as a tissue: pushes, slides, limits, return, and the displacement that is shown.
+// Covers: tissue/elastic_tissue.cpp, elastic/shown_displacement.cpp, elastic/settings_rows.cpp.
+
+#include <gtest/gtest.h>
+#include <pliant/check_tissue.h>
+#include <pliant/tissues.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pliant::test {
+namespace {
+
+constexpr std::uint32_t kProbe = 1;
+
+/// Soft tissue with a lumen along k, and bone in the lowest slices of j.
+Volume scan_with_lumen() {
+    Volume scan;
+    scan.grid = {{40, 38, 36}, {1, 1, 1}};
+    std::vector<std::int16_t> voxels;
+    for (int k = 0; k < 36; ++k)
+        for (int j = 0; j < 38; ++j)
+            for (int i = 0; i < 40; ++i) {
+                const double r = std::hypot(i - 20.0, j - 20.0);
+                voxels.push_back(std::int16_t(j < 4 ? 900 : r < 7 ? -1000 : 40));
+            }
+    scan.voxels = std::move(voxels);
+    return scan;
+}
+
+/// A sphere at the lumen's wall, pushed into it.
+const Push kWallPush{.point_mm = {28, 20, 18}, .push_mm = {1.5, 0.2, 0.3}, .sphere_radius_mm = 3};
+
+class Elastic : public testing::Test {
+  protected:
+    std::unique_ptr<Tissue> make(const ElasticScanSettings& settings = {}) {
+        auto made = make_elastic(m_scan, settings, m_arena);
+        EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
+        return std::move(*made);
+    }
+    static Vec3d displacement(Tissue& tissue, Vec3i ijk) {
+        EXPECT_TRUE(tissue.update_deformation().ok());
+        return tissue.deformation().displacement_mm(ijk);
+    }
+    static void settle(Tissue& tissue) {
+        for (int n = 0; n < 400; ++n)
+            if (tissue.sweep().value().settled) return;
+        FAIL() << "expected a tissue at rest";
+    }
+
+    Volume m_scan = scan_with_lumen();
+    TaskArena m_arena{2};
+};
+
+TEST_F(Elastic, KeepsTheRulesOfTissues) {
+    const MakeTissue make = [](const Volume& scan, const TaskArena& arena) {
+        return make_elastic(scan, {}, arena);
+    };
+    const Status kept = check_tissue(make, m_scan, kWallPush);
+    EXPECT_TRUE(kept.ok()) << (kept.ok() ? "" : kept.error().field + ": " + kept.error().message);
+}
+
+TEST_F(Elastic, TheHeldTissueMovesWithTheTool) {
+    auto tissue = make();
+    const auto report = tissue->push(kProbe, kWallPush);
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->status, PushStatus::Applied);
+    EXPECT_GT(report->grabbed_elements, 20);
+    EXPECT_NEAR(norm(displacement(*tissue, {28, 20, 18}) - kWallPush.push_mm), 0, 1e-3);
+    settle(*tissue);
+    EXPECT_NEAR(norm(displacement(*tissue, {28, 20, 18}) - kWallPush.push_mm), 0, 1e-3);
+    const Vec3d near = displacement(*tissue, {33, 20, 18});
+    EXPECT_GT(near.x, 0.2);
+    EXPECT_LT(near.x, 1.4);
+    for (int i = 0; i < 40; ++i) EXPECT_EQ(displacement(*tissue, {i, 3, 18}), (Vec3d{0, 0, 0}));
+}
+
+TEST_F(Elastic, TheForceIsProportionalToSmallPushesAndToTheModulus) {
+    const auto force = [&](double mm, double kpa) {
+        ElasticScanSettings settings;
+        settings.moduli_kpa = {{-950, 0}, {-500, kpa}};
+        settings.held_above_hu = 300;
+        auto tissue = make(settings);
+        Push push = kWallPush;
+        push.push_mm = {mm, 0, 0};
+        EXPECT_TRUE(tissue->push(kProbe, push).ok());
+        settle(*tissue);
+        return tissue->force_n(kProbe).value();
+    };
+    const Vec3d small = force(0.1, 10), larger = force(0.2, 10), stiffer = force(0.1, 20);
+    EXPECT_LT(small.x, 0);
+    EXPECT_NEAR(larger.x / small.x, 2, 0.05);
+    EXPECT_NEAR(stiffer.x / small.x, 2, 0.02);
+}
+
+TEST_F(Elastic, ReleasedTissueReturnsExponentiallyToRest) {
+    ElasticScanSettings settings;
+    settings.return_s = 0.1;
+    auto tissue = make(settings);
+    ASSERT_TRUE(tissue->push(kProbe, kWallPush).ok());
+    settle(*tissue);
+    tissue->release(kProbe);
+    const double before = displacement(*tissue, {30, 20, 18}).x;
+    for (int n = 0; n < 5; ++n) (void)tissue->sweep();  // 0.1 s
+    EXPECT_NEAR(displacement(*tissue, {30, 20, 18}).x / before, std::exp(-1), 0.01);
+    settle(*tissue);
+    EXPECT_EQ(displacement(*tissue, {30, 20, 18}), (Vec3d{0, 0, 0}));
+    EXPECT_EQ(tissue->deformation().moved_box(), Box3i{});
+}
+
+TEST_F(Elastic, APushEndsBeforeTissueFolds) {
+    auto tissue = make();
+    Push push = kWallPush;
+    push.sphere_radius_mm = 2;
+    push.push_mm = {-9, 0, 0};
+    const auto report = tissue->push(kProbe, push);
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->limited_by, LimitedBy::Fold);
+    EXPECT_LT(report->step_fraction, 1);
+    EXPECT_GT(report->step_fraction, 0);
+    ASSERT_TRUE(tissue->update_deformation().ok());
+    double least = 1;
+    const auto tissue_at = [&](Vec3i at) { return m_scan.at(at) == 40; };
+    for (int k = 0; k < 35; ++k)
+        for (int j = 4; j < 37; ++j)
+            for (int i = 0; i < 39; ++i) {
+                const Vec3i o{i, j, k};
+                if (!tissue_at(o) || !tissue_at(o + Vec3i{1, 1, 1})) continue;
+                Mat3d f;
+                for (int a = 0; a < 3; ++a) {
+                    Vec3i next = o, unit{0, 0, 0};
+                    next[a] += 1;
+                    unit[a] = 1;
+                    f.columns[a] = Vec3d{double(unit.x), double(unit.y), double(unit.z)} +
+                                   tissue->deformation().displacement_mm(next) -
+                                   tissue->deformation().displacement_mm(o);
+                }
+                least = std::min(least, determinant(f));
+            }
+    EXPECT_GT(least, 0);
+}
+
+TEST_F(Elastic, AToolStopsAtBone) {
+    auto tissue = make();
+    Push push = kWallPush;
+    push.point_mm = {20, 6.9, 18};
+    push.push_mm = {0, -1, 0};
+    const auto report = tissue->push(kProbe, push);
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->limited_by, LimitedBy::Bone);
+    ASSERT_TRUE(report->bone_mm.has_value());
+    EXPECT_EQ(report->bone_mm->y, 3);
+    for (int i = 0; i < 40; ++i) EXPECT_EQ(displacement(*tissue, {i, 3, 18}), (Vec3d{0, 0, 0}));
+}
+
+TEST_F(Elastic, ASlidingSphereLeavesNoTissueInside) {
+    auto tissue = make();
+    const Push way{.point_mm = {20, 20, 18}, .push_mm = {6, 0, 0}, .sphere_radius_mm = 3};
+    const auto report = tissue->slide(kProbe, way, {});
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->way_fraction, 1);
+    EXPECT_GT(report->contacts, 5);
+    settle(*tissue);
+    ASSERT_TRUE(tissue->update_deformation().ok());
+    const Vec3d centre{26, 20, 18};
+    double deepest = 0;
+    for (int k = 8; k < 28; ++k)
+        for (int j = 8; j < 32; ++j)
+            for (int i = 8; i < 40; ++i) {
+                if (m_scan.at({i, j, k}) < -500) continue;
+                const Vec3d now = Vec3d{i * 1.0, j * 1.0, k * 1.0} +
+                                  tissue->deformation().displacement_mm({i, j, k});
+                deepest = std::max(deepest, 3 - norm(now - centre));
+            }
+    EXPECT_LT(deepest, 0.15);
+    const Vec3d force = tissue->force_n(kProbe).value();
+    EXPECT_LT(force.x, 0);
+    EXPECT_LT(std::hypot(force.y, force.z), 0.2 * std::abs(force.x));
+}
+
+TEST_F(Elastic, APictureShowsThePartsThatLagMost) {
+    auto tissue = make();
+    ASSERT_TRUE(tissue->push(kProbe, kWallPush).ok());
+    settle(*tissue);
+    EXPECT_FALSE(tissue->approach_deformation(512).value());
+    const Box3i box = tissue->deformation().moved_box();
+    for (int a = 0; a < 3; ++a) EXPECT_LE(box.end[a] - box.begin[a], 8);
+    double largest = 0;
+    for (int k = box.begin.z; k < box.end.z; ++k)
+        for (int j = box.begin.y; j < box.end.y; ++j)
+            for (int i = box.begin.x; i < box.end.x; ++i)
+                largest = std::max(largest, norm(tissue->deformation().displacement_mm({i, j, k})));
+    EXPECT_NEAR(largest, norm(kWallPush.push_mm), 1e-3);
+    ASSERT_TRUE(tissue->update_deformation().ok());
+    EXPECT_GT(state_of(*tissue)->resident_bricks, 8);
+    EXPECT_TRUE(tissue->approach_deformation(512).value());
+}
+
+TEST_F(Elastic, BadSettingsAreNamed) {
+    const auto error = [&](const ElasticScanSettings& settings) {
+        auto made = make_elastic(m_scan, settings, m_arena);
+        EXPECT_FALSE(made.ok());
+        return made.ok() ? std::string() : made.error().message;
+    };
+    ElasticScanSettings settings;
+    settings.poisson_ratio = 0.5;
+    EXPECT_EQ(error(settings), "[elastic] poisson_ratio: expected 0 to 0.495, found 0.5");
+    settings = {};
+    settings.moduli_kpa = {{0, 1}, {0, 2}};
+    EXPECT_EQ(error(settings), "[elastic] moduli_kpa: expected ascending values, found 0 after 0");
+    settings.moduli_kpa = {{0, -1}};
+    EXPECT_EQ(error(settings),
+              "[elastic] moduli_kpa: expected values and moduli of 0 to 1e8 kPa, found 0, -1");
+    settings.moduli_kpa = {{0, 0}};
+    EXPECT_EQ(error(settings),
+              "[elastic] moduli_kpa: expected a modulus above 0 kPa, found 0 kPa everywhere");
+    settings = {};
+    settings.held_sides.emplace({std::string("+w")});
+    EXPECT_EQ(error(settings),
+              "[elastic] held_sides: expected \"-x\", \"+x\", … \"+z\", found \"+w\"");
+    settings = {};
+    settings.window_cells = 33;
+    EXPECT_EQ(error(settings), "[elastic] window_cells: expected an even number, found 33");
+}
+
+}  // namespace
+}  // namespace pliant::test
