@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "elastic/levels.h"
+#include <limits>
+#include <tuple>
 
 namespace pliant {
 namespace {
@@ -146,27 +146,24 @@ Box3i ElasticLevel::box_in(const ElasticLevel& coarse) const {
 }
 
 void ElasticLevel::hold(const StiffnessMap& map, const HeldNode& node) {
-    Vec3i local;
-    for (int a = 0; a < 3; ++a) {
-        if (node.node[a] & ((1 << shift[a]) - 1)) return;
-        local[a] = (node.node[a] >> shift[a]) - first[a];
+    const auto local = local_of(node.node);
+    if (!local || is_follower(*local) || map.is_held(number, *local + first)) return;
+    // Under a finer window a node that slides is free.
+    if (node.only_along && !is_active(*local)) return;
+    const std::size_t at = index(*local);
+    held.push_back(*local);
+    std::array<float, 6> inverse{};
+    if (node.only_along) {
+        for (std::size_t c = 0; c < 6; ++c) inverse[c] = block[c][at];
+        inverse = inverse_across(inverse, *node.only_along);
     }
-    if (!has(local) || is_follower(local) || map.is_held(number, local + first)) return;
-    // On coarser lattices a node that slides is free.
-    if (node.only_along && number > 0) return;
-    const std::size_t at = index(local);
-    held.push_back(local);
+    for (std::size_t c = 0; c < 6; ++c) block[c][at] = inverse[c];
     if (!node.only_along) {
-        for (float* const d : block) d[at] = 0;
         for (int a = 0; a < 3; ++a) u[std::size_t(a)][at] = float(node.displacement_mm[a]);
         return;
     }
     const Vec3d n = *node.only_along;
     slides.emplace_back(at, n);
-    std::array<float, 6> inverse;
-    for (std::size_t c = 0; c < 6; ++c) inverse[c] = block[c][at];
-    inverse = inverse_across(inverse, n);
-    for (std::size_t c = 0; c < 6; ++c) block[c][at] = inverse[c];
     const Vec3d now{u[0][at], u[1][at], u[2][at]};
     const Vec3d shifted = now + dot(n, node.displacement_mm - now) * n;
     for (int a = 0; a < 3; ++a) u[std::size_t(a)][at] = float(shifted[a]);
@@ -176,6 +173,16 @@ void ElasticLevel::let_go(const StiffnessMap& map) {
     for (const Vec3i local : held) find_row(map, local.y, local.z, local.x, local.x + 1);
     held.clear();
     slides.clear();
+}
+
+std::optional<Vec3i> ElasticLevel::local_of(Vec3i voxel) const {
+    Vec3i local;
+    for (int a = 0; a < 3; ++a) {
+        if (voxel[a] & ((1 << shift[a]) - 1)) return {};
+        local[a] = (voxel[a] >> shift[a]) - first[a];
+    }
+    if (!has(local)) return {};
+    return local;
 }
 
 bool ElasticLevel::has_voxel(Vec3i voxel) const {
@@ -227,36 +234,102 @@ void ElasticLevel::displacements(Vec3i voxel, int count, const NodeRows& to) con
     }
 }
 
-float ElasticLevel::least_determinant(int k) const {
+/// Smallest determinant at the corners of a cell, or any number above the limit.
+float ElasticLevel::least_corner(std::size_t at, float limit) const {
+    float corner[8][3], edges[3][4][3], largest = 0;
+    for (unsigned c = 0; c < 8; ++c)
+        for (std::size_t a = 0; a < 3; ++a)
+            corner[c][a] =
+                u[a][at + (c & 1) + (c & 2 ? std::size_t(stride) : 0) + (c & 4 ? plane : 0)];
+    for (unsigned b = 0; b < 3; ++b)
+        for (unsigned c = 0, n = 0; c < 8; ++c) {
+            if (c >> b & 1) continue;
+            for (std::size_t a = 0; a < 3; ++a) {
+                const float edge =
+                    4 * factors.gradient[b] * (corner[c | 1U << b][a] - corner[c][a]);
+                edges[b][n][a] = edge;
+                largest = std::max(largest, std::abs(edge));
+            }
+            ++n;
+        }
+    // |det(I + G) − 1| ≤ (1 + 3 g)³ − 1 for entries of G up to g.
+    const float spread = 1 + 3 * largest;
+    if (spread * spread * spread < 2 - limit) return 1;
+    float least = std::numeric_limits<float>::max();
+    for (unsigned c = 0; c < 8; ++c) {
+        float g[3][3];
+        for (unsigned b = 0; b < 3; ++b) {
+            const unsigned low = c & ((1U << b) - 1), high = c >> (b + 1);
+            for (std::size_t a = 0; a < 3; ++a)
+                g[b][a] = edges[b][low | high << b][a] + (a == b ? 1.0F : 0.0F);
+        }
+        least = std::min(least, g[0][0] * (g[1][1] * g[2][2] - g[1][2] * g[2][1]) -
+                                    g[0][1] * (g[1][0] * g[2][2] - g[1][2] * g[2][0]) +
+                                    g[0][2] * (g[1][0] * g[2][1] - g[1][1] * g[2][0]));
+    }
+    return least;
+}
+
+bool ElasticLevel::has_folded(int k, float limit, std::vector<Vec3i>* cells) const {
     const Box3i& box = covered;
-    float least = 1;
+    bool found = false;
     for (int j = 0; j + 1 < nodes.y; ++j) {
         const bool partly = k >= box.begin.z && k < box.end.z && j >= box.begin.y && j < box.end.y;
         const std::size_t row = index({0, j, k});
         for (int i = 0; i + 1 < nodes.x; ++i) {
             const std::size_t at = row + std::size_t(i);
-            if (!tissue[at]) continue;
-            if (partly && i >= box.begin.x && i < box.end.x) continue;
-            float corner[8][3];
-            for (unsigned c = 0; c < 8; ++c)
-                for (std::size_t a = 0; a < 3; ++a)
-                    corner[c][a] = u[a][at + (c & 1) + (c & 2 ? std::size_t(stride) : 0) +
-                                        (c & 4 ? plane : 0)];
-            for (unsigned c = 0; c < 8; ++c) {
-                float g[3][3];
-                for (unsigned b = 0; b < 3; ++b)
-                    for (std::size_t a = 0; a < 3; ++a)
-                        g[b][a] = 4 * factors.gradient[b] *
-                                      (corner[c | 1U << b][a] - corner[c & ~(1U << b)][a]) +
-                                  (a == b ? 1.0F : 0.0F);
-                const float d = g[0][0] * (g[1][1] * g[2][2] - g[1][2] * g[2][1]) -
-                                g[0][1] * (g[1][0] * g[2][2] - g[1][2] * g[2][0]) +
-                                g[0][2] * (g[1][0] * g[2][1] - g[1][1] * g[2][0]);
-                least = std::min(least, d);
-            }
+            if (!tissue[at] || (partly && i >= box.begin.x && i < box.end.x)) continue;
+            if (least_corner(at, limit) >= limit) continue;
+            found = true;
+            if (!cells) return true;
+            cells->push_back({i, j, k});
         }
     }
-    return least;
+    return found;
+}
+
+bool ElasticLevel::untangle(const StiffnessMap& map, float limit) {
+    constexpr int kRounds = 60;
+    std::vector<Vec3i> cells, moving;
+    std::vector<std::array<float, 3>> moved;
+    int begin = 0, end = nodes.z - 1;
+    for (int round = 0; round < kRounds; ++round) {
+        cells.clear();
+        for (int k = begin; k < end; ++k) (void)has_folded(k, limit, &cells);
+        if (cells.empty()) return true;
+        moving.clear();
+        for (const Vec3i cell : cells)
+            for (int c = 0; c < 8; ++c) {
+                const Vec3i node = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
+                if (!is_follower(node) && !map.is_held(number, node + first))
+                    moving.push_back(node);
+            }
+        const auto key = [](Vec3i n) { return std::tuple(n.z, n.y, n.x); };
+        std::sort(moving.begin(), moving.end(), [&](Vec3i a, Vec3i b) { return key(a) < key(b); });
+        moving.erase(std::unique(moving.begin(), moving.end()), moving.end());
+        if (moving.empty()) return false;
+        moved.clear();
+        for (const Vec3i node : moving) {
+            std::array<float, 3> sum{};
+            int count = 0;
+            for (int side = 0; side < 6; ++side) {
+                Vec3i next = node;
+                next[side / 2] += side % 2 ? 1 : -1;
+                if (!has(next)) continue;
+                ++count;
+                for (std::size_t a = 0; a < 3; ++a) sum[a] += u[a][index(next)];
+            }
+            for (std::size_t a = 0; a < 3; ++a)
+                sum[a] = 0.5F * (u[a][index(node)] + sum[a] / float(count));
+            moved.push_back(sum);
+        }
+        for (std::size_t n = 0; n < moving.size(); ++n)
+            for (std::size_t a = 0; a < 3; ++a) u[a][index(moving[n])] = moved[n][a];
+        // Only cells around the moved nodes can change.
+        begin = std::max(0, moving.front().z - 1);
+        end = std::min(nodes.z - 1, moving.back().z + 1);
+    }
+    return false;
 }
 
 }  // namespace pliant

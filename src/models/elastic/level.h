@@ -7,8 +7,10 @@
 
 #include <pliant/core/tasks.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -18,7 +20,13 @@
 
 namespace pliant {
 
-struct HeldNode;
+/// A node that a tool holds, at a voxel.
+struct HeldNode {
+    Vec3i node{0, 0, 0};             ///< voxel
+    Vec3d displacement_mm{0, 0, 0};  ///< along the lattice's axes
+    /// Direction in which it is held, a unit vector; none: in all.
+    std::optional<Vec3d> only_along{};
+};
 
 struct ElasticLevel {
     /// A window of a level at rest.
@@ -80,13 +88,25 @@ struct ElasticLevel {
     void hold(const StiffnessMap& map, const HeldNode& node);
     void let_go(const StiffnessMap& map);
 
+    Vec3i voxel_of(Vec3i local) const {
+        Vec3i voxel;
+        for (int a = 0; a < 3; ++a) voxel[a] = (first[a] + local[a]) << shift[a];
+        return voxel;
+    }
+    /// The node at a voxel, if there is one.
+    std::optional<Vec3i> local_of(Vec3i voxel) const;
+    bool is_follower(Vec3i local) const;
     /// Whether a voxel lies in the window.
     bool has_voxel(Vec3i voxel) const;
     /// Writes the displacements of those of count voxels along x that lie in the window.
     void displacements(Vec3i voxel, int count, const NodeRows& to) const;
-    /// Smallest determinant of the gradient at corners of a plane's cells of tissue that no finer
-    /// window covers; 1 at most.
-    float least_determinant(int plane) const;
+    /// Whether some cell of tissue of a plane, under no finer window, has a corner with a
+    /// determinant of the deformation gradient below a limit. @param[out] cells  if not null
+    bool has_folded(int plane, float limit, std::vector<Vec3i>* cells) const;
+    /// Moves the nodes of folded cells towards the mean of their neighbours until no cell is folded,
+    /// except nodes that never move.
+    /// @returns false if many rounds don't suffice
+    bool untangle(const StiffnessMap& map, float limit);
 
     template <class Visit>  ///< visit(Vec3i local, std::size_t at)
     void for_each_node(const Visit& visit) const {
@@ -134,7 +154,7 @@ struct ElasticLevel {
     void find_blocks(const StiffnessMap& map, const TaskArena& arena);
     /// D of a row of nodes for its cells' moduli.
     void find_row(const StiffnessMap& map, int j, int k, int begin, int end);
-    bool is_follower(Vec3i local) const;
+    float least_corner(std::size_t at, float limit) const;
 
     CornerBlocks m_corners;
     AlignedVector<float> m_memory;

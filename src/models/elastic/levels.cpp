@@ -267,12 +267,12 @@ void ElasticLevels::follow(std::size_t n) {
 }
 
 /// Forces on the border of a window act on the coarser lattice.
-void ElasticLevels::give_forces(std::size_t n, NodeRows ElasticLevel::*rows) {
+void ElasticLevels::give_forces(std::size_t n, NodeRows ElasticLevel::*rows, bool to_held) {
     ElasticLevel& fine = *m_levels[n];
     ElasticLevel& coarse = *m_levels[n + 1];
     fine.for_each_follower([&](Vec3i local, std::size_t at) {
         coarse.with_parents(fine, local, [&](std::size_t parent, float weight, bool) {
-            if (coarse.is_held(parent)) return;
+            if (!to_held && coarse.is_held(parent)) return;
             for (std::size_t a = 0; a < 3; ++a)
                 (coarse.*rows)[a][parent] += weight * (fine.*rows)[a][at];
         });
@@ -371,7 +371,7 @@ double ElasticLevels::start() {
             s.turning = m_turns ? Turning::Positions : Turning::None;
         });
     }
-    for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::r);
+    for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::r, false);
     for (auto& level : m_levels) slide(*level, level->r);
     return std::sqrt(sum_over_planes([](const ElasticLevel& level, const NodeSweep& nodes) {
         return dot_nodes(nodes, level.r, level.r);
@@ -402,7 +402,7 @@ double ElasticLevels::iterate() {
         });
         for (const double dot : level->dots) curvature += dot;
     }
-    for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::q);
+    for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::q, false);
     if (!(curvature > 0) || !(product > 0)) {
         m_product = 0;
         return 0;
@@ -415,20 +415,24 @@ double ElasticLevels::iterate() {
     return std::sqrt(squares);
 }
 
-std::vector<Vec3d> ElasticLevels::forces_un(std::span<const Vec3i> nodes) {
-    std::vector<Vec3d> forces(nodes.size(), Vec3d{0, 0, 0});
-    ElasticLevel& level = *m_levels.front();
-    sweep(level, SweepPass::Store, [&](LatticeSweep& s) {
-        s.x = level.u;
-        s.out = level.q;
-        s.turning = m_turns ? Turning::Positions : Turning::None;
-    });
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-        const Vec3i local = nodes[n] - level.first;
-        if (!level.has(local)) continue;
-        for (int a = 0; a < 3; ++a)
-            forces[n][a] = double(level.q[std::size_t(a)][level.index(local)]);
-    }
+std::vector<Vec3d> ElasticLevels::forces_un(std::span<const Vec3i> voxels) {
+    for (auto& level : m_levels)
+        sweep(*level, SweepPass::Store, [&](LatticeSweep& s) {
+            s.x = level->u;
+            s.out = level->q;
+            s.left_out = level->covered;
+            s.turning = m_turns ? Turning::Positions : Turning::None;
+        });
+    for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::q, true);
+    std::vector<Vec3d> forces(voxels.size(), Vec3d{0, 0, 0});
+    for (std::size_t n = 0; n < voxels.size(); ++n)
+        for (const auto& level : m_levels) {
+            const auto local = level->local_of(voxels[n]);
+            if (!local || level->is_follower(*local)) continue;
+            for (int a = 0; a < 3; ++a)
+                forces[n][a] = double(level->q[std::size_t(a)][level->index(*local)]);
+            break;
+        }
     return forces;
 }
 
@@ -459,18 +463,18 @@ Box3i ElasticLevels::moved_box(double mm) const {
     return is_empty(box) ? Box3i{} : box;
 }
 
-double ElasticLevels::least_determinant() const {
-    std::vector<double> least(m_levels.size(), 1);
-    for (std::size_t n = 0; n < m_levels.size(); ++n) {
-        const ElasticLevel& level = *m_levels[n];
-        std::vector<float> of_plane(std::size_t(level.nodes.z), 1);
+bool ElasticLevels::untangle(double limit) {
+    const auto is_folded = [&](const ElasticLevel& level) {
+        std::vector<char> of_plane(std::size_t(level.nodes.z), 0);
         for_planes(level, [&](int begin, int end) {
             for (int k = begin; k < std::min(end, level.nodes.z - 1); ++k)
-                of_plane[std::size_t(k)] = level.least_determinant(k);
+                of_plane[std::size_t(k)] = level.has_folded(k, float(limit), nullptr);
         });
-        for (const float d : of_plane) least[n] = std::min(least[n], double(d));
-    }
-    return *std::min_element(least.begin(), least.end());
+        return std::find(of_plane.begin(), of_plane.end(), 1) != of_plane.end();
+    };
+    return std::all_of(m_levels.begin(), m_levels.end(), [&](auto& level) {
+        return !is_folded(*level) || level->untangle(m_map, float(limit));
+    });
 }
 
 void ElasticLevels::reset() {

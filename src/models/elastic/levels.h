@@ -30,18 +30,11 @@
 #include <vector>
 
 #include "base/aligned_array.h"
+#include "elastic/level.h"
 #include "elastic/stiffness_map.h"
 #include "elastic/sweeps.h"
 
 namespace pliant {
-
-/// A node that a tool holds, at a voxel.
-struct HeldNode {
-    Vec3i node{0, 0, 0};             ///< voxel
-    Vec3d displacement_mm{0, 0, 0};  ///< along the lattice's axes
-    /// Direction in which it is held, a unit vector; none: in all.
-    std::optional<Vec3d> only_along{};
-};
 
 struct SmootherSettings {
     int degree = 6;   ///< of the smoothing polynomial, before and after the correction
@@ -49,8 +42,6 @@ struct SmootherSettings {
     int last_degree = 40;
     float last_part = 2000;
 };
-
-struct ElasticLevel;
 
 class ElasticLevels {
   public:
@@ -75,16 +66,19 @@ class ElasticLevels {
     double start();
     /// One iteration. @returns norm of the residual before its correction [µN]
     double iterate();
-    /// Internal forces [µN] on nodes of the finest lattice, along the lattice's axes.
-    std::vector<Vec3d> forces_un(std::span<const Vec3i> nodes);
+    /// Internal forces [µN] on voxels that are nodes, along the lattice's axes; 0 on others. A
+    /// voxel is a node of the finest lattice at its place, or none.
+    std::vector<Vec3d> forces_un(std::span<const Vec3i> voxels);
 
     /// Displacements [mm] of count voxels along x from a voxel on, along the lattice's axes. May be
     /// called from several threads.
     void displacement_row(Vec3i first, int count, const NodeRows& to) const;
     /// Smallest box of voxels that may be displaced by more than a length along some axis.
     Box3i moved_box(double mm) const;
-    /// Smallest determinant of the deformation gradient at the corners of cells of tissue.
-    double least_determinant() const;
+    /// Smooths the displacement around cells of tissue that have a corner with a determinant of the
+    /// deformation gradient below a limit, until there is none.
+    /// @returns false if that doesn't succeed
+    bool untangle(double limit);
 
     double largest_mm() const;  ///< largest displacement of a node along an axis
     /// Number of voxels that are displaced by more than a length along some axis.
@@ -124,7 +118,7 @@ class ElasticLevels {
                      const NodeRows& to) const;
     void inject(std::size_t n);
     void follow(std::size_t n);
-    void give_forces(std::size_t n, NodeRows ElasticLevel::*rows);
+    void give_forces(std::size_t n, NodeRows ElasticLevel::*rows, bool to_held);
     static void slide(const ElasticLevel& level, const NodeRows& rows);
 
     const StiffnessMap& m_map;

@@ -17,11 +17,11 @@ namespace pliant {
 namespace {
 
 constexpr double kSweepMs = 20;        ///< simulated time of a sweep
-constexpr double kStillMm = 0.002;     ///< a sweep that moves nothing farther has settled
+constexpr double kStillMm = 0.01;      ///< a sweep that moves nothing farther has settled
 constexpr double kHomeMm = 0.02;       ///< free tissue so near to rest is put there
 constexpr double kLeastVolume = 0.05;  ///< determinants of a state that is shown
 constexpr int kStrideIterations = 2, kSweepIterations = 2;
-constexpr int kHalvings = 4;  ///< of a stride that would fold cells
+constexpr int kHalvings = 2;  ///< of a stride that would fold cells
 constexpr int kContactRounds = 3;
 constexpr double kContactMm = 0.02;  ///< nodes so near to a sphere stay in contact
 
@@ -156,7 +156,26 @@ void ElasticTissue::hold_all() {
 void ElasticTissue::solve(int iterations) {
     (void)m_levels.start();
     for (int n = 0; n < iterations; ++n)
-        if (m_levels.iterate() == 0) return;
+        if (m_levels.iterate() == 0) break;
+    find_forces();
+}
+
+/// The tools' forces in the state before cells are untangled.
+void ElasticTissue::find_forces() {
+    std::vector<Vec3i> voxels;
+    for (const auto& [number, tool] : m_tools)
+        for (const HeldNode& node : tool.nodes) voxels.push_back(node.node);
+    const std::vector<Vec3d> forces = m_levels.forces_un(voxels);
+    auto force = forces.begin();
+    for (auto& [number, tool] : m_tools) {
+        Vec3d sum{0, 0, 0};
+        for (const HeldNode& node : tool.nodes) {
+            const auto& only = node.only_along;
+            sum = sum + (only ? dot(*force, *only) * *only : *force);
+            ++force;
+        }
+        tool.force_un = -1.0 * sum;  // the opposite of what holds the nodes
+    }
 }
 
 /// The bone in a sphere, if there is any [lattice].
@@ -178,8 +197,8 @@ std::optional<Vec3d> ElasticTissue::bone_in(Vec3d centre_mm, double radius_mm) c
     return found;
 }
 
-/// Moves a tool along a way in strides: move(centre, shift) acts on it, and solves. A stride that
-/// folds tissue is undone and halved.
+/// Moves a tool along a way in strides: move(centre, shift) acts on it, and solves. A stride whose
+/// folds can't be smoothed is undone and halved.
 template <class Move>
 ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Move& move) {
     WayEnd end;
@@ -200,7 +219,7 @@ ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Mo
         m_levels.copy_to(m_before);
         const Tool before = tool;
         move(next, step * way.shift_mm);
-        if (m_levels.least_determinant() >= kLeastVolume) {
+        if (m_levels.untangle(kLeastVolume)) {
             end.fraction += step;
             continue;
         }
@@ -368,11 +387,14 @@ Result<Sweep> ElasticTissue::do_sweep() {
     } else {
         m_levels.copy_to(m_before);
         for (auto& [number, tool] : m_tools)
-            if (tool.slides) {
-                find_contacts(tool);
-                hold_all();
-            }
+            if (tool.slides) find_contacts(tool);
+        hold_all();
         solve(kSweepIterations);
+        if (!m_levels.untangle(kLeastVolume)) {
+            (void)m_levels.go_back(m_before, 1);
+            m_settled = true;
+            return Sweep{.ms = watch.ms(), .message = "tissue would fold", .largest_step_mm = 0};
+        }
         const double largest = m_levels.go_back(m_before, m_returns ? stays : 0);
         sweep.largest_step_mm = m_returns ? (1 - stays) * largest : largest;
         if (largest < (m_returns ? kHomeMm : kStillMm)) {
@@ -406,16 +428,7 @@ Status ElasticTissue::do_set_state(std::span<const double> numbers) {
 std::optional<Vec3d> ElasticTissue::do_force_n(std::uint32_t number) {
     const auto found = m_tools.find(number);
     if (found == m_tools.end()) return Vec3d{0, 0, 0};
-    std::vector<Vec3i> voxels;
-    for (const HeldNode& node : found->second.nodes) voxels.push_back(node.node);
-    // The tissue's force on the tool is the opposite of what holds the nodes.
-    Vec3d sum{0, 0, 0};
-    const std::vector<Vec3d> forces = m_levels.forces_un(voxels);
-    for (std::size_t n = 0; n < forces.size(); ++n) {
-        const auto& only = found->second.nodes[n].only_along;
-        sum = sum - (only ? dot(forces[n], *only) * *only : forces[n]);
-    }
-    return 1e-6 * world_from_lattice_vector(m_scan.grid, sum);
+    return 1e-6 * world_from_lattice_vector(m_scan.grid, found->second.force_un);
 }
 
 Record ElasticTissue::figures() const {

@@ -58,6 +58,7 @@ class ElasticTissue final : public OwnTissue {
         Vec3d centre_mm{0, 0, 0};  ///< lattice: along the scan's axes, from its first voxel
         double radius_mm = 0;
         TissueValues tissue{};
+        Vec3d force_un{0, 0, 0};  ///< on the tool, lattice
     };
 
     struct Way {
@@ -82,6 +83,7 @@ class ElasticTissue final : public OwnTissue {
     WayEnd follow(const Way& way, Tool& tool, const Move& move);
     double shortest_edge_mm() const;
     void press(Tool& tool);
+    void find_forces();
     void hold_all();
     void solve(int iterations);
     std::optional<Vec3d> bone_in(Vec3d centre_mm, double radius_mm) const;
