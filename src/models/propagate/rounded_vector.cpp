@@ -147,7 +147,8 @@ HWY_INLINE V rise(const Links& links, V v, unsigned wanted) {
         const V excess = hn::Sub(tt, links.bound);
         const V under_root = hn::NegMulAdd(qq, excess, hn::Mul(qt, qt));
         const V root = hn::Sqrt(hn::Max(under_root, hn::Zero(D())));
-        const V x = hn::Div(excess, hn::Add(qt, root));
+        // The division doesn't wait for the root.
+        const V x = hn::Mul(hn::Sub(qt, root), hn::Div(hn::Set(D(), 1.0), qq));
         const M left_0 = hn::Gt(hn::Mul(x, q[0]), t[0]), left_1 = hn::Gt(hn::Mul(x, q[1]), t[1]),
                 left_2 = hn::Gt(hn::Mul(x, q[2]), t[2]);
         const unsigned left = bits_of_wide(hn::Or(left_0, hn::Or(left_1, left_2))) & wanted;
