@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A push or a frame of a drag doesn't allocate after warm-up.
-// Covers: propagate/propagate_sweep.cpp, propagate/drag.cpp.
+// Covers: propagate/propagate_sweep.cpp, propagate/propagate_rounded.cpp, propagate/drag.cpp.
 
 #include <pliant/chainmail.h>
 
@@ -57,6 +57,19 @@ TEST_P(SweepAllocations, NoneInPushesFromRestAfterTheFirst) {
               }),
               0);
     EXPECT_GT(moved, 5000);
+}
+
+TEST_P(SweepAllocations, NoneInPushesUnderRoundedLimitsAfterTheFirst) {
+    const TaskArena arena(GetParam());
+    ChainMailSettings settings = kNoHistory;
+    settings.limits = LinkLimits::Rounded;
+    ChainMail tissue = std::move(ChainMail::create(volume, settings, arena)).value();
+    EXPECT_EQ(allocations_of([&] {
+                  tissue.reset();
+                  EXPECT_TRUE(tissue.push_elements(elements, {4, -3, 2}).ok());
+                  EXPECT_TRUE(tissue.push_elements(elements, {-4, 3, -2}).ok());
+              }),
+              0);
 }
 
 TEST_P(SweepAllocations, NoneInPushesToAndFroAfterTheFirst) {

@@ -123,14 +123,17 @@ Error ChainMail::Impl::too_large() const {
 }
 
 bool ChainMail::Impl::propagate(std::span<const ElementRef> elements, Vec3<Fixed> shift) {
-    const bool rounded = settings.limits == LinkLimits::Rounded;
-    if (!rounded && settings.solver != ChainMailSolver::Heap)
+    if (settings.limits == LinkLimits::Rounded)
+        return propagate_rounded(
+            lattice, elements, shift,
+            {kernels(), uses_vectors() ? vector_relax_rounded() : plain_relax_rounded()}, arena,
+            max_bricks(), work);
+    if (settings.solver != ChainMailSolver::Heap)
         return propagate_by_sweeps(lattice, elements, shift, kernels(), arena, max_bricks(), work);
     bool done = true;
     for (const ComponentPush& push : components_of(shift))
         if (done && push.amount > 0)
-            done = rounded ? propagate_rounded(lattice, elements, push, arena, max_bricks())
-                           : propagate_by_heap(lattice, elements, push, max_bricks());
+            done = propagate_by_heap(lattice, elements, push, max_bricks());
     work.shared = false;
     work.touched = lattice.resident_bricks();
     return done;

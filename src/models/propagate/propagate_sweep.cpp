@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "propagate/propagation.h"
+#include "propagate/solve_fields.h"
 #include "propagate/sweep_lags.h"
 #include "propagate/sweep_rounds.h"
 #include "propagate/uniform_passes.h"
@@ -23,28 +24,12 @@ class SweepSolver {
           m_kernels(kernels),
           m_work(work),
           m_rounds(lattice, work),
-          m_components(components_of(shift)) {}
+          m_fields(lattice, shift, work) {}
 
     void grab(std::span<const ElementRef> grabbed) {
-        bool at_rest = m_work.may_share && !m_lattice.may_exceed_limits();
-        Fixed largest = 0;
-        for (const ElementRef& element : grabbed)
-            at_rest &= is_at_rest(m_lattice.brick(element.brick));
-        for (const ComponentPush& push : m_components) largest = std::max(largest, push.amount);
-        m_work.shared = at_rest;
-        m_work.shared_amount = largest;
-        for (std::size_t c = 0; c < field_count(); ++c) {
-            const ComponentPush push = field(c);
-            if (push.amount == 0) continue;
-            for (const ElementRef& element : grabbed) {
-                Brick& brick = m_lattice.brick(element.brick);
-                begin(brick, c);
-                const auto n = std::size_t(element.index);
-                const Fixed before = m_work.shared ? 0 : push.sign * brick.u[c][n];
-                brick.raised[c][n] = before + push.amount;
-                m_rounds.wake(element.brick, push.amount).own_news |= std::uint8_t(1 << c);
-            }
-        }
+        m_fields.grab(grabbed, [&](int brick, std::size_t c) {
+            m_rounds.wake(brick, m_fields.field(c).amount).own_news |= std::uint8_t(1 << c);
+        });
     }
 
     bool run(const TaskArena& arena, int max_bricks) {
@@ -53,32 +38,13 @@ class SweepSolver {
             m_work.shared_amount, arena, max_bricks,
             [this](int index, Wakes& wakes) { visit(index, wakes); },
             [&](bool refused) {
-                if (refused) share_no_longer(arena);
+                if (refused) m_fields.share_no_longer(arena);
             });
     }
 
   private:
     using Wakes = SweepWork::Wakes;
     using Node = SweepWork::Node;
-
-    std::size_t field_count() const { return m_work.shared ? 1 : 3; }
-    /// Unknown of the solve: each component, or one raise for all.
-    ComponentPush field(std::size_t c) const {
-        return m_work.shared ? ComponentPush{0, 1, m_work.shared_amount} : m_components[c];
-    }
-
-    void begin(Brick& brick, std::size_t c) const {
-        if (brick.reached[c]) return;
-        brick.reached[c] = true;
-        Fixed* w = brick.raised[c];
-        const int count = m_lattice.elements_per_brick();
-        if (m_work.shared || is_at_rest(brick)) {
-            std::fill_n(w, count, 0);
-            return;
-        }
-        const Fixed sign = m_components[c].sign;
-        for (int n = 0; n < count; ++n) w[n] = sign * brick.u[c][n];
-    }
 
     /// One material at rest needs no search. Elsewhere the search starts from the raise of the
     /// passes.
@@ -97,7 +63,7 @@ class SweepSolver {
         static thread_local VisitLags lags;
         Brick& brick = m_lattice.brick(index);
         if (brick.is_blank) m_lattice.fill_in(brick);
-        if (m_work.shared && !can_share(brick)) {
+        if (m_work.shared && !m_fields.can_share(brick)) {
             wakes.refused = true;
             return;
         }
@@ -106,25 +72,17 @@ class SweepSolver {
         Node& node = m_work.nodes[std::size_t(index)];
         const auto news = std::exchange(node.news, {});
         const unsigned own_news = std::exchange(node.own_news, std::uint8_t(0));
-        for (std::size_t c = 0; c < field_count(); ++c)
+        for (std::size_t c = 0; c < m_fields.count(); ++c)
             raise_field(brick, c, own_news >> c & 1, news, lags, wakes);
-    }
-
-    /// All components share one raise only in bricks at rest, of symmetric materials.
-    bool can_share(const Brick& brick) const {
-        if ((brick.traits & kAsymmetric) || !is_at_rest(brick)) return false;
-        return std::all_of(brick.neighbours.begin(), brick.neighbours.end(), [&](int neighbour) {
-            return neighbour < 0 || is_at_rest(m_lattice.brick(neighbour));
-        });
     }
 
     void raise_field(Brick& brick, std::size_t c, bool is_new,
                      const std::array<std::uint8_t, 6>& news, VisitLags& lags, Wakes& wakes) const {
-        const ComponentPush push = field(c);
+        const ComponentPush push = m_fields.field(c);
         const int size = m_lattice.brick_size();
         const bool any = std::any_of(news.begin(), news.end(), [&](auto n) { return n >> c & 1; });
         if (!any && !is_new) return;
-        begin(brick, c);
+        m_fields.begin(brick, c);
         Fixed* w = brick.raised[c];
         std::uint32_t dirty = is_new ? ~std::uint32_t(0) >> (32 - size) : 0;
         for (int side = 0; side < 6; ++side) {
@@ -194,45 +152,11 @@ class SweepSolver {
                                 is_at_rest(*there) ? nullptr : there->u[c], push.sign});
     }
 
-    /// Continues with each component separately. The raise so far is a lower bound of each
-    /// component's fixed point, so nothing is lost.
-    void share_no_longer(const TaskArena& arena) {
-        m_work.shared = false;
-        std::uint8_t moving = 0;
-        for (std::size_t c = 0; c < 3; ++c)
-            moving = std::uint8_t(moving | unsigned(m_components[c].amount > 0) << c);
-        const auto split_some = [this, moving](std::int64_t begin, std::int64_t end) {
-            for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
-                const int index = m_work.touched[n];
-                split(m_lattice.brick(index));
-                // News of the shared raise is news of each component.
-                Node& node = m_work.nodes[std::size_t(index)];
-                for (std::uint8_t& fields : node.news) fields = fields ? moving : 0;
-                node.own_news = node.own_news ? moving : 0;
-            }
-        };
-        arena.for_each(std::int64_t(m_work.touched.size()), 16, std::ref(split_some));
-    }
-
-    void split(Brick& brick) const {
-        if (!brick.reached[0]) return;
-        if (brick.is_unplaced) m_lattice.place_at_rest(brick);
-        brick.reached = {};
-        const Fixed* shared = brick.raised[0];
-        for (std::size_t c = 3; c-- > 0;) {  // the first is last: it overwrites the shared one
-            if (m_components[c].amount == 0) continue;
-            const Fixed less = m_work.shared_amount - m_components[c].amount;
-            for (int n = 0; n < m_lattice.elements_per_brick(); ++n)
-                brick.raised[c][n] = std::max(0, shared[n] - less);
-            brick.reached[c] = true;
-        }
-    }
-
     Lattice& m_lattice;
     const SweepKernels& m_kernels;
     SweepWork& m_work;
     SweepRounds m_rounds;
-    std::array<ComponentPush, 3> m_components;
+    SolveFields m_fields;
 };
 
 }  // namespace

@@ -32,6 +32,7 @@
 #include <vector>
 
 #include "lattice/lattice.h"
+#include "propagate/rounded_kernel.h"
 #include "propagate/sweep_kernels.h"
 
 namespace pliant {
@@ -159,9 +160,10 @@ struct SweepWork {
 [[nodiscard]] bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
                                      const ComponentPush& push, int max_bricks);
 
-/// The least raise under rounded limits (rounded.h).
+/// The least raise under rounded limits (rounded_kernel.h), brick-wise.
+/// @pre every grabbed element has a brick
 [[nodiscard]] bool propagate_rounded(Lattice& lattice, std::span<const ElementRef> grabbed,
-                                     const ComponentPush& push, const TaskArena& arena,
-                                     int max_bricks);
+                                     Vec3<Fixed> shift, const RoundedKernels& kernels,
+                                     const TaskArena& arena, int max_bricks, SweepWork& work);
 
 }  // namespace pliant

@@ -17,12 +17,22 @@
 
 namespace pliant {
 
+/// Sizes of rounds, by the cost of a visit.
+struct RoundSizes {
+    /// A round takes all bricks whose pending raise is within this fraction of the largest raise.
+    /// More buckets: fewer repeated visits, but shorter rounds.
+    int buckets = 16;
+    std::size_t few_bricks = 8;  ///< rounds with fewer bricks run on one thread
+    std::int64_t bricks_per_task = 4;
+};
+
 class SweepRounds {
   public:
     using Wakes = SweepWork::Wakes;
     using Node = SweepWork::Node;
 
-    SweepRounds(Lattice& lattice, SweepWork& work) : m_lattice(lattice), m_work(work) {
+    SweepRounds(Lattice& lattice, SweepWork& work, RoundSizes sizes = {})
+        : m_lattice(lattice), m_work(work), m_sizes(sizes) {
         work.touched.clear();
         work.active.clear();
         work.cancelled = 0;
@@ -63,19 +73,12 @@ class SweepRounds {
     }
 
   private:
-    /// A round takes all bricks whose pending raise is within this fraction of the push of the
-    /// largest. Smaller fractions: fewer repeated sweeps, but shorter rounds.
-    static constexpr int kBucketsPerPush = 16;
-    /// Rounds with fewer bricks run on one thread.
-    static constexpr std::size_t kFewBricks = 8;
-    static constexpr std::int64_t kBricksPerTask = 4;
-
     /// Moves the most urgent bricks from the active list to this round's two colours.
     void take_next_bucket(Fixed amount) {
         const auto node_of = [&](int index) -> Node& { return m_work.nodes[std::size_t(index)]; };
         Fixed largest = 0;
         for (const int index : m_work.active) largest = std::max(largest, node_of(index).pending);
-        const Fixed threshold = largest - amount / kBucketsPerPush;
+        const Fixed threshold = largest - amount / m_sizes.buckets;
         for (auto& round : m_work.round) round.clear();
         std::erase_if(m_work.active, [&](int index) {
             Node& node = node_of(index);
@@ -99,10 +102,11 @@ class SweepRounds {
                 visit(round[n], m_work.wakes[n]);
             }
         };
-        if (round.size() < kFewBricks)
+        if (round.size() < m_sizes.few_bricks)
             visit_some(0, std::int64_t(round.size()));
         else
-            arena.for_each(std::int64_t(round.size()), kBricksPerTask, std::ref(visit_some));
+            arena.for_each(std::int64_t(round.size()), m_sizes.bricks_per_task,
+                           std::ref(visit_some));
     }
 
     void wake_neighbours(int index, const Wakes& wakes, Fixed amount) {
@@ -123,6 +127,7 @@ class SweepRounds {
 
     Lattice& m_lattice;
     SweepWork& m_work;
+    RoundSizes m_sizes;
 };
 
 }  // namespace pliant
