@@ -291,6 +291,66 @@ TEST(Body, AtRestTheForcesOfTheLawBalanceTheLoad) {
     EXPECT_LT(few, hanging_block(8, 15e3, 10, false).balance());
 }
 
+// The top of a block is put back after each sub-step, as contact does it. The next sub-step is then
+// that of a body which remembers its forces, or of one that has found them by trials.
+TEST(Body, TrialsFindTheForcesOfTheLastSubStep) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const Vec3d shift = random.vector(0.5) + Vec3d{0, 0, -2};
+        const double young_pa = random.ratio(3e3, 30e3);
+        constexpr int kRemembers = -1;
+        const auto after = [&](int trials, int threads) {
+            const TaskArena arena(threads);
+            const TetMesh mesh = five_tet_block({4, 4, 4}, 2);
+            PbdParts parts = std::move(pbd_of_mesh(mesh, {.density = 1e-3,
+                                                          .edges = false,
+                                                          .volumes = false,
+                                                          .solids = true,
+                                                          .young_modulus = young_pa}))
+                                 .value();
+            std::vector<std::int32_t> top;
+            for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n)
+                if (mesh.nodes_mm[n].z == 0)
+                    parts.inverse_masses[n] = 0;
+                else if (mesh.nodes_mm[n].z == 8)
+                    top.push_back(std::int32_t(n));
+            const double step_s = 1.0 / 60 / std::ceil(wave_sub_steps(parts, 1.0 / 60));
+            PbdBody body = made(PbdBody::create(
+                parts, {.time_step = step_s, .sub_steps = 1, .damping = 20, .warm_starts = true}));
+            const auto put_back = [&] {
+                for (const std::int32_t n : top)
+                    EXPECT_TRUE(
+                        body.set_state(n, mesh.nodes_mm[std::size_t(n)] + shift, {0, 0, 0}).ok());
+            };
+            put_back();
+            for (int n = 0; n < 2000; ++n) {
+                EXPECT_TRUE(body.step(1, arena).ok());
+                put_back();
+            }
+            if (trials != kRemembers) body.recall_forces(trials);
+            EXPECT_TRUE(body.step(1, arena).ok());
+            std::vector<Vec3d> positions(mesh.nodes_mm.size());
+            body.get_positions(positions);
+            return positions;
+        };
+        const auto remembered = after(kRemembers, 1);
+        const auto error = [&](int trials) {
+            const auto x = after(trials, 1);
+            double sum = 0;
+            for (std::size_t n = 0; n < x.size(); ++n)
+                sum += dot(x[n] - remembered[n], x[n] - remembered[n]);
+            return std::sqrt(sum);
+        };
+        const double none = error(0), some = error(8);
+        std::printf("seed %d: E %.0f Pa, error %.5f mm without trials, %.5f mm with 8\n", int(seed),
+                    young_pa, none, some);
+        EXPECT_GT(none, 0.02);
+        EXPECT_LT(some, 0.05 * none);
+        EXPECT_EQ(after(8, 1), after(8, 2));
+    }
+}
+
 TEST(Body, WhatIsNoNumberAnyMoreIsRefusedAndTakenBack) {
     PbdParts parts{.positions = {{0, 0, 0}, {1, 0, 0}}, .inverse_masses = {1, 1}};
     parts.distances = {{.nodes = {0, 1}}};

@@ -158,7 +158,10 @@ class PbdBody {
     Status step(std::int32_t count, const TaskArena& arena);
     /// Begins the next step with the forces of the present shape; see PbdSettings::warm_starts. A
     /// new body does so by itself, and one whose particles have become held or free.
-    void recall_forces() noexcept;
+    /// @param trials  first sub-steps that are made for their forces, without moving a particle.
+    ///                With them, the forces are those of the last sub-step if contact that is not
+    ///                in the body's solution holds it at rest
+    void recall_forces(std::int32_t trials = 0) noexcept;
 
     std::int32_t particle_count() const;
     Vec3d position(std::int32_t particle) const;

@@ -135,8 +135,8 @@ Status PbdBody::step(std::int32_t count, const TaskArena& arena) {
     });
 }
 
-void PbdBody::recall_forces() noexcept {
-    m_impl->solver->recall_forces();
+void PbdBody::recall_forces(std::int32_t trials) noexcept {
+    m_impl->solver->recall_forces(trials);
 }
 
 double wave_sub_steps(const PbdParts& parts, double duration) {

@@ -36,6 +36,8 @@ PieceContact::PieceContact(const BodySurface& surface, std::span<const Vec3d> re
       m_tiny(kTinyDistance * surface.mean_edge()),
       m_level(kLevel * surface.mean_edge()),
       m_bases(surface.patches().size()),
+      m_motions(surface.patches().size()),
+      m_shifts(surface.patches().size()),
       m_paired(surface.patches().size()),
       m_boxes(surface),
       m_partners(surface.patches().size()),
@@ -43,7 +45,6 @@ PieceContact::PieceContact(const BodySurface& surface, std::span<const Vec3d> re
       m_runs_are_old(surface.patches().size(), true),
       m_moved(surface.patches().size()),
       m_found(surface.patches().size()) {
-    for (auto& motions : m_motions) motions.resize(surface.patches().size());
     for (std::size_t p = 0; p < m_found.size(); ++p)
         m_found[p].reserve(surface.owned_nodes_of(p).size());
     const auto patches = surface.patches();
@@ -106,15 +107,14 @@ void PieceContact::find(const BodySurface& surface, std::span<const Vec3d> start
     arena.for_each(std::int64_t(patches.size()), 4 * kPatches, std::cref(see));
     bool pairs_hold = !is_new;
     for (std::size_t p = 0; p < patches.size() && pairs_hold; ++p)
-        for (const auto& motions : m_motions)
-            pairs_hold &= norm(way_between(m_paired[p], motions[p])) +
-                              spread_between(m_paired[p], motions[p]) <
-                          kSpan * m_reach;
+        pairs_hold = norm(way_between(m_paired[p], m_motions[p])) +
+                         spread_between(m_paired[p], m_motions[p]) + (is_fast ? 0 : m_shifts[p]) <
+                     kSpan * m_reach;
     if (!pairs_hold) pair_patches(surface, start);
     const auto some = [&](std::int64_t begin, std::int64_t end) {
         for (auto p = std::size_t(begin); p < std::size_t(end); ++p) {
             m_found[p].clear();
-            see_partners(surface, p, start);
+            see_partners(surface, p, start, is_fast);
             search_patch(surface, p, positions, is_fast, m_found[p]);
         }
     };
@@ -123,50 +123,55 @@ void PieceContact::find(const BodySurface& surface, std::span<const Vec3d> start
     m_is_known = true;
 }
 
-/// Finds the motions of a patch, and renews its anchors if they no longer follow it.
+/// Finds the motion of a patch until the start and its shift in the sub-step. Renews anchors that
+/// no longer follow it.
 void PieceContact::move(const BodySurface& surface, std::size_t patch, const Positions& x) {
     const auto nodes = surface.nodes_of(patch);
     const auto anchors = std::span(m_anchors).subspan(
         std::size_t(surface.patches()[patch].nodes_begin), nodes.size());
     Motion& base = m_bases[patch];
-    const auto see = [&](Time time) {
-        mesh::Bounds by;
-        for (std::size_t k = 0; k < nodes.size(); ++k)
-            by.add(x[time][std::size_t(nodes[k])] - anchors[k]);
-        m_motions[time][patch] = {base.way + 0.5 * (by.low + by.high), 0.5 * norm(by.high - by.low),
-                                  base.lost};
-    };
-    see(kStart);
-    if (Motion& now = m_motions[kStart][patch]; now.spread > kSpread * m_reach) {
-        base = {now.way, 0, now.lost + now.spread};
-        for (std::size_t k = 0; k < nodes.size(); ++k)
-            anchors[k] = x[kStart][std::size_t(nodes[k])];
-        now = base;
+    mesh::Bounds by;
+    double farthest = 0;
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const Vec3d p = x[kStart][std::size_t(nodes[k])];
+        const Vec3d shift = x[kEnd][std::size_t(nodes[k])] - p;
+        by.add(p - anchors[k]);
+        farthest = std::max(farthest, dot(shift, shift));
     }
-    see(kEnd);
+    m_shifts[patch] = std::sqrt(farthest);
+    Motion& now = m_motions[patch];
+    now = {base.way + 0.5 * (by.low + by.high), 0.5 * norm(by.high - by.low), base.lost};
+    if (!(now.spread > kSpread * m_reach)) return;
+    base = {now.way, 0, now.lost + now.spread};
+    for (std::size_t k = 0; k < nodes.size(); ++k) anchors[k] = x[kStart][std::size_t(nodes[k])];
+    now = base;
 }
 
 /// Finds the pairs of patches within reach, and keeps the lists of those that were known.
 void PieceContact::pair_patches(const BodySurface& surface, std::span<const Vec3d> start) {
     m_boxes.update(surface, start);
-    m_paired = m_motions[kStart];
+    m_paired = m_motions;
     const auto patches = surface.patches();
-    std::fill(m_runs_are_old.begin(), m_runs_are_old.end(), char(true));
     for (std::size_t a = 0; a < patches.size(); ++a) {
         if (surface.owned_nodes_of(a).empty()) continue;
         const mesh::Bounds around = grown(m_boxes.box(a), (1 + 2 * kSpan) * m_reach);
         m_before.clear();
         for (Partner& partner : m_partners[a]) m_before.push_back(std::move(partner));
         m_partners[a].clear();
+        std::size_t kept = 0;
         auto old = m_before.begin();
         for (std::size_t b = 0; b < patches.size(); ++b) {
             if (patches[b].piece == patches[a].piece || !overlap(around, m_boxes.box(b))) continue;
             while (old != m_before.end() && std::size_t(old->patch) < b) ++old;
-            if (old != m_before.end() && std::size_t(old->patch) == b)
+            if (old != m_before.end() && std::size_t(old->patch) == b) {
                 m_partners[a].push_back(std::move(*old));
-            else
+                ++kept;
+            } else {
                 m_partners[a].push_back(Partner{std::int32_t(b)});
+            }
         }
+        // Runs point to candidates, which stay where they are when a partner is moved.
+        if (kept != m_before.size() || kept != m_partners[a].size()) m_runs_are_old[a] = true;
     }
 }
 
@@ -218,7 +223,7 @@ void PieceContact::list(const BodySurface& surface, std::size_t patch, Partner& 
 
 /// Renews the lists of a patch that no longer hold.
 void PieceContact::see_partners(const BodySurface& surface, std::size_t patch,
-                                std::span<const Vec3d> start) {
+                                std::span<const Vec3d> start, bool is_fast) {
     bool is_new = m_runs_are_old[patch];
     m_moved[patch].resize(m_partners[patch].size());
     for (std::size_t n = 0; n < m_partners[patch].size(); ++n) {
@@ -226,20 +231,18 @@ void PieceContact::see_partners(const BodySurface& surface, std::size_t patch,
         Moved& moved = m_moved[patch][n];
         const auto other = std::size_t(partner.patch);
         const auto look = [&] {
-            for (const Time time : {kStart, kEnd}) {
-                const Motion &a = m_motions[time][patch], &b = m_motions[time][other];
-                moved[time] = m_tiny +
-                              norm(way_between(partner.own, a) - way_between(partner.other, b)) +
-                              spread_between(partner.own, a) + spread_between(partner.other, b);
-            }
+            const Motion &a = m_motions[patch], &b = m_motions[other];
+            moved = {m_tiny + norm(way_between(partner.own, a) - way_between(partner.other, b)) +
+                         spread_between(partner.own, a) + spread_between(partner.other, b),
+                     m_shifts[other]};
         };
         look();
-        const double span = kSpan * m_reach;
-        if (partner.is_listed && moved[kStart] < span && moved[kEnd] < span) continue;
+        const double until_end = is_fast ? 0 : m_shifts[patch] + moved.shift;
+        if (partner.is_listed && moved.before + until_end < kSpan * m_reach) continue;
         partner.is_listed = false;
         list(surface, patch, partner, start);
-        partner.own = m_motions[kStart][patch];
-        partner.other = m_motions[kStart][other];
+        partner.own = m_motions[patch];
+        partner.other = m_motions[other];
         look();
         partner.is_listed = is_new = true;
     }
@@ -278,9 +281,11 @@ void PieceContact::search_patch(const BodySurface& surface, std::size_t patch, c
         const Run& first = runs[begin];
         while (end < runs.size() && runs[end].node == first.node && runs[end].piece == first.piece)
             ++end;
+        const auto n = std::size_t(first.node);
         search(surface, x,
-               {first.node, std::span(runs).subspan(begin, end - begin), m_moved[patch]}, is_fast,
-               touches);
+               {first.node, norm(x[kEnd][n] - x[kStart][n]),
+                std::span(runs).subspan(begin, end - begin), m_moved[patch]},
+               is_fast, touches);
     }
 }
 
@@ -292,7 +297,8 @@ SurfacePoint PieceContact::nearest(const BodySurface& surface, std::span<const V
     double distance = m_reach;
     best.distance2 = m_reach * m_reach;
     for (const Run& run : near.runs) {
-        const double limit = near.moved[std::size_t(run.partner)][time];
+        const Moved& moved = near.moved[std::size_t(run.partner)];
+        const double limit = moved.before + (time == kEnd ? near.shift + moved.shift : 0);
         if (double(run.least) - limit > distance) continue;
         for (const Candidate* c = run.begin; c < run.end; ++c) {
             if (double(c->distance) - limit > distance) break;

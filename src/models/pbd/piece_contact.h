@@ -86,7 +86,11 @@ class PieceContact {
         double gap;
     };
     enum Time { kStart, kEnd };
-    using Moved = std::array<double, 2>;  ///< until the start and the end
+    /// Motion of a patch and a partner relative to each other since the partner was listed.
+    struct Moved {
+        double before = 0;  ///< until the start
+        double shift = 0;   ///< farthest of a node of the partner's patch in the sub-step
+    };
     /// Candidates of a node in a partner.
     struct Run {
         std::int32_t piece, node;  ///< of the partner; of this patch
@@ -97,6 +101,7 @@ class PieceContact {
     /// A node, and triangles of one piece.
     struct Near {
         std::int32_t node;
+        double shift;  ///< of the node in the sub-step
         std::span<const Run> runs;
         std::span<const Moved> moved;  ///< [partner]
     };
@@ -110,7 +115,8 @@ class PieceContact {
     void pair_patches(const BodySurface& surface, std::span<const Vec3d> start);
     void list(const BodySurface& surface, std::size_t patch, Partner& partner,
               std::span<const Vec3d> x);
-    void see_partners(const BodySurface& surface, std::size_t patch, std::span<const Vec3d> start);
+    void see_partners(const BodySurface& surface, std::size_t patch, std::span<const Vec3d> start,
+                      bool is_fast);
     void list_runs(const BodySurface& surface, std::size_t patch);
     void search_patch(const BodySurface& surface, std::size_t patch, const Positions& x,
                       bool is_fast, std::vector<PieceTouch>& touches) const;
@@ -129,14 +135,15 @@ class PieceContact {
     bool m_is_known = false;                       ///< whether the following are right
     std::vector<Vec3d> m_anchors;                  ///< [node of a patch]
     std::vector<Motion> m_bases;                   ///< [patch]: way and lost of its anchors
-    std::vector<Motion> m_motions[2];              ///< [patch]: until the start and the end
+    std::vector<Motion> m_motions;                 ///< [patch]: until the start
+    std::vector<double> m_shifts;                  ///< [patch]: farthest of a node in the sub-step
     std::vector<Motion> m_paired;                  ///< [patch]: when pairs were found
     PatchBoxes m_boxes;                            ///< then
     std::vector<std::vector<Partner>> m_partners;  ///< [patch]: sorted
     std::vector<Partner> m_before;                 ///< of a patch, while it is paired anew
     std::vector<std::vector<Run>> m_runs;          ///< [patch]: sorted by piece, node and partner
     std::vector<char> m_runs_are_old;              ///< [patch]
-    std::vector<std::vector<Moved>> m_moved;       ///< [patch][partner]: since it was listed
+    std::vector<std::vector<Moved>> m_moved;       ///< [patch][partner]
     std::vector<std::vector<PieceTouch>> m_found;  ///< [patch]
 };
 

@@ -76,15 +76,12 @@ class SolverOf final : public Solver {
         if (m_settings.warm_starts && std::exchange(m_recalls, false)) {
             std::fill(m_moves.begin(), m_moves.end(), Real(0));
             for_domains(arena, m_kernels.recall, arrays(true, false, true), false);
+            for (int n = 0; n < m_trials; ++n) try_sub_step(arena);
         }
+        m_trials = 0;
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
-            for (int i = 0; i < m_settings.iterations; ++i) {
-                const bool backward = m_settings.alternates && i % 2 == 1;
-                if (backward) project_attachments(arena, false);
-                project(arena, i, backward);
-                if (!backward) project_attachments(arena, i == 0);
-            }
+            project_all(arena);
             if (!m_parts.planes.empty()) project_planes(arena);
             if (n + 1 < m_settings.sub_steps) move(arena, true);
         }
@@ -179,7 +176,10 @@ class SolverOf final : public Solver {
         }
         m_all_set = m_recalls = true;
     }
-    void recall_forces() noexcept override { m_recalls = true; }
+    void recall_forces(std::int32_t trials) noexcept override {
+        m_recalls = true;
+        m_trials = trials;
+    }
 
   private:
     std::size_t at(std::int32_t particle) const {
@@ -280,6 +280,26 @@ class SolverOf final : public Solver {
                 m_x[load.at + c] += arrays.h * push;
                 m_before[load.at + c] = m_x[load.at + c];
             }
+    }
+    void project_all(const TaskArena& arena) {
+        for (int i = 0; i < m_settings.iterations; ++i) {
+            const bool backward = m_settings.alternates && i % 2 == 1;
+            if (backward) project_attachments(arena, false);
+            project(arena, i, backward);
+            if (!backward) project_attachments(arena, i == 0);
+        }
+    }
+    /// Replaces the solids' forces by those of the first sub-step, which moves no particle. Contact
+    /// puts particles back after a sub-step. At rest, the forces f of the last one are then those
+    /// of the shape that f itself leads to from here, not those of the present shape. Trials find
+    /// this f by iteration.
+    void try_sub_step(const TaskArena& arena) {
+        move(arena, false);
+        project_all(arena);
+        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            copy(m_good_x, m_x, begin, end);
+            copy(m_good_v, m_v, begin, end);
+        });
     }
     Status finish(const TaskArena& arena) {
         const Real per_h = Real(1 / h());
@@ -592,10 +612,11 @@ class SolverOf final : public Solver {
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
     AlignedVector<Real> m_kept_x, m_kept_v;
     AlignedVector<Real> m_solid_forces, m_moves;  ///< of ProjectArrays; empty without warm starts
-    bool m_recalls = true;    ///< the next step begins with the forces of the present shape
-    bool m_keeps = false;     ///< keep() was called, and take_back() not since then
-    bool m_kept_all = false;  ///< includes particles outside of the awake ranges
-    bool m_kept_set = false;  ///< held particles may have had velocities
+    bool m_recalls = true;      ///< the next step begins with the forces of the present shape
+    std::int32_t m_trials = 0;  ///< of the next step, if it recalls
+    bool m_keeps = false;       ///< keep() was called, and take_back() not since then
+    bool m_kept_all = false;    ///< includes particles outside of the awake ranges
+    bool m_kept_set = false;    ///< held particles may have had velocities
     std::atomic<bool> m_is_bad = false;
 };
 

@@ -46,7 +46,7 @@ class Solver {
     /// Sets the positions and velocities of all particles.
     virtual void put_all(std::span<const Vec3d> positions,
                          std::span<const Vec3d> velocities) noexcept = 0;
-    virtual void recall_forces() noexcept = 0;
+    virtual void recall_forces(std::int32_t trials) noexcept = 0;
 };
 
 /// Parts, settings and plan outlive the solver.
