@@ -95,13 +95,13 @@ TEST_P(Sweeps, PlainAndVectorKernelsGiveTheSameBitsForAnyPlanes) {
     ElasticLevel& level = *m_level;
     AlignedVector<float> workspace(sweep_workspace(level.nodes, level.stride));
     LatticeSweep turn = sweep(SweepPass::Store, Turning::Kept);
-    turn_planes(turn, level.turns, 4, 0, level.nodes.z);
+    turn_planes(turn, level.rotations, 4, 0, level.nodes.z);
     std::array<std::vector<float>, 4> turns;
     for (std::size_t n = 0; n < 4; ++n)
-        turns[n].assign(level.turns[n], level.turns[n] + level.array_size());
-    turn_planes_plain(turn, level.turns, 4, 0, level.nodes.z);
+        turns[n].assign(level.rotations.turns[n], level.rotations.turns[n] + level.array_size());
+    turn_planes_plain(turn, level.rotations, 4, 0, level.nodes.z);
     for (std::size_t n = 0; n < 4; ++n)
-        EXPECT_EQ(std::memcmp(turns[n].data(), level.turns[n], 4 * turns[n].size()), 0);
+        EXPECT_EQ(std::memcmp(turns[n].data(), level.rotations.turns[n], 4 * turns[n].size()), 0);
     const std::vector<float> before = result(level.q), sum = result(level.e);
     const auto restore = [&] {
         for (std::size_t a = 0; a < 3; ++a) {
@@ -164,7 +164,7 @@ TEST_P(Sweeps, ARotatedLatticeHasNoForces) {
     AlignedVector<float> workspace(sweep_workspace(level.nodes, level.stride));
     const auto force = [&](Turning turning) {
         LatticeSweep s = sweep(SweepPass::Store, turning);
-        turn_planes(s, level.turns, 4, 0, level.nodes.z);
+        turn_planes(s, level.rotations, 4, 0, level.nodes.z);
         sweep_planes(s, 0, level.nodes.z, workspace.data());
         double sum = 0;
         level.for_each_node([&](Vec3i, std::size_t at) {

@@ -180,6 +180,37 @@ TEST_F(Elastic, ASlidingSphereLeavesNoTissueInside) {
     EXPECT_LT(std::hypot(force.y, force.z), 0.2 * std::abs(force.x));
 }
 
+TEST_F(Elastic, ReturningTissueStaysOutOfAnEye) {
+    ElasticScanSettings settings;
+    settings.return_s = 0.05;
+    auto tissue = make(settings);
+    Push push = kWallPush;
+    push.push_mm = {3, 0, 0};
+    ASSERT_TRUE(tissue->push(kProbe, push).ok());
+    settle(*tissue);
+    const Vec3d eye{25.5, 20, 18};  // the wall at rest is 1.5 mm inside
+    constexpr double kEye_mm = 3;
+    ASSERT_TRUE(tissue->place_eye(kProbe, eye, kEye_mm).ok());
+    EXPECT_TRUE(tissue->has_eye(kProbe));
+    tissue->release(kProbe);
+    for (int n = 0; n < 60; ++n) (void)tissue->sweep();
+    ASSERT_TRUE(tissue->update_deformation().ok());
+    double deepest = 0;
+    for (int k = 14; k < 23; ++k)
+        for (int j = 16; j < 25; ++j)
+            for (int i = 20; i < 36; ++i) {
+                if (m_scan.at({i, j, k}) < -500) continue;
+                const Vec3d now = Vec3d{i * 1.0, j * 1.0, k * 1.0} +
+                                  tissue->deformation().displacement_mm({i, j, k});
+                deepest = std::max(deepest, kEye_mm - norm(now - eye));
+            }
+    EXPECT_LT(deepest, 0.1);
+    ASSERT_TRUE(tissue->place_eye(kProbe, eye, 0).ok());
+    settle(*tissue);
+    ASSERT_TRUE(tissue->update_deformation().ok());
+    EXPECT_EQ(tissue->deformation().moved_box(), Box3i{});
+}
+
 TEST_F(Elastic, APictureShowsThePartsThatLagMost) {
     auto tissue = make();
     ASSERT_TRUE(tissue->push(kProbe, kWallPush).ok());

@@ -498,6 +498,7 @@ TEST(TissueModels, AreThoseThatTheFunctionsMake) {
     std::vector<std::unique_ptr<Tissue>> tissues;
     for (auto* make :
          {+[](const Volume&s, const TaskArena&a) { return make_chainmail(s, {}, a); },
+          +[](const Volume&s, const TaskArena&a) { return make_elastic(s, {}, a); },
           +[](const Volume&s, const TaskArena&a) { return make_springs(s, {.cell_mm = 4}, a); },
           +[](const Volume&s, const TaskArena&a) { return make_body(s, box(), {}, a); },
           +[](const Volume&s, const TaskArena&a) { return make_vessel(s, tube(), in_tube(), a); },
@@ -535,6 +536,7 @@ std::vector<std::pair<std::string, MakeTissue>> all_models() {
     };
     return {
         {"chainmail", [](const Volume& s, const TaskArena& a) { return make_chainmail(s, {}, a); }},
+        {"elastic", [](const Volume& s, const TaskArena& a) { return make_elastic(s, {}, a); }},
         {"springs",
          [](const Volume& s, const TaskArena& a) { return make_springs(s, {.cell_mm = 4}, a); }},
         {"body", [](const Volume& s,

@@ -25,7 +25,7 @@ struct ElasticScanSettings {
         friend bool operator==(const Modulus&, const Modulus&) = default;
     };
     /// Young's modulus by voxel value: linear between values, constant beyond them. Ascending
-    /// values. Empty: those of suit_elastic() for the scan.
+    /// values. Empty: those of suit_elastic() for CT.
     std::vector<Modulus> moduli_kpa{};
     double poisson_ratio = 0.45;  ///< 0 … 0.495
     double held_above_hu = 300;   ///< voxels above it never move; infinite: all move

@@ -61,10 +61,12 @@ ElasticLevel::ElasticLevel(const StiffnessMap& map, int n, Vec3i begin, Vec3i si
     for (NodeRows* const rows : {&u, &r, &p, &q, &e, &s, &t})
         for (float*& row : *rows) row = take();
     for (float*& row : block) row = take();
-    for (float*& row : turns) row = take();
+    for (float*& row : rotations.turns) row = take();
     mu = take();
     dots.assign(std::size_t(nodes.z), 0);
     tissue.assign(array_size(), 0);
+    m_turned.assign(std::size_t(nodes.y) * std::size_t(nodes.z), 0);
+    rotations.turned = m_turned.data();
     arena.for_each(nodes.z - 1, 4, [&](std::int64_t low, std::int64_t high) {
         const Box3i box{{first.x, first.y, first.z + int(low)},
                         {first.x + nodes.x - 1, first.y + nodes.y - 1, first.z + int(high)}};
@@ -130,7 +132,9 @@ LatticeSweep ElasticLevel::sweep(const StiffnessMap& map) const {
     sweep.mu = mu;
     sweep.lambda_per_mu = map.lambda_per_mu();
     sweep.void_mu = map.void_mu();
+    const auto& turns = rotations.turns;
     sweep.turns = {turns[0], turns[1], turns[2], turns[3]};
+    sweep.turned = rotations.turned;
     sweep.block = {block[0], block[1], block[2], block[3], block[4], block[5]};
     return sweep;
 }

@@ -48,8 +48,8 @@ struct ElasticLevel {
     NodeRows p, q;                ///< direction and its product; in a cycle, q is the right side
     NodeRows e, s, t;             ///< correction, and steps to it
     std::array<float*, 6> block;  ///< D (LatticeSweep)
-    std::array<float*, 4> turns;  ///< [cell] quaternions
-    float* mu;                    ///< [cell] shear modulus [Pa]
+    CellRotations rotations;
+    float* mu;                                          ///< [cell] shear modulus [Pa]
     std::vector<std::uint8_t> tissue;                   ///< [cell] whether it must not fold
     std::vector<double> dots;                           ///< [plane]
     std::vector<std::pair<std::size_t, Vec3d>> slides;  ///< nodes held along a direction
@@ -157,6 +157,7 @@ struct ElasticLevel {
     float least_corner(std::size_t at, float limit) const;
 
     CornerBlocks m_corners;
+    std::vector<std::uint8_t> m_turned;
     AlignedVector<float> m_memory;
 };
 

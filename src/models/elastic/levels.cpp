@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "elastic/level.h"
+#include "field/fixed_point.h"
 
 namespace pliant {
 namespace {
@@ -35,7 +36,7 @@ ElasticLevels::ElasticLevels(const StiffnessMap& map, int window_cells, bool tur
                              const TaskArena& arena)
     : m_map(map), m_arena(arena), m_window_cells(window_cells), m_turns(turns) {
     const Vec3i voxels = map.grid().size;
-    place_windows({(voxels.x - 1) / 2.0, (voxels.y - 1) / 2.0, (voxels.z - 1) / 2.0});
+    focus({(voxels.x - 1) / 2.0, (voxels.y - 1) / 2.0, (voxels.z - 1) / 2.0});
 }
 
 ElasticLevels::~ElasticLevels() = default;
@@ -66,64 +67,108 @@ void ElasticLevels::sweep(ElasticLevel& level, SweepPass pass, const Change& cha
 
 // Windows.
 
-void ElasticLevels::place_windows(Vec3d voxel) {
-    Levels levels(std::size_t(m_map.level_count()));
-    bool moves = m_levels.empty();
-    for (int n = m_map.level_count() - 1; n >= 0; --n) {
-        const Vec3i cells = m_map.cells(n), shift = m_map.shift(n);
-        const bool whole =
-            std::int64_t(cells.x + 1) * (cells.y + 1) * (cells.z + 1) <=
-            std::int64_t(m_window_cells + 1) * (m_window_cells + 1) * (m_window_cells + 1);
-        Vec3i first{0, 0, 0}, nodes{cells.x + 1, cells.y + 1, cells.z + 1};
-        if (!whole && std::size_t(n) + 1 < levels.size()) {
-            const ElasticLevel& coarse = *levels[std::size_t(n) + 1];
-            for (int a = 0; a < 3; ++a) {
-                const int step = coarse.shift[a] - shift[a];
-                const int low = coarse.follows[a][0] ? coarse.first[a] + 1 : coarse.first[a];
-                const int last = coarse.first[a] + coarse.nodes[a] - 1;
-                const int high = coarse.follows[a][1] ? last - 1 : last;
-                const Span span = place_span(voxel[a] / (1 << shift[a]), m_window_cells,
-                                             low << step, high << step, 1 << step);
-                first[a] = span.first;
-                nodes[a] = span.cells + 1;
-            }
+std::vector<Box3i> ElasticLevels::windows_at(Vec3d voxel) const {
+    std::vector<Box3i> windows(std::size_t(m_map.level_count()));
+    const std::int64_t most =
+        std::int64_t(m_window_cells + 1) * (m_window_cells + 1) * (m_window_cells + 1);
+    for (std::size_t n = windows.size(); n-- > 0;) {
+        const Vec3i cells = m_map.cells(int(n)), shift = m_map.shift(int(n));
+        Box3i& box = windows[n];
+        box = {{0, 0, 0}, cells + Vec3i{1, 1, 1}};
+        const std::int64_t nodes = std::int64_t(box.end.x) * box.end.y * box.end.z;
+        if (nodes <= most || n + 1 == windows.size()) continue;
+        const Box3i& coarse = windows[n + 1];
+        const Vec3i whole = m_map.cells(int(n + 1));
+        for (int a = 0; a < 3; ++a) {
+            const int step = m_map.shift(int(n + 1))[a] - shift[a];
+            // A node away from the coarser window's border, except at the lattice's.
+            const int low = coarse.begin[a] + (coarse.begin[a] > 0);
+            const int high = coarse.end[a] - 1 - (coarse.end[a] <= whole[a]);
+            const Span span = place_span(voxel[a] / (1 << shift[a]), m_window_cells, low << step,
+                                         high << step, 1 << step);
+            box.begin[a] = span.first;
+            box.end[a] = span.first + span.cells + 1;
         }
-        const ElasticLevel* const old = m_levels.empty() ? nullptr : m_levels[std::size_t(n)].get();
-        moves = moves || old->first != first;
-        levels[std::size_t(n)] = std::make_unique<ElasticLevel>(m_map, n, first, nodes, m_arena);
     }
-    if (!moves) return;
-    take_displacements(levels);
+    return windows;
+}
+
+/// Whether windows lie in each other as windows_at() places them.
+bool ElasticLevels::are_nested(std::span<const Box3i> windows) const {
+    const std::int64_t most =
+        std::int64_t(m_window_cells + 1) * (m_window_cells + 1) * (m_window_cells + 1);
+    for (std::size_t n = 0; n < windows.size(); ++n) {
+        const Box3i& box = windows[n];
+        const Vec3i cells = m_map.cells(int(n));
+        const bool whole = box == Box3i{{0, 0, 0}, cells + Vec3i{1, 1, 1}};
+        if (n + 1 == windows.size()) return whole;
+        if (whole && windows[n + 1] == Box3i{{0, 0, 0}, m_map.cells(int(n + 1)) + Vec3i{1, 1, 1}})
+            continue;
+        std::int64_t nodes = 1;
+        for (int a = 0; a < 3; ++a) {
+            const int step = m_map.shift(int(n + 1))[a] - m_map.shift(int(n))[a];
+            const int first = box.begin[a], last = box.end[a] - 1;
+            const Box3i& coarse = windows[n + 1];
+            const int whole_cells = m_map.cells(int(n + 1))[a];
+            const int low = coarse.begin[a] + (coarse.begin[a] > 0);
+            const int high = coarse.end[a] - 1 - (coarse.end[a] <= whole_cells);
+            if (first % (1 << step) != 0 || last % (1 << step) != 0 || first >= last ||
+                first < low << step || last > high << step)
+                return false;
+            nodes *= last - first + 1;
+        }
+        if (nodes > most) return false;
+    }
+    return false;
+}
+
+/// Replaces the levels whose windows are others. Displacements are kept.
+void ElasticLevels::place(std::span<const Box3i> windows) {
+    Levels levels(windows.size());
+    const auto stays = [&](std::size_t n) {
+        const ElasticLevel& now = *m_levels[n];
+        return Box3i{now.first, now.first + now.nodes} == windows[n];
+    };
+    if (!m_levels.empty()) {
+        std::size_t same = 0;
+        for (std::size_t n = 0; n < windows.size(); ++n) same += stays(n);
+        if (same == windows.size()) return;
+        for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) inject(n);
+    }
+    for (std::size_t n = 0; n < windows.size(); ++n)
+        if (m_levels.empty() || !stays(n))
+            levels[n] = std::make_unique<ElasticLevel>(m_map, int(n), windows[n].begin,
+                                                       windows[n].end - windows[n].begin, m_arena);
+    for (std::size_t n = windows.size(); n-- > 0;) {
+        if (!levels[n]) {
+            levels[n] = std::move(m_levels[n]);
+        } else if (!m_levels.empty()) {
+            ElasticLevel& to = *levels[n];
+            if (n + 1 < levels.size()) interpolate(*levels[n + 1], levels[n + 1]->u, to, to.u);
+            take_displacements(*m_levels[n], to);
+        }
+    }
     m_levels = std::move(levels);
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n)
         m_levels[n + 1]->covered = m_levels[n]->box_in(*m_levels[n + 1]);
     const std::vector<HeldNode> held = std::move(m_held);
-    m_held.clear();
     hold(held);
 }
 
-/// Copies displacements from the present levels to others, and interpolates those of new nodes.
-void ElasticLevels::take_displacements(Levels& levels) {
-    if (m_levels.empty()) return;
-    for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) inject(n);
-    for (std::size_t n = levels.size(); n-- > 0;) {
-        ElasticLevel& to = *levels[n];
-        const ElasticLevel& from = *m_levels[n];
-        if (n + 1 < levels.size()) interpolate(*levels[n + 1], levels[n + 1]->u, to, to.u);
-        to.for_each_node([&](Vec3i local, std::size_t at) {
-            const Vec3i old = local + to.first - from.first;
-            if (!from.has(old)) return;
-            for (std::size_t a = 0; a < 3; ++a) to.u[a][at] = from.u[a][from.index(old)];
-        });
-        to.for_each_node([&](Vec3i, std::size_t at) {
-            if (!to.is_held(at)) return;
-            for (float* const u : to.u) u[at] = 0;
-        });
-    }
+/// Copies the displacements of nodes in both windows of a level.
+void ElasticLevels::take_displacements(const ElasticLevel& from, ElasticLevel& to) {
+    to.for_each_node([&](Vec3i local, std::size_t at) {
+        const Vec3i old = local + to.first - from.first;
+        const bool has = from.has(old);
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (has) to.u[a][at] = from.u[a][from.index(old)];
+            if (to.is_held(at)) to.u[a][at] = 0;
+        }
+    });
 }
 
 void ElasticLevels::focus(Vec3d voxel) {
-    place_windows(voxel);
+    place(windows_at(voxel));
 }
 
 bool ElasticLevels::is_inside(Vec3d voxel, double margin) const {
@@ -361,7 +406,7 @@ double ElasticLevels::start() {
             LatticeSweep sweep = level->sweep(m_map);
             sweep.x = level->u;
             for_planes(*level, [&](int begin, int end) {
-                turn_planes(sweep, level->turns, kTurnSteps, begin, end);
+                turn_planes(sweep, level->rotations, kTurnSteps, begin, end);
             });
         }
         sweep(*level, SweepPass::Residual, [&](LatticeSweep& s) {
@@ -439,7 +484,13 @@ std::vector<Vec3d> ElasticLevels::forces_un(std::span<const Vec3i> voxels) {
 // Results.
 
 void ElasticLevels::displacement_row(Vec3i first, int count, const NodeRows& to) const {
-    for (std::size_t n = m_levels.size(); n-- > 0;) m_levels[n]->displacements(first, count, to);
+    // From the finest level that has all of them.
+    const Vec3i last = first + Vec3i{count - 1, 0, 0};
+    std::size_t n = 0;
+    while (n + 1 < m_levels.size() &&
+           !(m_levels[n]->has_voxel(first) && m_levels[n]->has_voxel(last)))
+        ++n;
+    for (++n; n-- > 0;) m_levels[n]->displacements(first, count, to);
 }
 
 Box3i ElasticLevels::moved_box(double mm) const {
@@ -498,33 +549,31 @@ void ElasticLevels::copy_to(std::vector<double>& numbers) const {
 bool ElasticLevels::copy_from(std::span<const double> numbers) {
     const std::size_t head = 6 * m_levels.size();
     if (numbers.size() < head) return false;
-    Levels levels(m_levels.size());
+    std::vector<Box3i> windows(m_levels.size());
     std::size_t count = head;
-    for (std::size_t n = levels.size(); n-- > 0;) {
-        Vec3i first, nodes;
-        const Vec3i cells = m_map.cells(int(n));
+    for (std::size_t n = 0; n < windows.size(); ++n) {
+        std::size_t nodes = 3;
         for (int a = 0; a < 3; ++a) {
-            const double at = numbers[6 * n + std::size_t(a)];
+            const double first = numbers[6 * n + std::size_t(a)];
             const double size = numbers[6 * n + 3 + std::size_t(a)];
-            if (!(at >= 0 && size >= 2 && at + size <= cells[a] + 1)) return false;
-            first[a] = int(at);
-            nodes[a] = int(size);
+            if (!(first >= 0 && size >= 2 && first + size <= m_map.cells(int(n))[a] + 1))
+                return false;
+            windows[n].begin[a] = int(first);
+            windows[n].end[a] = int(first) + int(size);
+            nodes *= std::size_t(size);
         }
-        const ElasticLevel& now = *m_levels[n];
-        if (nodes != now.nodes) return false;
-        levels[n] = std::make_unique<ElasticLevel>(m_map, int(n), first, nodes, m_arena);
-        count += 3 * std::size_t(levels[n]->node_count());
+        count += nodes;
     }
-    if (numbers.size() != count) return false;
+    if (!are_nested(windows) || numbers.size() != count) return false;
+    for (const double u : numbers.subspan(head))
+        if (!(std::abs(u) <= kMaxMovementMm)) return false;
+    hold({});
+    place(windows);
     const double* next = numbers.data() + head;
-    for (auto& level : levels)
+    for (auto& level : m_levels)
         level->for_each_node([&](Vec3i, std::size_t at) {
             for (float* const u : level->u) u[at] = float(*next++);
         });
-    m_levels = std::move(levels);
-    for (std::size_t n = 0; n + 1 < m_levels.size(); ++n)
-        m_levels[n + 1]->covered = m_levels[n]->box_in(*m_levels[n + 1]);
-    m_held.clear();
     return true;
 }
 

@@ -102,8 +102,10 @@ class ElasticLevels {
   private:
     using Levels = std::vector<std::unique_ptr<ElasticLevel>>;
 
-    void place_windows(Vec3d voxel);
-    void take_displacements(Levels& levels);
+    std::vector<Box3i> windows_at(Vec3d voxel) const;
+    bool are_nested(std::span<const Box3i> windows) const;
+    void place(std::span<const Box3i> windows);
+    static void take_displacements(const ElasticLevel& from, ElasticLevel& to);
     void smooth(ElasticLevel& level, bool from_zero, int degree, float part,
                 bool with_residual) const;
     void cycle(std::size_t n);

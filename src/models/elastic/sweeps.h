@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "elastic/cell_factors.h"
 
@@ -51,6 +52,7 @@ struct LatticeSweep {
     float lambda_per_mu = 0, void_mu = 0;  ///< λ = lambda_per_mu · max(μ − void_mu, 0)
     std::array<const float*, 4> turns{};   ///< quaternions w, x, y, z, for Turning
     Turning turning = Turning::None;
+    const std::uint8_t* turned = nullptr;  ///< [plane][row] whether a cell of the row is turned
     Box3i left_out{{0, 0, 0}, {0, 0, 0}};  ///< cells without forces
     SweepPass pass = SweepPass::Store;
     NodeRows x{};  ///< argument of the product
@@ -84,12 +86,16 @@ double advance_nodes(const NodeSweep& nodes, float alpha, const NodeRows& direct
                      const NodeRows& product, const NodeRows& u, const NodeRows& residual);
 double dot_nodes(const NodeSweep& nodes, const NodeRows& a, const NodeRows& b);
 
+/// Rotations by cell.
+struct CellRotations {
+    std::array<float*, 4> turns{};   ///< quaternions w, x, y, z
+    std::uint8_t* turned = nullptr;  ///< [plane][row]
+};
 /// Finds the rotations of the cells for the displacement x, by steps of [Mueller2016] from none.
-/// They are functions of the displacement alone.
-/// @param[out] turns  quaternions, by cell
-void turn_planes(const LatticeSweep& sweep, const std::array<float*, 4>& turns, int steps,
-                 int begin, int end);
-void turn_planes_plain(const LatticeSweep& sweep, const std::array<float*, 4>& turns, int steps,
+/// They are functions of the displacement alone. Below half a degree they count as none.
+void turn_planes(const LatticeSweep& sweep, const CellRotations& rotations, int steps, int begin,
+                 int end);
+void turn_planes_plain(const LatticeSweep& sweep, const CellRotations& rotations, int steps,
                        int begin, int end);
 
 /// Size of the workspace of sweep_planes [floats].

@@ -32,6 +32,8 @@ struct PlainOps {
     static float div(float a, float b) { return a / b; }
     static float sqrt(float a) { return std::sqrt(a); }
     static float abs(float a) { return std::abs(a); }
+    static float max(float a, float b) { return std::max(a, b); }
+    static bool any_positive(float a) { return a > 0; }
     static float if_positive(float test, float value) { return test > 0 ? value : 0.0F; }
     static float unless_zero(float test, float value) {
         return std::bit_cast<std::uint32_t>(test) == 0 ? 0.0F : value;
@@ -43,9 +45,9 @@ struct PlainOps {
 void sweep_planes_plain(const LatticeSweep& sweep, int begin, int end, float* workspace) {
     sweep_with<PlainOps>(sweep, begin, end, workspace);
 }
-void turn_planes_plain(const LatticeSweep& sweep, const std::array<float*, 4>& turns, int steps,
+void turn_planes_plain(const LatticeSweep& sweep, const CellRotations& rotations, int steps,
                        int begin, int end) {
-    turn_planes_with<PlainOps>(sweep, turns, steps, begin, end);
+    turn_planes_with<PlainOps>(sweep, rotations, steps, begin, end);
 }
 
 }  // namespace pliant

@@ -37,6 +37,10 @@ struct RegisterOps {
     static HWY_INLINE V div(V a, V b) { return hn::Div(a, b); }
     static HWY_INLINE V sqrt(V a) { return hn::Sqrt(a); }
     static HWY_INLINE V abs(V a) { return hn::Abs(a); }
+    static HWY_INLINE V max(V a, V b) { return hn::Max(a, b); }
+    static HWY_INLINE bool any_positive(V a) {
+        return !hn::AllFalse(D(), hn::Gt(a, hn::Zero(D())));
+    }
     static HWY_INLINE V if_positive(V test, V value) {
         return hn::IfThenElseZero(hn::Gt(test, hn::Zero(D())), value);
     }
@@ -67,9 +71,9 @@ double advance_nodes_of_target(const NodeSweep& nodes, float alpha, const NodeRo
 double dot_nodes_of_target(const NodeSweep& nodes, const NodeRows& a, const NodeRows& b) {
     return dot_nodes_with<RegisterOps>(nodes, a, b);
 }
-void turn_planes_of_target(const LatticeSweep& sweep, const std::array<float*, 4>& turns, int steps,
+void turn_planes_of_target(const LatticeSweep& sweep, const CellRotations& rotations, int steps,
                            int begin, int end) {
-    turn_planes_with<RegisterOps>(sweep, turns, steps, begin, end);
+    turn_planes_with<RegisterOps>(sweep, rotations, steps, begin, end);
 }
 
 }  // namespace
@@ -104,9 +108,9 @@ double advance_nodes(const NodeSweep& nodes, float alpha, const NodeRows& direct
 double dot_nodes(const NodeSweep& nodes, const NodeRows& a, const NodeRows& b) {
     return HWY_DYNAMIC_DISPATCH(dot_nodes_of_target)(nodes, a, b);
 }
-void turn_planes(const LatticeSweep& sweep, const std::array<float*, 4>& turns, int steps,
-                 int begin, int end) {
-    HWY_DYNAMIC_DISPATCH(turn_planes_of_target)(sweep, turns, steps, begin, end);
+void turn_planes(const LatticeSweep& sweep, const CellRotations& rotations, int steps, int begin,
+                 int end) {
+    HWY_DYNAMIC_DISPATCH(turn_planes_of_target)(sweep, rotations, steps, begin, end);
 }
 }  // namespace pliant
 #endif

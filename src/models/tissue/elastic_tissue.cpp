@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "field/fixed_point.h"
 
 namespace pliant {
 namespace {
@@ -148,8 +149,9 @@ void ElasticTissue::look_at(const Way& way) {
 
 void ElasticTissue::hold_all() {
     std::vector<HeldNode> nodes;
-    for (const auto& [number, tool] : m_tools)
-        nodes.insert(nodes.end(), tool.nodes.begin(), tool.nodes.end());
+    for (const auto* const tools : {&m_tools, &m_eyes})
+        for (const auto& [number, tool] : *tools)
+            nodes.insert(nodes.end(), tool.nodes.begin(), tool.nodes.end());
     m_levels.hold(nodes);
 }
 
@@ -365,6 +367,24 @@ bool ElasticTissue::is_touched_by(std::uint32_t tool) const noexcept {
     return m_tools.contains(tool);
 }
 
+Status ElasticTissue::place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept {
+    return attempt([&]() -> Status {
+        if (!is_finite(position_mm) || !(radius_mm >= 0 && radius_mm <= kMaxMovementMm))
+            return expected_error("eye", "a position, and a radius of 0 to 500 mm",
+                                  text_of(radius_mm));
+        const bool had = m_eyes.erase(tool) > 0;
+        if (radius_mm > 0) {
+            Tool eye;
+            eye.slides = true;
+            eye.centre_mm = lattice_of(position_mm);
+            eye.radius_mm = radius_mm;
+            m_eyes[tool] = std::move(eye);
+        }
+        if (had || radius_mm > 0) m_settled = m_settled && m_levels.largest_mm() == 0;
+        return Ok{};
+    });
+}
+
 Result<Sweep> ElasticTissue::do_sweep() {
     const Stopwatch watch;
     Sweep sweep;
@@ -374,7 +394,7 @@ Result<Sweep> ElasticTissue::do_sweep() {
     }
     m_is_shown = false;
     const double stays = std::exp(-kSweepMs / 1000 / m_settings.return_s);
-    if (m_tools.empty()) {
+    if (m_tools.empty() && m_eyes.empty()) {
         const double largest = m_levels.largest_mm();
         sweep.largest_step_mm = (1 - stays) * largest;
         m_levels.scale(stays);
@@ -386,8 +406,9 @@ Result<Sweep> ElasticTissue::do_sweep() {
         }
     } else {
         m_levels.copy_to(m_before);
-        for (auto& [number, tool] : m_tools)
-            if (tool.slides) find_contacts(tool);
+        for (auto* const tools : {&m_tools, &m_eyes})
+            for (auto& [number, tool] : *tools)
+                if (tool.slides) find_contacts(tool);
         hold_all();
         solve(kSweepIterations);
         if (!m_levels.untangle(kLeastVolume)) {
@@ -399,6 +420,11 @@ Result<Sweep> ElasticTissue::do_sweep() {
         sweep.largest_step_mm = m_returns ? (1 - stays) * largest : largest;
         if (largest < (m_returns ? kHomeMm : kStillMm)) {
             m_settled = !m_returns;
+            m_returns = false;
+        }
+        if (m_tools.empty() && m_levels.largest_mm() < kHomeMm) {
+            m_levels.reset();
+            m_settled = true;
             m_returns = false;
         }
     }

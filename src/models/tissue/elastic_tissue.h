@@ -31,6 +31,8 @@ class ElasticTissue final : public OwnTissue {
     TissueTraits traits() const noexcept override;
     void release(std::uint32_t tool) noexcept override;
     bool is_touched_by(std::uint32_t tool) const noexcept override;
+    Status place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept override;
+    bool has_eye(std::uint32_t tool) const noexcept override { return m_eyes.contains(tool); }
     bool is_touched() const noexcept override { return !m_tools.empty(); }
     void state(std::vector<double>& numbers) const override { m_levels.copy_to(numbers); }
     std::uint64_t file_kind() const noexcept override { return 0x35'6c'65'73'6c'70'00'00; }
@@ -95,7 +97,7 @@ class ElasticTissue final : public OwnTissue {
     ElasticScanSettings m_settings;
     StiffnessMap m_map;
     ElasticLevels m_levels;
-    std::map<std::uint32_t, Tool> m_tools;
+    std::map<std::uint32_t, Tool> m_tools, m_eyes;
     bool m_settled = true;
     bool m_returns = false;  ///< a tool has let go since the tissue last was in equilibrium
     mutable ShownDisplacement m_field;
