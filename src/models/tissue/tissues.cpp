@@ -210,7 +210,9 @@ Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
         if (const Status s = check_volume(scan); !s.ok()) return s.error();
         if (const Status s = check_elastic_scan(settings); !s.ok()) return s.error();
         ElasticScanSettings used = settings;
-        if (used.moduli_kpa.empty()) suit_elastic(value_defaults(scan), used);
+        if (settings.moduli_kpa.empty()) suit_elastic(value_defaults(scan), used);
+        if (settings.held_above_hu != ElasticScanSettings{}.held_above_hu)
+            used.held_above_hu = settings.held_above_hu;
         if (std::min({scan.grid.size.x, scan.grid.size.y, scan.grid.size.z}) < 2)
             return invalid("elastic: expected 2 voxels or more along each axis");
         return std::unique_ptr<Tissue>(new ElasticTissue(scan, used, arena));
