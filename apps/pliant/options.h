@@ -104,7 +104,8 @@ struct PictureOptions {
 struct DeformOptions {
     std::string model = "chainmail";  ///< or another of tissue_models()
     // Options of models other than chainmail.
-    Record settings;  ///< by the names of spring_rows(), body_rows() and network_rows()
+    /// By the names of spring_rows(), body_rows(), network_rows() and elastic_scan_rows().
+    Record settings;
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
     std::optional<int> steps;                          ///< nullopt: until it is at rest
     std::optional<double> depth_within_mm;  ///< depth found after the pushes (Tissue::take_depth)
