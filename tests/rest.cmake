@@ -56,7 +56,7 @@ pliant_test(tissue
             test_giving_up.cpp test_mesh_tissue.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp test_check_tissue.cpp
-            test_elastic_tissue.cpp test_own_tissue.cpp)
+            test_elastic_settings_file.cpp test_elastic_tissue.cpp test_own_tissue.cpp)
 pliant_test(truth
     SOURCES ../support/count_allocations.cpp test_cases.cpp test_exact_map.cpp
             test_out_of_memory.cpp)
@@ -134,7 +134,7 @@ if(PLIANT_BUILD_APP)
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
                              ../hub/read_frames.cpp ../hub/test_client.cpp
                              ../support/scan_files.cpp test_body.cpp
-                             test_crashes.cpp test_ending.cpp
+                             test_crashes.cpp test_elastic.cpp test_ending.cpp
                              test_ending_movies.cpp test_failing_calls.cpp test_fit_mesh.cpp
                              test_keyframes.cpp test_labels.cpp
                              test_kinds_of_scans.cpp

@@ -47,26 +47,30 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
         if (find_setting(setting.name, spring_rows()) || find_setting(setting.name, network_rows()))
             models.push_back("springs");
         if (find_setting(setting.name, body_rows())) models.push_back("body");
+        if (find_setting(setting.name, elastic_scan_rows())) models.push_back("elastic");
         options.push_back({option_of(setting.name), true, std::move(models)});
     }
     const Models chainmail = {"chainmail"};
     Models labelled = {"chainmail"};  // --network has its own stiffness
     if (o.network.empty()) labelled.push_back("springs");
+    Models configured = labelled;
+    configured.push_back("elastic");
+    const Models stateful = {"chainmail", "springs", "body", "elastic"};
     for (GivenOption& option : std::vector<GivenOption>{
              {"--region", o.region_mm.has_value(), {"springs"}},
-             {"--steps", o.steps.has_value(), {"springs", "body"}},
+             {"--steps", o.steps.has_value(), {"springs", "body", "elastic"}},
              {"--depth", o.depth_within_mm.has_value(), {"springs"}},
              {"--network", !o.network.empty(), {"springs"}},
              {"--mesh", !o.mesh.empty(), {"body"}},
-             {"--config", !o.config.empty(), labelled},
+             {"--config", !o.config.empty(), configured},
              {"--labels", !o.labels.empty() && o.labels_out.empty(), labelled},
              {"--directions", !o.directions.empty(), chainmail},
              {"--elastic", o.elastic.has_value(), chainmail},
              {"--relax", o.relax_ms.has_value(), chainmail},
              {"--relax-sweeps", o.relax_sweeps.has_value(), chainmail},
              {"--solver", !o.solver.empty(), chainmail},
-             {"--load-state", !o.load_state.empty(), {"chainmail", "springs", "body"}},
-             {"--save-state", !o.save_state.empty(), {"chainmail", "springs", "body"}},
+             {"--load-state", !o.load_state.empty(), stateful},
+             {"--save-state", !o.save_state.empty(), stateful},
          })
         options.push_back(std::move(option));
     return options;
@@ -256,6 +260,33 @@ Result<MakeScanTissue> prepare_body(const DeformOptions& o, std::vector<std::str
         });
 }
 
+// The elastic scan.
+
+Result<ElasticScanSettings> elastic_settings(const DeformOptions& o, const ValueDefaults& values) {
+    ElasticScanSettings settings;
+    suit_elastic(values, settings);
+    if (!o.config.empty()) {
+        auto read = read_elastic_settings(o.config, values);
+        if (!read.ok()) return read.error();
+        settings = std::move(*read);
+    }
+    for (const NamedValue& given : o.settings)
+        if (const Status s = apply({given}, elastic_scan_rows(), settings); !s)
+            return renamed(s.error(), option_of(given.name));
+    return settings;
+}
+
+Result<MakeScanTissue> prepare_elastic(const DeformOptions& o, std::vector<std::string>&) {
+    // Mistakes in the settings are found before the scan is read.
+    if (const auto settings = elastic_settings(o, {}); !settings.ok()) return settings.error();
+    return MakeScanTissue([&o](const Volume& scan, const ValueDefaults& values,
+                               const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+        const auto settings = elastic_settings(o, values);
+        if (!settings.ok()) return settings.error();
+        return make_elastic(scan, *settings, arena);
+    });
+}
+
 Result<MakeScanTissue> prepare_rigid(const DeformOptions&, std::vector<std::string>&) {
     return MakeScanTissue([](const Volume& scan, const ValueDefaults&, const TaskArena& arena) {
         return make_rigid(scan, arena);
@@ -263,6 +294,7 @@ Result<MakeScanTissue> prepare_rigid(const DeformOptions&, std::vector<std::stri
 }
 
 constexpr DeformModel kModels[] = {{"chainmail", prepare_chainmail},
+                                   {"elastic", prepare_elastic},
                                    {"springs", prepare_springs},
                                    {"body", prepare_body, 5'000},
                                    {"rigid", prepare_rigid}};

@@ -145,7 +145,8 @@ void add_models(CLI::App* c, DeformOptions& o) {
     std::vector<std::string> models;
     for (const DeformModel& model : deform_models()) models.emplace_back(model.name);
     c->add_option("--model", o.model,
-                  "chainmail; springs: a mass-spring control lattice; body: the tetrahedra of "
+                  "chainmail; elastic: finite elements on the voxels, whose moduli are in "
+                  "--config; springs: a mass-spring control lattice; body: the tetrahedra of "
                   "--mesh, position-based; rigid: nothing moves")
         ->check(CLI::IsMember(models));
     const auto add = [&](auto rows, const char* name, const char* type, const char* group,
@@ -153,18 +154,21 @@ void add_models(CLI::App* c, DeformOptions& o) {
         add_setting(c, rows, name, o.settings, other_names)->type_name(type)->group(group);
     };
     const char* const both = "With --model springs or body";
+    const char* const moving = "With --model elastic, springs or body";
     add(spring_rows(), "young_modulus_pa", "PA", both, ",--young-pa");
     add_setting(c, spring_rows(), "poisson_ratio", o.settings)
         ->description("Poisson's ratio (default " +
                       toml_text(SpringDeformationSettings{}.poisson_ratio) + ", of a body " +
-                      toml_text(BodySettings{}.poisson_ratio) + ")")
+                      toml_text(BodySettings{}.poisson_ratio) + ", of the elastic scan " +
+                      toml_text(ElasticScanSettings{}.poisson_ratio) + ")")
         ->type_name("RATIO")
-        ->group(both);
+        ->group(moving);
     add(spring_rows(), "fixed_hu", "HU", both);
     c->add_option("--steps", o.steps, "time steps after the pushes (default: until it is at rest)")
         ->check(CLI::NonNegativeNumber)
         ->type_name("N")
-        ->group(both);
+        ->group(moving);
+    add(elastic_scan_rows(), "held_above_hu", "HU", "With --model elastic");
     const char* const springs = "With --model springs";
     c->add_option_function<std::string>(
          "--region", [&o](const std::string& text) { o.region_mm = parse_region(text); },
@@ -272,6 +276,8 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         "--out slid.nrrd\n"
         "  pliant deform scan.nrrd --load-state cut.plst --carve \"-3,127,-438:4\" "
         "--out carved.nrrd\n"
+        "  pliant deform scan.nrrd --model elastic --config moduli.toml "
+        "--push \"-6.5,130,-437:3,-3,-2\" --tool sphere:4 --out elastic.nrrd --report -\n"
         "  pliant deform scan.nrrd --model springs --cell-mm 9 --depth 8 "
         "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd\n"
         "  pliant deform scan.nrrd --model springs --labels organs.nrrd --config organs.toml "

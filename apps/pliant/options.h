@@ -104,7 +104,8 @@ struct PictureOptions {
 struct DeformOptions {
     std::string model = "chainmail";  ///< or another of tissue_models()
     // Options of models other than chainmail.
-    Record settings;  ///< by the names of spring_rows(), body_rows() and network_rows()
+    /// By the names of spring_rows(), body_rows(), network_rows() and elastic_scan_rows().
+    Record settings;
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
     std::optional<int> steps;                          ///< nullopt: until it is at rest
     std::optional<double> depth_within_mm;  ///< depth found after the pushes (Tissue::take_depth)
@@ -220,6 +221,7 @@ struct ServeOptions {
     ScanChoice scan;
     std::string labels, label_names;         ///< map over the scan, and table of its names
     std::optional<std::vector<int>> bodies;  ///< labels; empty: of all organs; none: no bodies
+    std::string model;                       ///< of the tissue at first; empty: the scene's
     std::string config, directions;          ///< materials
     std::string units;                       ///< of MeshOptions; empty: the scene's own
     std::string network;                     ///< springs that move the scan or the organ

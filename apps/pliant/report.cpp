@@ -292,6 +292,8 @@ std::string report_text(const DeformOptions& options, const DeformResult& result
     }
     if (const SettingValue* summary = find_figure(figures, "summary"))
         text += std::get<std::string>(*summary);
+    else if (result.advanced)
+        text += options.model;
     if (result.advanced) {
         const AdvanceReport& time = result.advanced->report;
         const auto& before = result.advanced->energy_before_mm2;

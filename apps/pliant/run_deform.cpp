@@ -47,9 +47,10 @@ std::optional<std::uint32_t> last_tool(const DeformOptions& o, const Tissue& tis
     return {};
 }
 
-/// Values that are tissue for a sphere that slides: those of the tissue's own settings.
-TissueValues tissue_values_of(const Tissue& tissue) {
-    TissueValues values;
+/// Values that are tissue for a sphere that slides: those of the tissue's own settings, or those
+/// that suit the scan.
+TissueValues tissue_values_of(const Tissue& tissue, const ValueDefaults& scan) {
+    TissueValues values{.threshold_hu = scan.air_threshold};
     if (const auto* threshold = find_figure(tissue.settings(), "air_threshold_hu"))
         values.threshold_hu = std::get<double>(*threshold);
     return values;
@@ -68,7 +69,7 @@ Status apply(const DeformAction& action, std::uint32_t tool, const DeformOptions
                                          {.point_mm = slide->point_mm,
                                           .push_mm = slide->way_mm,
                                           .sphere_radius_mm = o.sphere_radius_mm},
-                                         tissue_values_of(tissue));
+                                         tissue_values_of(tissue, result.values));
         if (!report.ok()) return named_by_option(report.error());
         result.slides.push_back(*report);
     } else if (const auto* surface = std::get_if<CutSurface>(&action)) {
@@ -160,8 +161,15 @@ Result<Volume> moved_labels(const Volume& labels, const Grid& grid, const Tissue
 
 /// The tissue's figures. Those of every tissue are added where it doesn't give its own.
 Result<Record> figures_of(const Tissue& tissue) {
+    const TissueTraits traits = tissue.traits();
     Record record = tissue.report();
     if (find_figure(record, "moved_elements")) return record;
+    if (record.empty() && traits.sweep_ms > 0) {
+        record = tissue.figures();
+        record.emplace_back("time_step_ms", traits.sweep_ms);
+        for (NamedValue& figure : record)
+            figure.name = std::string(traits.model) + '.' + figure.name;
+    }
     const Result<DeformationState> state = state_of(tissue);
     if (!state) return state.error();
     add_figures(*state, record);
@@ -207,7 +215,8 @@ Status check_options(const DeformOptions& o) {
             ErrorCode::InvalidArgument,
             "--eye: expected a position other than that of the last --push or --slide, or --look "
             "too"};
-    if (!o.load_state.empty() && !o.config.empty())
+    // A state of the elastic scan has displacements only.
+    if (!o.load_state.empty() && !o.config.empty() && o.model != "elastic")
         return Error{ErrorCode::InvalidArgument,
                      "--config: expected none beside --load-state, which has its own settings, "
                      "found " +

@@ -115,6 +115,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .labels = options.labels,
                             .label_names = options.label_names,
                             .bodies = options.bodies,
+                            .model = options.model,
                             .config = options.config,
                             .directions = options.directions,
                             .network = options.network,

@@ -21,7 +21,12 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "those of 3D Slicer's segments (.seg.nrrd). With --config also the labels of its "
                   "[[label]] tables");
     add_label_names(c, o.label_names);
-    c->add_option("--config", o.config, "ChainMail's settings, TOML, as of pliant deform");
+    c->add_option("--model", o.model,
+                  "tissue at first, which the page may change: chainmail (default of a scan), "
+                  "elastic or springs")
+        ->check(CLI::IsMember({"chainmail", "elastic", "springs"}));
+    c->add_option("--config", o.config,
+                  "settings of ChainMail and the elastic scan, TOML, as of pliant deform");
     add_body_labels(c, o.bodies);
     c->add_option("--directions", o.directions,
                   "field of directions for the [[label]] tables of --config");
@@ -79,6 +84,7 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     c->footer(
         "Other scans are opened, and the deformed one is saved, in the page.\n"
         "Examples:\n  pliant serve scan.nrrd --session scan.pls\n  pliant serve "
+        "scan.nrrd --model elastic --config moduli.toml\n  pliant serve "
         "scan.nrrd --labels organs.seg.nrrd\n  pliant serve "
         "scenes/vessel_phantom.toml\n  pliant serve liver.stl\n  pliant serve abdomen.nii.gz "
         "--labels organs.nii.gz --bodies\n  pliant serve organ.vtu --network fit.json\n  pliant "

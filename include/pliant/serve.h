@@ -40,8 +40,11 @@ struct ServerSettings {
     /// Labels of which bodies are made, that slide on each other and on their surroundings; empty:
     /// of all organs (organ_file_of_labels). None: no bodies.
     std::optional<std::vector<int>> bodies{};
-    /// ChainMail's settings, TOML. Its [[label]] tables take the label map, which then must be on
-    /// the scan's grid, and the directions. A session refers to these files.
+    /// Tissue at first, which clients may change: chainmail, elastic or springs. Empty: the scene's
+    /// own, or chainmail.
+    std::string model{};
+    /// Settings of ChainMail and the elastic scan, TOML. Its [[label]] tables take the label map,
+    /// which then must be on the scan's grid, and the directions. A session refers to these files.
     std::string config{}, directions{};
     /// Mass-spring network that moves the scan, or the organ, instead of its own model
     /// (network_file.h). A session refers to this file.

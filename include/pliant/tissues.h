@@ -36,6 +36,7 @@
 #include <pliant/tool.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
@@ -115,11 +116,18 @@ Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
 /// tissue to its surface instead, without friction. A push ends before a cell of tissue folds
 /// (LimitedBy::Fold) and before the sphere enters bone. Sweeps improve the solution while tools
 /// rest, and let released tissue return; settled is equilibrium. force_n() is the force of the
-/// present solution.
+/// present solution. Without moduli, those of suit_elastic() are used, and its threshold of bone
+/// in place of the default one.
 /// @returns InvalidArgument that names the setting, and for a scan of one slice
 Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
                                              const ElasticScanSettings& settings,
                                              const TaskArena& arena) noexcept;
+
+/// Reads the table [elastic] of a settings file (TOML) over the settings that suit a scan's values.
+/// The file may have ChainMail's tables as well, whose keys read_chainmail_settings() checks.
+/// @returns errors that name the file, the table and the key
+Result<ElasticScanSettings> read_elastic_settings(const std::filesystem::path& path,
+                                                  const ValueDefaults& values = {}) noexcept;
 
 /// A body of tetrahedra, in mm, g and s.
 struct BodySettings {

@@ -279,8 +279,8 @@ def reduced_tissue(
     """For pickle and copy.deepcopy: the scan and the state, without history; tools have let go."""
     if maker is None:
         raise Error(
-            "pickle: expected a tissue of make_chainmail, make_springs, make_body, make_network or "
-            "make_tissue, or one of your own",
+            "pickle: expected a tissue of make_chainmail, make_elastic, make_springs, make_body, "
+            "make_network or make_tissue, or one of your own",
             "unsupported",
         )
     return _remade_tissue, (maker, changes, _state_of(tissue))

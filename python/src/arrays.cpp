@@ -4,6 +4,7 @@
 #include "arrays.h"
 
 #include <algorithm>
+#include <array>
 
 namespace pliant::python {
 namespace {
@@ -142,15 +143,15 @@ std::vector<double> numbers_of(const std::optional<nb::object>& nested, const ch
     return nb::cast<std::vector<double>>(flat.attr("tolist")());
 }
 
-bool vector_from(nb::handle from, Vec3d& to) noexcept {
+bool numbers_from(nb::handle from, std::span<double> to) noexcept {
     PyObject* const fast = PySequence_Fast(from.ptr(), "");
     if (!fast) {
         PyErr_Clear();
         return false;
     }
-    bool ok = PySequence_Fast_GET_SIZE(fast) == 3;
-    for (int a = 0; ok && a < 3; ++a) {
-        to[a] = PyFloat_AsDouble(PySequence_Fast_GET_ITEM(fast, a));
+    bool ok = PySequence_Fast_GET_SIZE(fast) == Py_ssize_t(to.size());
+    for (std::size_t n = 0; ok && n < to.size(); ++n) {
+        to[n] = PyFloat_AsDouble(PySequence_Fast_GET_ITEM(fast, Py_ssize_t(n)));
         if (PyErr_Occurred()) {
             PyErr_Clear();
             ok = false;
@@ -158,6 +159,13 @@ bool vector_from(nb::handle from, Vec3d& to) noexcept {
     }
     Py_DECREF(fast);
     return ok;
+}
+
+bool vector_from(nb::handle from, Vec3d& to) noexcept {
+    std::array<double, 3> numbers;
+    if (!numbers_from(from, numbers)) return false;
+    to = {numbers[0], numbers[1], numbers[2]};
+    return true;
 }
 
 }  // namespace pliant::python

@@ -13,6 +13,7 @@
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
@@ -31,6 +32,7 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -229,6 +231,8 @@ nb::object array_in(const nb::object& given, const char* name, const char* type,
 std::vector<double> numbers_of(const std::optional<nb::object>& nested, const char* name);
 /// Three numbers of any sequence.
 bool vector_from(nb::handle from, Vec3d& to) noexcept;
+/// Reads a sequence of as many numbers; false for other objects.
+bool numbers_from(nb::handle from, std::span<double> to) noexcept;
 
 // Parts of the module.
 void bind_settings(nb::module_& m);

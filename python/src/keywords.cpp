@@ -23,6 +23,9 @@ std::string literal_of(std::string_view choices) {
 std::string type_of(const SettingInfo& row) {
     const std::string numbers =
         "collections.abc.Sequence[float] | numpy.typing.NDArray[typing.Any]";
+    if (row.kind == SettingKind::Texts)
+        return "collections.abc.Sequence[" +
+               (row.choices.empty() ? "str" : literal_of(row.choices)) + "]";
     if (!row.choices.empty()) return literal_of(row.choices);
     switch (row.kind) {
         case SettingKind::Flag:
@@ -38,7 +41,10 @@ std::string type_of(const SettingInfo& row) {
             return row.count == 2 ? numbers : "float | " + numbers;
         case SettingKind::Wholes:
             return "int | collections.abc.Sequence[int] | numpy.typing.NDArray[typing.Any]";
+        case SettingKind::Texts:
+            break;
         case SettingKind::Points:
+        case SettingKind::Pairs:
             return "collections.abc.Sequence[" + numbers + "] | numpy.typing.NDArray[typing.Any]";
     }
     return "typing.Any";

@@ -34,24 +34,40 @@ SettingValue value_from(const std::string& name, nb::handle value) {
         PyErr_Clear();
     } else {
         std::vector<double> numbers;
+        std::vector<NumberPair> pairs;
         std::vector<Vec3d> points;
+        std::vector<std::string> texts;
         for (const nb::handle each : value) {
             Vec3d point;
+            NumberPair pair;
+            if (nb::isinstance<nb::str>(each)) {
+                texts.push_back(nb::cast<std::string>(each));
+                continue;
+            }
             if (vector_from(each, point)) {
                 points.push_back(point);
+                continue;
+            }
+            if (numbers_from(each, pair)) {
+                pairs.push_back(pair);
                 continue;
             }
             numbers.push_back(PyFloat_AsDouble(each.ptr()));
             if (PyErr_Occurred()) {
                 PyErr_Clear();
-                raise_value(name, "numbers or points", value);
+                raise_value(name, "numbers, pairs, points or texts", value);
             }
         }
-        if (points.empty()) return numbers;
-        if (numbers.empty()) return points;
+        const std::size_t count = numbers.size() + pairs.size() + points.size() + texts.size();
+        if (numbers.size() == count) return numbers;
+        if (pairs.size() == count) return pairs;
+        if (points.size() == count) return points;
+        if (texts.size() == count) return texts;
     }
     raise({ErrorCode::InvalidArgument,
-           name + ": expected a flag, a number, a text, numbers or points, found " +
+           name +
+               ": expected a flag, a number, a text, or a list of numbers, pairs, points or texts, "
+               "found " +
                nb::cast<std::string>(nb::repr(value)),
            name});
 }
@@ -99,6 +115,7 @@ nb::list settings_of(const std::string& model) {
     if (model == "catheter") return rows_of(catheter_rows());
     if (model == "wall") return rows_of(wall_rows());
     if (model == "spring_solver") return rows_of(spring_solver_rows());
+    if (model == "elastic_scan") return rows_of(elastic_scan_rows());
     if (model == "elastic") return rows_of(elastic_rows());
     if (model == "fit") return rows_of(fit_rows());
     if (model == "gauss_newton") return rows_of(gauss_newton_rows());
@@ -107,7 +124,8 @@ nb::list settings_of(const std::string& model) {
     if (model == "organ") return rows_of(organ_rows());
     if (model == "truth") return rows_of(truth_rows());
     const std::string names =
-        "chainmail, springs, body, network, catheter, wall, spring_solver, elastic, fit, "
+        "chainmail, elastic_scan, springs, body, network, catheter, wall, spring_solver, elastic, "
+        "fit, "
         "gauss_newton, annealing, organs, organ or truth";
     raise({ErrorCode::InvalidArgument, "model: expected " + names + ", found " + model, "model",
            names, model});
@@ -135,7 +153,8 @@ void bind_settings(nb::module_& m) {
           nb::sig("def settings_of(model: str) -> list[dict[str, typing.Any]]"),
           "Settings that a model takes as keyword arguments.\n\n"
           "Args:\n"
-          "    model: \"chainmail\", \"springs\", \"body\" or \"network\" for tissues; \"organs\", "
+          "    model: \"chainmail\", \"elastic_scan\", \"springs\", \"body\" or \"network\" for "
+          "tissues; \"organs\", "
           "\"organ\"; \"catheter\", \"wall\"; \"spring_solver\"; \"elastic\"; \"fit\", "
           "\"gauss_newton\", \"annealing\"; \"truth\".\n\n"
           "Returns:\n"

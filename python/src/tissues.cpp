@@ -101,13 +101,22 @@ template <class T>
 std::unique_ptr<PyTissue> tissue_of_settings(
     const char* name, const nb::object& scan, int threads, const nb::kwargs& settings,
     SettingRows<T> rows,
-    Result<std::unique_ptr<Tissue>> (*make)(const Volume&, const T&, const TaskArena&) noexcept) {
-    const T chosen = settings_from<T>(settings, rows);
+    Result<std::unique_ptr<Tissue>> (*make)(const Volume&, const T&, const TaskArena&) noexcept,
+    T chosen = {}) {
+    change(chosen, settings, rows);
     auto made = PyTissue::made(scan, threads, [&](const Volume& volume, const TaskArena& arena) {
         return make(volume, chosen, arena);
     });
     made->note_maker(name, nb::make_tuple(scan), settings);
     return made;
+}
+
+/// Settings that suit a scan.
+ElasticScanSettings elastic_settings_for(const Volume& scan) {
+    const nb::gil_scoped_release without_lock;
+    ElasticScanSettings settings;
+    suit_elastic(value_defaults(scan), settings);
+    return settings;
 }
 
 Result<std::unique_ptr<Tissue>> chainmail_of(const Volume& volume,
@@ -206,7 +215,7 @@ void bind_own(nb::class_<PyTissue>& c) {
              if (self.h.type().is(nb::type<PyTissue>()))
                  raise({ErrorCode::Unsupported,
                         "Tissue: expected a class of your own that derives from it, or "
-                        "make_chainmail, make_springs, make_body"});
+                        "make_chainmail, make_elastic, make_springs, make_body"});
              if (!nb::isinstance<PyVolume>(scan))
                  raise({ErrorCode::InvalidArgument,
                         "scan: expected a Volume, found " + shown(nb::borrow(scan.type())), "scan",
@@ -459,7 +468,8 @@ void bind_tissues(nb::module_& m) {
     bind_motion(c);
     bind_results(c);
     const Keywords chainmail = keywords_of(chainmail_rows()), springs = keywords_of(spring_rows()),
-                   body = keywords_of(body_rows());
+                   body = keywords_of(body_rows()),
+                   elastic = unset(keywords_of(elastic_scan_rows()), {"held_above_hu"});
     m.def(
         "check_tissue",
         [](const nb::callable& make, Vec3d point_mm, Vec3d push_mm, double radius) {
@@ -491,6 +501,21 @@ void bind_tissues(nb::module_& m) {
         typed("def make_chainmail(scan: Volume, threads: int = 0, *, **settings) -> Tissue",
               chainmail),
         described("ChainMail on the scan's voxels.\n\nArgs:\n    **settings", chainmail));
+    m.def(
+        "make_elastic",
+        [](const nb::object& scan, int threads, const nb::kwargs& settings) {
+            return tissue_of_settings<ElasticScanSettings>(
+                "make_elastic", scan, threads, settings, elastic_scan_rows(), &make_elastic,
+                elastic_settings_for(object_in<PyVolume>(scan, "scan", "a Volume").volume));
+        },
+        nb::arg("scan"), nb::arg("threads") = 0, nb::arg("settings"),
+        typed("def make_elastic(scan: Volume, threads: int = 0, *, **settings) -> Tissue", elastic),
+        described("Linear elasticity on the scan's voxels: their equilibrium under the tools, with "
+                  "forces in newtons.\n\n"
+                  "Moduli and the threshold of bone that aren't given suit the scan's values: for "
+                  "CT moduli of lung, fat and parenchyma, else 5 kPa.\n\n"
+                  "Args:\n    **settings",
+                  elastic));
     m.def(
         "make_springs",
         [](const nb::object& scan, int threads, const nb::kwargs& settings) {

@@ -77,8 +77,8 @@ def test_names_are_exported_once():
 
 @pytest.mark.parametrize(
     "model",
-    ["chainmail", "springs", "body", "network", "catheter", "wall", "spring_solver", "elastic"]
-    + ["fit", "gauss_newton", "annealing", "organs", "organ", "truth"],
+    ["chainmail", "elastic_scan", "springs", "body", "network", "catheter", "wall"]
+    + ["spring_solver", "elastic", "fit", "gauss_newton", "annealing", "organs", "organ", "truth"],
 )
 def test_settings_have_rows(model):
     rows = pliant.settings_of(model)

@@ -16,6 +16,7 @@ TABLES = {
     "make_chainmail": ["chainmail"],
     "PreparedScan.__init__": ["chainmail"],
     "EndoscopeArena.__init__": ["chainmail"],
+    "make_elastic": ["elastic_scan"],
     "make_springs": ["springs"],
     "make_body": ["body"],
     "make_network": ["network"],
@@ -41,7 +42,7 @@ BESIDE = {"run", "seed"}
 GUIDE = {"place_mm", "direction"}
 # Functions whose defaults come from a file, or settings without one default.
 OF_A_FILE = {"MadeVessel.scene", "make_organs", "make_organs_of_labels"}
-WITHOUT_DEFAULT = {("ElasticSolver.__init__", "method")}
+WITHOUT_DEFAULT = {("ElasticSolver.__init__", "method"), ("make_elastic", "held_above_hu")}
 
 FOLDER = pathlib.Path(pliant.__file__).parent
 
@@ -87,6 +88,8 @@ def is_type_of(annotation, row):
     types, default = types_in(annotation), row["default"]
     choices = re.findall(r'"([^"]*)"', row["range"])
     if choices:
+        if row["range"].startswith("a list of "):
+            types = [t.removeprefix("Sequence[").removesuffix("]") for t in types]
         (literal,) = (t for t in types if t.startswith("Literal"))
         return list(ast.literal_eval(literal.removeprefix("Literal"))) == choices
     if default is None:
@@ -125,7 +128,7 @@ def test_no_function_takes_untyped_settings(functions):
 
 
 def test_docstrings_explain_all_settings():
-    for name in ("make_chainmail", "make_body", "wall_around_surface", "fit_mesh"):
+    for name in ("make_chainmail", "make_elastic", "make_body", "wall_around_surface", "fit_mesh"):
         lines = getattr(pliant, name).__doc__.splitlines()
         for row in pliant.settings_of(TABLES[name][0]):
             name = row["name"] + "_" * keyword.iskeyword(row["name"])

@@ -3,6 +3,7 @@
 """Tissues: results, threads, interruption, processes."""
 
 import multiprocessing
+import pickle
 import signal
 import threading
 import time
@@ -69,6 +70,50 @@ def test_springs_and_bodies_move_by_themselves(airway):
     body = pliant.make_body(airway, tetrahedra, fixed_hu=3000)
     assert body.push((8, 8, 8), (2, 0, 0)).grabbed_elements == 4
     assert body.force_n() is not None
+
+
+def test_the_elastic_scan_pushes_back_and_returns(airway):
+    tissue = pliant.make_elastic(airway, threads=1)
+    report = tissue.push(POINT, (2, 0, 0), sphere_radius_mm=4)
+    assert report.status == "applied"
+    assert tissue.advance(max_steps=200).settled
+    force = tissue.force_n()
+    assert force[0] < 0
+    stiff = pliant.make_elastic(
+        airway,
+        threads=2,
+        moduli_kpa=[(-950, 0), (-900, 15), (300, 200)],
+        poisson_ratio=0.4,
+        held_sides=["-x", "+z"],
+    )
+    stiff.push(POINT, (2, 0, 0), sphere_radius_mm=4)
+    stiff.advance(max_steps=200)
+    assert stiff.force_n()[0] < 2 * force[0]
+    assert stiff.hash() != tissue.hash()
+    tissue.release()
+    tissue.advance(max_steps=1000)
+    assert tissue.hash() == pliant.make_elastic(airway).hash()
+
+
+def test_moduli_are_pairs_and_sides_texts(airway):
+    table = numpy.array([[-950, 0], [40, 8.0]])
+    given = pliant.make_elastic(airway, 1, moduli_kpa=table, held_sides=[])
+    same = pliant.make_elastic(airway, 1, moduli_kpa=[[-950, 0], (40, 8)], held_sides=())
+    for tissue in (given, same):
+        tissue.push(POINT, (1, 0, 0), sphere_radius_mm=4)
+    assert given.hash() == same.hash()
+    assert pickle.loads(pickle.dumps(given)).hash() == given.hash()
+    for name, wrong in (
+        ("moduli_kpa", [1, 2]),
+        ("moduli_kpa", [(1, 2, 3)]),
+        ("moduli_kpa", [(1, 2), 3]),
+        ("moduli_kpa", [(2, 1), (1, 1)]),
+        ("held_sides", "-x"),
+        ("held_sides", ["left"]),
+        ("poisson_ratio", 0.5),
+    ):
+        with pytest.raises(pliant.Error, match=name):
+            pliant.make_elastic(airway, 1, **{name: wrong})
 
 
 def test_settings_are_the_headers(airway):

@@ -57,6 +57,8 @@ def with_settings(scan: pliant.Volume, mesh: pliant.TriangleMesh) -> None:
     pliant.make_chainmail(scan, offset="0.1")  # type: ignore[arg-type]
     pliant.make_chainmail(scan, limits="round")  # type: ignore[arg-type]
     pliant.make_springs(scan).configure(depth=2)
+    pliant.make_elastic(scan, moduli_kpa=[(0, 3)], held_sides=["-x"], poisson_ratio=0.4)
+    pliant.make_elastic(scan, held_sides=["left"])  # type: ignore[list-item]
     pliant.wall_around_surface(mesh, layers=2.5)  # type: ignore[arg-type]
     pliant.gym.find_vessel("bend", thickness_mm=2)
     pliant.gym.find_vessel("bend", thickness=2)  # type: ignore[call-arg]

@@ -337,7 +337,7 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"deform cube.nrrd --model body --mesh none.vtu --push 0,0,0:1,0,0 --out x.nrrd",
          "--mesh: none.vtu"},
         {"deform cube.nrrd --model rigid --steps 3 --push 0,0,0:1,0,0 --out x.nrrd",
-         "--steps: expected --model springs or body, found rigid"},
+         "--steps: expected --model springs or body or elastic, found rigid"},
         {"deform cube.nrrd --model rigid --cut \"0,0,0;1,0,0:0,0,1\" --out x.nrrd",
          "--cut: expected --model chainmail or springs or body, found rigid"},
         {"deform cube.nrrd --model springs --relax 3 --push 0,0,0:1,0,0 --out x.nrrd", "--relax"},

@@ -30,6 +30,8 @@ struct Spoon {
     Vec3d axes{1, 1, 1};
     std::vector<int> stamps{1};
     std::vector<Vec3d> curve_mm{};
+    std::vector<NumberPair> widths{};
+    std::optional<std::vector<std::string>> ends{};
 };
 
 constexpr Setting<Spoon> kRows[] = {
@@ -48,6 +50,8 @@ constexpr Setting<Spoon> kRows[] = {
     setting<&Spoon::axes>({.table = "bowl", .name = "axes", .range = {0, 2}}),
     setting<&Spoon::stamps>({.table = "bowl", .name = "stamps", .range = {-9, 9}}),
     setting<&Spoon::curve_mm>({.table = "bowl", .name = "curve_mm", .unit = "mm"}),
+    setting<&Spoon::widths>({.table = "bowl", .name = "widths", .range = {0, 9}}),
+    setting<&Spoon::ends>({.table = "bowl", .name = "ends", .choices = "-x|+x"}),
 };
 constexpr SettingRows<Spoon> kSpoon = kRows;
 
@@ -106,6 +110,13 @@ TEST(Record, MistakesNameFieldAndExpectation) {
         {{"stamps", std::vector<double>{10}}, "[bowl] stamps: expected -9 to 9, found 10"},
         {{"price", SettingValue{}}, "[bowl] price: expected a number, found something else"},
         {{"curve_mm", 3}, "[bowl] curve_mm: expected a list of points"},
+        {{"widths", std::vector<double>{1, 2}},
+         "[bowl] widths: expected a list of pairs of numbers, found [1, 2]"},
+        {{"widths", std::vector<NumberPair>{{1, 2}, {3, 10}}},
+         "[bowl] widths: expected 0 to 9, found 2 pairs"},
+        {{"ends", "-x"}, "[bowl] ends: expected a list of \"-x\" or \"+x\", found \"-x\""},
+        {{"ends", std::vector<std::string>{"+y"}},
+         "[bowl] ends: expected a list of \"-x\" or \"+x\", found [\"+y\"]"},
     };
     for (const auto& c : cases) {
         Spoon spoon;
@@ -132,13 +143,17 @@ TEST(Record, EveryFieldComesBackFromItsRecord) {
     spoon.left = true;
     spoon.price = 3;
     spoon.curve_mm = {{1, 2, 3}, {4, 5, 6}};
+    spoon.widths = {{0, 1}, {2, 3}};
+    spoon.ends = {"+x", "-x"};
     const Record record = record_of(spoon, kSpoon);
     Spoon other;
     ASSERT_EQ(error_of(apply(record, kSpoon, other)), "");
     EXPECT_EQ(record_of(other, kSpoon), record);
     EXPECT_EQ(other.curve_mm.size(), 2u);
+    EXPECT_EQ(other.widths, spoon.widths);
+    EXPECT_EQ(other.ends, spoon.ends);
     EXPECT_EQ(record.size(), std::size(kRows));
-    EXPECT_EQ(record_of(Spoon{}, kSpoon).size(), std::size(kRows) - 1);  // without a price
+    EXPECT_EQ(record_of(Spoon{}, kSpoon).size(), std::size(kRows) - 2);  // without price and ends
 }
 
 TEST(Record, RangesAreHeldAgainstTheWholeStruct) {
@@ -167,6 +182,8 @@ TEST(Record, TomlComesBackBitForBit) {
         spoon.axes = {share(random), share(random), 2 * share(random)};
         if (n % 2) spoon.price = 1e3 * share(random);
         if (n % 3) spoon.curve_mm = {{share(random), -share(random), 1e-7 * share(random)}};
+        if (n % 4) spoon.widths = {{share(random), 0}, {9 * share(random), 1e-9 * share(random)}};
+        if (n % 5) spoon.ends.emplace(n % 5 - 1, n % 2 ? "-x" : "+x");
         const std::string text = toml_text(spoon, kSpoon);
         const auto tables = parse_toml(text);
         ASSERT_TRUE(tables.ok()) << text;

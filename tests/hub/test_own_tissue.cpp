@@ -66,7 +66,7 @@ TEST(OwnTissue, OfAServerWithoutOneIsRefusedInALine) {
     TestClient client(server->port(), server->link());
     client.enter();
     EXPECT_EQ(client.command({{"do", "tissue"}, {"model", "own"}})["message"],
-              "tissue: model: expected chainmail, springs, found own");
+              "tissue: model: expected chainmail, springs, elastic, found own");
 }
 
 TEST(OwnTissue, WithACatheterIsDrivenUndoneRecordedAndReplayed) {

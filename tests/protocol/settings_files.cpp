@@ -33,8 +33,9 @@ using serve::TissueChoice;
 bool is_unset(const SettingValue& value) {
     const auto* text = std::get_if<std::string>(&value);
     const auto* points = std::get_if<std::vector<Vec3d>>(&value);
+    const auto* pairs = std::get_if<std::vector<NumberPair>>(&value);
     return std::holds_alternative<std::monostate>(value) || (text && text->empty()) ||
-           (points && points->empty());
+           (points && points->empty()) || (pairs && pairs->empty());
 }
 
 std::string range_of(const SettingInfo& row) {
@@ -82,6 +83,12 @@ std::string settings_table() {
     return text + labels.replace(labels.find("[label]"), 7, "[[label]]");
 }
 
+std::string elastic_scan_table() {
+    std::string text = kFileHead, table;
+    add_rows(text, table, true, elastic_scan_rows());
+    return text;
+}
+
 std::string vessel_table() {
     std::string text = kFileHead, table;
     for (const char* name : {"vessel", "wall", "catheter", "entry", "way", "simulation"}) {
@@ -124,6 +131,10 @@ std::string type_of(const SettingInfo& row) {
             return "number[]";
         case SettingKind::Points:
             return "number[][]";
+        case SettingKind::Pairs:
+            return "[number, number][]";
+        case SettingKind::Texts:
+            return "string[]";
     }
     if (row.choices.empty()) return "string";
     std::string type = "'";
@@ -159,9 +170,11 @@ void add_type(std::string& text, const char* name, const char* constant, Setting
 std::map<std::string, std::string> settings_tables() {
     return {{"chainmail", settings_table()},
             {"springs", table_of(spring_rows())},
+            {"elastic scan", elastic_scan_table()},
             {"vessel", vessel_table()},
             {"materials", table_of(chainmail_material_rows())},
             {"tissue", table_of(serve::tissue_rows(), spring_rows())},
+            {"elastic tissue", table_of(elastic_scan_rows())},
             {"iso", table_of(serve::iso_rows())},
             {"catheter", table_of(serve::drive_rows())},
             {"pbd", table_of(pbd_rows())},
@@ -196,6 +209,7 @@ std::string settings_types() {
         "    high?: number;\n    text: string;\n}\n";
     add_type(text, "Materials", "materialRows", chainmail_material_rows());
     add_type(text, "SpringSettings", "springRows", spring_rows());
+    add_type(text, "ElasticSettings", "elasticRows", elastic_scan_rows());
     add_type(text, "Drive", "driveRows", serve::drive_rows());
     return text;
 }

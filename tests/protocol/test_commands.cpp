@@ -40,6 +40,10 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"tissue","id":2,"model":"springs"})",
         R"({"do":"tissue","model":"springs","centre":[1,2,3],"nodes":8,"cell_mm":6.5,"depth":4})",
         R"({"do":"tissue","model":"springs","young_modulus_pa":500,"fixed_hu":3000})",
+        R"({"do":"tissue","model":"elastic"})",
+        R"({"do":"tissue","model":"elastic","moduli_kpa":[[-950,0],[40,8.5]],"poisson_ratio":0.3})",
+        R"({"do":"tissue","model":"elastic","held_sides":["-x","+z"],"held_above_hu":900})",
+        R"({"do":"tissue","model":"elastic","held_sides":[]})",
         R"({"do":"depth","layers":6})",
         R"({"do":"depth","within_mm":0.25})",
         R"({"do":"tissue","model":"vessel"})",
@@ -201,6 +205,11 @@ TEST(Messages, ThatAreRubbishCloseTheConnection) {
              R"({"do":"materials","offset":"soft"})",
              R"({"do":"materials","offset":{}})",
              R"({"do":"tissue","model":"springs","nodes":6.5})",
+             R"({"do":"tissue","model":"elastic","moduli_kpa":[1,2]})",
+             R"({"do":"tissue","model":"elastic","moduli_kpa":[[1,2,3]]})",
+             R"({"do":"tissue","model":"elastic","moduli_kpa":[[1,2],3]})",
+             R"({"do":"tissue","model":"elastic","held_sides":["left"]})",
+             R"({"do":"tissue","model":"elastic","held_sides":"-x"})",
              R"({"do":"depth"})",
              R"({"do":"depth","within_mm":"0.1"})",
              R"({"do":"seen","step":-1})",
@@ -247,6 +256,7 @@ TEST(Messages, OutOfRangeAreAnsweredByTheirNumber) {
           R"({"do":"materials","id":5,"offset":1.5})",
           R"({"do":"tissue","id":5,"model":"springs","nodes":65})",
           R"({"do":"tissue","id":5,"model":"springs","cell_mm":0})",
+          R"({"do":"tissue","id":5,"model":"elastic","poisson_ratio":0.5})",
           R"({"do":"iso","id":5,"iso_hu":1e6})"}) {
         const auto read = parse_message(text);
         const auto* failure = std::get_if<ParseFailure>(&read);

@@ -274,18 +274,26 @@ const TissueCommand kSprings{.choice = {.model = "springs",
                                         .springs = {.cell_mm = 8, .fixed_hu = 3000, .depth = 4},
                                         .given = {"fixed_hu"}}};
 
+const TissueCommand kElastic{
+    .choice = {.model = "elastic",
+               .elastic = {{"moduli_kpa", std::vector<NumberPair>{{-900, 0}, {0, 5}}},
+                           {"held_above_hu", 3000.0},
+                           {"held_sides", std::vector<std::string>{"-x", "+y"}}}}};
+
 /// Random pushes and drags of springs, with a change of the tissue here and there.
-std::vector<SessionRecord> play_springs(Scene& scene, Random& random, int count) {
+/// @param model  or of another model that moves by itself
+std::vector<SessionRecord> play_springs(Scene& scene, Random& random, int count,
+                                        const TissueCommand& model = kSprings) {
     std::vector<SessionRecord> records = {SessionCommand{9, soft()}};
     const auto carry_out = [&](const Action& action) {
         const auto client = std::uint32_t(random.whole(1, 2));
         records.push_back(SessionCommand{client, action, !scene.carry_out(client, action).ok()});
     };
-    carry_out(kSprings);
+    carry_out(model);
     for (int n = 0; n < count; ++n) {
         const int kind = random.whole(0, 24);
         if (kind == 0) carry_out(TissueCommand{});
-        if (kind <= 1) carry_out(kSprings);
+        if (kind <= 1) carry_out(model);
         carry_out(kind == 2   ? Action(DepthCommand{random.whole(0, 6)})
                   : kind <= 4 ? Action(UndoCommand{})
                   : kind == 5 ? Action(RedoCommand{})
@@ -319,6 +327,28 @@ TEST(Springs, DoTheSameAgainWithAnyNumberOfThreads) {
             scene->describe(played);
             EXPECT_EQ(state_text(state), state_text(played));
         }
+    }
+}
+
+TEST(ElasticScan, DoesTheSameAgainFromItsLinesWithAnyNumberOfThreads) {
+    constexpr std::uint64_t kSeed = 51;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    const TaskArena arena(2);
+    const auto scene = open_scene(arena);
+    std::vector<SessionRecord> read;
+    for (const SessionRecord& record : play_springs(*scene, random, 20, kElastic)) {
+        auto line = parse_session_record(text_of(record));
+        ASSERT_TRUE(line.ok()) << line.error().message;
+        read.push_back(std::move(*line));
+    }
+    for (const int threads : {1, 4}) {
+        const TaskArena other(threads);
+        auto again = Scene::open(kCube, other);
+        ASSERT_TRUE(again.ok());
+        const Status status = replay_into(**again, read, Compare::All);
+        ASSERT_TRUE(status.ok()) << status.error().message;
+        EXPECT_EQ(hash_of(**again), hash_of(*scene));
     }
 }
 

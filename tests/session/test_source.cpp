@@ -173,6 +173,64 @@ TEST_F(SourceTest, SessionsTellWhichSettingsWereGiven) {
     EXPECT_EQ(old.given, std::vector<std::string>{"fixed_hu"});
 }
 
+TEST_F(SourceTest, TheElasticScanFollowsTheScanTheFileAndTheCommand) {
+    m_folder.write("c.toml", "[material]\noffset = 0.1\n[elastic]\npoisson_ratio = 0.3\n");
+    const auto scene = made(Scene::open({.file = write_ball(-1000, 40),
+                                         .config = (m_folder / "c.toml").string(),
+                                         .model = "elastic"},
+                                        m_arena));
+    const auto used = [&] {
+        serve::SharedState state;
+        scene->describe(state);
+        EXPECT_EQ(state.tissue.model, "elastic");
+        return state.elastic;
+    };
+    ElasticScanSettings expected;
+    suit_elastic({}, expected);
+    expected.poisson_ratio = 0.3;
+    EXPECT_EQ(used(), expected);
+    const auto ask = [&](const std::string& fields) {
+        const auto read =
+            serve::parse_message(R"({"do":"tissue","model":"elastic")" + fields + "}");
+        const auto& message = std::get<serve::Message>(read);
+        const auto& tissue = std::get<serve::TissueCommand>(message.action);
+        EXPECT_EQ(choice_of(serve::text_of(serve::SessionRecord(serve::SessionCommand{1, tissue}))),
+                  tissue.choice);
+        return scene->carry_out(1, tissue);
+    };
+    EXPECT_TRUE(ask(R"(,"held_above_hu":500,"held_sides":["-z"])").ok());
+    expected.held_above_hu = 500;
+    expected.held_sides = {"-z"};
+    EXPECT_EQ(used(), expected);
+    serve::SharedState state;
+    scene->describe(state);
+    const auto json = nlohmann::json::parse(serve::state_text(state)).at("tissue");
+    EXPECT_EQ(json.at("held_sides"), nlohmann::json({"-z"}));
+    EXPECT_EQ(json.at("moduli_kpa").at(0), nlohmann::json({-1000.0, 0.0}));
+    // A refused choice leaves the tissue as it is.
+    const auto refused = ask(R"(,"moduli_kpa":[[3,1],[2,1]])");
+    EXPECT_NE(refused.message.find("expected ascending values"), std::string::npos);
+    EXPECT_EQ(used(), expected);
+    // A push has a force, and a checkpoint the choice.
+    const auto pushed = scene->carry_out(
+        1, serve::PushCommand{.push = {.point_mm = {59, 59, 59}, .push_mm = {3, 0, 0}}});
+    ASSERT_TRUE(pushed.ok()) << pushed.message;
+    ASSERT_TRUE(pushed.force_n.has_value());
+    serve::SessionCheckpoint point;
+    point.memo.tissue = state.tissue;
+    const auto read = serve::parse_session_record(serve::text_of(serve::SessionRecord(point)));
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(std::get<serve::SessionCheckpoint>(*read).memo.tissue, state.tissue);
+}
+
+TEST_F(SourceTest, AMistakeInTheElasticTableIsFoundWhenTheSceneIsOpened) {
+    m_folder.write("c.toml", "[elastic]\npoisson_ratio = 0.6\n");
+    const auto scene = Scene::open(
+        {.file = write_ball(-1000, 40), .config = (m_folder / "c.toml").string()}, m_arena);
+    ASSERT_FALSE(scene.ok());
+    EXPECT_NE(scene.error().message.find("[elastic] poisson_ratio"), std::string::npos);
+}
+
 TEST_F(SourceTest, AnotherGhostOfAVesselIsAnotherScene) {
     std::vector<CentrePoint> way;
     for (double z = 0; z <= 40; z += 2) way.push_back({{0, 0, z}, 4});

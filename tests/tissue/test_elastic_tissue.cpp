@@ -229,6 +229,13 @@ TEST_F(Elastic, APictureShowsThePartsThatLagMost) {
     EXPECT_TRUE(tissue->approach_deformation(512).value());
 }
 
+TEST_F(Elastic, AThresholdOfBoneCountsWithoutATableOfModuli) {
+    const Push push{.point_mm = {8, 9, 18}, .push_mm = {0, -4, 0}, .sphere_radius_mm = 2};
+    EXPECT_EQ(make()->push(kProbe, push).value().limited_by, LimitedBy::Bone);
+    EXPECT_NE(make({.held_above_hu = 2000})->push(kProbe, push).value().limited_by,
+              LimitedBy::Bone);
+}
+
 TEST_F(Elastic, BadSettingsAreNamed) {
     const auto error = [&](const ElasticScanSettings& settings) {
         auto made = make_elastic(m_scan, settings, m_arena);
@@ -250,7 +257,12 @@ TEST_F(Elastic, BadSettingsAreNamed) {
     settings = {};
     settings.held_sides.emplace({std::string("+w")});
     EXPECT_EQ(error(settings),
-              "[elastic] held_sides: expected \"-x\", \"+x\", … \"+z\", found \"+w\"");
+              "[elastic] held_sides: expected a list of \"-x\", \"+x\", \"-y\", \"+y\", \"-z\" or "
+              "\"+z\", found [\"+w\"]");
+    settings = {};
+    settings.moduli_kpa = {{std::nan(""), 1}};
+    EXPECT_EQ(error(settings),
+              "[elastic] moduli_kpa: expected a list of pairs of numbers, found 1 pairs");
     settings = {};
     settings.window_cells = 33;
     EXPECT_EQ(error(settings), "[elastic] window_cells: expected an even number, found 33");

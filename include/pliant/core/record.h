@@ -40,10 +40,13 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
+using NumberPair = std::array<double, 2>;
+
 /// Value of a field. monostate is an optional field without a value, or text in a file of no other
 /// kind.
-using SettingValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
-                                  std::vector<double>, std::vector<Vec3d>>;
+using SettingValue =
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<double>,
+                 std::vector<Vec3d>, std::vector<NumberPair>, std::vector<std::string>>;
 
 /// A field's name and value.
 struct NamedValue {
@@ -68,6 +71,8 @@ enum class SettingKind {
     Numbers,  ///< two or three; one number means three equal ones
     Wholes,   ///< one or more whole numbers
     Points,   ///< any number of points [mm, LPS]
+    Pairs,    ///< any number of pairs of numbers
+    Texts,    ///< any number of texts, of the choices if there are any
 };
 
 struct SettingRange {
@@ -238,6 +243,10 @@ constexpr SettingKind kind_of(bool has_choices) {
         return SettingKind::Wholes;
     else if constexpr (same_as<Value, std::vector<Vec3d>>)
         return SettingKind::Points;
+    else if constexpr (same_as<Value, std::vector<NumberPair>>)
+        return SettingKind::Pairs;
+    else if constexpr (same_as<Value, std::vector<std::string>>)
+        return SettingKind::Texts;
 }
 
 template <class Value>

@@ -28,7 +28,7 @@ struct ElasticScanSettings {
     /// values. Empty: those of suit_elastic() for CT.
     std::vector<Modulus> moduli_kpa{};
     double poisson_ratio = 0.45;  ///< 0 … 0.495
-    double held_above_hu = 300;   ///< voxels above it never move; infinite: all move
+    double held_above_hu = 300;   ///< voxels above it never move
     /// Sides of the scan that never move: "-x", "+x", … along its axes i, j, k. None: all sides
     /// that cut tissue.
     std::optional<std::vector<std::string>> held_sides{};
@@ -38,7 +38,7 @@ struct ElasticScanSettings {
 
     friend bool operator==(const ElasticScanSettings&, const ElasticScanSettings&) = default;
 };
-/// Rows of these settings, except the moduli and sides.
+/// Rows of these settings, the table [elastic] of a settings file.
 SettingRows<ElasticScanSettings> elastic_scan_rows() noexcept;
 
 /// Checks the settings, for a table of moduli that may be empty.

@@ -69,6 +69,11 @@ std::string found_text(const SettingValue& value) {
                                     : std::to_string(numbers->size()) + " numbers";
     if (const auto* points = std::get_if<std::vector<Vec3d>>(&value))
         return std::to_string(points->size()) + " points";
+    if (const auto* pairs = std::get_if<std::vector<NumberPair>>(&value))
+        return std::to_string(pairs->size()) + " pairs";
+    if (const auto* texts = std::get_if<std::vector<std::string>>(&value))
+        return texts->size() == 1 ? "[\"" + shown(texts->front()) + "\"]"
+                                  : std::to_string(texts->size()) + " texts";
     return std::holds_alternative<std::monostate>(value) ? "something else" : toml_text(value);
 }
 
@@ -90,8 +95,18 @@ std::string expected_kind(const SettingInfo& field) {
             return "a whole number, or a list of them";
         case SettingKind::Points:
             return "a list of points, three numbers each";
+        case SettingKind::Pairs:
+            return "a list of pairs of numbers";
+        case SettingKind::Texts:
+            return field.choices.empty() ? "a list of texts" : expected_of(field);
     }
     return {};
+}
+
+bool are_among(std::string_view choices, const std::vector<std::string>& texts) {
+    return choices.empty() || std::all_of(texts.begin(), texts.end(), [&](const auto& text) {
+               return number_of_choice(choices, text) >= 0;
+           });
 }
 
 bool is_whole(double number) {
@@ -113,7 +128,9 @@ std::string title_of(const SettingInfo& field) {
 }
 
 std::string expected_of(const SettingInfo& field) {
-    if (!field.choices.empty()) return list_of_choices(field.choices);
+    if (!field.choices.empty())
+        return (field.kind == SettingKind::Texts ? "a list of " : "") +
+               list_of_choices(field.choices);
     const bool has_low = std::isfinite(field.range.low), has_high = std::isfinite(field.range.high);
     const std::string low = has_low ? bound_text(field.range.low) : "";
     const std::string high = has_high ? bound_text(field.range.high) : "";
@@ -151,6 +168,18 @@ std::string toml_text(const SettingValue& value) {
             std::string list;
             for (const Vec3d p : points)
                 list += (list.empty() ? "[" : ", ") + (*this)(std::vector{p.x, p.y, p.z});
+            return list.empty() ? "[]" : list + "]";
+        }
+        std::string operator()(const std::vector<NumberPair>& pairs) const {
+            std::string list;
+            for (const NumberPair& pair : pairs)
+                list += (list.empty() ? "[" : ", ") + (*this)(std::vector{pair[0], pair[1]});
+            return list.empty() ? "[]" : list + "]";
+        }
+        std::string operator()(const std::vector<std::string>& texts) const {
+            std::string list;
+            for (const std::string& text : texts)
+                list += (list.empty() ? "[" : ", ") + (*this)(text);
             return list.empty() ? "[]" : list + "]";
         }
     } const text;
@@ -194,6 +223,16 @@ Result<SettingValue> value_of_kind(const SettingInfo& field, SettingValue value)
             if (list && list->empty()) value = std::vector<Vec3d>();
             fits = std::holds_alternative<std::vector<Vec3d>>(value);
             break;
+        case SettingKind::Pairs:
+            if (list && list->empty()) value = std::vector<NumberPair>();
+            fits = std::holds_alternative<std::vector<NumberPair>>(value);
+            break;
+        case SettingKind::Texts: {
+            if (list && list->empty()) value = std::vector<std::string>();
+            const auto* texts = std::get_if<std::vector<std::string>>(&value);
+            fits = texts && are_among(field.choices, *texts);
+            break;
+        }
         case SettingKind::Wholes:
             fits = list && !list->empty();
             for (std::size_t n = 0; fits && n < list->size(); ++n) fits = is_whole((*list)[n]);
@@ -219,6 +258,11 @@ Status check_range(const SettingInfo& field, const SettingValue& value) {
     else if (const auto* points = std::get_if<std::vector<Vec3d>>(&value))
         for (const Vec3d p : *points)
             for (int a = 0; a < 3; ++a) fits = fits && is_in_range(field, p[a]);
+    else if (const auto* pairs = std::get_if<std::vector<NumberPair>>(&value))
+        for (const NumberPair& pair : *pairs)
+            for (const double n : pair) fits = fits && is_in_range(field, n);
+    else if (const auto* texts = std::get_if<std::vector<std::string>>(&value))
+        fits = are_among(field.choices, *texts);
     else if (const auto* text = std::get_if<std::string>(&value))
         fits = field.choices.empty() || number_of_choice(field.choices, *text) >= 0;
     if (fits) return Ok{};

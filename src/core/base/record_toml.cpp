@@ -27,28 +27,43 @@ void get_memory_for_tables(std::size_t bytes) {
     ::operator delete(::operator new(kAtLeast + kPerByte * bytes));
 }
 
-/// Converts numbers or points; monostate for other arrays.
+/// Reads an array of two or three numbers; false for other nodes.
+bool read_numbers(const toml::node& node, std::vector<NumberPair>& pairs,
+                  std::vector<Vec3d>& points) {
+    const toml::array* array = node.as_array();
+    if (!array || (array->size() != 2 && array->size() != 3)) return false;
+    Vec3d read{};
+    for (int a = 0; a < int(array->size()); ++a) {
+        const toml::node& number = *array->get(std::size_t(a));
+        if (!number.is_number()) return false;
+        read[a] = number.value_or(0.0);
+    }
+    if (array->size() == 2)
+        pairs.push_back({read.x, read.y});
+    else
+        points.push_back(read);
+    return true;
+}
+
+/// Converts numbers, pairs, points or texts; monostate for other arrays.
 SettingValue list_of(const toml::array& array) {
     std::vector<double> numbers;
+    std::vector<NumberPair> pairs;
     std::vector<Vec3d> points;
+    std::vector<std::string> texts;
     for (const toml::node& node : array) {
-        if (node.is_number()) {
+        if (node.is_number())
             numbers.push_back(node.value_or(0.0));
-            continue;
-        }
-        const toml::array* three = node.as_array();
-        if (!three || three->size() != 3) return {};
-        Vec3d point{};
-        for (int a = 0; a < 3; ++a) {
-            const toml::node& number = *three->get(std::size_t(a));
-            if (!number.is_number()) return {};
-            point[a] = number.value_or(0.0);
-        }
-        points.push_back(point);
+        else if (node.is_string())
+            texts.push_back(node.value_or(std::string()));
+        else if (!read_numbers(node, pairs, points))
+            return {};
     }
-    if (!numbers.empty() && !points.empty()) return {};
-    if (!points.empty()) return points;
-    return numbers;
+    if (numbers.size() == array.size()) return numbers;
+    if (pairs.size() == array.size()) return pairs;
+    if (points.size() == array.size()) return points;
+    if (texts.size() == array.size()) return texts;
+    return {};
 }
 
 SettingValue value_of(const toml::node& node) {

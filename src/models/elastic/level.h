@@ -103,8 +103,8 @@ struct ElasticLevel {
     /// Whether some cell of tissue of a plane, under no finer window, has a corner with a
     /// determinant of the deformation gradient below a limit. @param[out] cells  if not null
     bool has_folded(int plane, float limit, std::vector<Vec3i>* cells) const;
-    /// Moves the nodes of folded cells towards the mean of their neighbours until no cell is folded,
-    /// except nodes that never move.
+    /// Moves the nodes of folded cells, except those that never move, towards the mean of their
+    /// neighbours until no cell is folded.
     /// @returns false if many rounds don't suffice
     bool untangle(const StiffnessMap& map, float limit);
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <vector>
 
 #include "base/errors.h"
 #include "base/text.h"
@@ -15,15 +15,36 @@ namespace {
 
 using E = ElasticScanSettings;
 
+constexpr Setting<E> kModuli = {
+    {.name = "moduli_kpa",
+     .unit = "value, kPa",
+     .text = "Young's modulus by voxel value, 0: void; without it, moduli that suit the scan",
+     .kind = SettingKind::Pairs},
+    [](const E& e) -> SettingValue {
+        std::vector<NumberPair> pairs;
+        for (const E::Modulus& m : e.moduli_kpa) pairs.push_back({m.value, m.kpa});
+        return pairs;
+    },
+    [](E& e, const SettingValue& value) {
+        e.moduli_kpa.clear();
+        for (const auto& [of_value, kpa] : *std::get_if<std::vector<NumberPair>>(&value))
+            e.moduli_kpa.push_back({of_value, kpa});
+    }};
+
 constexpr auto kRows = in_table<E>(
     "elastic",
     {
+        kModuli,
         setting<&E::poisson_ratio>({.name = "poisson_ratio",
                                     .range = {0, 0.495},
                                     .text = "Poisson's ratio of tissue; voids have 0"}),
         setting<&E::held_above_hu>({.name = "held_above_hu",
                                     .unit = "HU",
                                     .text = "larger values are bone, which never moves"}),
+        setting<&E::held_sides>({.name = "held_sides",
+                                 .choices = "-x|+x|-y|+y|-z|+z",
+                                 .text = "sides of the scan, along its axes, that never move; "
+                                         "without it, all that cut tissue"}),
         setting<&E::return_s>({.name = "return_s",
                                .unit = "s",
                                .range = {1e-3, 1e3},
@@ -33,15 +54,6 @@ constexpr auto kRows = in_table<E>(
                                    .range = {8, 512},
                                    .text = "edge of the finer lattices around a tool; even"}),
     });
-
-Status check_sides(const std::vector<std::string>& sides) {
-    for (const std::string& side : sides)
-        if (side.size() != 2 || (side[0] != '-' && side[0] != '+') || side[1] < 'x' ||
-            side[1] > 'z')
-            return expected_error("[elastic] held_sides", "\"-x\", \"+x\", … \"+z\"",
-                                  '"' + side + '"');
-    return Ok{};
-}
 
 Status check_moduli(const std::vector<E::Modulus>& moduli) {
     double largest = 0;
@@ -72,15 +84,12 @@ Status check_elastic_scan(const ElasticScanSettings& settings) noexcept {
         if (settings.window_cells % 2 != 0)
             return expected_error("[elastic] window_cells", "an even number",
                                   std::to_string(settings.window_cells));
-        if (settings.held_sides)
-            if (const Status s = check_sides(*settings.held_sides); !s.ok()) return s.error();
         return check_moduli(settings.moduli_kpa);
     });
 }
 
 void suit_elastic(const ValueDefaults& values, ElasticScanSettings& settings) {
-    settings.held_above_hu =
-        values.has_bone ? values.bone_threshold : std::numeric_limits<double>::infinity();
+    settings.held_above_hu = values.bone_threshold;  // of scans without bone, the highest value
     if (values.kind == ValueKind::Hounsfield) {
         settings.moduli_kpa = {{-1000, 0}, {-950, 0}, {-900, 1.5}, {-500, 2}, {-150, 3},
                                {-30, 3},   {20, 8},   {60, 10},    {150, 20}, {300, 100}};

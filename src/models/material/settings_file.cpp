@@ -23,6 +23,7 @@ Status read_label(const TomlTable& table, ChainMailSettings& settings) {
 
 Status read_tables(const std::vector<TomlTable>& tables, ChainMailSettings& settings) {
     for (const TomlTable& table : tables) {
+        if (table.name == "elastic") continue;  // of read_elastic_settings()
         if (table.name == "label") {
             if (const Status s = read_label(table, settings); !s) return s;
             continue;

@@ -166,6 +166,7 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     if (!settings.config.empty() || source.bodies) source.labels = absolute(settings.labels);
     if (source.bodies) source.label_names = absolute(settings.label_names);
     source.directions = absolute(settings.directions);
+    source.model = settings.model;
     source.network = absolute(settings.network);
     const auto has_begun =
         settings.session.empty() ? Result<bool>(false) : serve::session_has_begun(settings.session);
@@ -240,9 +241,13 @@ SettingRows<ServerSettings> server_rows() noexcept {
         setting<&S::labels>({.name = "labels", .text = "label map over the scan; empty: none"}),
         setting<&S::label_names>(
             {.name = "label_names", .text = "table of the labels' names; empty: the map's own"}),
-        setting<&S::config>({.name = "config", .text = "ChainMail's settings, TOML"}),
+        setting<&S::config>(
+            {.name = "config", .text = "settings of ChainMail and the elastic scan, TOML"}),
         setting<&S::directions>(
             {.name = "directions", .text = "field of directions for its label materials"}),
+        setting<&S::model>({.name = "model",
+                            .text = "tissue at first: chainmail, elastic or springs; empty: the "
+                                    "scene's own, or chainmail"}),
         setting<&S::network>(
             {.name = "network", .text = "network of springs that moves the scan; empty: none"}),
         setting<&S::port>({.name = "port", .range = {0, 65535}, .text = "0: a free port"}),

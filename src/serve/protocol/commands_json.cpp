@@ -149,6 +149,15 @@ class Fields {
         for (const Setting<T>& row : rows)
             if (const auto value = setting(row)) row.set(object, *value);
     }
+    /// The settings that are given, by name.
+    template <class T>
+    Record record(SettingRows<T> rows) {
+        Record record;
+        for (const Setting<T>& row : rows)
+            if (auto value = setting(row))
+                record.emplace_back(std::string(row.name), shown_value(row, std::move(*value)));
+        return record;
+    }
     /// Declares fields that are allowed and have no effect.
     void allow(std::initializer_list<const char*> keys) {
         for (const char* key : keys) know(key);
@@ -239,10 +248,7 @@ Action read_carve(Fields& f) {
                         .stroke = f.whole("stroke", 1, 0)};
 }
 Action read_materials(Fields& f) {
-    MaterialsCommand materials;
-    for (const auto& row : chainmail_material_rows())
-        if (auto value = f.setting(row))
-            materials.values.emplace_back(std::string(row.name), shown_value(row, *value));
+    MaterialsCommand materials{f.record(chainmail_material_rows())};
     // Key of older sessions.
     if (f.has("rounded"))
         materials.values.emplace_back("limits", f.flag("rounded", {}) ? "rounded" : "box");
@@ -258,10 +264,12 @@ Action read_tissue(Fields& f) {
     TissueCommand tissue;
     TissueChoice& choice = tissue.choice;
     choice.model = f.text("model", 40, {});
+    if (choice.is_elastic()) choice.elastic = f.record(elastic_scan_rows());
     if (!choice.is_springs()) {
         f.allow({"centre", kExplicit});
         f.allow(tissue_rows());
         f.allow(spring_rows());
+        f.allow(elastic_scan_rows());
         return tissue;
     }
     tissue.is_centred = f.has("centre");
@@ -470,7 +478,7 @@ void write(Json& o, const RelaxCommand& c) {
     o["on"] = c.on;
 }
 void write(Json& o, const MaterialsCommand& c) {
-    for (const NamedValue& named : c.values) o[named.name] = json_of_value(named.value);
+    put(o, c.values);
 }
 void write(Json& o, const IsoCommand& c) {
     put(o, c, iso_rows());
@@ -478,6 +486,7 @@ void write(Json& o, const IsoCommand& c) {
 }
 void write(Json& o, const TissueCommand& c) {
     o["model"] = c.choice.model;
+    put(o, c.choice.elastic);
     if (!c.choice.is_springs()) return;
     if (c.is_centred) o["centre"] = json_of(c.choice.centre_mm);
     put(o, c.choice, tissue_rows());

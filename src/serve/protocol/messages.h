@@ -59,6 +59,7 @@ struct VesselState {
 /// Shared state except voxels.
 struct SharedState {
     TissueChoice tissue{};
+    ElasticScanSettings elastic{};          ///< those in use; of the elastic scan only
     std::vector<std::string> own_models{};  ///< that only this scene has: "vessel", "own"
     TissueTraits traits{};
     std::optional<VesselState> vessel{};

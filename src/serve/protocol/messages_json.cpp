@@ -145,6 +145,7 @@ Json json_of(const SharedState& s) {
         if (s.line_mb_s > 0) tissue["line_mb_s"] = s.line_mb_s;
         tissue["centre"] = json_of(t.centre_mm);
     }
+    if (t.is_elastic()) put(tissue, s.elastic, elastic_scan_rows());
     for (const NamedValue& figure : s.figures) tissue[figure.name] = json_of_figure(figure.value);
     if (!s.figures.empty()) tissue["update_hz"] = s.update_hz;
     for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));

@@ -6,6 +6,13 @@
 #include <vector>
 
 namespace pliant::serve {
+namespace {
+
+bool is_pair(const Json& json) {
+    return json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number();
+}
+
+}  // namespace
 
 SettingValue value_of_json(const Json& json) {
     if (json.is_boolean()) return json.get<bool>();
@@ -16,11 +23,20 @@ SettingValue value_of_json(const Json& json) {
     if (json.is_string()) return json.get<std::string>();
     if (!json.is_array()) return {};
     std::vector<double> numbers;
-    for (const Json& number : json) {
-        if (!number.is_number()) return {};
-        numbers.push_back(number.get<double>());
+    std::vector<NumberPair> pairs;
+    std::vector<std::string> texts;
+    for (const Json& element : json) {
+        if (element.is_number())
+            numbers.push_back(element.get<double>());
+        else if (element.is_string())
+            texts.push_back(element.get<std::string>());
+        else if (is_pair(element))
+            pairs.push_back({element[0].get<double>(), element[1].get<double>()});
     }
-    return numbers;
+    if (numbers.size() == json.size()) return numbers;
+    if (pairs.size() == json.size()) return pairs;
+    if (texts.size() == json.size()) return texts;
+    return {};
 }
 
 Json json_of_value(const SettingValue& value) {
@@ -36,8 +52,14 @@ Json json_of_value(const SettingValue& value) {
             for (const Vec3d p : points) list.push_back({p.x, p.y, p.z});
             return list;
         }
+        Json operator()(const std::vector<NumberPair>& pairs) const { return pairs; }
+        Json operator()(const std::vector<std::string>& texts) const { return texts; }
     } const json;
     return std::visit(json, value);
+}
+
+void put(Json& object, const Record& record) {
+    for (const NamedValue& named : record) object[named.name] = json_of_value(named.value);
 }
 
 void put_springs(Json& object, const TissueChoice& choice) {

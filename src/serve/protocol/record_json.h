@@ -34,6 +34,9 @@ inline constexpr const char* kExplicit = "explicit";
 SettingValue value_of_json(const Json& json);
 Json json_of_value(const SettingValue& value);
 
+/// Writes the values of a record by name.
+void put(Json& object, const Record& record);
+
 /// Writes all settings that have a value.
 template <class T>
 void put(Json& object, const T& settings, SettingRows<T> rows) {

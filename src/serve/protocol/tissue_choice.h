@@ -31,8 +31,10 @@ struct TissueChoice {
     bool depth_by_time = false;  ///< the server adapts the depth of forces to time and lines
     SpringDeformationSettings springs{};
     std::vector<std::string> given{};  ///< names of kFollowing, in its order
+    Record elastic{};  ///< given settings of the elastic scan; the others follow the scan
 
     bool is_springs() const { return model == "springs"; }
+    bool is_elastic() const { return model == "elastic"; }
     friend bool operator==(const TissueChoice&, const TissueChoice&) = default;
 };
 

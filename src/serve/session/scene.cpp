@@ -23,6 +23,11 @@ namespace {
 template <class T, class... Ts>
 inline constexpr bool is_any = (std::is_same_v<T, Ts> || ...);
 
+Vec3d middle_of(const Grid& grid) {
+    const Vec3i last = grid.size - Vec3i{1, 1, 1};
+    return world_from_voxel(grid, {0.5 * last.x, 0.5 * last.y, 0.5 * last.z});
+}
+
 /// Region of the control lattice: around its centre, clamped to the scan.
 Box3i region_of(const TissueChoice& choice, const Grid& grid) {
     const Vec3d centre = voxel_from_world(grid, choice.centre_mm);
@@ -50,13 +55,29 @@ Result<std::unique_ptr<Tissue>> make_springs_of(const TissueChoice& choice,
     return make_springs(loaded.volume, settings, arena);
 }
 
+/// Settings of the scene's elastic scan, with those that are given.
+Result<ElasticScanSettings> elastic_of(const TissueChoice& choice, const LoadedScan& loaded) {
+    ElasticScanSettings settings = loaded.elastic;
+    if (const Status s = apply(choice.elastic, elastic_scan_rows(), settings); !s.ok())
+        return s.error();
+    return settings;
+}
+
+Result<std::unique_ptr<Tissue>> make_elastic_of(const TissueChoice& choice,
+                                                const LoadedScan& loaded, const TaskArena& arena) {
+    const auto settings = elastic_of(choice, loaded);
+    if (!settings.ok()) return settings.error();
+    return make_elastic(loaded.volume, *settings, arena);
+}
+
 Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
                                             const TaskArena& arena) {
     if (choice.model == "chainmail") return make_chainmail(loaded.volume, loaded.settings, arena);
     if (choice.is_springs()) return make_springs_of(choice, loaded, arena);
+    if (choice.is_elastic()) return make_elastic_of(choice, loaded, arena);
     const auto own = loaded.own_tissues.find(choice.model);
     if (own == loaded.own_tissues.end()) {
-        std::string expected = "chainmail, springs";
+        std::string expected = "chainmail, springs, elastic";
         for (const auto& [model, make] : loaded.own_tissues) expected += ", " + model;
         return expected_error("tissue: model", expected, choice.model);
     }
@@ -85,7 +106,11 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     // The lattice keeps a reference to the volume, so both are made at their final address.
     auto scan = std::make_shared<LoadedScan>(std::move(*loaded));
     TissueChoice choice;
-    if (!scan->own_tissues.empty()) choice.model = scan->own_tissues.rbegin()->first;
+    if (!source.model.empty())
+        choice.model = source.model;
+    else if (!scan->own_tissues.empty())
+        choice.model = scan->own_tissues.rbegin()->first;
+    if (choice.is_springs()) choice.centre_mm = middle_of(scan->volume.grid);
     auto tissue = make_tissue(choice, *scan, arena);
     if (!tissue.ok()) return tissue.error();
     std::unique_ptr<Scene> scene(new Scene(std::move(scan), choice, std::move(*tissue)));
@@ -167,11 +192,8 @@ Status Scene::choose(const TissueChoice& choice, const std::filesystem::path& st
 
 Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
     TissueChoice choice = command.choice;
-    const Grid& grid = m_loaded->volume.grid;
-    if (choice.is_springs() && !command.is_centred) {
-        const Vec3i last = grid.size - Vec3i{1, 1, 1};
-        choice.centre_mm = world_from_voxel(grid, {0.5 * last.x, 0.5 * last.y, 0.5 * last.z});
-    }
+    if (choice.is_springs() && !command.is_centred)
+        choice.centre_mm = middle_of(m_loaded->volume.grid);
     const Status status = choose(choice);
     return status.ok() ? Outcome{} : refused(status.error());
 }
@@ -187,6 +209,9 @@ void Scene::describe(SharedState& state) const {
     state.polarity = m_polarity;
     state.materials = m_loaded->settings;
     state.tissue = m_choice;
+    if (m_choice.is_elastic())
+        if (auto settings = elastic_of(m_choice, *m_loaded); settings.ok())
+            state.elastic = std::move(*settings);
     if (has_setting(kMaterial))
         (void)apply(tissue().settings(), chainmail_material_rows(), state.materials);
     state.figures = tissue().figures();

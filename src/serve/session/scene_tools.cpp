@@ -91,7 +91,8 @@ Outcome Scene::slide(std::uint32_t client, const Push& push) {
 
 Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     const TissueTraits traits = tissue().traits();
-    if (command.slide && !traits.slides) return not_with(m_choice, "slide", "chainmail or a body");
+    if (command.slide && !traits.slides)
+        return not_with(m_choice, "slide", "chainmail, elastic or a body");
     if (!traits.takes_pushes) return not_with(m_choice, "push", "chainmail or springs");
     const bool began = begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();

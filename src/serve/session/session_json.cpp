@@ -54,6 +54,17 @@ std::optional<TissueChoice> tissue_of(const Json& json) {
         choice.model = model;
         return choice;
     }
+    if (const auto elastic = json.find("elastic"); elastic != json.end()) {
+        ElasticScanSettings read_settings;
+        if (!elastic->is_object() || springs != json.end() ||
+            !read(*elastic, elastic_scan_rows(), read_settings))
+            return {};
+        choice.model = "elastic";
+        for (const Setting<ElasticScanSettings>& row : elastic_scan_rows())
+            if (elastic->contains(std::string(row.name)))
+                choice.elastic.emplace_back(std::string(row.name), value_of(read_settings, row));
+        return choice;
+    }
     if (springs == json.end()) return choice;
     if (!springs->is_object()) return {};
     choice.model = "springs";
@@ -122,7 +133,7 @@ Json json_of(const SessionHeader& header) {
     for (const auto& [key, file] :
          {std::pair{"config", &header.source.config}, std::pair{"labels", &header.source.labels},
           std::pair{"directions", &header.source.directions},
-          std::pair{"network", &header.source.network},
+          std::pair{"model", &header.source.model}, std::pair{"network", &header.source.network},
           std::pair{"label_names", &header.source.label_names},
           std::pair{"units", &header.source.units}})
         if (!file->empty()) source[key] = *file;
@@ -171,6 +182,7 @@ Result<SessionHeader> header_of(const Json& json) {
     header.source.config = string_at(*source, "config");
     header.source.labels = string_at(*source, "labels");
     header.source.directions = string_at(*source, "directions");
+    header.source.model = string_at(*source, "model");
     header.source.network = string_at(*source, "network");
     header.source.label_names = string_at(*source, "label_names");
     header.source.units = string_at(*source, "units");
@@ -233,6 +245,8 @@ std::string text_of(const SessionRecord& record) {
         const TissueChoice& tissue = point->memo.tissue;
         if (tissue.is_springs())
             json["springs"] = json_of(tissue);
+        else if (tissue.is_elastic())
+            put(json["elastic"] = Json::object(), tissue.elastic);
         else if (tissue.model != TissueChoice{}.model)
             json[tissue.model] = true;
         return json.dump();

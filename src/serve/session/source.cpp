@@ -229,12 +229,15 @@ Result<LoadedScan> load_organs(const SceneSource& source, const TaskArena& arena
     return loaded;
 }
 
-/// Reads ChainMail's settings and its label materials. Empty names leave the settings as they are.
+/// Reads the tissues' settings and label materials. Empty names leave the settings as they are.
 Status load_materials(const SceneSource& source, const TaskArena& arena, LoadedScan& loaded) {
     if (source.config.empty()) return Ok{};
     auto settings = read_chainmail_settings(source.config, loaded.info.values);
     if (!settings.ok()) return settings.error();
     loaded.settings = std::move(*settings);
+    auto elastic = read_elastic_settings(source.config, loaded.info.values);
+    if (!elastic.ok()) return elastic.error();
+    loaded.elastic = std::move(*elastic);
     Hash64 hash;
     hash.add_word(loaded.hash);
     const auto text = read_small_file(source.config, kMaxSmallFileBytes, "a settings file");
@@ -352,8 +355,10 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
     loaded.iso_hu = std::clamp(number_of(keys, "iso_hu").value_or(loaded.iso_hu), -kMaxThreshold,
                                kMaxThreshold);
     if (value_of(keys, "polarity") == "falling") loaded.polarity = Polarity::Falling;
+    suit_elastic(loaded.info.values, loaded.elastic);
     if (const auto bone = number_of(keys, "bone_threshold_hu"))
-        loaded.settings.bone_threshold_hu = std::clamp(*bone, -32768.0, 32768.0);
+        loaded.settings.bone_threshold_hu = loaded.elastic.held_above_hu =
+            std::clamp(*bone, -32768.0, 32768.0);
     if (!loaded.info.landmarks.empty())
         loaded.info.start = Endoscope{.eye_mm = loaded.info.landmarks[0].eye_mm,
                                       .look = loaded.info.landmarks[0].look};

@@ -30,8 +30,10 @@ namespace pliant::serve {
 struct SceneSource {
     std::string file{};  ///< or folder; absolute. Empty: a phantom
     std::string series{};
-    // ChainMail's settings and the files of its label materials; absolute, may be empty.
+    // Settings of ChainMail and the elastic scan, and the files of ChainMail's label materials;
+    // absolute, may be empty.
     std::string config{}, labels{}, directions{};
+    std::string model{};    ///< of the tissue at first; empty: its own, or ChainMail
     std::string network{};  ///< file of a network that moves the scan; absolute, may be empty
     std::string phantom = "airway";
     Vec3i phantom_size{128, 128, 128};
@@ -47,8 +49,9 @@ struct SceneSource {
     /// Whether two sources name the same scan. Names of labels don't count.
     friend bool operator==(const SceneSource& a, const SceneSource& b) {
         return a.file == b.file && a.series == b.series && a.config == b.config &&
-               a.labels == b.labels && a.directions == b.directions && a.network == b.network &&
-               a.phantom == b.phantom && a.phantom_size == b.phantom_size && a.frame == b.frame &&
+               a.model == b.model && a.labels == b.labels && a.directions == b.directions &&
+               a.network == b.network && a.phantom == b.phantom &&
+               a.phantom_size == b.phantom_size && a.frame == b.frame &&
                a.straighten == b.straighten && a.spacing_mm == b.spacing_mm && a.units == b.units &&
                a.bodies == b.bodies;
     }
@@ -57,6 +60,7 @@ struct SceneSource {
 struct LoadedScan {
     Volume volume;
     ChainMailSettings settings;
+    ElasticScanSettings elastic{};
     VolumeInfo info;
     double iso_hu = -500;  ///< initial threshold
     Polarity polarity = Polarity::Rising;

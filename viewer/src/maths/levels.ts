@@ -15,12 +15,31 @@ export interface Levels {
 const kBins = 256;
 const kMaxSamples = 1 << 20;
 
-/// Levels of voxels in half floats; of about a million of them in larger scans.
-export function levelsOf(halves: Uint16Array): Levels {
+/// Values of voxels in half floats; of about a million of them in larger scans.
+export function samplesOf(halves: Uint16Array): Float32Array {
     const stride = Math.max(Math.floor(halves.length / kMaxSamples), 1) | 1;
     const values = new Float32Array(Math.ceil(halves.length / stride));
     for (let i = 0; i < values.length; ++i) values[i] = floatOfHalf[halves[i * stride]!]!;
-    values.sort();
+    return values;
+}
+
+/// Histogram of values; those beyond its ends are in the first and the last bin.
+export function countsOf(
+    values: Float32Array,
+    low: number,
+    high: number,
+    bins: number,
+): Float64Array {
+    const width = (high - low) / bins;
+    const counts = new Float64Array(bins);
+    for (const v of values)
+        ++counts[Math.min(Math.max(Math.floor((v - low) / width), 0), bins - 1)]!;
+    return counts;
+}
+
+/// Levels of voxels in half floats.
+export function levelsOf(halves: Uint16Array): Levels {
+    const values = samplesOf(halves).sort();
     const at = (share: number, from = 0): number =>
         values[Math.min(from + Math.floor(share * (values.length - from)), values.length - 1)]!;
     const low = at(0.005);
@@ -34,9 +53,7 @@ export function levelsOf(halves: Uint16Array): Levels {
 function otsu(values: Float32Array, low: number, high: number): number {
     const width = (high - low) / kBins;
     if (!(width > 0)) return low;
-    const counts = new Float64Array(kBins);
-    for (const v of values)
-        ++counts[Math.min(Math.max(Math.floor((v - low) / width), 0), kBins - 1)]!;
+    const counts = countsOf(values, low, high, kBins);
     let total = 0;
     counts.forEach((n, i) => (total += n * i));
     let [below, sum, best, found] = [0, 0, -1, 0];

@@ -8,7 +8,7 @@ import type { Box, Grid } from '../maths/grid.ts';
 import type { MarkKind } from '../maths/marks.ts';
 import type { Mat3, Vec3 } from '../maths/vec.ts';
 import type { CompanyCommand, CompanyNews } from './company.ts';
-import type { Drive, Materials, SpringSettings } from './settings.ts';
+import type { Drive, ElasticSettings, Materials, SpringSettings } from './settings.ts';
 import { decodeSurface, decodeVessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 
 export const kProtocol = 2;
@@ -28,15 +28,15 @@ export interface Timing {
     moved_elements: number;
 }
 
-/// State of the tissue model. Springs have all optional fields.
-export interface TissueState extends Partial<SpringSettings> {
-    model: 'chainmail' | 'springs' | 'vessel' | 'own';
+/// State of the tissue model, with the settings of springs or of the elastic scan.
+export interface TissueState extends Partial<SpringSettings>, Partial<ElasticSettings> {
+    model: 'chainmail' | 'springs' | 'elastic' | 'vessel' | 'own';
     takes?: readonly ('push' | 'slide' | 'cut' | 'carve')[]; ///< commands
     has_vessel?: boolean; ///< the scene offers the model vessel
     has_own?: boolean; ///< likewise own, such as organs
     trouble?: string; ///< reason why the tissue was stopped before it came to rest
     centre?: Vec3;
-    nodes?: Vec3;
+    nodes?: Vec3 | number; ///< of springs along each axis; of the elastic scan in all
     active_nodes?: number;
     depth_by_time?: boolean; ///< the server adapts the depth
     line_mb_s?: number; ///< rate of the slowest client's line, if that limits the depth
@@ -47,6 +47,13 @@ export interface TissueState extends Partial<SpringSettings> {
     edge_mm?: number; ///< mean edge of the tetrahedra
     time_step_ms?: number;
     bodies?: string; ///< a line each
+}
+
+/// A model that a client chooses, with settings of springs or of the elastic scan.
+export interface TissueChoice extends Partial<SpringSettings>, Partial<ElasticSettings> {
+    model: TissueState['model'];
+    centre?: Vec3;
+    nodes?: number;
 }
 
 /// Drive of the catheter, and the forces on the hand.
@@ -272,12 +279,7 @@ export type Command =
     | { do: 'path'; from: Vec3; to: Vec3; reach?: number; iso_hu?: number; polarity?: Polarity }
     | { do: 'relax'; on: boolean }
     | ({ do: 'materials' } & Partial<Materials>)
-    | ({
-          do: 'tissue';
-          model: TissueState['model'];
-          centre?: Vec3;
-          nodes?: number;
-      } & Partial<SpringSettings>)
+    | ({ do: 'tissue' } & TissueChoice)
     | { do: 'depth'; layers: number }
     | { do: 'depth'; within_mm: number }
     | { do: 'depth'; by_time: boolean }

@@ -173,6 +173,48 @@ export const springRows: Record<keyof SpringSettings, SettingRow> = {
     },
 };
 
+export interface ElasticSettings {
+    moduli_kpa: [number, number][]; ///< [value, kPa]
+    poisson_ratio: number;
+    held_above_hu: number; ///< [HU]
+    held_sides: string[];
+    return_s: number; ///< [s]
+    window_cells: number; ///< [cells]
+}
+
+export const elasticRows: Record<keyof ElasticSettings, SettingRow> = {
+    moduli_kpa: {
+        unit: 'value, kPa',
+        text: 'Young\'s modulus by voxel value, 0: void; without it, moduli that suit the scan',
+    },
+    poisson_ratio: {
+        unit: '',
+        low: 0,
+        high: 0.495,
+        text: 'Poisson\'s ratio of tissue; voids have 0',
+    },
+    held_above_hu: {
+        unit: 'HU',
+        text: 'larger values are bone, which never moves',
+    },
+    held_sides: {
+        unit: '',
+        text: 'sides of the scan, along its axes, that never move; without it, all that cut tissue',
+    },
+    return_s: {
+        unit: 's',
+        low: 0.001,
+        high: 1000,
+        text: 'time in which released tissue returns to 1/e',
+    },
+    window_cells: {
+        unit: 'cells',
+        low: 8,
+        high: 512,
+        text: 'edge of the finer lattices around a tool; even',
+    },
+};
+
 export interface Drive {
     insert_mm_s: number; ///< [mm/s]
     rotate_deg_s: number; ///< [degrees/s]

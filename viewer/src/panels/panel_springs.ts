@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Panel of the tissue model: ChainMail, springs with the depth that forces reach, or organs.
+// Panel of the tissue model: ChainMail, springs with the depth that forces reach, the elastic scan,
+// or organs.
 
 import { cssOf } from '../maths/colour_map.ts';
-import type { TissueState } from '../net/protocol.ts';
+import type { Vec3 } from '../maths/vec.ts';
+import type { TissueChoice, TissueState } from '../net/protocol.ts';
 import { springRows } from '../net/settings.ts';
 import { haveBodies, isOfBodies, lookOf } from '../state/labels.ts';
 import { lengthFor, paceText } from '../state/units.ts';
 import { button, checkbox, choice, h } from './dom.ts';
+import { elasticControls, elasticText } from './panel_elastic.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 
 const kCell = 8; // in a body [mm]
@@ -18,7 +21,7 @@ const kYoung = 15; ///< [kPa]
 /// Summary of springs: number of nodes, depth with the line that limits it, and update rate.
 export function springsText(state: TissueState | undefined): string {
     if (state?.model !== 'springs') return '';
-    const nodes = state.nodes!.join(' × ');
+    const nodes = (state.nodes as Vec3).join(' × ');
     const hz = state.update_hz!;
     const rate = hz > 0 ? `${hz.toFixed(0)} updates/s` : 'not moved yet';
     const line = state.line_mb_s ? ` (line takes ${state.line_mb_s} MB/s)` : '';
@@ -48,27 +51,26 @@ export function tissuePanel(parts: Parts): HTMLElement {
     let shown: TissueState['model'] | undefined;
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
-    const choose = (model: TissueState['model']): void => {
-        const { cursor } = parts.state.sections;
+    const elastic = elasticControls(parts, (settings) => make({ model: 'elastic', ...settings }));
+    const make = (tissue: TissueChoice): void => {
         const had = (parts.state.shared?.undo.steps ?? 0) > 0;
-        void session
-            .ask(
-                model === 'springs'
-                    ? {
-                          do: 'tissue',
-                          model,
-                          centre: cursor,
-                          nodes: kNodes,
-                          cell_mm: cell,
-                          ...(young !== undefined && { young_modulus_pa: 1000 * young }),
-                          ...(poisson !== undefined && { poisson_ratio: poisson }),
-                      }
-                    : { do: 'tissue', model },
-            )
-            .then((done) => {
-                if (done && had) session.say('the tissue is at rest again; earlier steps are gone');
-            });
+        void session.ask({ do: 'tissue', ...tissue }).then((done) => {
+            if (done && had) session.say('the tissue is at rest again; earlier steps are gone');
+        });
     };
+    const choose = (model: TissueState['model']): void =>
+        make(
+            model === 'springs'
+                ? {
+                      model,
+                      centre: parts.state.sections.cursor,
+                      nodes: kNodes,
+                      cell_mm: cell,
+                      ...(young !== undefined && { young_modulus_pa: 1000 * young }),
+                      ...(poisson !== undefined && { poisson_ratio: poisson }),
+                  }
+                : { model, ...(model === 'elastic' && elastic.settings()) },
+        );
     const depth = parts.slider({
         label: 'Depth of forces, layers',
         unit: '',
@@ -154,6 +156,11 @@ export function tissuePanel(parts: Parts): HTMLElement {
                     hint: 'one element per voxel, with limits of its links',
                 },
                 {
+                    value: 'elastic',
+                    text: 'elastic',
+                    hint: 'equilibrium of the voxels under their moduli; clears the history',
+                },
+                {
                     value: 'springs',
                     text: 'springs',
                     hint: `${kNodes}³ nodes around the crosshair; clears the history`,
@@ -183,7 +190,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
     const element = section(
         'Tissue',
         false,
-        tissue(model, cells, stiffness, ratio, depth, byTime, find),
+        tissue(model, elastic.element, cells, stiffness, ratio, depth, byTime, find),
         coloured,
         contact,
         lines,
@@ -223,9 +230,12 @@ export function tissuePanel(parts: Parts): HTMLElement {
             element.hidden = link.status === 'open' && !link.features.includes('tissue');
             const state = shared?.tissue;
             depth.hidden = byTime.hidden = find.hidden = state?.model !== 'springs';
-            cells.hidden = stiffness.hidden = ratio.hidden = state?.model === 'own';
+            cells.hidden =
+                stiffness.hidden =
+                ratio.hidden =
+                    state?.model === 'own' || state?.model === 'elastic';
             own.hidden = !state?.has_own;
-            text.textContent = springsText(state);
+            text.textContent = springsText(state) || elasticText(state);
             const stopped = state?.trouble ? `motion stopped: ${state.trouble}` : '';
             if (stopped && stopped !== trouble.textContent) session.warn(stopped);
             trouble.textContent = stopped;
