@@ -28,11 +28,11 @@ constexpr int kSide = 56;
 
 /// A ball of tissue with a shell of bone and a tube of air through it, in the grey values of a kind
 /// of scan.
-struct Kind {
+struct ScanKind {
     const char* name;
     double air, soft, bone, noise, spacing_mm;
 };
-constexpr Kind kKinds[] = {
+constexpr ScanKind kKinds[] = {
     {"mr.nrrd", 25, 7000, 800, 15, 2},
     {"normalised.nrrd", 0.03, 0.45, 0.9, 0.02, 2},
     {"cbct.nrrd", 60, 1080, 2000, 25, 1.5},
@@ -41,7 +41,7 @@ constexpr Kind kKinds[] = {
     {"ultrasound.nrrd", 12, 110, 180, 8, 0.4},
 };
 
-double value_at(const Kind& kind, Vec3d p, Random& random) {
+double value_at(const ScanKind& kind, Vec3d p, Random& random) {
     const double middle = 0.5 * (kSide - 1), r = norm(p - Vec3d{middle, middle, middle});
     const bool tube = std::hypot(p.x - middle, p.y - middle - 3) < 5 + std::sin(p.z / 6) && r < 25;
     const double grey = tube || r > 24 ? kind.air : r > 21 ? kind.bone : kind.soft;
@@ -50,7 +50,7 @@ double value_at(const Kind& kind, Vec3d p, Random& random) {
 
 class KindsOfScans : public ProgramInFolder {
   protected:
-    void write_scan(const Kind& kind) {
+    void write_scan(const ScanKind& kind) {
         Random random(1);
         const bool whole = kind.noise > 1;
         std::vector<float> values;
@@ -94,7 +94,7 @@ class KindsOfScans : public ProgramInFolder {
 };
 
 TEST_F(KindsOfScans, WhatInfoRecommendsWorks) {
-    for (const Kind& kind : kKinds) {
+    for (const ScanKind& kind : kKinds) {
         SCOPED_TRACE(kind.name);
         write_scan(kind);
         ASSERT_EQ(run(std::string("info ") + kind.name + " --suggest-push"), 0) << said();
