@@ -16,15 +16,14 @@ namespace {
 
 // The elastic scan turns its cells, the reference doesn't. Pushes of a thousandth of the load are
 // linear in both. The voxels are larger instead, so that the tissue's thresholds in mm stay small.
-constexpr double kPart = 1e-3, kLarger = 1e4;
+constexpr double kPart = 1e-3, kEdgeMm = 1e4;
 constexpr int kBoneValue = 1000;
 
 /// Voxels have the number of their material, and held ones 1000 more.
-Volume scan_of(const Body& body) {
-    Volume scan{
-        .grid = {.size = body.lattice.size, .spacing_mm = kLarger * body.lattice.spacing_mm},
-        .voxels = VoxelArray<std::int16_t>(body.held.size()),
-        .key_values = {}};
+Volume scan_of(const Body& body, double scale) {
+    Volume scan{.grid = {.size = body.lattice.size, .spacing_mm = scale * body.lattice.spacing_mm},
+                .voxels = VoxelArray<std::int16_t>(body.held.size()),
+                .key_values = {}};
     auto& voxels = *std::get_if<0>(&scan.voxels);
     for (std::size_t n = 0; n < voxels.size(); ++n)
         voxels[n] = std::int16_t(body.of_node[n] + (body.held[n] ? kBoneValue : 0));
@@ -62,7 +61,9 @@ class VoxelSphere final : public ToolShape {
 }  // namespace
 
 Answer elastic_scan(const Body& body, const Load& load, ScanState state, const TaskArena& arena) {
-    const Volume scan = scan_of(body);
+    const Vec3d edge = body.lattice.spacing_mm;
+    const double scale = kEdgeMm / std::max({edge.x, edge.y, edge.z});
+    const Volume scan = scan_of(body, scale);
     const ElasticScanSettings settings = settings_of(body);
     Answer answer;
     std::unique_ptr<Tissue> tissue;
@@ -85,7 +86,7 @@ Answer elastic_scan(const Body& body, const Load& load, ScanState state, const T
     for (int k = 0; k < size.z; ++k)
         for (int j = 0; j < size.y; ++j)
             for (int i = 0; i < size.x; ++i)
-                answer.displacement_mm.push_back((1 / (kPart * kLarger)) *
+                answer.displacement_mm.push_back((1 / (kPart * scale)) *
                                                  tissue->deformation().displacement_mm({i, j, k}));
     return answer;
 }
