@@ -8,7 +8,7 @@
 //
 // FOLDER gets README.md and its pictures; SCANS has the abdomen, the thorax and the head. Errors
 // are reproducible; times are not. One thread. It fails if ChainMail's elastic tissue isn't nearer
-// than the best limit, or the elastic scan misses a goal that the page says is reached.
+// than the best limit, or the elastic scan isn't nearer than that tissue.
 
 #include <pliant/core/tasks.h>
 
@@ -57,13 +57,12 @@ void add_elastic_scan(Page& page, const std::vector<Study>& studies) {
         rows.push_back({s.name, three(frame.errors), fixed_text(frame.errors.worst_mean(), 1),
                         fixed_text(frame.errors.mean().l2, 1), three(settled.errors),
                         fixed_text(settled.errors.mean().l2, 1), fixed_text(s.scan_create_ms, 1),
-                        fixed_text(frame.mean_ms(), 1), fixed_text(settled.mean_ms(), 1),
-                        fixed_text(s.elastic[kForty].mean_ms(), 1), fixed_text(s.fem_ms, 1)});
+                        fixed_text(frame.mean_ms(), 1), fixed_text(s.elastic[kForty].mean_ms(), 1),
+                        fixed_text(s.fem_ms, 1)});
     }
-    page.table(
-        {"material", "one frame", "worst load's mean", "L2 [%]", "settled", "L2 [%]", "create [ms]",
-         "frame [ms]", "settled [ms]", "ChainMail, elastic, 40 sweeps [ms]", "elements [ms]"},
-        rows);
+    page.table({"material", "one frame", "worst load's mean", "L2 [%]", "settled", "L2 [%]",
+                "create [ms]", "frame [ms]", "ChainMail, elastic, 40 sweeps [ms]", "elements [ms]"},
+               rows);
 }
 
 void add_times(Page& page, const std::vector<Study>& studies) {
@@ -108,6 +107,7 @@ void check_statements(const std::vector<Study>& studies) {
     for (const Study& s : studies) {
         const double forty = mean_of(s.elastic[kForty].errors);
         expect(forty < mean_of(s.best), s, "elastic tissue nearer than the best offset");
+        expect(mean_of(s.scan_frame.errors) < forty, s, "the elastic scan nearer than ChainMail's");
         expect(mean_of(s.best) <= mean_of(s.still), s, "ChainMail nearer than the tool alone");
     }
 }
@@ -183,6 +183,7 @@ void add_conclusion(Page& page, const std::vector<Study>& studies) {
         "multigrid needs a fixed number of cycles.");
     page.heading(2, "Where ChainMail should not be used");
     page.paragraph(
+        "Use [the elastic scan](../../method/elastic.md) instead, whose errors are below.\n\n"
         "* Where a number is read from the displacement: registration, dose, needle targets, "
         "forces. With the best limit the error is four fifths of the error of tissue that doesn't "
         "move, with elastic tissue half of it.\n"
