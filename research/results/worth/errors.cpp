@@ -4,6 +4,7 @@
 #include "errors.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "timing.h"
 
@@ -19,11 +20,14 @@ Errors errors_of(const Displacements& found, const Displacements& reference, con
     for (const Vec3i& node : nodes_of(load, body.lattice))
         is_free[std::size_t(node_index(body.lattice, node))] = false;
     std::vector<double> moved;
-    double sum = 0, whole = 0;
+    double sum = 0, whole = 0, squares = 0, reference_squares = 0;
     std::size_t free_count = 0;
     for (std::size_t n = 0; n < is_free.size(); ++n) {
         if (!is_free[n]) continue;
-        const double error = 100 * norm(found[n] - reference[n]) / push_mm;
+        const Vec3d difference = found[n] - reference[n];
+        const double error = 100 * norm(difference) / push_mm;
+        squares += dot(difference, difference);
+        reference_squares += dot(reference[n], reference[n]);
         ++free_count;
         whole += error;
         if (norm(reference[n]) <= kMoved * push_mm) continue;
@@ -31,14 +35,16 @@ Errors errors_of(const Displacements& found, const Displacements& reference, con
         sum += error;
     }
     return {sum / double(std::max<std::size_t>(1, moved.size())), quantile(moved, 0.95),
-            whole / double(std::max<std::size_t>(1, free_count))};
+            whole / double(std::max<std::size_t>(1, free_count)),
+            100 * std::sqrt(squares / std::max(reference_squares, 1e-300))};
 }
 
 Errors ErrorsOfLoads::mean() const {
     Errors mean;
     const double share = 1.0 / double(std::max<std::size_t>(1, all.size()));
     for (const Errors& e : all)
-        mean.mean += share * e.mean, mean.p95 += share * e.p95, mean.whole += share * e.whole;
+        mean.mean += share * e.mean, mean.p95 += share * e.p95, mean.whole += share * e.whole,
+            mean.l2 += share * e.l2;
     return mean;
 }
 

@@ -16,6 +16,7 @@ namespace pliant::results {
 struct Errors {
     double mean = 0, p95 = 0;  ///< over the free nodes that the elements move by more than 1 %
     double whole = 0;          ///< mean over all free nodes of the body
+    double l2 = 0;             ///< ‖error‖ / ‖displacement‖ over all free nodes [%]
 };
 
 /// Free: neither held nor of the tool.

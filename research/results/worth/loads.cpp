@@ -78,13 +78,13 @@ Answer finite_elements(const Body& body, const Load& load, double tolerance,
             {.node = std::int32_t(node_index(body.lattice, node)), .displacement_mm = push_mm});
     Answer answer;
     std::optional<ElasticSolver> solver;
-    answer.prepare_ms = milliseconds_of([&] {
+    answer.prepare_ms = processor_ms_of([&] {
         solver = value_of(ElasticSolver::create(
             std::move(solid), std::move(supports),
             {.method = ElasticMethod::ConjugateGradients, .tolerance = tolerance}, arena));
     });
     ElasticSolution solution;
-    answer.solve_ms = milliseconds_of([&] { solution = value_of(solver->solve({})); });
+    answer.solve_ms = processor_ms_of([&] { solution = value_of(solver->solve({})); });
     answer.displacement_mm = std::move(solution.displacement_mm);
     answer.iterations = solution.iterations;
     return answer;
@@ -120,10 +120,10 @@ Answer ChainBody::push(const Load& load, const Chain& chain) const {
     Answer answer;
     std::optional<ChainMail> tissue;
     answer.prepare_ms =
-        milliseconds_of([&] { tissue = value_of(ChainMail::create(m_volume, settings, m_arena)); });
+        processor_ms_of([&] { tissue = value_of(ChainMail::create(m_volume, settings, m_arena)); });
     const std::vector<Vec3i> nodes = nodes_of(load, m_body.lattice);
     const Vec3d h = m_body.lattice.spacing_mm;
-    answer.solve_ms = milliseconds_of([&] {
+    answer.solve_ms = processor_ms_of([&] {
         answer.fraction =
             value_of(tissue->push_elements(
                          nodes, {load.push.x * h.x, load.push.y * h.y, load.push.z * h.z}))

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A body of voxels that are the elements of a ChainMail and the nodes of finite elements, a tool
-// that prescribes the displacement of some of them, and the answers of both.
+// A body of voxels that are the elements of a ChainMail and the nodes of finite elements and of
+// the elastic scan, a tool that prescribes the displacement of some of them, and their answers.
 
 #pragma once
 
@@ -80,5 +80,12 @@ class ChainBody {
     Volume m_volume;
     std::shared_ptr<const Volume> m_labels;
 };
+
+enum class ScanState {
+    Frame,   ///< after the push: two iterations from rest
+    Settled  ///< after sweeps until equilibrium
+};
+/// The elastic scan (tissues.h). Its Poisson's ratio is the largest one of the materials.
+Answer elastic_scan(const Body& body, const Load& load, ScanState state, const TaskArena& arena);
 
 }  // namespace pliant::results

@@ -45,6 +45,12 @@ Study study_of(Body& body, int loads, const std::function<Load(Body&, int)>& loa
             study.create_ms += share * answer.prepare_ms;
             study.fraction += share * answer.fraction;
         }
+        for (const ScanState state : {ScanState::Frame, ScanState::Settled}) {
+            const Answer answer = elastic_scan(body, load, state, arena);
+            add(state == ScanState::Frame ? study.scan_frame : study.scan_settled, answer,
+                errors(answer.displacement_mm));
+            study.scan_create_ms += share / 2 * answer.prepare_ms;
+        }
         if (n % 5 != 0) continue;
         study.settled.add(errors(chain.push(load, {.sweeps = kUntilItSettles}).displacement_mm));
         for (std::size_t t = 0; t < kStopped.size(); ++t) {

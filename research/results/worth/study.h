@@ -33,6 +33,8 @@ struct Study {
     ErrorsOfLoads best;                 ///< the best offset of each load, in hindsight
     std::array<Timed, kSweepCounts.size()> elastic;
     ErrorsOfLoads settled;                                 ///< every fifth load
+    Timed scan_frame, scan_settled;                        ///< the elastic scan
+    double scan_create_ms = 0;                             ///< mean
     std::array<Timed, kStopped.size()> stopped;            ///< finite elements, every fifth load
     double prepare_fem_ms = 0, fem_ms = 0, create_ms = 0;  ///< means
     double iterations = 0, fraction = 0, default_fraction = 0;  ///< means
