@@ -13,6 +13,7 @@
 #include <functional>
 #include <vector>
 
+#include "elastic/levels.h"
 #include "elastic/stiffness_map.h"
 
 namespace pliant::test {
@@ -36,6 +37,13 @@ inline Volume scan_of(Vec3i size, Vec3d spacing_mm, const std::function<int(Vec3
             for (int i = 0; i < size.x; ++i) voxels.push_back(std::int16_t(value({i, j, k})));
     scan.voxels = std::move(voxels);
     return scan;
+}
+
+/// Displacement of a voxel [mm].
+inline Vec3d displacement(const ElasticLevels& levels, Vec3i voxel) {
+    float u[3];
+    levels.displacement_row(voxel, 1, {&u[0], &u[1], &u[2]});
+    return {double(u[0]), double(u[1]), double(u[2])};
 }
 
 using Corners = std::array<Vec3d, 8>;

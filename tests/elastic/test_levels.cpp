@@ -66,12 +66,6 @@ void solve(ElasticLevels& levels, int starts, int iterations) {
     }
 }
 
-Vec3d displacement(const ElasticLevels& levels, Vec3i voxel) {
-    float u[3];
-    levels.displacement_row(voxel, 1, {&u[0], &u[1], &u[2]});
-    return {double(u[0]), double(u[1]), double(u[2])};
-}
-
 /// Relative L2 distance of the displacements of all voxels.
 double distance(const ElasticLevels& a, const ElasticLevels& b, Vec3i size) {
     double difference = 0, all = 0;

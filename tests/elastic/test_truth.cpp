@@ -30,12 +30,6 @@ double sum_along_z(ElasticLevels& levels, const std::vector<HeldNode>& held) {
     return sum;
 }
 
-Vec3d displacement(const ElasticLevels& levels, Vec3i voxel) {
-    float u[3];
-    levels.displacement_row(voxel, 1, {&u[0], &u[1], &u[2]});
-    return {double(u[0]), double(u[1]), double(u[2])};
-}
-
 /// A sphere above the top of a layer, in mm.
 struct Indenter {
     double radius, depth;  ///< depth of its lowest point below the layer's top at rest

@@ -155,6 +155,18 @@ TEST_F(Elastic, AToolStopsAtBone) {
     for (int i = 0; i < 40; ++i) EXPECT_EQ(displacement(*tissue, {i, 3, 18}), (Vec3d{0, 0, 0}));
 }
 
+TEST_F(Elastic, AToolInBoneHoldsNothing) {
+    auto tissue = make();
+    Push push = kWallPush;
+    push.point_mm = {20, 0, 18};
+    const auto report = tissue->push(kProbe, push);
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->status, PushStatus::Rejected);
+    EXPECT_EQ(report->limited_by, LimitedBy::Bone);
+    EXPECT_TRUE(report->bone_mm.has_value());
+    EXPECT_FALSE(tissue->is_touched());
+}
+
 TEST_F(Elastic, ASlidingSphereLeavesNoTissueInside) {
     auto tissue = make();
     const Push way{.point_mm = {20, 20, 18}, .push_mm = {6, 0, 0}, .sphere_radius_mm = 3};
@@ -230,7 +242,7 @@ TEST_F(Elastic, APictureShowsThePartsThatLagMost) {
 }
 
 TEST_F(Elastic, AThresholdOfBoneCountsWithoutATableOfModuli) {
-    const Push push{.point_mm = {8, 9, 18}, .push_mm = {0, -4, 0}, .sphere_radius_mm = 2};
+    const Push push{.point_mm = {8, 6, 18}, .push_mm = {0, -1.5, 0}, .sphere_radius_mm = 2};
     EXPECT_EQ(make()->push(kProbe, push).value().limited_by, LimitedBy::Bone);
     EXPECT_NE(make({.held_above_hu = 2000})->push(kProbe, push).value().limited_by,
               LimitedBy::Bone);

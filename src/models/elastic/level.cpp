@@ -293,7 +293,7 @@ bool ElasticLevel::has_folded(int k, float limit, std::vector<Vec3i>* cells) con
 }
 
 bool ElasticLevel::untangle(const StiffnessMap& map, float limit) {
-    constexpr int kRounds = 60;
+    constexpr int kRounds = 60, kRoundsPerRing = 10;  // nodes around join after some rounds
     std::vector<Vec3i> cells, moving;
     std::vector<std::array<float, 3>> moved;
     int begin = 0, end = nodes.z - 1;
@@ -302,12 +302,15 @@ bool ElasticLevel::untangle(const StiffnessMap& map, float limit) {
         for (int k = begin; k < end; ++k) (void)has_folded(k, limit, &cells);
         if (cells.empty()) return true;
         moving.clear();
+        const int ring = round / kRoundsPerRing;
         for (const Vec3i cell : cells)
-            for (int c = 0; c < 8; ++c) {
-                const Vec3i node = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
-                if (!is_follower(node) && !map.is_held(number, node + first))
-                    moving.push_back(node);
-            }
+            for (int z = -ring; z < 2 + ring; ++z)
+                for (int y = -ring; y < 2 + ring; ++y)
+                    for (int x = -ring; x < 2 + ring; ++x) {
+                        const Vec3i node = cell + Vec3i{x, y, z};
+                        if (has(node) && !is_follower(node) && !map.is_held(number, node + first))
+                            moving.push_back(node);
+                    }
         const auto key = [](Vec3i n) { return std::tuple(n.z, n.y, n.x); };
         std::sort(moving.begin(), moving.end(), [&](Vec3i a, Vec3i b) { return key(a) < key(b); });
         moving.erase(std::unique(moving.begin(), moving.end()), moving.end());

@@ -22,7 +22,8 @@ constexpr double kStillMm = 0.01;      ///< a sweep that moves nothing farther h
 constexpr double kHomeMm = 0.02;       ///< free tissue so near to rest is put there
 constexpr double kLeastVolume = 0.05;  ///< determinants of a state that is shown
 constexpr int kStrideIterations = 2, kSweepIterations = 2;
-constexpr int kHalvings = 2;  ///< of a stride that would fold cells
+constexpr int kMostSweeps = 100;  ///< after a tool's motion: contacts may alternate for ever
+constexpr int kHalvings = 2;      ///< of a stride that would fold cells
 constexpr int kContactRounds = 3;
 constexpr double kContactMm = 0.02;  ///< nodes so near to a sphere stay in contact
 
@@ -49,7 +50,11 @@ ElasticTissue::ElasticTissue(const Volume& scan, const ElasticScanSettings& sett
       m_deformation(m_field.field()) {}
 
 TissueTraits ElasticTissue::traits() const noexcept {
-    return {.model = "elastic", .slides = true, .moves_by_itself = true, .sweep_ms = kSweepMs};
+    return {.model = "elastic",
+            .slides = true,
+            .moves_by_itself = true,
+            .sweep_ms = kSweepMs,
+            .update_hz = 1000 / kSweepMs};
 }
 
 Vec3d ElasticTissue::lattice_of(Vec3d world_mm) const {
@@ -258,7 +263,16 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
         std::erase_if(held.nodes, [&](const HeldNode& node) { return has(nodes, node.node); });
     Tool& tool = m_tools[number] = {.nodes = std::move(nodes)};
     m_is_shown = m_settled = false;
+    m_sweeps = 0;
     hold_all();
+    const auto bone = tool.nodes.empty() ? bone_in(way.from_mm, way.radius_mm) : std::nullopt;
+    if (bone) {
+        m_tools.erase(number);
+        return PushReport{
+            .limited_by = LimitedBy::Bone,
+            .message = "the tool holds bone alone",
+            .bone_mm = m_scan.grid.origin_mm + world_from_lattice_vector(m_scan.grid, *bone)};
+    }
     const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift) {
         gather(tool, push, centre);
         for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
@@ -336,6 +350,7 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
     tool.radius_mm = way.radius_mm;
     tool.tissue = tissue_values;
     m_is_shown = m_settled = false;
+    m_sweeps = 0;
     const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d) {
         tool.centre_mm = centre;
         press(tool);
@@ -356,6 +371,7 @@ void ElasticTissue::release(std::uint32_t tool) noexcept {
     if (m_tools.erase(tool) == 0) return;
     m_settled = false;
     m_returns = true;
+    m_sweeps = 0;
     const Status held = attempt([&]() -> Status {
         hold_all();
         return Ok{};
@@ -422,6 +438,7 @@ Result<Sweep> ElasticTissue::do_sweep() {
             m_settled = !m_returns;
             m_returns = false;
         }
+        if (!m_returns && ++m_sweeps >= kMostSweeps) m_settled = true;
         if (m_tools.empty() && m_levels.largest_mm() < kHomeMm) {
             m_levels.reset();
             m_settled = true;
@@ -458,7 +475,7 @@ std::optional<Vec3d> ElasticTissue::do_force_n(std::uint32_t number) {
 }
 
 Record ElasticTissue::figures() const {
-    return {{"nodes", double(m_levels.node_count())},
+    return {{"nodes", int(m_levels.node_count())},
             {"bytes_per_node", double(m_levels.bytes()) / double(m_levels.node_count())}};
 }
 

@@ -99,6 +99,7 @@ class ElasticTissue final : public OwnTissue {
     ElasticLevels m_levels;
     std::map<std::uint32_t, Tool> m_tools, m_eyes;
     bool m_settled = true;
+    int m_sweeps = 0;        ///< with tools at rest
     bool m_returns = false;  ///< a tool has let go since the tissue last was in equilibrium
     mutable ShownDisplacement m_field;
     Deformation m_deformation;
