@@ -22,8 +22,8 @@ constexpr double kStillMm = 0.01;      ///< a sweep that moves nothing farther h
 constexpr double kHomeMm = 0.02;       ///< free tissue so near to rest is put there
 constexpr double kLeastVolume = 0.05;  ///< determinants of a state that is shown
 constexpr int kStrideIterations = 2, kSweepIterations = 2;
-constexpr int kMostSweeps = 100;  ///< after a tool's motion: contacts may alternate for ever
-constexpr int kHalvings = 2;      ///< of a stride that would fold cells
+constexpr int kMostSweeps = 30;  ///< after a tool's motion: contacts may alternate for ever
+constexpr int kHalvings = 2;     ///< of a stride that would fold cells
 constexpr int kContactRounds = 3;
 constexpr double kContactMm = 0.02;  ///< nodes so near to a sphere stay in contact
 
