@@ -64,7 +64,7 @@ class ElasticLevels {
     /// Begins a solution from the present displacement: rotations, forces.
     /// @returns norm of the residual [µN]
     double start();
-    /// One iteration. @returns norm of the residual before its correction [µN]
+    /// One iteration. @returns norm of the residual after it [µN]; 0 if there is nothing to solve
     double iterate();
     /// Internal forces [µN] on voxels that are nodes, along the lattice's axes; 0 on others. A
     /// voxel is a node of the finest lattice at its place, or none.
