@@ -4,7 +4,6 @@
 // Cutting and carving: the correct links are cut, no motion crosses a gap, and solvers respect it.
 
 #include "chainmail/chainmail_impl.h"
-#include "chainmail/cut.h"
 
 #include <gtest/gtest.h>
 

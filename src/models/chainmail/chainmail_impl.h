@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "chainmail/history.h"
+#include "field/element_edits.h"
 #include "lattice/allowance.h"
 #include "lattice/lattice.h"
 #include "propagate/drag.h"
@@ -94,6 +95,7 @@ struct ChainMail::Impl {
     double elastic_energy_mm2();
     Result<FollowReport> follow(const Box3i& elements,
                                 const std::function<Vec3d(Vec3d)>& displacement_mm);
+    ElementFacts facts() const;
     Result<CutReport> cut(const CutSurface& surface);
     Result<CarveReport> carve(const CarveTool& tool);
     Status undo();

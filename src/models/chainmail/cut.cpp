@@ -1,221 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "chainmail/cut.h"
-
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <cstdlib>
-#include <string>
-#include <tuple>
-
-#include "base/errors.h"
 #include "base/stopwatch.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/operation.h"
-#include "field/cell_block.h"
-#include "volume/boxes.h"
 
 namespace pliant {
-namespace {
 
-/// Largest distance of a ribbon's points from the scan's origin [mm]: 2³⁷ units.
-constexpr double kFarthestMm = 1e5;
-
-/// Cuts the links of one brick: holds positions of its elements and of the next layer on the high
-/// sides.
-class BrickCutter {
-  public:
-    BrickCutter(const Lattice& lattice, Vec3i coord) : m_lattice(lattice) {
-        m_block.load(lattice, coord);
-        m_row = lattice.brick_size() + 1;
-        const BrickEdits* edits = lattice.edits_of(coord);
-        m_edits = edits ? *edits : BrickEdits(std::size_t(lattice.elements_per_brick()), 0);
-        m_positions.reserve(std::size_t(m_row) * std::size_t(m_row) * std::size_t(m_row));
-        for (int z = 0; z < m_row; ++z)
-            for (int y = 0; y < m_row; ++y)
-                for (int x = 0; x < m_row; ++x)
-                    m_positions.push_back(moved_position(
-                        rest_position(lattice.grid(), m_block.first_element() + Vec3i{x, y, z}),
-                        m_block.displacement(m_block.index(x, y, z))));
-        m_sides.resize(m_positions.size());
-    }
-
-    void cut(const Triangle& triangle) {
-        const BladePlane plane(triangle);
-        for (std::size_t n = 0; n < m_positions.size(); ++n)
-            m_sides[n] = std::int8_t(plane.side(m_positions[n]));
-        const int size = m_row - 1;
-        for (int z = 0; z < size; ++z)
-            for (int y = 0; y < size; ++y)
-                for (int x = 0; x < size; ++x)
-                    for (int b = 0; b < 3; ++b) cut_link(triangle, {x, y, z}, b);
-    }
-
-    std::int64_t cut_count() const { return m_count; }
-    /// Whether any of them joined tissue of the scan.
-    bool is_in_tissue() const { return m_in_tissue; }
-    BrickEdits take_edits() { return std::move(m_edits); }
-
-  private:
-    void cut_link(const Triangle& triangle, Vec3i local, int b) {
-        const int step = b == 0 ? 1 : b == 1 ? m_row : m_row * m_row;
-        const auto p = std::size_t(m_block.index(local.x, local.y, local.z));
-        const std::size_t q = p + std::size_t(step);
-        if (m_sides[p] == m_sides[q]) return;
-        const int size = m_row - 1;
-        auto& flags = m_edits[std::size_t(local.x + size * (local.y + size * local.z))];
-        if (flags & (kCutX << b)) return;
-        if (!passes_inside(triangle, m_positions[p], m_positions[q])) return;
-        const Vec3i e = m_block.first_element() + local;
-        const Vec3i f = e + Vec3i{b == 0, b == 1, b == 2};
-        if (m_lattice.is_void(e) || m_lattice.is_void(f)) return;
-        flags = std::uint8_t(flags | kCutX << b);
-        ++m_count;
-        m_in_tissue = m_in_tissue || (m_lattice.material_map().is_tissue(e) &&
-                                      m_lattice.material_map().is_tissue(f));
-    }
-
-    const Lattice& m_lattice;
-    CellBlock m_block;
-    int m_row = 0;
-    BrickEdits m_edits;
-    std::vector<Position> m_positions;
-    std::vector<std::int8_t> m_sides;
-    std::int64_t m_count = 0;
-    bool m_in_tissue = false;
-};
-
-/// A brick, and a triangle that may cross one of its links.
-struct Candidate {
-    Vec3i coord;
-    int triangle;
-};
-
-/// Whether the plane passes through the box, or can do so by a rounding error.
-bool passes_through(const BladePlane& plane, const PositionBox& box) {
-    double nearest = 0, size = 0;
-    for (int a = 0; a < 3; ++a) {
-        const double n = double(plane.normal[a]);
-        const double middle = 0.5 * double(box.low[a] + box.high[a]) - double(plane.through[a]);
-        nearest += n * middle;
-        size += std::abs(n) * (0.5 * double(box.high[a] - box.low[a]) + 2);
-    }
-    return std::abs(nearest) <= size * (1 + 1e-9);
-}
-
-PositionBox box_of(const Triangle& t) {
-    PositionBox box{t[0], t[0]};
-    for (const Position& p : t)
-        for (int a = 0; a < 3; ++a) {
-            box.low[a] = std::min(box.low[a], p[a]);
-            box.high[a] = std::max(box.high[a], p[a]);
-        }
-    return box;
-}
-
-/// Candidates, sorted by brick. @returns false if there are too many elements to examine
-bool find_candidates(const Lattice& lattice, std::span<const Triangle> ribbon,
-                     std::int64_t max_elements, std::vector<Candidate>& candidates) {
-    const BrickSearch search(lattice);
-    const std::int64_t max_bricks = max_elements / lattice.elements_per_brick() + 8;
-    std::int64_t looked_at = 0;
-    for (std::size_t t = 0; t < ribbon.size(); ++t) {
-        const BladePlane plane(ribbon[t]);
-        if (plane.is_flat()) continue;
-        looked_at += search.brick_count(box_of(ribbon[t]));
-        if (looked_at > 64 * max_bricks) return false;
-        const auto visit = [&](Vec3i coord, const PositionBox& box) {
-            if (passes_through(plane, box)) candidates.push_back({coord, int(t)});
-        };
-        search.for_each_brick(box_of(ribbon[t]), visit,
-                              [&](const PositionBox& box) { return passes_through(plane, box); });
-        if (std::int64_t(candidates.size()) > max_bricks) return false;
-    }
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& p, const Candidate& q) {
-        return std::tie(p.coord.z, p.coord.y, p.coord.x, p.triangle) <
-               std::tie(q.coord.z, q.coord.y, q.coord.x, q.triangle);
-    });
-    return true;
-}
-
-}  // namespace
-
-Position rest_position(const Grid& grid, Vec3i ijk) {
-    const Vec3d h = grid.spacing_mm;
-    return {std::llround(h.x * ijk.x * kUnitsPerMm), std::llround(h.y * ijk.y * kUnitsPerMm),
-            std::llround(h.z * ijk.z * kUnitsPerMm)};
-}
-
-Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surface) {
-    if (surface.line_mm.size() < 2)
-        return about("cut", ErrorCode::InvalidArgument,
-                     "expected a line of two or more points, found " +
-                         std::to_string(surface.line_mm.size()));
-    const auto position_of = [&](Vec3d mm) {
-        return Position{std::llround(mm.x * kUnitsPerMm), std::llround(mm.y * kUnitsPerMm),
-                        std::llround(mm.z * kUnitsPerMm)};
-    };
-    const Vec3d depth_mm = lattice_from_world_vector(grid, surface.depth_mm);
-    std::vector<Position> line;
-    for (const Vec3d& point : surface.line_mm) {
-        const Vec3d mm = lattice_from_world_vector(grid, point - grid.origin_mm);
-        if (!(norm(mm) <= kFarthestMm && norm(depth_mm) <= kFarthestMm))
-            return about("cut", ErrorCode::InvalidArgument,
-                         "expected points and a depth within 100000 mm, found others");
-        line.push_back(position_of(mm));
-    }
-    const Position depth = position_of(depth_mm);
-    std::vector<Triangle> ribbon;
-    for (std::size_t n = 0; n + 1 < line.size(); ++n) {
-        const auto [first, second] = swept(line[n], line[n + 1], depth);
-        if (BladePlane(first).is_flat()) continue;
-        ribbon.push_back(first);
-        ribbon.push_back(second);
-    }
-    if (ribbon.empty())
-        return about("cut", ErrorCode::InvalidArgument,
-                     "expected a depth that leads away from the line, found a surface of no "
-                     "area");
-    return ribbon;
-}
-
-Result<std::int64_t> cut_links(Lattice& lattice, std::span<const Triangle> ribbon,
-                               std::int64_t max_elements, const TaskArena& arena) {
-    std::vector<Candidate> candidates;
-    if (!find_candidates(lattice, ribbon, max_elements, candidates))
-        return about("cut", ErrorCode::LimitExceeded,
-                     "the blade passes through more than " + std::to_string(max_elements) +
-                         " elements, expected a smaller one or a larger [lattice] max_elements");
-    std::vector<std::size_t> starts;  // start of each brick's candidates
-    for (std::size_t n = 0; n < candidates.size(); ++n)
-        if (n == 0 || candidates[n].coord != candidates[n - 1].coord) starts.push_back(n);
-    starts.push_back(candidates.size());
-    std::vector<BrickEdits> edits(starts.size() - 1);
-    std::vector<std::int64_t> counts(edits.size(), 0);
-    std::atomic<bool> in_tissue = false;
-    arena.for_each(std::int64_t(edits.size()), 4, [&](std::int64_t begin, std::int64_t end) {
-        for (auto k = std::size_t(begin); k < std::size_t(end); ++k) {
-            BrickCutter cutter(lattice, candidates[starts[k]].coord);
-            for (std::size_t n = starts[k]; n < starts[k + 1]; ++n)
-                cutter.cut(ribbon[std::size_t(candidates[n].triangle)]);
-            counts[k] = cutter.cut_count();
-            if (cutter.is_in_tissue()) in_tissue = true;
-            if (counts[k] > 0) edits[k] = cutter.take_edits();
-        }
-    });
-    if (!in_tissue) return std::int64_t(0);
-    std::int64_t total = 0;
-    EditMap changes;
-    for (std::size_t k = 0; k < edits.size(); ++k) {
-        if (counts[k] > 0) changes.emplace(candidates[starts[k]].coord, std::move(edits[k]));
-        total += counts[k];
-    }
-    lattice.prepare_edits(changes);
-    lattice.exchange_edits(changes);
-    lattice.finish_edits(changes);
-    return total;
+ElementFacts ChainMail::Impl::facts() const {
+    return {.is_void = [this](Vec3i e) { return lattice.material_at(e) == kVoidMaterial; },
+            .is_tissue = [this](Vec3i e) { return lattice.material_map().is_tissue(e); },
+            .never_moves =
+                [this](Vec3i e) { return bool(lattice.materials()[lattice.material_at(e)].fixed); },
+            .max_elements = settings.max_elements,
+            .remedy = " or a larger [lattice] max_elements"};
 }
 
 Result<CutReport> ChainMail::Impl::cut(const CutSurface& surface) {
@@ -223,74 +21,19 @@ Result<CutReport> ChainMail::Impl::cut(const CutSurface& surface) {
     const auto ribbon = ribbon_of(volume.grid, surface);
     if (!ribbon.ok()) return ribbon.error();
     Operation step(*this, {.step = "cut", .ends_drag = true});
-    const auto count = cut_links(lattice, *ribbon, settings.max_elements, arena);
-    if (!count.ok()) return count.error();
-    CutReport report{.cut_links = *count, .cut_ms = watch.ms()};
-    if (*count == 0) return report;
+    auto cuts = find_cuts(lattice, facts(), *ribbon, arena);
+    if (!cuts.ok()) return cuts.error();
+    if (!cuts->in_tissue) return CutReport{.cut_ms = watch.ms()};
+    lattice.prepare_edits(cuts->bricks);
+    lattice.exchange_edits(cuts->bricks);
+    lattice.finish_edits(cuts->bricks);
+    CutReport report{.cut_links = cuts->count, .cut_ms = watch.ms()};
     report.forgotten_steps = step.commit();
     return report;
 }
 
 Result<CutReport> ChainMail::cut(const CutSurface& surface) {
     return attempt([&] { return m_impl->cut(surface); });
-}
-
-BrickSearch::BrickSearch(const Lattice& lattice) : m_lattice(lattice) {
-    for (const int index : lattice.resident_bricks()) {
-        const Brick& brick = lattice.brick(index);
-        for (int a = 0; a < 3; ++a) {
-            m_lowest[a] = std::min(m_lowest[a], brick.u_min[a]);
-            m_highest[a] = std::max(m_highest[a], brick.u_max[a]);
-        }
-    }
-}
-
-BrickSearch::Range BrickSearch::bricks_near(const PositionBox& box) const {
-    const Grid& grid = m_lattice.grid();
-    Vec3i low{}, high{};
-    for (int a = 0; a < 3; ++a) {
-        const double spacing = grid.spacing_mm[a] * kUnitsPerMm;
-        // One extra element on each side, for links that start below, and for rounding.
-        low[a] = int(std::floor(double(box.low[a] - m_highest[a]) / spacing)) - 1;
-        high[a] = int(std::ceil(double(box.high[a] - m_lowest[a]) / spacing)) + 1;
-        if (m_lattice.is_bounded()) {
-            low[a] = std::max(low[a], 0);
-            high[a] = std::min(high[a], grid.size[a] - 1);
-        }
-    }
-    Range range{m_lattice.brick_of(low), m_lattice.brick_of(high) + Vec3i{1, 1, 1}};
-    for (int a = 0; a < 3; ++a)
-        if (high[a] < low[a]) range.end = range.begin;
-    return range;
-}
-
-std::int64_t BrickSearch::brick_count(const PositionBox& box) const {
-    const Range range = bricks_near(box);
-    return std::int64_t(dense_count(range.end - range.begin));
-}
-
-void BrickSearch::for_each_brick(const PositionBox& box,
-                                 const std::function<void(Vec3i, const PositionBox&)>& visit,
-                                 const std::function<bool(const PositionBox&)>& may_meet) const {
-    const Range range = bricks_near(box);
-    const Vec3i layers{m_lattice.brick_size(), m_lattice.brick_size(), m_lattice.brick_size()};
-    for (int z = range.begin.z; z < range.end.z; ++z)
-        for (int y = range.begin.y; y < range.end.y; ++y)
-            for (int x = range.begin.x; x < range.end.x; ++x) {
-                const Vec3i first = m_lattice.brick_size() * Vec3i{x, y, z};
-                const Position low = rest_position(m_lattice.grid(), first);
-                const Position high = rest_position(m_lattice.grid(), first + layers);
-                if (may_meet &&
-                    !may_meet({moved_position(low, m_lowest), moved_position(high, m_highest)}))
-                    continue;
-                Vec3<Fixed> lowest, highest;
-                bound_block(m_lattice, {x, y, z}, lowest, highest);
-                const PositionBox own{moved_position(low, lowest), moved_position(high, highest)};
-                bool meets = true;
-                for (int a = 0; a < 3; ++a)
-                    meets &= own.low[a] <= box.high[a] && own.high[a] >= box.low[a];
-                if (meets) visit({x, y, z}, own);
-            }
 }
 
 }  // namespace pliant
