@@ -56,7 +56,8 @@ pliant_test(tissue
             test_giving_up.cpp test_mesh_tissue.cpp
             test_out_of_memory.cpp test_network_tissue.cpp test_spring_cuts.cpp
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp test_check_tissue.cpp
-            test_elastic_settings_file.cpp test_elastic_tissue.cpp test_own_tissue.cpp)
+            test_elastic_edits.cpp test_elastic_settings_file.cpp test_elastic_tissue.cpp
+            test_own_tissue.cpp)
 pliant_test(truth
     SOURCES ../support/count_allocations.cpp test_cases.cpp test_exact_map.cpp
             test_out_of_memory.cpp)

@@ -34,7 +34,7 @@ struct ElasticScanSettings {
     std::optional<std::vector<std::string>> held_sides{};
     double return_s = 0.3;  ///< time in which released tissue returns to 1/e of its displacement
     /// Cells along the edge of each finer lattice around the tool.
-    std::int32_t window_cells = 46;
+    std::int32_t window_cells = 30;
 
     friend bool operator==(const ElasticScanSettings&, const ElasticScanSettings&) = default;
 };

@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::size_t kVectors = 7, kArrays = 3 * kVectors + 6 + 4 + 1;
 constexpr float kFollows = -0.0F;
+// Determinants of the deformation gradient at which walls touch: across air, and in a cut.
+constexpr float kTouch = 0.1F, kPressed = 0.9F;
+constexpr float kLetsGo = 0.05F;  ///< they part above that
 
 /// Inverse of a symmetric positive matrix: xx, xy, xz, yy, yz, zz; zeros if it is singular.
 std::array<float, 6> inverse_of(const std::array<float, 6>& m) {
@@ -64,17 +67,40 @@ ElasticLevel::ElasticLevel(const StiffnessMap& map, int n, Vec3i begin, Vec3i si
     for (float*& row : rotations.turns) row = take();
     mu = take();
     dots.assign(std::size_t(nodes.z), 0);
-    tissue.assign(array_size(), 0);
+    kind.assign(array_size(), CellKind::Open);
     m_turned.assign(std::size_t(nodes.y) * std::size_t(nodes.z), 0);
     rotations.turned = m_turned.data();
     arena.for_each(nodes.z - 1, 4, [&](std::int64_t low, std::int64_t high) {
-        const Box3i box{{first.x, first.y, first.z + int(low)},
-                        {first.x + nodes.x - 1, first.y + nodes.y - 1, first.z + int(high)}};
-        const auto width = std::size_t(stride), rows = std::size_t(nodes.y);
-        map.moduli(number, box, width, rows, mu + plane * std::size_t(low));
-        map.tissue(number, box, width, rows, tissue.data() + plane * std::size_t(low));
+        read(map, {{0, 0, int(low)}, {nodes.x - 1, nodes.y - 1, int(high)}});
     });
     find_blocks(map, arena);
+}
+
+void ElasticLevel::read(const StiffnessMap& map, const Box3i& cells) {
+    const Box3i box{cells.begin + first, cells.end + first};
+    const auto width = std::size_t(stride), rows = std::size_t(nodes.y);
+    const std::size_t at = index(cells.begin);
+    map.moduli(number, box, width, rows, mu + at);
+    map.kinds(number, box, width, rows, kind.data() + at);
+}
+
+void ElasticLevel::renew(const StiffnessMap& map, const Box3i& cells) {
+    read(map, cells);
+    for (int k = cells.begin.z; k <= cells.end.z; ++k)
+        for (int j = cells.begin.y; j <= cells.end.y; ++j)
+            find_row(map, j, k, cells.begin.x, cells.end.x + 1);
+}
+
+void ElasticLevel::stiffen(const StiffnessMap& map, Vec3i cell, float mu_pa) {
+    mu[index(cell)] += mu_pa;
+    stiffened.push_back(cell);
+    for (int c = 0; c < 4; ++c)
+        find_row(map, cell.y + (c & 1), cell.z + (c >> 1), cell.x, cell.x + 2);
+}
+
+void ElasticLevel::loosen(const StiffnessMap& map) {
+    for (const Vec3i cell : stiffened) renew(map, {cell, cell + Vec3i{1, 1, 1}});
+    stiffened.clear();
 }
 
 bool ElasticLevel::is_follower(Vec3i local) const {
@@ -238,8 +264,8 @@ void ElasticLevel::displacements(Vec3i voxel, int count, const NodeRows& to) con
     }
 }
 
-/// Smallest determinant at the corners of a cell, or any number above the limit.
-float ElasticLevel::least_corner(std::size_t at, float limit) const {
+/// Smallest determinant at the corners of a cell for scale · u, or any number above the limit.
+float ElasticLevel::least_corner(std::size_t at, float limit, float scale) const {
     float corner[8][3], edges[3][4][3], largest = 0;
     for (unsigned c = 0; c < 8; ++c)
         for (std::size_t a = 0; a < 3; ++a)
@@ -250,7 +276,7 @@ float ElasticLevel::least_corner(std::size_t at, float limit) const {
             if (c >> b & 1) continue;
             for (std::size_t a = 0; a < 3; ++a) {
                 const float edge =
-                    4 * factors.gradient[b] * (corner[c | 1U << b][a] - corner[c][a]);
+                    scale * 4 * factors.gradient[b] * (corner[c | 1U << b][a] - corner[c][a]);
                 edges[b][n][a] = edge;
                 largest = std::max(largest, std::abs(edge));
             }
@@ -274,6 +300,94 @@ float ElasticLevel::least_corner(std::size_t at, float limit) const {
     return least;
 }
 
+// Walls that touch.
+
+void ElasticLevel::find_touching(int k, std::vector<TouchingCell>& found) const {
+    const auto is_before = [](Vec3i a, Vec3i b) {
+        return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+    };
+    auto last = std::lower_bound(
+        touching.begin(), touching.end(), Vec3i{0, 0, k},
+        [&](const TouchingCell& cell, Vec3i at) { return is_before(cell.cell, at); });
+    for (int j = 0; j + 1 < nodes.y; ++j)
+        for (int i = 0; i + 1 < nodes.x; ++i) {
+            const Vec3i cell{i, j, k};
+            const bool touched = last != touching.end() && last->cell == cell;
+            const auto before = touched ? last++ : touching.end();
+            const std::size_t at = index(cell);
+            if (kind[at] == CellKind::Tissue || is_covered(cell)) continue;
+            const float limit = kind[at] == CellKind::Slit ? kPressed : kTouch;
+            const float parts = limit + kLetsGo;
+            const float least = least_corner(at, touched ? parts : limit);
+            if (touched) {
+                if (least < parts) found.push_back(*before);
+                continue;
+            }
+            if (least >= limit) continue;
+            // The largest part of the displacement that doesn't touch.
+            float open = 0, closed = 1;
+            for (int step = 0; step < 12; ++step) {
+                const float middle = (open + closed) / 2;
+                (least_corner(at, limit, middle) < limit ? closed : open) = middle;
+            }
+            TouchingCell& touches = found.emplace_back(TouchingCell{.cell = cell});
+            for (unsigned c = 0; c < 8; ++c)
+                for (std::size_t a = 0; a < 3; ++a)
+                    touches.u[8 * a + c] =
+                        open * u[a][at + (c & 1) + (c & 2 ? std::size_t(stride) : 0) +
+                                    (c & 4 ? plane : 0)];
+        }
+}
+
+/// The cells stand in a row, with nothing between them.
+void ElasticLevel::add_touching(const StiffnessMap& map, const NodeRows& rows, float factor,
+                                bool turns, bool to_held) const {
+    if (touching.empty()) return;
+    const int length = 2 * int(touching.size());
+    LatticeSweep row;
+    row.factors = &factors;
+    row.nodes = {length, 2, 2};
+    row.stride = (length + kSweepLanes) / kSweepLanes * kSweepLanes;
+    row.lambda_per_mu = map.lambda_per_mu();
+    row.turning = turns ? Turning::Positions : Turning::None;
+    const std::size_t width = std::size_t(row.stride);
+    const std::size_t room = 5 * width + 2 * kSweepLanes;
+    AlignedVector<float> memory(11 * room + sweep_workspace(row.nodes, row.stride));
+    float* next = memory.data();
+    const auto take = [&] { return std::exchange(next, next + room); };
+    float* const stiffness = take();
+    std::array<float*, 4> turn{take(), take(), take(), take()};
+    for (float*& x : row.x) x = take();
+    for (float*& out : row.out) out = take();
+    const std::uint8_t turned[4] = {turns, turns, turns, turns};
+    row.turned = turned;
+    std::fill_n(turn[0], room, 1.0F);
+    const auto corner_at = [&](std::size_t n, unsigned c) {
+        return 2 * n + (c & 1) + (c & 2 ? width : 0) + (c & 4 ? 2 * width : 0);
+    };
+    for (std::size_t n = 0; n < touching.size(); ++n) {
+        const std::size_t at = index(touching[n].cell);
+        stiffness[2 * n] = map.touching_mu();
+        const bool is_turned = turns && rotations.turned[at / std::size_t(stride)];
+        if (is_turned)
+            for (std::size_t i = 0; i < 4; ++i) turn[i][2 * n] = rotations.turns[i][at];
+        for (unsigned c = 0; c < 8; ++c)
+            for (std::size_t a = 0; a < 3; ++a)
+                row.x[a][corner_at(n, c)] = touching[n].u[8 * a + c];
+    }
+    row.mu = stiffness;
+    row.turns = {turn[0], turn[1], turn[2], turn[3]};
+    row.pass = SweepPass::Store;
+    sweep_planes(row, 0, 2, next);
+    for (std::size_t n = 0; n < touching.size(); ++n)
+        for (unsigned c = 0; c < 8; ++c) {
+            const std::size_t at =
+                index(touching[n].cell + Vec3i{int(c & 1), int(c >> 1 & 1), int(c >> 2)});
+            if (!to_held && is_held(at)) continue;
+            for (std::size_t a = 0; a < 3; ++a) rows[a][at] += factor * row.out[a][corner_at(n, c)];
+        }
+}
+
 bool ElasticLevel::has_folded(int k, float limit, std::vector<Vec3i>* cells) const {
     const Box3i& box = covered;
     bool found = false;
@@ -282,7 +396,8 @@ bool ElasticLevel::has_folded(int k, float limit, std::vector<Vec3i>* cells) con
         const std::size_t row = index({0, j, k});
         for (int i = 0; i + 1 < nodes.x; ++i) {
             const std::size_t at = row + std::size_t(i);
-            if (!tissue[at] || (partly && i >= box.begin.x && i < box.end.x)) continue;
+            if (kind[at] != CellKind::Tissue || (partly && i >= box.begin.x && i < box.end.x))
+                continue;
             if (least_corner(at, limit) >= limit) continue;
             found = true;
             if (!cells) return true;

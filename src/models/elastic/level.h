@@ -28,6 +28,13 @@ struct HeldNode {
     std::optional<Vec3d> only_along{};
 };
 
+/// A cell of air whose walls touch, or of a cut that is pressed together: it resists deformation
+/// beyond the one in which it began to.
+struct TouchingCell {
+    Vec3i cell{0, 0, 0};        ///< from the window's first
+    std::array<float, 24> u{};  ///< [component][corner] displacements at that time [mm]
+};
+
 struct ElasticLevel {
     /// A window of a level at rest.
     /// @param first, nodes  in nodes of the whole level
@@ -50,10 +57,12 @@ struct ElasticLevel {
     std::array<float*, 6> block;  ///< D (LatticeSweep)
     CellRotations rotations;
     float* mu;                                          ///< [cell] shear modulus [Pa]
-    std::vector<std::uint8_t> tissue;                   ///< [cell] whether it must not fold
+    std::vector<CellKind> kind;                         ///< [cell]; tissue must not fold
     std::vector<double> dots;                           ///< [plane]
     std::vector<std::pair<std::size_t, Vec3d>> slides;  ///< nodes held along a direction
     std::vector<Vec3i> held;                            ///< nodes that tools hold
+    std::vector<TouchingCell> touching;                 ///< by plane, row and column
+    std::vector<Vec3i> stiffened;                       ///< cells whose modulus isn't the map's
 
     std::int64_t node_count() const { return std::int64_t(nodes.x) * nodes.y * nodes.z; }
     std::size_t array_size() const { return plane * std::size_t(nodes.z); }
@@ -82,8 +91,21 @@ struct ElasticLevel {
                 for (float* const row : rows) row[i] = 0;
     }
 
+    bool is_covered(Vec3i cell) const { return contains(covered, cell); }
     /// Cells of a coarser level under this window.
     Box3i box_in(const ElasticLevel& coarse) const;
+
+    /// Reads a box of cells from the map again, from the window's first.
+    void renew(const StiffnessMap& map, const Box3i& cells);
+    /// Adds to the shear modulus of a cell [Pa], until loosen().
+    void stiffen(const StiffnessMap& map, Vec3i cell, float mu_pa);
+    /// Gives all cells the map's moduli again.
+    void loosen(const StiffnessMap& map);
+    /// Appends the cells of a plane, outside of tissue and finer windows, whose walls touch.
+    void find_touching(int plane, std::vector<TouchingCell>& found) const;
+    /// rows += factor · forces of the touching cells in the shape in which they began to touch.
+    void add_touching(const StiffnessMap& map, const NodeRows& rows, float factor, bool turns,
+                      bool to_held) const;
 
     void hold(const StiffnessMap& map, const HeldNode& node);
     void let_go(const StiffnessMap& map);
@@ -154,7 +176,8 @@ struct ElasticLevel {
     void find_blocks(const StiffnessMap& map, const TaskArena& arena);
     /// D of a row of nodes for its cells' moduli.
     void find_row(const StiffnessMap& map, int j, int k, int begin, int end);
-    float least_corner(std::size_t at, float limit) const;
+    void read(const StiffnessMap& map, const Box3i& cells);
+    float least_corner(std::size_t at, float limit, float scale = 1) const;
 
     CornerBlocks m_corners;
     std::vector<std::uint8_t> m_turned;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <tuple>
 
 #include "elastic/level.h"
 #include "field/fixed_point.h"
@@ -151,12 +152,15 @@ void ElasticLevels::place(std::span<const Box3i> windows) {
     m_levels = std::move(levels);
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n)
         m_levels[n + 1]->covered = m_levels[n]->box_in(*m_levels[n + 1]);
-    const std::vector<HeldNode> held = std::move(m_held);
-    hold(held);
+    stiffen();
 }
 
-/// Copies the displacements of nodes in both windows of a level.
+/// Copies the displacements of nodes in both windows of a level, and the cells that touch.
 void ElasticLevels::take_displacements(const ElasticLevel& from, ElasticLevel& to) {
+    for (TouchingCell cell : from.touching) {
+        cell.cell = cell.cell + from.first - to.first;
+        if (to.has(cell.cell) && to.has(cell.cell + Vec3i{1, 1, 1})) to.touching.push_back(cell);
+    }
     to.for_each_node([&](Vec3i local, std::size_t at) {
         const Vec3i old = local + to.first - from.first;
         const bool has = from.has(old);
@@ -194,6 +198,65 @@ void ElasticLevels::hold(std::span<const HeldNode> nodes) {
     m_held.assign(nodes.begin(), nodes.end());
     for (std::size_t n = 0; n < m_levels.size(); ++n)
         for (const HeldNode& held : m_held) m_levels[n]->hold(m_map, held);
+}
+
+void ElasticLevels::renew(const Box3i& voxels) {
+    for (auto& level : m_levels) {
+        Box3i cells;
+        for (int a = 0; a < 3; ++a) {  // with a corner in the box
+            const int begin = std::max(voxels.begin[a] - 1, 0) >> level->shift[a];
+            const int end = ((voxels.end[a] - 1) >> level->shift[a]) + 1;
+            cells.begin[a] = std::max(begin - level->first[a], 0);
+            cells.end[a] = std::min(end - level->first[a], level->nodes[a] - 1);
+        }
+        if (is_empty(cells)) continue;
+        level->renew(m_map, cells);
+        std::erase_if(level->touching,
+                      [&](const TouchingCell& touches) { return contains(cells, touches.cell); });
+    }
+    stiffen();
+}
+
+/// @returns whether other cells touch than before
+bool ElasticLevels::find_touching() {
+    bool changed = false;
+    for (auto& level : m_levels) {
+        std::vector<std::vector<TouchingCell>> of_plane(std::size_t(level->nodes.z));
+        for_planes(*level, [&](int begin, int end) {
+            for (int k = begin; k < std::min(end, level->nodes.z - 1); ++k)
+                level->find_touching(k, of_plane[std::size_t(k)]);
+        });
+        std::vector<TouchingCell> found;
+        for (const auto& cells : of_plane) found.insert(found.end(), cells.begin(), cells.end());
+        const bool same = std::equal(
+            found.begin(), found.end(), level->touching.begin(), level->touching.end(),
+            [](const TouchingCell& a, const TouchingCell& b) { return a.cell == b.cell; });
+        changed = changed || !same;
+        level->touching = std::move(found);
+    }
+    return changed;
+}
+
+/// Gives the cells that touch their stiffness, and coarser cells their share of it.
+void ElasticLevels::stiffen() {
+    for (auto& level : m_levels) level->loosen(m_map);
+    for (std::size_t n = 0; n < m_levels.size(); ++n)
+        for (const TouchingCell& touches : m_levels[n]->touching) {
+            const ElasticLevel& fine = *m_levels[n];
+            for (std::size_t m = n; m < m_levels.size(); ++m) {
+                ElasticLevel& level = *m_levels[m];
+                Vec3i cell;
+                int steps = 0;
+                for (int a = 0; a < 3; ++a) {
+                    const int step = level.shift[a] - fine.shift[a];
+                    cell[a] = ((fine.first[a] + touches.cell[a]) >> step) - level.first[a];
+                    steps += step;
+                }
+                level.stiffen(m_map, cell, m_map.touching_mu() / float(1 << steps));
+            }
+        }
+    const std::vector<HeldNode> held = std::move(m_held);
+    hold(held);
 }
 
 /// Removes the held direction of nodes that slide.
@@ -401,6 +464,7 @@ double ElasticLevels::start() {
     m_product = 0;
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) inject(n);
     for (std::size_t n = m_levels.size() - 1; n-- > 0;) follow(n);
+    if (m_turns && find_touching()) stiffen();
     for (auto& level : m_levels) {
         if (m_turns) {
             LatticeSweep sweep = level->sweep(m_map);
@@ -415,6 +479,7 @@ double ElasticLevels::start() {
             s.left_out = level->covered;
             s.turning = m_turns ? Turning::Positions : Turning::None;
         });
+        level->add_touching(m_map, level->r, 1, m_turns, false);
     }
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::r, false);
     for (auto& level : m_levels) slide(*level, level->r);
@@ -461,13 +526,15 @@ double ElasticLevels::iterate() {
 }
 
 std::vector<Vec3d> ElasticLevels::forces_un(std::span<const Vec3i> voxels) {
-    for (auto& level : m_levels)
+    for (auto& level : m_levels) {
         sweep(*level, SweepPass::Store, [&](LatticeSweep& s) {
             s.x = level->u;
             s.out = level->q;
             s.left_out = level->covered;
             s.turning = m_turns ? Turning::Positions : Turning::None;
         });
+        level->add_touching(m_map, level->q, -1, m_turns, true);
+    }
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::q, true);
     std::vector<Vec3d> forces(voxels.size(), Vec3d{0, 0, 0});
     for (std::size_t n = 0; n < voxels.size(); ++n)
@@ -529,9 +596,12 @@ bool ElasticLevels::untangle(double limit) {
 }
 
 void ElasticLevels::reset() {
-    hold({});
-    for (auto& level : m_levels)
+    m_held.clear();
+    for (auto& level : m_levels) {
+        level->touching.clear();
         for (float* const u : level->u) std::fill_n(u, level->array_size(), 0.0F);
+    }
+    stiffen();
 }
 
 void ElasticLevels::copy_to(std::vector<double>& numbers) const {
@@ -543,6 +613,40 @@ void ElasticLevels::copy_to(std::vector<double>& numbers) const {
     for (const auto& level : m_levels)
         level->for_each_node([&](Vec3i, std::size_t at) {
             for (const float* const u : level->u) numbers.push_back(double(u[at]));
+        });
+    for (const auto& level : m_levels) {
+        numbers.push_back(double(level->touching.size()));
+        for (const TouchingCell& touches : level->touching) {
+            for (int a = 0; a < 3; ++a) numbers.push_back(touches.cell[a]);
+            for (const float u : touches.u) numbers.push_back(double(u));
+        }
+    }
+}
+
+/// Reads the cells of a level that touch. @returns false if they can't be
+bool ElasticLevels::read_touching(std::span<const double>& numbers, Vec3i cells,
+                                  std::vector<TouchingCell>& touching) {
+    constexpr std::size_t kNumbers = 3 + 24;
+    if (numbers.empty() || !(numbers[0] >= 0 && numbers[0] <= double(numbers.size()))) return false;
+    const auto count = std::size_t(numbers[0]);
+    if (double(count) != numbers[0] || numbers.size() < 1 + count * kNumbers) return false;
+    numbers = numbers.subspan(1);
+    touching.resize(count);
+    for (TouchingCell& touches : touching) {
+        for (int a = 0; a < 3; ++a) {
+            const double at = numbers[std::size_t(a)];
+            if (!(at >= 0 && at < cells[a])) return false;
+            touches.cell[a] = int(at);
+        }
+        for (std::size_t n = 0; n < 24; ++n) {
+            if (!(std::abs(numbers[3 + n]) <= kMaxMovementMm)) return false;
+            touches.u[n] = float(numbers[3 + n]);
+        }
+        numbers = numbers.subspan(kNumbers);
+    }
+    return std::is_sorted(
+        touching.begin(), touching.end(), [](const TouchingCell& a, const TouchingCell& b) {
+            return std::tie(a.cell.z, a.cell.y, a.cell.x) < std::tie(b.cell.z, b.cell.y, b.cell.x);
         });
 }
 
@@ -564,11 +668,19 @@ bool ElasticLevels::copy_from(std::span<const double> numbers) {
         }
         count += nodes;
     }
-    if (!are_nested(windows) || numbers.size() != count) return false;
-    for (const double u : numbers.subspan(head))
+    if (!are_nested(windows) || numbers.size() < count) return false;
+    for (const double u : numbers.subspan(head, count - head))
         if (!(std::abs(u) <= kMaxMovementMm)) return false;
-    hold({});
+    std::vector<std::vector<TouchingCell>> touching(windows.size());
+    std::span<const double> rest = numbers.subspan(count);
+    for (std::size_t n = 0; n < windows.size(); ++n)
+        if (!read_touching(rest, windows[n].end - windows[n].begin - Vec3i{1, 1, 1}, touching[n]))
+            return false;
+    if (!rest.empty()) return false;
+    m_held.clear();
     place(windows);
+    for (std::size_t n = 0; n < windows.size(); ++n) m_levels[n]->touching.swap(touching[n]);
+    stiffen();
     const double* next = numbers.data() + head;
     for (auto& level : m_levels)
         level->for_each_node([&](Vec3i, std::size_t at) {

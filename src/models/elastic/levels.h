@@ -18,6 +18,10 @@
 // [McCormick1989 for the windows; Adams2003 for the smoothing]. Cells are co-rotational
 // [Mueller2004]: the rotations are brought up to date when a solution begins. It may be stopped
 // after each iteration, and goes on from its result.
+//
+// Walls that meet across air touch: a cell of air resists further deformation from the shape on
+// that a corner of it has nearly no volume, as soft tissue would. What it had before is its shape
+// of no force, so that touching begins and ends without a jump.
 
 #pragma once
 
@@ -61,7 +65,10 @@ class ElasticLevels {
     /// Replaces the nodes that tools hold. Bone and held sides never move, and are left out.
     void hold(std::span<const HeldNode> nodes);
 
-    /// Begins a solution from the present displacement: rotations, forces.
+    /// Takes the map's changes in a box of voxels into account.
+    void renew(const Box3i& voxels);
+
+    /// Begins a solution from the present displacement: walls that touch, rotations, forces.
     /// @returns norm of the residual [µN]
     double start();
     /// One iteration. @returns norm of the residual after it [µN]; 0 if there is nothing to solve
@@ -122,6 +129,10 @@ class ElasticLevels {
     void follow(std::size_t n);
     void give_forces(std::size_t n, NodeRows ElasticLevel::*rows, bool to_held);
     static void slide(const ElasticLevel& level, const NodeRows& rows);
+    bool find_touching();
+    static bool read_touching(std::span<const double>& numbers, Vec3i cells,
+                              std::vector<TouchingCell>& touching);
+    void stiffen();
 
     const StiffnessMap& m_map;
     const TaskArena& m_arena;

@@ -84,6 +84,12 @@ std::vector<ShownDisplacement::Lag> ShownDisplacement::find_lags(const ElasticLe
     return lags;
 }
 
+void ShownDisplacement::edit(EditMap& bricks) {
+    m_field.prepare_edits(bricks);
+    m_field.exchange_edits(bricks);
+    m_field.finish_edits(bricks);
+}
+
 bool ShownDisplacement::show(const ElasticLevels& levels, const StiffnessMap& map,
                              std::int64_t max_elements, const TaskArena& arena) {
     std::vector<Lag> lags = find_lags(levels, map, arena);

@@ -17,6 +17,9 @@ class ShownDisplacement {
     explicit ShownDisplacement(const Grid& grid) : m_field(grid) {}
     const Field& field() const { return m_field; }
 
+    /// Replaces the edits of some bricks. On an error nothing has changed.
+    void edit(EditMap& bricks);
+
     /// Writes the bricks that lag most behind the lattices, of max_elements elements at most. Those
     /// that lag by less than 0.02 mm are written only if there is no limit. Voxels of bone are at
     /// rest, and so are bricks that move by less than 0.02 mm.

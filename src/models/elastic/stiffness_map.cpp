@@ -46,8 +46,9 @@ std::vector<Vec3i> find_shifts(const Grid& grid) {
 }  // namespace
 
 StiffnessMap::StiffnessMap(const Volume& volume, const ElasticScanSettings& settings,
-                           const TaskArena& arena)
+                           const TaskArena& arena, const Field* edits)
     : m_volume(volume),
+      m_edits(edits),
       m_table(settings.moduli_kpa),
       m_held_above(settings.held_above_hu),
       m_shifts(find_shifts(volume.grid)) {
@@ -66,7 +67,23 @@ StiffnessMap::StiffnessMap(const Volume& volume, const ElasticScanSettings& sett
             m_of_value[std::size_t(value + 32768)] = m_mu_per_pa * modulus_of(float(value));
     }
     find_held_sides(settings);
-    for (int level = 1; level < level_count(); ++level) coarsen(level, arena);
+    for (int level = 1; level < level_count(); ++level) {
+        const Vec3i all = cells(level);
+        m_mu.emplace_back(std::size_t(all.x) * std::size_t(all.y) * std::size_t(all.z));
+        coarsen(level, {{0, 0, 0}, all}, arena);
+    }
+}
+
+void StiffnessMap::renew(const Box3i& voxels, const TaskArena& arena) {
+    for (int level = 1; level < level_count(); ++level) {
+        const Vec3i s = shift(level), all = cells(level);
+        Box3i changed;
+        for (int a = 0; a < 3; ++a) {  // cells with a corner in the box
+            changed.begin[a] = std::max(voxels.begin[a] - 1, 0) >> s[a];
+            changed.end[a] = std::min(((voxels.end[a] - 1) >> s[a]) + 1, all[a]);
+        }
+        coarsen(level, changed, arena);
+    }
 }
 
 Vec3i StiffnessMap::cells(int level) const {
@@ -127,6 +144,57 @@ bool StiffnessMap::is_held(int level, Vec3i node) const {
     return is_inside && is_bone(voxel);
 }
 
+// Edits.
+
+std::uint8_t StiffnessMap::edits_at(Vec3i ijk) const {
+    if (m_edits->all_edits().empty()) return 0;
+    const Vec3i brick = m_edits->brick_of(ijk);
+    const BrickEdits* const edits = m_edits->edits_of(brick);
+    return edits ? (*edits)[std::size_t(m_edits->index_in_brick(ijk, brick))] : std::uint8_t(0);
+}
+
+/// Whether one of a cell's twelve links is cut.
+bool StiffnessMap::is_slit(Vec3i cell) const {
+    for (int c = 0; c < 8; ++c) {
+        const std::uint8_t edits = edits_at(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2});
+        for (int a = 0; a < 3; ++a)
+            if (!(c >> a & 1) && (edits & (kCutX << a))) return true;
+    }
+    return false;
+}
+
+/// Shear modulus of a cell that has an edited voxel.
+float StiffnessMap::edited_mu(Vec3i cell) const {
+    if (is_slit(cell)) return kSlit * m_void_mu;
+    float sum = 0;
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i voxel = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
+        if (!is_carved(voxel)) sum += 0.125F * m_mu_per_pa * modulus_of(m_volume.at(voxel));
+    }
+    return std::max(sum, m_void_mu);
+}
+
+/// Visits the cells with an edited voxel in a row of count cells of level 0, some of them twice.
+template <class Visit>
+void StiffnessMap::for_each_edited(Vec3i first, int count, const Visit& visit) const {
+    if (!m_edits || m_edits->all_edits().empty()) return;
+    const int size = m_edits->brick_size();
+    for (int corner = 0; corner < 4; ++corner) {
+        const int y = first.y + (corner & 1), z = first.z + (corner >> 1);
+        for (int x = first.x; x <= first.x + count;) {
+            const Vec3i brick = m_edits->brick_of({x, y, z});
+            const int end = std::min(size * (brick.x + 1), first.x + count + 1);
+            if (const BrickEdits* const edits = m_edits->edits_of(brick))
+                for (int i = x; i < end; ++i) {
+                    if (!(*edits)[std::size_t(m_edits->index_in_brick({i, y, z}, brick))]) continue;
+                    if (i > first.x) visit(i - 1);
+                    if (i < first.x + count) visit(i);
+                }
+            x = end;
+        }
+    }
+}
+
 /// Shear moduli of a row of level 0, inside of the scan.
 void StiffnessMap::fine_row(Vec3i first, int count, float* mu) const {
     std::fill_n(mu, count, 0.0F);
@@ -151,6 +219,9 @@ void StiffnessMap::fine_row(Vec3i first, int count, float* mu) const {
         }
     }
     for (int i = 0; i < count; ++i) mu[i] = std::max(mu[i], m_void_mu);
+    for_each_edited(first, count, [&](int x) {
+        mu[x - first.x] = edited_mu({x, first.y, first.z});
+    });
 }
 
 void StiffnessMap::moduli(int level, const Box3i& box, std::size_t stride, std::size_t rows,
@@ -176,19 +247,23 @@ void StiffnessMap::moduli(int level, const Box3i& box, std::size_t stride, std::
         }
 }
 
-void StiffnessMap::tissue(int level, const Box3i& box, std::size_t stride, std::size_t rows,
-                          std::uint8_t* out) const {
+void StiffnessMap::kinds(int level, const Box3i& box, std::size_t stride, std::size_t rows,
+                         CellKind* out) const {
     const Vec3i size = grid().size;
     const int count = box.end.x - box.begin.x;
+    const auto kind_if = [](bool is_tissue) {
+        return is_tissue ? CellKind::Tissue : CellKind::Open;
+    };
     std::vector<float> mu(level > 0 ? std::size_t(count) : 0);
     for (int k = box.begin.z; k < box.end.z; ++k)
         for (int j = box.begin.y; j < box.end.y; ++j) {
-            std::uint8_t* const row =
+            CellKind* const row =
                 out + stride * (std::size_t(j - box.begin.y) + rows * std::size_t(k - box.begin.z));
             if (level > 0) {
                 moduli(level, {{box.begin.x, j, k}, {box.end.x, j + 1, k + 1}}, mu.size(), 1,
                        mu.data());
-                for (std::size_t i = 0; i < mu.size(); ++i) row[i] = mu[i] > kTissue * m_void_mu;
+                for (std::size_t i = 0; i < mu.size(); ++i)
+                    row[i] = kind_if(mu[i] > kTissue * m_void_mu);
                 continue;
             }
             const auto is_solid = [&](int x) {  // the four voxels of a cell's face
@@ -196,37 +271,41 @@ void StiffnessMap::tissue(int level, const Box3i& box, std::size_t stride, std::
                     if (!is_tissue({x, j + (c & 1), k + (c >> 1)})) return false;
                 return true;
             };
-            std::fill_n(row, count, std::uint8_t(0));
-            if (j + 1 >= size.y || k + 1 >= size.z) continue;
-            bool before = box.begin.x < size.x && is_solid(box.begin.x);
-            for (int i = 0; i < count && box.begin.x + i + 1 < size.x; ++i) {
+            std::fill_n(row, count, CellKind::Open);
+            const int inside = std::min(count, size.x - 1 - box.begin.x);
+            if (j + 1 >= size.y || k + 1 >= size.z || inside <= 0) continue;
+            bool before = is_solid(box.begin.x);
+            for (int i = 0; i < inside; ++i) {
                 const bool next = is_solid(box.begin.x + i + 1);
-                row[i] = before && next;
+                row[i] = kind_if(before && next);
                 before = next;
             }
+            for_each_edited({box.begin.x, j, k}, inside, [&](int x) {
+                if (is_slit({x, j, k})) row[x - box.begin.x] = CellKind::Slit;
+            });
         }
 }
 
-/// Moduli of a level from those of the next finer one.
-void StiffnessMap::coarsen(int level, const TaskArena& arena) {
-    const Vec3i coarse = cells(level), fine = cells(level - 1);
-    const Vec3i step = shift(level) - shift(level - 1);
-    auto& to =
-        m_mu.emplace_back(std::size_t(coarse.x) * std::size_t(coarse.y) * std::size_t(coarse.z));
+/// Moduli of some cells of a level from those of the next finer one.
+void StiffnessMap::coarsen(int level, const Box3i& box, const TaskArena& arena) {
+    const Vec3i coarse = cells(level), step = shift(level) - shift(level - 1);
+    auto& to = m_mu[std::size_t(level - 1)];
     const float weight = 1.0F / float(1 << (step.x + step.y + step.z));
-    arena.for_each(coarse.z, 1, [&](std::int64_t begin, std::int64_t end) {
-        std::vector<float> row(std::size_t(fine.x));
-        for (int k = int(begin); k < int(end); ++k)
-            for (int j = 0; j < coarse.y; ++j) {
-                float* const out =
-                    to.data() + std::size_t(coarse.x) *
-                                    (std::size_t(j) + std::size_t(coarse.y) * std::size_t(k));
+    const int count = box.end.x - box.begin.x, first = box.begin.x << step.x;
+    arena.for_each(box.end.z - box.begin.z, 1, [&](std::int64_t begin, std::int64_t end) {
+        std::vector<float> row(std::size_t(count << step.x));
+        for (int k = box.begin.z + int(begin); k < box.begin.z + int(end); ++k)
+            for (int j = box.begin.y; j < box.end.y; ++j) {
+                float* const out = to.data() + box.begin.x +
+                                   std::size_t(coarse.x) *
+                                       (std::size_t(j) + std::size_t(coarse.y) * std::size_t(k));
+                std::fill_n(out, count, 0.0F);
                 for (int z = k << step.z; z < (k + 1) << step.z; ++z)
                     for (int y = j << step.y; y < (j + 1) << step.y; ++y) {
-                        moduli(level - 1, {{0, y, z}, {fine.x, y + 1, z + 1}}, row.size(), 1,
-                               row.data());
-                        for (int i = 0; i < fine.x; ++i)
-                            out[i >> step.x] += weight * row[std::size_t(i)];
+                        moduli(level - 1, {{first, y, z}, {first + int(row.size()), y + 1, z + 1}},
+                               row.size(), 1, row.data());
+                        for (std::size_t i = 0; i < row.size(); ++i)
+                            out[i >> step.x] += weight * row[i];
                     }
             }
     });

@@ -44,14 +44,16 @@ ElasticTissue::ElasticTissue(const Volume& scan, const ElasticScanSettings& sett
     : m_scan(scan),
       m_arena(arena),
       m_settings(settings),
-      m_map(scan, settings, arena),
-      m_levels(m_map, settings.window_cells, true, arena),
       m_field(scan.grid),
+      m_map(scan, settings, arena, &m_field.field()),
+      m_levels(m_map, settings.window_cells, true, arena),
       m_deformation(m_field.field()) {}
 
 TissueTraits ElasticTissue::traits() const noexcept {
     return {.model = "elastic",
             .slides = true,
+            .cuts = true,
+            .carves = true,
             .moves_by_itself = true,
             .sweep_ms = kSweepMs,
             .update_hz = 1000 / kSweepMs};
@@ -299,6 +301,7 @@ void ElasticTissue::find_contacts(Tool& tool) const {
     visit_near(tool.centre_mm, tool.radius_mm + kContactMm, [&](Vec3i voxel, Vec3d u, Vec3d now) {
         const double distance = norm(now - tool.centre_mm);
         if (!(distance > 0) || m_map.is_held(0, voxel)) return;
+        if (m_field.field().is_void(voxel)) return;
         if (!tool.tissue.hold(double(m_scan.at(voxel)))) return;
         if (distance > tool.radius_mm && !has(tool.nodes, voxel)) return;
         const Vec3d normal = (1 / distance) * (now - tool.centre_mm);
@@ -364,6 +367,74 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
                        .bone_mm = end.bone_mm};
     if (tool.nodes.empty()) m_tools.erase(number);
     report.slide_ms = watch.ms();
+    return report;
+}
+
+// Cuts and carving. Tools hold what remains.
+
+constexpr std::int64_t kMostEdited = 50'000'000;  ///< elements that a blade may pass
+
+ElementFacts ElasticTissue::facts() const {
+    return {
+        .is_void =
+            [this](Vec3i e) {
+                return !contains({{0, 0, 0}, m_scan.grid.size}, e) || m_field.field().is_void(e);
+            },
+        .is_tissue = [this](Vec3i e) { return m_map.is_tissue(e); },
+        .never_moves = [this](Vec3i e) { return m_map.is_bone(e); },
+        .max_elements = kMostEdited};
+}
+
+/// Exchanges the edits of some bricks, and follows them.
+void ElasticTissue::edit(EditMap& bricks) {
+    const int size = m_field.field().brick_size();
+    Box3i box{m_scan.grid.size, {0, 0, 0}};
+    for (const auto& [coord, edits] : bricks)
+        for (int a = 0; a < 3; ++a) {
+            box.begin[a] = std::max(0, std::min(box.begin[a], size * coord[a]));
+            box.end[a] = std::min(m_scan.grid.size[a], std::max(box.end[a], size * (coord[a] + 1)));
+        }
+    if (is_empty(box)) return;
+    m_field.edit(bricks);
+    m_map.renew(box, m_arena);
+    m_levels.renew(box);
+    m_is_shown = false;
+    m_sweeps = 0;
+    m_settled = m_settled && m_levels.largest_mm() == 0;
+}
+
+Result<CutReport> ElasticTissue::do_cut(const CutSurface& surface) {
+    const Stopwatch watch;
+    if (const Status s = update_deformation(); !s.ok()) return s.error();
+    const auto ribbon = ribbon_of(m_scan.grid, surface);
+    if (!ribbon.ok()) return ribbon.error();
+    auto cuts = find_cuts(m_field.field(), facts(), *ribbon, m_arena);
+    if (!cuts.ok()) return cuts.error();
+    CutReport report;
+    if (cuts->in_tissue) {
+        report.cut_links = cuts->count;
+        edit(cuts->bricks);
+    }
+    report.cut_ms = watch.ms();
+    return report;
+}
+
+Result<CarveReport> ElasticTissue::do_carve(const CarveTool& tool) {
+    const Stopwatch watch;
+    if (const Status s = update_deformation(); !s.ok()) return s.error();
+    auto carved = find_carved(m_field.field(), facts(), tool);
+    if (!carved.ok()) return carved.error();
+    CarveReport report;
+    if (carved->in_tissue) {
+        report.carved_elements = carved->count;
+        edit(carved->bricks);
+        for (auto& [number, held] : m_tools)
+            std::erase_if(held.nodes,
+                          [&](const HeldNode& node) { return m_field.field().is_void(node.node); });
+        std::erase_if(m_tools, [](const auto& held) { return held.second.nodes.empty(); });
+        hold_all();
+    }
+    report.carve_ms = watch.ms();
     return report;
 }
 
@@ -459,9 +530,59 @@ Status ElasticTissue::do_reset() {
     return Ok{};
 }
 
+// A state: the lattices', then 16 · index + edits of each edited voxel, and the number of those.
+
+void ElasticTissue::state(std::vector<double>& numbers) const {
+    m_levels.copy_to(numbers);
+    const std::size_t begin = numbers.size();
+    const Field& field = m_field.field();
+    for (const auto& [coord, edits] : field.all_edits())
+        for (std::size_t n = 0; n < edits.size(); ++n)
+            if (edits[n])
+                numbers.push_back(
+                    16.0 * double(voxel_index(m_scan.grid, field.element_of(coord, int(n)))) +
+                    edits[n]);
+    std::sort(numbers.begin() + std::ptrdiff_t(begin), numbers.end());
+    numbers.push_back(double(numbers.size() - begin));
+}
+
+/// The edits of a state; none if it can't be one.
+std::optional<EditMap> ElasticTissue::edits_of(std::span<const double> numbers) const {
+    const Field& field = m_field.field();
+    const Vec3i size = m_scan.grid.size;
+    EditMap bricks;
+    double before = -1;
+    for (const double number : numbers) {
+        if (!(number > before && number < 16.0 * double(voxel_count(m_scan.grid)))) return {};
+        before = number;
+        const auto whole = std::int64_t(number);
+        if (double(whole) != number || whole % 16 == 0) return {};
+        const std::int64_t at = whole / 16;
+        const Vec3i e{int(at % size.x), int(at / size.x % size.y),
+                      int(at / (std::int64_t(size.x) * size.y))};
+        const Vec3i coord = field.brick_of(e);
+        BrickEdits& edits = bricks[coord];
+        edits.resize(std::size_t(field.elements_per_brick()));
+        edits[std::size_t(field.index_in_brick(e, coord))] = std::uint8_t(whole % 16);
+    }
+    return bricks;
+}
+
 Status ElasticTissue::do_set_state(std::span<const double> numbers) {
-    if (!m_levels.copy_from(numbers)) return invalid("expected a state of this tissue");
+    const Error wrong = invalid("expected a state of this tissue");
+    if (numbers.empty() || !(numbers.back() >= 0 && numbers.back() < double(numbers.size())))
+        return wrong;
+    const std::size_t count = std::size_t(numbers.back());
+    auto edits = edits_of(numbers.last(count + 1).first(count));
+    if (!edits) return wrong;
+    if (!m_levels.copy_from(numbers.first(numbers.size() - count - 1))) return wrong;
+    for (const auto& [coord, now] : m_field.field().all_edits()) (*edits)[coord];
+    std::erase_if(*edits, [&](const auto& brick) {
+        const BrickEdits* const now = m_field.field().edits_of(brick.first);
+        return now && *now == brick.second;
+    });
     m_tools.clear();
+    edit(*edits);
     m_is_shown = false;
     m_settled = m_levels.largest_mm() == 0;
     m_returns = !m_settled;

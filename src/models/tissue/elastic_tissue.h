@@ -20,6 +20,7 @@
 
 #include "elastic/levels.h"
 #include "elastic/shown_displacement.h"
+#include "field/element_edits.h"
 
 namespace pliant {
 
@@ -34,7 +35,7 @@ class ElasticTissue final : public OwnTissue {
     Status place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept override;
     bool has_eye(std::uint32_t tool) const noexcept override { return m_eyes.contains(tool); }
     bool is_touched() const noexcept override { return !m_tools.empty(); }
-    void state(std::vector<double>& numbers) const override { m_levels.copy_to(numbers); }
+    void state(std::vector<double>& numbers) const override;
     std::uint64_t file_kind() const noexcept override { return 0x35'6c'65'73'6c'70'00'00; }
     const Volume& volume() const override { return m_scan; }
     const Deformation& deformation() const override { return m_deformation; }
@@ -47,6 +48,8 @@ class ElasticTissue final : public OwnTissue {
     Result<PushReport> do_push(std::uint32_t tool, const Push& push) override;
     Result<SlideReport> do_slide(std::uint32_t tool, const Push& way,
                                  const TissueValues& tissue_values) override;
+    Result<CutReport> do_cut(const CutSurface& surface) override;
+    Result<CarveReport> do_carve(const CarveTool& tool) override;
     Result<Sweep> do_sweep() override;
     Status do_reset() override;
     Status do_set_state(std::span<const double> numbers) override;
@@ -88,6 +91,9 @@ class ElasticTissue final : public OwnTissue {
     void find_forces();
     void hold_all();
     void solve(int iterations);
+    ElementFacts facts() const;
+    void edit(EditMap& bricks);
+    std::optional<EditMap> edits_of(std::span<const double> numbers) const;
     std::optional<Vec3d> bone_in(Vec3d centre_mm, double radius_mm) const;
     void find_contacts(Tool& tool) const;
     bool drop_pulling(Tool& tool);
@@ -95,13 +101,13 @@ class ElasticTissue final : public OwnTissue {
     const Volume& m_scan;
     const TaskArena& m_arena;
     ElasticScanSettings m_settings;
+    mutable ShownDisplacement m_field;  ///< with the edits
     StiffnessMap m_map;
     ElasticLevels m_levels;
     std::map<std::uint32_t, Tool> m_tools, m_eyes;
     bool m_settled = true;
     int m_sweeps = 0;        ///< with tools at rest
     bool m_returns = false;  ///< a tool has let go since the tissue last was in equilibrium
-    mutable ShownDisplacement m_field;
     Deformation m_deformation;
     mutable bool m_is_shown = true;
     std::vector<double> m_before;  ///< state at the beginning of a stride

@@ -54,7 +54,7 @@ constexpr Setting<S> kSpringRows[] = {
 
 constexpr TissueTraits kModels[] = {
     {.model = "chainmail", .slides = true, .cuts = true, .carves = true, .has_energy = true},
-    {.model = "elastic", .slides = true, .moves_by_itself = true},
+    {.model = "elastic", .slides = true, .cuts = true, .carves = true, .moves_by_itself = true},
     {.model = "springs", .cuts = true, .moves_by_itself = true},
     {.model = "body", .slides = true, .cuts = true, .moves_by_itself = true},
     {.model = "vessel", .takes_pushes = false, .moves_by_itself = true},
