@@ -53,8 +53,7 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
     const Models chainmail = {"chainmail"};
     Models labelled = {"chainmail"};  // --network has its own stiffness
     if (o.network.empty()) labelled.push_back("springs");
-    Models configured = labelled;
-    configured.push_back("elastic");
+    labelled.push_back("elastic");
     const Models stateful = {"chainmail", "springs", "body", "elastic"};
     for (GivenOption& option : std::vector<GivenOption>{
              {"--region", o.region_mm.has_value(), {"springs"}},
@@ -62,7 +61,7 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
              {"--depth", o.depth_within_mm.has_value(), {"springs"}},
              {"--network", !o.network.empty(), {"springs"}},
              {"--mesh", !o.mesh.empty(), {"body"}},
-             {"--config", !o.config.empty(), configured},
+             {"--config", !o.config.empty(), labelled},
              {"--labels", !o.labels.empty() && o.labels_out.empty(), labelled},
              {"--directions", !o.directions.empty(), chainmail},
              {"--elastic", o.elastic.has_value(), chainmail},
@@ -276,13 +275,19 @@ Result<ElasticScanSettings> elastic_settings(const DeformOptions& o, const Value
     return settings;
 }
 
-Result<MakeScanTissue> prepare_elastic(const DeformOptions& o, std::vector<std::string>&) {
+Result<MakeScanTissue> prepare_elastic(const DeformOptions& o, std::vector<std::string>& notes) {
     // Mistakes in the settings are found before the scan is read.
     if (const auto settings = elastic_settings(o, {}); !settings.ok()) return settings.error();
-    return MakeScanTissue([&o](const Volume& scan, const ValueDefaults& values,
-                               const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
-        const auto settings = elastic_settings(o, values);
+    auto materials = chainmail_settings(o, notes);
+    if (!materials.ok()) return materials.error();
+    return MakeScanTissue([&o, materials = std::move(*materials)](
+                              const Volume& scan, const ValueDefaults& values,
+                              const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
+        auto settings = elastic_settings(o, values);
         if (!settings.ok()) return settings.error();
+        ChainMailSettings labelled = materials;
+        if (const Status s = place_labels(scan, arena, labelled); !s) return s.error();
+        if (const Status s = take_materials(labelled, *settings); !s) return s.error();
         return make_elastic(scan, *settings, arena);
     });
 }

@@ -97,6 +97,8 @@ Result<std::unique_ptr<Tissue>> make_chainmail(
 /// modulus and Poisson's ratio. Values of the user's own are assigned afterwards.
 Status take_materials(const ChainMailSettings& materials,
                       SpringDeformationSettings& settings) noexcept;
+/// Copies the tissues of labels.
+Status take_materials(const ChainMailSettings& materials, ElasticScanSettings& settings) noexcept;
 
 /// Makes springs around a scan. A tool grabs the free nodes of the cell that holds its point, or
 /// the free nodes in its sphere, and moves them while time advances; a push stops before a control

@@ -99,7 +99,6 @@ TEST_F(ElasticProgram, MistakesAreOneLineAndStatusTwo) {
              std::pair(
                  "--model elastic --config bad.toml",
                  "bad.toml: [elastic] moduli_kpa: expected ascending values, found 0 after 1"),
-             {"--model elastic --cut \"0,0,0;1,0,0:0,0,1\"", "--cut: expected --model chainmail"},
              {"--model elastic --relax 3", "--relax: expected --model chainmail"},
              {"--model elastic --poisson-ratio 0.5", "--poisson-ratio: expected 0 to 0.495"},
              {"--held-above-hu 3", "--held-above-hu: expected --model elastic too"},
@@ -109,6 +108,31 @@ TEST_F(ElasticProgram, MistakesAreOneLineAndStatusTwo) {
         EXPECT_NE(said().find(message), std::string::npos) << said();
         EXPECT_FALSE(std::filesystem::exists(file("x.nrrd")));
     }
+}
+
+TEST_F(ElasticProgram, TakesModuliFromLabels) {
+    auto labels = read_volume(file("cube.nrrd"));
+    ASSERT_TRUE(labels.ok());
+    std::vector<std::int16_t> values(voxel_count(labels->grid), 5);
+    labels->voxels = std::move(values);
+    ASSERT_TRUE(write_volume(file("labels.nrrd"), *labels).ok());
+    const auto force = [&](const std::string& kpa) {
+        std::ofstream(file("labels.toml")) << "[elastic]\nheld_above_hu = 3000\n[[label]]\n"
+                                              "values = [5]\nelastic = ["
+                                           << kpa << ", 0.45]\n";
+        return deform_report(
+                   "cube.nrrd --model elastic --tool sphere:3 --push 0,0,0:0,1,0 --config "
+                   "labels.toml --labels labels.nrrd")["elastic"]["force_n"][1]
+            .get<double>();
+    };
+    EXPECT_NEAR(force("30") / force("10"), 3, 0.05);
+}
+
+TEST_F(ElasticProgram, CutsAndCarves) {
+    const Json report = deform_report(
+        "--push 0,3,0:0,1,0");
+    EXPECT_GT(report["cut_links"], 0);
+    EXPECT_GT(report["carved_elements"], 0);
 }
 
 }  // namespace

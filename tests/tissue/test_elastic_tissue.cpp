@@ -248,6 +248,47 @@ TEST_F(Elastic, AThresholdOfBoneCountsWithoutATableOfModuli) {
               LimitedBy::Bone);
 }
 
+TEST_F(Elastic, LabelsGiveModuliAndHold) {
+    Volume labels{m_scan.grid, VoxelArray<std::int16_t>(voxel_count(m_scan.grid)), {}};
+    auto& label = std::get<0>(labels.voxels);
+    for (int k = 0; k < 36; ++k)
+        for (int j = 8; j < 32; ++j)
+            for (int i = 28; i < 40; ++i)
+                label[voxel_index(m_scan.grid, {i, j, k})] = i < 34 ? 3 : 9;
+    const auto settings_with = [&](double kpa) {
+        ElasticScanSettings settings;
+        settings.labels = std::make_shared<const Volume>(labels);
+        settings.label_materials = {{.values = {3}, .elastic = ElasticPair{kpa, 0.3}},
+                                    {.values = {9}, .law = LabelLaw::Immobile}};
+        return settings;
+    };
+    const auto force = [&](const ElasticScanSettings& settings) {
+        auto tissue = make(settings);
+        Push push = kWallPush;
+        push.push_mm = {0.3, 0, 0};
+        EXPECT_TRUE(tissue->push(kProbe, push).ok());
+        settle(*tissue);
+        EXPECT_EQ(displacement(*tissue, {34, 20, 18}) == Vec3d(0, 0, 0),
+                  !settings.label_materials.empty());
+        return -tissue->force_n(kProbe).value().x;
+    };
+    // At 40 HU the table has 9 kPa.
+    const double by_value = force({}), same = force(settings_with(9)),
+                 stiff = force(settings_with(90));
+    EXPECT_GT(same, by_value) << "behind the label everything is held";
+    EXPECT_GT(stiff, 4 * same);
+    EXPECT_LT(stiff, 10 * same);
+    auto tissue = make(settings_with(9));
+    Push push = kWallPush;
+    push.push_mm = {9, 0, 0};
+    EXPECT_EQ(tissue->push(kProbe, push)->limited_by, LimitedBy::Bone);
+    ElasticScanSettings without = settings_with(9);
+    without.labels = nullptr;
+    const auto error = make_elastic(m_scan, without, m_arena);
+    ASSERT_FALSE(error.ok());
+    EXPECT_EQ(error.error().message, "labels: expected a label volume for [[label]], found none");
+}
+
 TEST_F(Elastic, BadSettingsAreNamed) {
     const auto error = [&](const ElasticScanSettings& settings) {
         auto made = make_elastic(m_scan, settings, m_arena);

@@ -8,9 +8,11 @@
 
 #include <pliant/core/record.h>
 #include <pliant/data/scan_values.h>
+#include <pliant/models/material.h>
 #include <pliant/result.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,10 +37,14 @@ struct ElasticScanSettings {
     double return_s = 0.3;  ///< time in which released tissue returns to 1/e of its displacement
     /// Cells along the edge of each finer lattice around the tool.
     std::int32_t window_cells = 30;
+    /// Tissues by label: the modulus of `elastic` and law Immobile have an effect, and
+    /// bone_threshold_hu as held_above_hu. Voxels of law Constant aren't held by their value.
+    std::vector<LabelMaterial> label_materials{};
+    std::shared_ptr<const Volume> labels{};  ///< on the scan's grid; required by label_materials
 
     friend bool operator==(const ElasticScanSettings&, const ElasticScanSettings&) = default;
 };
-/// Rows of these settings, the table [elastic] of a settings file.
+/// Rows of these settings, the table [elastic] of a settings file, except labels.
 SettingRows<ElasticScanSettings> elastic_scan_rows() noexcept;
 
 /// Checks the settings, for a table of moduli that may be empty.

@@ -60,17 +60,38 @@ StiffnessMap::StiffnessMap(const Volume& volume, const ElasticScanSettings& sett
         if (entry.value <= m_held_above) largest = std::max(largest, entry.kpa);
     if (largest == 0)
         for (const auto& entry : m_table) largest = std::max(largest, entry.kpa);
+    for (const LabelMaterial& material : settings.label_materials)
+        if (material.elastic && material.law != LabelLaw::Immobile)
+            largest = std::max(largest, material.elastic->young_modulus_kpa);
     m_void_mu = float(1000 * largest) * m_mu_per_pa / kJump;
     if (volume.is_16_bit()) {
         m_of_value.resize(65536);
         for (int value = -32768; value < 32768; ++value)
             m_of_value[std::size_t(value + 32768)] = m_mu_per_pa * modulus_of(float(value));
     }
+    take_labels(settings);
     find_held_sides(settings);
     for (int level = 1; level < level_count(); ++level) {
         const Vec3i all = cells(level);
         m_mu.emplace_back(std::size_t(all.x) * std::size_t(all.y) * std::size_t(all.z));
         coarsen(level, {{0, 0, 0}, all}, arena);
+    }
+}
+
+void StiffnessMap::take_labels(const ElasticScanSettings& settings) {
+    ChainMailSettings labelled;
+    labelled.label_materials = settings.label_materials;
+    for (LabelMaterial& material : labelled.label_materials) material.along_direction = false;
+    labelled.labels = settings.labels;
+    m_labels = LabelMap(labelled);
+    for (const LabelMaterial& material : settings.label_materials) {
+        LabelledTissue& tissue = m_labelled.emplace_back();
+        if (material.elastic)
+            tissue.mu = float(1000 * material.elastic->young_modulus_kpa) * m_mu_per_pa;
+        tissue.held_above = material.law == LabelLaw::Immobile ? -HUGE_VAL
+                            : material.law == LabelLaw::Constant
+                                ? HUGE_VAL
+                                : material.bone_threshold_hu.value_or(m_held_above);
     }
 }
 
@@ -169,7 +190,7 @@ float StiffnessMap::edited_mu(Vec3i cell) const {
     float sum = 0;
     for (int c = 0; c < 8; ++c) {
         const Vec3i voxel = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
-        if (!is_carved(voxel)) sum += 0.125F * m_mu_per_pa * modulus_of(m_volume.at(voxel));
+        if (!is_carved(voxel)) sum += 0.125F * mu_of(voxel);
     }
     return std::max(sum, m_void_mu);
 }
@@ -208,9 +229,11 @@ void StiffnessMap::fine_row(Vec3i first, int count, float* mu) const {
         }
     };
     for (int corner = 0; corner < 4; ++corner) {
-        const std::size_t at =
-            voxel_index(grid(), {first.x, first.y + (corner & 1), first.z + (corner >> 1)});
-        if (const auto* values = std::get_if<0>(&m_volume.voxels)) {
+        const Vec3i begin{first.x, first.y + (corner & 1), first.z + (corner >> 1)};
+        const std::size_t at = voxel_index(grid(), begin);
+        if (!m_labels.empty()) {
+            add([&](int i) { return mu_of(begin + Vec3i{i, 0, 0}); });
+        } else if (const auto* values = std::get_if<0>(&m_volume.voxels)) {
             const std::int16_t* const row = values->data() + at;
             add([&](int i) { return m_of_value[std::size_t(row[i] + 32768)]; });
         } else {

@@ -17,9 +17,11 @@
 #include <pliant/volume.h>
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "field/field.h"
+#include "material/labels.h"
 
 namespace pliant {
 
@@ -60,19 +62,33 @@ class StiffnessMap {
     /// Whether a node never moves: bone, or on a held side.
     bool is_held(int level, Vec3i node) const;
     bool is_bone(Vec3i ijk) const {
-        return double(m_volume.at(ijk)) > m_held_above && !is_carved(ijk);
+        const LabelledTissue* const own = tissue_at(ijk);
+        return double(m_volume.at(ijk)) > (own ? own->held_above : m_held_above) && !is_carved(ijk);
     }
     /// Whether a voxel is much stiffer than a void.
-    bool is_tissue(Vec3i ijk) const {
-        return m_mu_per_pa * modulus_of(m_volume.at(ijk)) > kTissue * m_void_mu && !is_carved(ijk);
-    }
+    bool is_tissue(Vec3i ijk) const { return mu_of(ijk) > kTissue * m_void_mu && !is_carved(ijk); }
     static constexpr float kTissue = 8;  ///< multiple of a void's modulus from which cells count
     static constexpr float kSlit = 1 / 16.0F;  ///< modulus of a cut cell over that of a void
     static constexpr float kTouching = 1000;
     const Grid& grid() const { return m_volume.grid; }
 
   private:
+    struct LabelledTissue {
+        std::optional<float> mu;  ///< [Pa]; none: by value
+        double held_above;
+    };
+
     float modulus_of(float value) const;
+    /// The tissue of a voxel's label; null: it has none.
+    const LabelledTissue* tissue_at(Vec3i ijk) const {
+        const int tissue = m_labels.empty() ? -1 : m_labels.law_at(ijk);
+        return tissue < 0 ? nullptr : &m_labelled[std::size_t(tissue)];
+    }
+    float mu_of(Vec3i ijk) const {
+        const LabelledTissue* const own = tissue_at(ijk);
+        return own && own->mu ? *own->mu : m_mu_per_pa * modulus_of(m_volume.at(ijk));
+    }
+    void take_labels(const ElasticScanSettings& settings);
     void find_held_sides(const ElasticScanSettings& settings);
     void coarsen(int level, const Box3i& cells, const TaskArena& arena);
     void fine_row(Vec3i first, int count, float* mu) const;
@@ -86,6 +102,8 @@ class StiffnessMap {
     const Volume& m_volume;
     const Field* m_edits;
     std::vector<ElasticScanSettings::Modulus> m_table;
+    LabelMap m_labels;
+    std::vector<LabelledTissue> m_labelled;
     std::vector<float> m_of_value;  ///< [value + 32768] shear modulus of 16-bit values
     float m_lambda_per_mu, m_void_mu;
     float m_mu_per_pa;

@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "material/labels.h"
 #include "tissue/body_tissue.h"
 #include "tissue/chainmail_tissue.h"
 #include "tissue/elastic_tissue.h"
@@ -203,6 +204,14 @@ Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
     });
 }
 
+Status take_materials(const ChainMailSettings& materials, ElasticScanSettings& settings) noexcept {
+    return attempt([&]() -> Status {
+        settings.label_materials = materials.label_materials;
+        settings.labels = materials.labels;
+        return Ok{};
+    });
+}
+
 Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
                                              const ElasticScanSettings& settings,
                                              const TaskArena& arena) noexcept {
@@ -217,6 +226,11 @@ Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
         }
         if (std::min({scan.grid.size.x, scan.grid.size.y, scan.grid.size.z}) < 2)
             return invalid("elastic: expected 2 voxels or more along each axis");
+        ChainMailSettings labelled;
+        labelled.label_materials = used.label_materials;
+        for (LabelMaterial& material : labelled.label_materials) material.along_direction = false;
+        labelled.labels = used.labels;
+        if (const Status s = check_labels(labelled, scan.grid); !s.ok()) return s.error();
         return std::unique_ptr<Tissue>(new ElasticTissue(scan, used, arena));
     });
 }

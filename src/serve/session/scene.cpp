@@ -58,6 +58,7 @@ Result<std::unique_ptr<Tissue>> make_springs_of(const TissueChoice& choice,
 /// Settings of the scene's elastic scan, with those that are given.
 Result<ElasticScanSettings> elastic_of(const TissueChoice& choice, const LoadedScan& loaded) {
     ElasticScanSettings settings = loaded.elastic;
+    if (const Status s = take_materials(loaded.settings, settings); !s.ok()) return s.error();
     if (const Status s = apply(choice.elastic, elastic_scan_rows(), settings); !s.ok())
         return s.error();
     return settings;
