@@ -24,8 +24,8 @@ constexpr double kLeastVolume = 0.05;  ///< determinants of a state that is show
 constexpr int kStrideIterations = 2, kSweepIterations = 2;
 constexpr int kMostSweeps = 30;  ///< after a tool's motion: contacts may alternate for ever
 constexpr int kHalvings = 2;     ///< of a stride that would fold cells
-constexpr int kContactRounds = 3;
-constexpr double kContactMm = 0.02;  ///< nodes so near to a sphere stay in contact
+constexpr int kContactRounds = 2;
+constexpr double kContactMm = 0.002;  ///< nodes so deep in a sphere join its contacts
 
 bool has(std::span<const HeldNode> nodes, Vec3i voxel) {
     return std::any_of(nodes.begin(), nodes.end(),
@@ -172,19 +172,23 @@ void ElasticTissue::solve(int iterations) {
 /// The tools' forces in the state before cells are untangled.
 void ElasticTissue::find_forces() {
     std::vector<Vec3i> voxels;
-    for (const auto& [number, tool] : m_tools)
-        for (const HeldNode& node : tool.nodes) voxels.push_back(node.node);
+    for (const auto* const tools : {&m_tools, &m_eyes})
+        for (const auto& [number, tool] : *tools)
+            for (const HeldNode& node : tool.nodes) voxels.push_back(node.node);
     const std::vector<Vec3d> forces = m_levels.forces_un(voxels);
     auto force = forces.begin();
-    for (auto& [number, tool] : m_tools) {
-        Vec3d sum{0, 0, 0};
-        for (const HeldNode& node : tool.nodes) {
-            const auto& only = node.only_along;
-            sum = sum + (only ? dot(*force, *only) * *only : *force);
-            ++force;
+    for (auto* const tools : {&m_tools, &m_eyes})
+        for (auto& [number, tool] : *tools) {
+            Vec3d sum{0, 0, 0};
+            tool.pressures_un.clear();
+            for (const HeldNode& node : tool.nodes) {
+                const auto& only = node.only_along;
+                if (only) tool.pressures_un.push_back(dot(*force, *only));
+                sum = sum + (only ? tool.pressures_un.back() * *only : *force);
+                ++force;
+            }
+            tool.force_un = -1.0 * sum;  // the opposite of what holds the nodes
         }
-        tool.force_un = -1.0 * sum;  // the opposite of what holds the nodes
-    }
 }
 
 /// The bone in a sphere, if there is any [lattice].
@@ -262,7 +266,8 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
     std::vector<HeldNode> nodes = nodes_at(push, way.from_mm, true);
     // Tissue that another tool holds changes hands.
     for (auto& [other, held] : m_tools)
-        std::erase_if(held.nodes, [&](const HeldNode& node) { return has(nodes, node.node); });
+        if (std::erase_if(held.nodes, [&](const HeldNode& node) { return has(nodes, node.node); }))
+            held.pressures_un.clear();
     Tool& tool = m_tools[number] = {.nodes = std::move(nodes)};
     m_is_shown = m_settled = false;
     m_sweeps = 0;
@@ -295,43 +300,40 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
     return report;
 }
 
-/// The nodes in a sphere's way stay at its surface, and those in contact stay there.
+/// The nodes in contact that are pressed stay at the sphere's surface, and so do nodes in its way: a
+/// primal-dual active set [Hintermueller2002].
 void ElasticTissue::find_contacts(Tool& tool) const {
     std::vector<HeldNode> contacts;
-    visit_near(tool.centre_mm, tool.radius_mm + kContactMm, [&](Vec3i voxel, Vec3d u, Vec3d now) {
-        const double distance = norm(now - tool.centre_mm);
-        if (!(distance > 0) || m_map.is_held(0, voxel)) return;
-        if (m_field.field().is_void(voxel)) return;
-        if (!tool.tissue.hold(double(m_scan.at(voxel)))) return;
-        if (distance > tool.radius_mm && !has(tool.nodes, voxel)) return;
-        const Vec3d normal = (1 / distance) * (now - tool.centre_mm);
+    const auto add = [&](Vec3i voxel, Vec3d u) {
+        const Vec3d from_centre = rest_mm(voxel) + u - tool.centre_mm;
+        const double distance = norm(from_centre);
+        if (!(distance > 0)) return;
+        const Vec3d normal = (1 / distance) * from_centre;
         contacts.push_back({voxel, u + (tool.radius_mm - distance) * normal, normal});
+    };
+    for (std::size_t n = 0; n < tool.nodes.size(); ++n) {
+        if (n < tool.pressures_un.size() && tool.pressures_un[n] < 0) continue;
+        float u[3];
+        m_levels.displacement_row(tool.nodes[n].node, 1, {&u[0], &u[1], &u[2]});
+        add(tool.nodes[n].node, {u[0], u[1], u[2]});
+    }
+    visit_near(tool.centre_mm, tool.radius_mm - kContactMm, [&](Vec3i voxel, Vec3d u, Vec3d) {
+        if (m_map.is_held(0, voxel) || m_field.field().is_void(voxel)) return;
+        if (!tool.tissue.hold(double(m_scan.at(voxel))) || has(contacts, voxel)) return;
+        add(voxel, u);
     });
     tool.nodes = std::move(contacts);
-}
-
-/// Removes contacts that would pull. @returns whether there were any
-bool ElasticTissue::drop_pulling(Tool& tool) {
-    std::vector<Vec3i> voxels;
-    for (const HeldNode& node : tool.nodes) voxels.push_back(node.node);
-    const std::vector<Vec3d> forces = m_levels.forces_un(voxels);
-    std::size_t kept = 0;
-    for (std::size_t n = 0; n < forces.size(); ++n)
-        if (dot(forces[n], *tool.nodes[n].only_along) >= 0) tool.nodes[kept++] = tool.nodes[n];
-    const bool dropped = kept < tool.nodes.size();
-    tool.nodes.resize(kept);
-    return dropped;
+    tool.pressures_un.clear();
 }
 
 /// Finds the nodes in contact, and their equilibrium.
 void ElasticTissue::press(Tool& tool) {
     for (int round = 0; round < kContactRounds; ++round) {
-        const std::size_t before = tool.nodes.size();
+        const bool had = !tool.nodes.empty();
         find_contacts(tool);
-        if (before + tool.nodes.size() == 0) return;
+        if (!had && tool.nodes.empty()) return;
         hold_all();
         solve(kStrideIterations);
-        if (!drop_pulling(tool) && round > 0 && before == tool.nodes.size()) return;
     }
 }
 
@@ -428,9 +430,11 @@ Result<CarveReport> ElasticTissue::do_carve(const CarveTool& tool) {
     if (carved->in_tissue) {
         report.carved_elements = carved->count;
         edit(carved->bricks);
+        const auto is_carved = [&](const HeldNode& node) {
+            return m_field.field().is_void(node.node);
+        };
         for (auto& [number, held] : m_tools)
-            std::erase_if(held.nodes,
-                          [&](const HeldNode& node) { return m_field.field().is_void(node.node); });
+            if (std::erase_if(held.nodes, is_carved)) held.pressures_un.clear();
         std::erase_if(m_tools, [](const auto& held) { return held.second.nodes.empty(); });
         hold_all();
     }

@@ -59,6 +59,8 @@ class ElasticTissue final : public OwnTissue {
     /// A tool at rest: nodes that it holds, or a sphere that they slide along.
     struct Tool {
         std::vector<HeldNode> nodes;
+        /// [node] of the last solution, while it slides: below 0 pulls
+        std::vector<double> pressures_un{};
         bool slides = false;
         Vec3d centre_mm{0, 0, 0};  ///< lattice: along the scan's axes, from its first voxel
         double radius_mm = 0;
@@ -96,7 +98,6 @@ class ElasticTissue final : public OwnTissue {
     std::optional<EditMap> edits_of(std::span<const double> numbers) const;
     std::optional<Vec3d> bone_in(Vec3d centre_mm, double radius_mm) const;
     void find_contacts(Tool& tool) const;
-    bool drop_pulling(Tool& tool);
 
     const Volume& m_scan;
     const TaskArena& m_arena;
