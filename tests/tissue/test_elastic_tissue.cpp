@@ -112,6 +112,36 @@ TEST_F(Elastic, ReleasedTissueReturnsExponentiallyToRest) {
     EXPECT_EQ(tissue->deformation().moved_box(), Box3i{});
 }
 
+TEST_F(Elastic, ADragIsNearEquilibriumAtEachStep) {
+    auto frames = make(), settled = make();
+    for (Tissue* const tissue : {frames.get(), settled.get()})
+        ASSERT_GT(tissue->grab(kProbe, kWallPush, 5)->grabbed_elements, 0);
+    Vec3d offset{0, 0, 0};
+    for (int n = 0; n < 12; ++n) {
+        SCOPED_TRACE("step " + std::to_string(n));
+        offset = offset + (n < 6 ? Vec3d{0.25, 0, 0} : Vec3d{0.05, 0.2, -0.1});  // it turns
+        for (Tissue* const tissue : {frames.get(), settled.get()})
+            ASSERT_EQ(tissue->drag_to(offset)->step_fraction, 1);
+        settle(*settled);
+        EXPECT_NEAR(norm(displacement(*frames, {28, 20, 18}) - offset), 0, 2e-3);
+        double difference = 0, all = 0;
+        for (int k = 0; k < 36; ++k)
+            for (int j = 0; j < 38; ++j)
+                for (int i = 0; i < 40; ++i) {
+                    const Vec3d u = displacement(*settled, {i, j, k});
+                    const Vec3d d = displacement(*frames, {i, j, k}) - u;
+                    difference += dot(d, d);
+                    all += dot(u, u);
+                }
+        EXPECT_LT(std::sqrt(difference / all), 0.08);
+        const Vec3d force = settled->force_n(kProbe).value();
+        EXPECT_LT(norm(frames->force_n(kProbe).value() - force), 0.1 * norm(force));
+    }
+    frames->let_go();
+    EXPECT_FALSE(frames->is_touched());
+    EXPECT_EQ(frames->drag_to(offset).error().message, "drag: expected a grab before it");
+}
+
 TEST_F(Elastic, ALongPushFoldsNoTissue) {
     auto tissue = make();
     Push push = kWallPush;

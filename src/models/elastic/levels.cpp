@@ -466,26 +466,101 @@ double ElasticLevels::start() {
     for (std::size_t n = m_levels.size() - 1; n-- > 0;) follow(n);
     if (m_turns && find_touching()) stiffen();
     for (auto& level : m_levels) {
-        if (m_turns) {
-            LatticeSweep sweep = level->sweep(m_map);
-            sweep.x = level->u;
-            for_planes(*level, [&](int begin, int end) {
-                turn_planes(sweep, level->rotations, kTurnSteps, begin, end);
-            });
-        }
+        if (!m_turns) break;
+        LatticeSweep sweep = level->sweep(m_map);
+        sweep.x = level->u;
+        for_planes(*level, [&](int begin, int end) {
+            turn_planes(sweep, level->rotations, kTurnSteps, begin, end);
+        });
+    }
+    find_residual(Turning::Positions);
+    return std::sqrt(sum_over_planes([](const ElasticLevel& level, const NodeSweep& nodes) {
+        return dot_nodes(nodes, level.r, level.r);
+    }));
+}
+
+/// r = the negative forces of u, those of touching cells included if they belong to positions.
+void ElasticLevels::find_residual(Turning turning) {
+    for (auto& level : m_levels) {
         sweep(*level, SweepPass::Residual, [&](LatticeSweep& s) {
             s.x = level->u;
             s.out = level->r;
             s.left_out = level->covered;
-            s.turning = m_turns ? Turning::Positions : Turning::None;
+            s.turning = m_turns ? turning : Turning::None;
         });
-        level->add_touching(m_map, level->r, 1, m_turns, false);
+        if (turning == Turning::Positions) level->add_touching(m_map, level->r, 1, m_turns, false);
     }
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::r, false);
     for (auto& level : m_levels) slide(*level, level->r);
-    return std::sqrt(sum_over_planes([](const ElasticLevel& level, const NodeSweep& nodes) {
-        return dot_nodes(nodes, level.r, level.r);
-    }));
+}
+
+// Responses.
+
+void ElasticLevels::find_response(std::span<const Vec3i> voxels, int iterations,
+                                  HeldResponse& response) {
+    (void)start();  // rotations
+    response.levels.clear();
+    std::vector<AlignedVector<float>> kept;
+    const auto rows_of = [](AlignedVector<float>& memory, std::size_t size) {
+        return NodeRows{memory.data(), memory.data() + size, memory.data() + 2 * size};
+    };
+    for (auto& level : m_levels) {
+        const std::size_t size = level->array_size();
+        auto& of_level = response.levels.emplace_back();
+        of_level.window = {level->first, level->first + level->nodes};
+        for (auto& along : of_level.along) along.resize(3 * size);
+        const NodeRows rows = rows_of(kept.emplace_back(3 * size), size);
+        for (std::size_t a = 0; a < 3; ++a) std::copy_n(level->u[a], size, rows[a]);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (auto& level : m_levels) {
+            for (float* const u : level->u) std::fill_n(u, level->array_size(), 0.0F);
+            for (const Vec3i voxel : voxels)
+                if (const auto local = level->local_of(voxel);
+                    local && level->is_held(level->index(*local)))
+                    level->u[axis][level->index(*local)] = 1;
+        }
+        for (std::size_t n = m_levels.size() - 1; n-- > 0;) follow(n);
+        m_product = 0;
+        find_residual(Turning::Kept);
+        for (int n = 0; n < iterations; ++n)
+            if (iterate() == 0) break;
+        for (std::size_t n = 0; n < m_levels.size(); ++n) {
+            const std::size_t size = m_levels[n]->array_size();
+            const NodeRows rows = rows_of(response.levels[n].along[axis], size);
+            for (std::size_t a = 0; a < 3; ++a) std::copy_n(m_levels[n]->u[a], size, rows[a]);
+        }
+    }
+    for (std::size_t n = 0; n < m_levels.size(); ++n) {
+        const std::size_t size = m_levels[n]->array_size();
+        const NodeRows rows = rows_of(kept[n], size);
+        for (std::size_t a = 0; a < 3; ++a) std::copy_n(rows[a], size, m_levels[n]->u[a]);
+    }
+    m_product = 0;
+}
+
+bool ElasticLevels::respond(const HeldResponse& response, Vec3d shift_mm) {
+    if (response.levels.size() != m_levels.size()) return false;
+    for (std::size_t n = 0; n < m_levels.size(); ++n)
+        if (response.levels[n].window !=
+            Box3i{m_levels[n]->first, m_levels[n]->first + m_levels[n]->nodes})
+            return false;
+    const float shift[3] = {float(shift_mm.x), float(shift_mm.y), float(shift_mm.z)};
+    for (std::size_t n = 0; n < m_levels.size(); ++n) {
+        const ElasticLevel& level = *m_levels[n];
+        const auto& along = response.levels[n].along;
+        for_planes(level, [&](int begin, int end) {
+            for (std::size_t a = 0; a < 3; ++a) {
+                const std::size_t rest = a * level.array_size();
+                for (std::size_t at = level.plane * std::size_t(begin);
+                     at < level.plane * std::size_t(end); ++at)
+                    level.u[a][at] += shift[0] * along[0][rest + at] +
+                                      shift[1] * along[1][rest + at] +
+                                      shift[2] * along[2][rest + at];
+            }
+        });
+    }
+    return true;
 }
 
 double ElasticLevels::iterate() {
@@ -590,8 +665,11 @@ bool ElasticLevels::untangle(double limit) {
         });
         return std::find(of_plane.begin(), of_plane.end(), 1) != of_plane.end();
     };
+    m_was_tangled = false;
     return std::all_of(m_levels.begin(), m_levels.end(), [&](auto& level) {
-        return !is_folded(*level) || level->untangle(m_map, float(limit));
+        if (!is_folded(*level)) return true;
+        m_was_tangled = true;
+        return level->untangle(m_map, float(limit));
     });
 }
 

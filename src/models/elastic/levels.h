@@ -47,6 +47,15 @@ struct SmootherSettings {
     float last_part = 2000;
 };
 
+/// How all nodes follow some held ones that move along an axis, in the linear system of one state.
+struct HeldResponse {
+    struct OfLevel {
+        Box3i window;
+        std::array<AlignedVector<float>, 3> along;  ///< [axis][component][node] per mm
+    };
+    std::vector<OfLevel> levels{};  ///< empty: none
+};
+
 class ElasticLevels {
   public:
     /// @param map  must outlive the levels
@@ -73,6 +82,12 @@ class ElasticLevels {
     double start();
     /// One iteration. @returns norm of the residual after it [µN]; 0 if there is nothing to solve
     double iterate();
+    /// Finds the response to held nodes that move, with a number of iterations for each axis.
+    /// @param voxels  some of the held nodes
+    void find_response(std::span<const Vec3i> voxels, int iterations, HeldResponse& response);
+    /// Moves all nodes as those of the response move by a shift. @returns false, and nothing has
+    /// changed, if the windows are others than the response's
+    bool respond(const HeldResponse& response, Vec3d shift_mm);
     /// Internal forces [µN] on voxels that are nodes, along the lattice's axes; 0 on others. A
     /// voxel is a node of the finest lattice at its place, or none.
     std::vector<Vec3d> forces_un(std::span<const Vec3i> voxels);
@@ -84,8 +99,10 @@ class ElasticLevels {
     Box3i moved_box(double mm) const;
     /// Smooths the displacement around cells of tissue that have a corner with a determinant of the
     /// deformation gradient below a limit, until there is none.
-    /// @returns false if that doesn't succeed
+    /// @returns whether that succeeds
     bool untangle(double limit);
+    /// Whether the last call of untangle() moved nodes.
+    bool was_tangled() const { return m_was_tangled; }
 
     double largest_mm() const;  ///< largest displacement of a node along an axis
     /// Number of voxels that are displaced by more than a length along some axis.
@@ -129,6 +146,7 @@ class ElasticLevels {
     void follow(std::size_t n);
     void give_forces(std::size_t n, NodeRows ElasticLevel::*rows, bool to_held);
     static void slide(const ElasticLevel& level, const NodeRows& rows);
+    void find_residual(Turning turning);
     bool find_touching();
     static bool read_touching(std::span<const double>& numbers, Vec3i cells,
                               std::vector<TouchingCell>& touching);
@@ -140,6 +158,7 @@ class ElasticLevels {
     bool m_turns;
     Levels m_levels;  ///< finest first
     std::vector<HeldNode> m_held;
+    bool m_was_tangled = false;
     double m_product = 0;  ///< residual · correction of the last iteration; 0: none
 };
 

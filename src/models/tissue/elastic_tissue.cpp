@@ -17,10 +17,13 @@
 namespace pliant {
 namespace {
 
-constexpr double kSweepMs = 20;        ///< simulated time of a sweep
-constexpr double kStillMm = 0.01;      ///< a sweep that moves nothing farther has settled
-constexpr double kHomeMm = 0.02;       ///< free tissue so near to rest is put there
-constexpr double kLeastVolume = 0.05;  ///< determinants of a state that is shown
+constexpr double kSweepMs = 20;         ///< simulated time of a sweep
+constexpr double kStillMm = 0.01;       ///< a sweep that moves nothing farther has settled
+constexpr double kHomeMm = 0.02;        ///< free tissue so near to rest is put there
+constexpr double kLeastVolume = 0.05;   ///< determinants of a state that is shown
+constexpr int kResponseIterations = 4;  ///< for each axis, when a drag begins
+constexpr int kDragIterations = 1;
+constexpr double kFarthestStep = 2;  ///< of a drag, relative to the step before
 constexpr int kStrideIterations = 2, kSweepIterations = 2;
 constexpr int kMostSweeps = 30;  ///< after a tool's motion: contacts may alternate for ever
 constexpr int kHalvings = 2;     ///< of a stride that would fold cells
@@ -231,8 +234,16 @@ ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Mo
         }
         m_levels.copy_to(m_before);
         const Tool before = tool;
-        move(next, step * way.shift_mm);
-        if (m_levels.untangle(kLeastVolume)) {
+        bool succeeded = false;
+        try {
+            move(next, step * way.shift_mm);
+            succeeded = m_levels.untangle(kLeastVolume);
+        } catch (...) {
+            (void)m_levels.copy_from(m_before);
+            tool = before;
+            throw;
+        }
+        if (succeeded) {
             end.fraction += step;
             continue;
         }
@@ -268,6 +279,7 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
     for (auto& [other, held] : m_tools)
         if (std::erase_if(held.nodes, [&](const HeldNode& node) { return has(nodes, node.node); }))
             held.pressures_un.clear();
+    if (m_drag && m_drag->tool == number) m_drag.reset();
     Tool& tool = m_tools[number] = {.nodes = std::move(nodes)};
     m_is_shown = m_settled = false;
     m_sweeps = 0;
@@ -286,18 +298,108 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
         hold_all();
         if (!tool.nodes.empty()) solve(kStrideIterations);
     });
-    PushReport report{.status = end.limited_by == LimitedBy::None ? PushStatus::Applied
-                                : end.fraction > 0                ? PushStatus::Limited
-                                                                  : PushStatus::Rejected,
-                      .limited_by = end.limited_by,
-                      .step_fraction = end.fraction,
-                      .grabbed_elements = std::int64_t(tool.nodes.size()),
-                      .moved_elements = m_levels.moved_voxels(kHomeMm),
-                      .message = end.message,
-                      .bone_mm = end.bone_mm};
+    PushReport report = report_of(end, tool);
     if (tool.nodes.empty()) m_tools.erase(number);
     report.solve_ms = watch.ms();
     return report;
+}
+
+PushReport ElasticTissue::report_of(const WayEnd& end, const Tool& tool) const {
+    return {.status = end.limited_by == LimitedBy::None ? PushStatus::Applied
+                      : end.fraction > 0                ? PushStatus::Limited
+                                                        : PushStatus::Rejected,
+            .limited_by = end.limited_by,
+            .step_fraction = end.fraction,
+            .grabbed_elements = std::int64_t(tool.nodes.size()),
+            .moved_elements = m_levels.moved_voxels(kHomeMm),
+            .message = end.message,
+            .bone_mm = end.bone_mm};
+}
+
+// Drags.
+
+Result<GrabReport> ElasticTissue::grab(std::uint32_t tool, const Push& position, double) noexcept {
+    return attempt([&]() -> Result<GrabReport> {
+        const Stopwatch watch;
+        Push still = position;
+        still.push_mm = {0, 0, 0};
+        const Result<PushReport> report = push(tool, still);
+        if (!report) return report.error();
+        m_drag.reset();
+        if (report->grabbed_elements > 0) {
+            m_drag = Drag{.tool = tool,
+                          .from_mm = lattice_of(position.point_mm),
+                          .radius_mm = position.sphere_radius_mm};
+            m_tools.at(tool).centre_mm = m_drag->from_mm;
+            find_response();
+        }
+        return GrabReport{.grabbed_elements = report->grabbed_elements,
+                          .grab_ms = watch.ms(),
+                          .message = report->message};
+    });
+}
+
+void ElasticTissue::find_response() {
+    std::vector<Vec3i> voxels;
+    for (const HeldNode& node : m_tools.at(m_drag->tool).nodes) voxels.push_back(node.node);
+    m_levels.find_response(voxels, kResponseIterations, m_drag->response);
+}
+
+Result<PushReport> ElasticTissue::drag_to(Vec3d offset_mm) noexcept {
+    return attempt([&]() -> Result<PushReport> {
+        if (!m_drag) return invalid("drag: expected a grab before it");
+        if (!is_finite(offset_mm))
+            return expected_error("drag", "finite numbers", text_of(offset_mm));
+        return do_drag_to(offset_mm);
+    });
+}
+
+PushReport ElasticTissue::do_drag_to(Vec3d offset_mm) {
+    const Stopwatch watch;
+    Tool& tool = m_tools.at(m_drag->tool);
+    const Vec3d to_mm = m_drag->from_mm + lattice_from_world_vector(m_scan.grid, offset_mm);
+    const Way way{.from_mm = tool.centre_mm,
+                  .shift_mm = to_mm - tool.centre_mm,
+                  .radius_mm = m_drag->radius_mm,
+                  .longest_mm = std::max(m_drag->radius_mm, shortest_edge_mm())};
+    look_at(way);
+    m_is_shown = m_settled = false;
+    m_sweeps = 0;
+    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift) {
+        const bool is_predicted = predict(shift);
+        tool.centre_mm = centre;
+        for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
+        hold_all();
+        solve(is_predicted ? kDragIterations : kStrideIterations);
+    });
+    m_drag->was_smoothed = end.fraction < 1 || m_levels.was_tangled();
+    PushReport report = report_of(end, tool);
+    report.solve_ms = watch.ms();
+    return report;
+}
+
+/// Extrapolates the drag to the next position of the tool, unless cells were smoothed.
+/// @pre m_before is the present state. @returns whether it did
+bool ElasticTissue::predict(Vec3d shift_mm) {
+    Drag& drag = *m_drag;
+    const Vec3d last_mm = std::exchange(drag.step_mm, shift_mm);
+    const std::vector<double> earlier = std::exchange(drag.earlier, m_before);
+    if (drag.was_smoothed) return false;
+    const double square = dot(last_mm, last_mm);
+    double part =
+        square > 0 ? std::clamp(dot(shift_mm, last_mm) / square, 0.0, kFarthestStep) : 0.0;
+    if (part > 0 && !std::isfinite(m_levels.go_back(earlier, -part))) part = 0;
+    const Vec3d aside = shift_mm - part * last_mm;
+    if (norm(aside) > 0.1 * norm(shift_mm) && !m_levels.respond(drag.response, aside)) {
+        find_response();
+        (void)m_levels.respond(drag.response, aside);
+    }
+    return true;
+}
+
+void ElasticTissue::let_go() noexcept {
+    if (m_drag) release(m_drag->tool);
+    m_drag.reset();
 }
 
 /// The nodes in contact that are pressed stay at the sphere's surface, and so do nodes in its way: a
@@ -348,6 +450,7 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
                   .radius_mm = push.sphere_radius_mm,
                   .longest_mm = shortest_edge_mm()};
     look_at(way);
+    if (m_drag && m_drag->tool == number) m_drag.reset();
     Tool& tool = m_tools[number];
     if (!tool.slides) tool.nodes.clear();
     tool.slides = true;
@@ -400,6 +503,7 @@ void ElasticTissue::edit(EditMap& bricks) {
     m_field.edit(bricks);
     m_map.renew(box, m_arena);
     m_levels.renew(box);
+    if (m_drag) m_drag->response.levels.clear();
     m_is_shown = false;
     m_sweeps = 0;
     m_settled = m_settled && m_levels.largest_mm() == 0;
@@ -436,6 +540,7 @@ Result<CarveReport> ElasticTissue::do_carve(const CarveTool& tool) {
         for (auto& [number, held] : m_tools)
             if (std::erase_if(held.nodes, is_carved)) held.pressures_un.clear();
         std::erase_if(m_tools, [](const auto& held) { return held.second.nodes.empty(); });
+        if (m_drag && !m_tools.contains(m_drag->tool)) m_drag.reset();
         hold_all();
     }
     report.carve_ms = watch.ms();
@@ -443,6 +548,7 @@ Result<CarveReport> ElasticTissue::do_carve(const CarveTool& tool) {
 }
 
 void ElasticTissue::release(std::uint32_t tool) noexcept {
+    if (m_drag && m_drag->tool == tool) m_drag.reset();
     if (m_tools.erase(tool) == 0) return;
     m_settled = false;
     m_returns = true;
@@ -527,6 +633,7 @@ Result<Sweep> ElasticTissue::do_sweep() {
 
 Status ElasticTissue::do_reset() {
     m_tools.clear();
+    m_drag.reset();
     m_levels.reset();
     m_settled = true;
     m_returns = false;
@@ -586,6 +693,7 @@ Status ElasticTissue::do_set_state(std::span<const double> numbers) {
         return now && *now == brick.second;
     });
     m_tools.clear();
+    m_drag.reset();
     edit(*edits);
     m_is_shown = false;
     m_settled = m_levels.largest_mm() == 0;

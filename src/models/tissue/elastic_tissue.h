@@ -30,6 +30,10 @@ class ElasticTissue final : public OwnTissue {
     ElasticTissue(const Volume& scan, const ElasticScanSettings& settings, const TaskArena& arena);
 
     TissueTraits traits() const noexcept override;
+    Result<GrabReport> grab(std::uint32_t tool, const Push& position,
+                            double reach_mm) noexcept override;
+    Result<PushReport> drag_to(Vec3d offset_mm) noexcept override;
+    void let_go() noexcept override;
     void release(std::uint32_t tool) noexcept override;
     bool is_touched_by(std::uint32_t tool) const noexcept override;
     Status place_eye(std::uint32_t tool, Vec3d position_mm, double radius_mm) noexcept override;
@@ -79,6 +83,21 @@ class ElasticTissue final : public OwnTissue {
         std::string message{};
     };
 
+    /// A drag: the tissue goes on as it moved last; where the tool turns, by its linear response.
+    struct Drag {
+        std::uint32_t tool;
+        Vec3d from_mm;  ///< of the tool, lattice
+        double radius_mm;
+        HeldResponse response{};
+        std::vector<double> earlier{};  ///< state before the last step
+        Vec3d step_mm{0, 0, 0};         ///< the last step, lattice
+        bool was_smoothed = false;      ///< by untangle(), in that step
+    };
+
+    PushReport do_drag_to(Vec3d offset_mm);
+    void find_response();
+    bool predict(Vec3d shift_mm);
+    PushReport report_of(const WayEnd& end, const Tool& tool) const;
     Vec3d lattice_of(Vec3d world_mm) const;
     Vec3d rest_mm(Vec3i voxel) const;
     template <class Visit>
@@ -106,6 +125,7 @@ class ElasticTissue final : public OwnTissue {
     StiffnessMap m_map;
     ElasticLevels m_levels;
     std::map<std::uint32_t, Tool> m_tools, m_eyes;
+    std::optional<Drag> m_drag;
     bool m_settled = true;
     int m_sweeps = 0;        ///< with tools at rest
     bool m_returns = false;  ///< a tool has let go since the tissue last was in equilibrium
