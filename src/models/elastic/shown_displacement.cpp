@@ -15,8 +15,13 @@ constexpr Fixed kStep = 1 << 10;   ///< displacements are multiples of 2⁻¹⁰
 constexpr double kStillMm = 0.02;  ///< smaller motion is not shown
 constexpr Fixed kStill = Fixed(kStillMm * kUnitsPerMm);
 
+/// To the nearest step, ties to even. @pre below 2²² steps
+constexpr std::size_t kBricksPerChunk = 64;
+
+/// The nearest step, of equal ones the even one. @pre below 2²² steps
 Fixed rounded(float mm) {
-    return Fixed(std::lround(mm * float(kUnitsPerMm / kStep))) * kStep;
+    constexpr float kWhole = 0x1.8p23F;  // a sum with it has no fraction
+    return Fixed(mm * float(kUnitsPerMm / kStep) + kWhole - kWhole) * kStep;
 }
 
 }  // namespace
@@ -33,20 +38,44 @@ void ShownDisplacement::fill(const ElasticLevels& levels, const StiffnessMap& ma
             const Vec3i at{first.x, std::min(first.y + y, voxels.y - 1),
                            std::min(first.z + z, voxels.z - 1)};
             levels.displacement_row(at, count, {row[0].data(), row[1].data(), row[2].data()});
+            for (int x = 0; x < count; ++x)
+                if (map.is_bone({at.x + x, at.y, at.z}))
+                    for (auto& component : row) component[std::size_t(x)] = 0;
+            for (auto& component : row)
+                std::fill(component.begin() + count, component.end(),
+                          component[std::size_t(count - 1)]);
             const std::size_t to = std::size_t(size) * std::size_t(y + size * z);
-            for (int x = 0; x < size; ++x) {
-                const int from = std::min(x, count - 1);
-                const bool still = map.is_bone({at.x + from, at.y, at.z});
-                for (std::size_t a = 0; a < 3; ++a)
-                    u[a][to + std::size_t(x)] = still ? 0 : rounded(row[a][std::size_t(from)]);
-            }
+            for (std::size_t a = 0; a < 3; ++a)
+                for (std::size_t x = 0; x < std::size_t(size); ++x)
+                    u[a][to + x] = rounded(row[a][x]);
         }
+}
+
+/// Finds how far a brick lags. @param[out] filled  its displacements on the lattices
+void ShownDisplacement::measure(const ElasticLevels& levels, const StiffnessMap& map, Lag& lag,
+                                std::vector<Fixed>& filled) const {
+    const std::size_t count = filled.size() / 3;
+    fill(levels, map, lag.coord, {filled.data(), filled.data() + count, filled.data() + 2 * count});
+    const int index = m_field.find_brick(lag.coord);
+    Fixed largest = 0, difference = 0;
+    for (const Fixed u : filled) largest = std::max(largest, std::abs(u));
+    lag.units = 0;
+    if (index < 0) {
+        if (largest >= kStill) lag.units = largest;
+        return;
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+        const Fixed* const before = m_field.brick(index).u[a];
+        for (std::size_t e = 0; e < count; ++e)
+            difference = std::max(difference, std::abs(filled[a * count + e] - before[e]));
+    }
+    lag.units = difference;
 }
 
 /// Bricks that differ from the lattices.
 std::vector<ShownDisplacement::Lag> ShownDisplacement::find_lags(const ElasticLevels& levels,
                                                                  const StiffnessMap& map,
-                                                                 const TaskArena& arena) const {
+                                                                 const TaskArena& arena) {
     Box3i box = levels.moved_box(kStillMm);
     const int size = m_field.brick_size();
     std::vector<Lag> lags;
@@ -61,23 +90,20 @@ std::vector<ShownDisplacement::Lag> ShownDisplacement::find_lags(const ElasticLe
     for (const int index : m_field.resident_bricks())
         if (!contains(bricks, m_field.brick(index).coord))
             lags.push_back({m_field.brick(index).coord, 0});
-    arena.for_each(std::int64_t(lags.size()), 64, [&](std::int64_t begin, std::int64_t end) {
-        const std::size_t count = std::size_t(m_field.elements_per_brick());
-        std::vector<Fixed> memory(3 * count);
-        const std::array<Fixed*, 3> u{memory.data(), memory.data() + count,
-                                      memory.data() + 2 * count};
-        for (std::int64_t n = begin; n < end; ++n) {
-            Lag& lag = lags[std::size_t(n)];
-            fill(levels, map, lag.coord, u);
-            const int index = m_field.find_brick(lag.coord);
-            Fixed largest = 0, difference = 0;
-            for (std::size_t a = 0; a < 3; ++a)
-                for (std::size_t e = 0; e < count; ++e) {
-                    const Fixed before = index < 0 ? 0 : m_field.brick(index).u[a][e];
-                    largest = std::max(largest, std::abs(u[a][e]));
-                    difference = std::max(difference, std::abs(u[a][e] - before));
-                }
-            lag.units = index < 0 && largest < kStill ? 0 : difference;
+    m_chunks.resize((lags.size() + kBricksPerChunk - 1) / kBricksPerChunk);
+    arena.for_each(std::int64_t(m_chunks.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+        std::vector<Fixed> memory(3 * std::size_t(m_field.elements_per_brick()));
+        for (auto chunk = std::size_t(begin); chunk < std::size_t(end); ++chunk) {
+            m_chunks[chunk].clear();
+            const std::size_t last = std::min(lags.size(), kBricksPerChunk * (chunk + 1));
+            for (std::size_t n = kBricksPerChunk * chunk; n < last; ++n) {
+                Lag& lag = lags[n];
+                measure(levels, map, lag, memory);
+                if (lag.units == 0) continue;
+                lag.chunk = chunk;
+                lag.at = m_chunks[chunk].size();
+                m_chunks[chunk].insert(m_chunks[chunk].end(), memory.begin(), memory.end());
+            }
         }
     });
     std::erase_if(lags, [](const Lag& lag) { return lag.units == 0; });
@@ -97,16 +123,15 @@ bool ShownDisplacement::show(const ElasticLevels& levels, const StiffnessMap& ma
     const std::size_t found = lags.size();
     if (!all) {
         std::erase_if(lags, [](const Lag& lag) { return lag.units < kStill; });
-        const std::size_t count = std::min(
+        const std::size_t most = std::min(
             lags.size(),
             std::size_t(std::max<std::int64_t>(1, max_elements / m_field.elements_per_brick())));
         const auto is_before = [](const Lag& a, const Lag& b) {
             return std::tuple(-a.units, a.coord.z, a.coord.y, a.coord.x) <
                    std::tuple(-b.units, b.coord.z, b.coord.y, b.coord.x);
         };
-        std::partial_sort(lags.begin(), lags.begin() + std::ptrdiff_t(count), lags.end(),
-                          is_before);
-        lags.resize(count);
+        std::partial_sort(lags.begin(), lags.begin() + std::ptrdiff_t(most), lags.end(), is_before);
+        lags.resize(most);
     }
     std::vector<int> bricks;
     const std::uint64_t made = m_field.made_count();
@@ -118,10 +143,16 @@ bool ShownDisplacement::show(const ElasticLevels& levels, const StiffnessMap& ma
     }
     if (bricks.empty()) return found == 0;
     const std::uint64_t now = m_field.tick();
+    const std::size_t count = std::size_t(m_field.elements_per_brick());
     arena.for_each(std::int64_t(bricks.size()), 64, [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t n = begin; n < end; ++n) {
             FieldBrick& brick = m_field.brick(bricks[std::size_t(n)]);
-            fill(levels, map, brick.coord, brick.u);
+            const Lag& lag = lags[std::size_t(n)];
+            const Fixed* from = m_chunks[lag.chunk].data() + lag.at;
+            for (Fixed* const to : brick.u) {
+                std::copy_n(from, count, to);
+                from += count;
+            }
             m_field.written(brick, now);
         }
     });

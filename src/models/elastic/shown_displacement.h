@@ -31,13 +31,17 @@ class ShownDisplacement {
     struct Lag {
         Vec3i coord;
         Fixed units;
+        std::size_t chunk = 0, at = 0;  ///< of its displacements
     };
     void fill(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord,
               const std::array<Fixed*, 3>& u) const;
+    void measure(const ElasticLevels& levels, const StiffnessMap& map, Lag& lag,
+                 std::vector<Fixed>& filled) const;
     std::vector<Lag> find_lags(const ElasticLevels& levels, const StiffnessMap& map,
-                               const TaskArena& arena) const;
+                               const TaskArena& arena);
 
     WritableField m_field;
+    std::vector<std::vector<Fixed>> m_chunks;  ///< displacements of the bricks that lag
 };
 
 }  // namespace pliant
