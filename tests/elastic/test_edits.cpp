@@ -3,7 +3,7 @@
 
 // Edits in the stiffness map: after a change the map is the one that a new scan would have, and so
 // are the lattices.
-// Covers: elastic/stiffness_map.cpp, elastic/levels.cpp.
+// Covers: elastic/stiffness_map.cpp, elastic/levels.cpp, elastic/levels_state.cpp.
 
 #include <gtest/gtest.h>
 

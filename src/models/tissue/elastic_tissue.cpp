@@ -402,7 +402,7 @@ void ElasticTissue::let_go() noexcept {
     m_drag.reset();
 }
 
-/// The nodes in contact that are pressed stay at the sphere's surface, and so do nodes in its way: a
+/// The nodes in contact that are pressed stay at the sphere's surface, as do nodes in its way: a
 /// primal-dual active set [Hintermueller2002].
 void ElasticTissue::find_contacts(Tool& tool) const {
     std::vector<HeldNode> contacts;
