@@ -129,8 +129,7 @@ TEST_F(ElasticProgram, TakesModuliFromLabels) {
 }
 
 TEST_F(ElasticProgram, CutsAndCarves) {
-    const Json report = deform_report(
-        "--push 0,3,0:0,1,0");
+    const Json report = deform_report("--push 0,3,0:0,1,0");
     EXPECT_GT(report["cut_links"], 0);
     EXPECT_GT(report["carved_elements"], 0);
 }
