@@ -115,7 +115,8 @@ Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
 /// Makes the elastic scan: equilibrium of the scan's voxels under its tools, in newtons. A tool
 /// holds the tissue in its sphere, or the voxels of the cell around its point, and moves them in
 /// strides; tissue that the sphere meets on its way is held as well. A sphere that slides pushes
-/// tissue to its surface instead, without friction. Where a cell of tissue would fold, the tool
+/// tissue to its surface instead. A drag holds the tissue of its beginning, and extrapolates its
+/// steps. Cuts and carving soften the cells; walls that meet across air touch. Where a cell of tissue would fold, the tool
 /// slips; if that doesn't suffice, the push ends (LimitedBy::Fold). It ends as well before the
 /// sphere enters bone. Sweeps improve the solution while tools rest, and let released tissue
 /// return; settled is equilibrium, or 30 sweeps after the last motion of a tool. force_n() is the

@@ -222,6 +222,35 @@ TEST_F(Elastic, ASlidingSphereLeavesNoTissueInside) {
     EXPECT_LT(std::hypot(force.y, force.z), 0.2 * std::abs(force.x));
 }
 
+TEST_F(Elastic, ASlidingSphereFeelsCoulombsFriction) {
+    m_scan.grid.size = {48, 36, 24};
+    std::vector<std::int16_t> voxels;
+    for (int k = 0; k < 24; ++k)
+        for (int n = 0; n < 48 * 36; ++n)
+            voxels.push_back(std::int16_t(k < 2 ? 900 : k < 14 ? 40 : -1000));
+    m_scan.voxels = std::move(voxels);
+    for (const double friction : {0.0, 0.2, 0.5}) {
+        SCOPED_TRACE(friction);
+        auto tissue = make({.held_sides = std::vector<std::string>(), .friction = friction});
+        constexpr double kRadius_mm = 7;
+        Vec3d at{16, 18, 13 + kRadius_mm};
+        const auto slide = [&](Vec3d way) {
+            ASSERT_EQ(tissue->slide(kProbe, {at, way, kRadius_mm}, {})->way_fraction, 1);
+            at = at + way;
+        };
+        slide({0, 0, -1.5});
+        settle(*tissue);
+        for (int n = 0; n < 12; ++n) {
+            slide({0.75, 0, 0});
+            for (int k = 0; k < 6; ++k) (void)tissue->sweep();
+        }
+        const Vec3d force = tissue->force_n(kProbe).value();
+        EXPECT_GT(force.z, 0.01);
+        EXPECT_NEAR(-force.x / force.z, friction, 0.05 + 0.15 * friction);
+        EXPECT_LT(std::abs(force.y), 0.05 * force.z);
+    }
+}
+
 TEST_F(Elastic, ReturningTissueStaysOutOfAnEye) {
     ElasticScanSettings settings;
     settings.return_s = 0.05;

@@ -34,6 +34,7 @@ struct ElasticScanSettings {
     /// Sides of the scan that never move: "-x", "+x", … along its axes i, j, k. None: all sides
     /// that cut tissue.
     std::optional<std::vector<std::string>> held_sides{};
+    double friction = 0;    ///< coefficient of a sphere along which tissue slides
     double return_s = 0.3;  ///< time in which released tissue returns to 1/e of its displacement
     /// Cells along the edge of each finer lattice around the tool.
     std::int32_t window_cells = 30;

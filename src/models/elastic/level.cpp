@@ -193,7 +193,7 @@ void ElasticLevel::hold(const StiffnessMap& map, const HeldNode& node) {
         return;
     }
     const Vec3d n = *node.only_along;
-    slides.emplace_back(at, n);
+    slides.push_back({at, n, node.force_un});
     const Vec3d now{u[0][at], u[1][at], u[2][at]};
     const Vec3d shifted = now + dot(n, node.displacement_mm - now) * n;
     for (int a = 0; a < 3; ++a) u[std::size_t(a)][at] = float(shifted[a]);

@@ -26,6 +26,12 @@ struct HeldNode {
     Vec3d displacement_mm{0, 0, 0};  ///< along the lattice's axes
     /// Direction in which it is held, a unit vector; none: in all.
     std::optional<Vec3d> only_along{};
+    Vec3d force_un{0, 0, 0};  ///< on a node that slides, across that direction
+};
+
+struct SlidingNode {
+    std::size_t at;
+    Vec3d normal, force_un;
 };
 
 /// A cell of air whose walls touch, or of a cut that is pressed together: it resists deformation
@@ -56,13 +62,13 @@ struct ElasticLevel {
     NodeRows e, s, t;             ///< correction, and steps to it
     std::array<float*, 6> block;  ///< D (LatticeSweep)
     CellRotations rotations;
-    float* mu;                                          ///< [cell] shear modulus [Pa]
-    std::vector<CellKind> kind;                         ///< [cell]; tissue must not fold
-    std::vector<double> dots;                           ///< [plane]
-    std::vector<std::pair<std::size_t, Vec3d>> slides;  ///< nodes held along a direction
-    std::vector<Vec3i> held;                            ///< nodes that tools hold
-    std::vector<TouchingCell> touching;                 ///< by plane, row and column
-    std::vector<Vec3i> stiffened;                       ///< cells whose modulus isn't the map's
+    float* mu;                           ///< [cell] shear modulus [Pa]
+    std::vector<CellKind> kind;          ///< [cell]; tissue must not fold
+    std::vector<double> dots;            ///< [plane]
+    std::vector<SlidingNode> slides;     ///< nodes held along a direction
+    std::vector<Vec3i> held;             ///< nodes that tools hold
+    std::vector<TouchingCell> touching;  ///< by plane, row and column
+    std::vector<Vec3i> stiffened;        ///< cells whose modulus isn't the map's
 
     std::int64_t node_count() const { return std::int64_t(nodes.x) * nodes.y * nodes.z; }
     std::size_t array_size() const { return plane * std::size_t(nodes.z); }

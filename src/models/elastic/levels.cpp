@@ -258,7 +258,7 @@ void ElasticLevels::stiffen() {
 
 /// Removes the held direction of nodes that slide.
 void ElasticLevels::slide(const ElasticLevel& level, const NodeRows& rows) {
-    for (const auto& [at, normal] : level.slides) {
+    for (const auto& [at, normal, force] : level.slides) {
         float along = 0;
         for (int a = 0; a < 3; ++a) along += float(normal[a]) * rows[std::size_t(a)][at];
         for (int a = 0; a < 3; ++a) rows[std::size_t(a)][at] -= along * float(normal[a]);
@@ -488,7 +488,12 @@ void ElasticLevels::find_residual(Turning turning) {
         if (turning == Turning::Positions) level->add_touching(m_map, level->r, 1, m_turns, false);
     }
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) give_forces(n, &ElasticLevel::r, false);
-    for (auto& level : m_levels) slide(*level, level->r);
+    for (auto& level : m_levels) {
+        slide(*level, level->r);
+        if (turning != Turning::Positions) continue;
+        for (const auto& [at, normal, force] : level->slides)
+            for (int a = 0; a < 3; ++a) level->r[std::size_t(a)][at] += float(force[a]);
+    }
 }
 
 // Responses.

@@ -45,6 +45,9 @@ constexpr auto kRows = in_table<E>(
                                  .choices = "-x|+x|-y|+y|-z|+z",
                                  .text = "sides of the scan, along its axes, that never move; "
                                          "without it, all that cut tissue"}),
+        setting<&E::friction>({.name = "friction",
+                               .range = {0, 5},
+                               .text = "coefficient of friction of a sphere that slides"}),
         setting<&E::return_s>({.name = "return_s",
                                .unit = "s",
                                .range = {1e-3, 1e3},

@@ -183,11 +183,10 @@ void ElasticTissue::find_forces() {
     for (auto* const tools : {&m_tools, &m_eyes})
         for (auto& [number, tool] : *tools) {
             Vec3d sum{0, 0, 0};
-            tool.pressures_un.clear();
+            tool.forces_un.assign(force, force + std::ptrdiff_t(tool.nodes.size()));
             for (const HeldNode& node : tool.nodes) {
                 const auto& only = node.only_along;
-                if (only) tool.pressures_un.push_back(dot(*force, *only));
-                sum = sum + (only ? tool.pressures_un.back() * *only : *force);
+                sum = sum + (only ? dot(*force, *only) * *only + node.force_un : *force);
                 ++force;
             }
             tool.force_un = -1.0 * sum;  // the opposite of what holds the nodes
@@ -278,7 +277,7 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
     // Tissue that another tool holds changes hands.
     for (auto& [other, held] : m_tools)
         if (std::erase_if(held.nodes, [&](const HeldNode& node) { return has(nodes, node.node); }))
-            held.pressures_un.clear();
+            held.forces_un.clear();
     if (m_drag && m_drag->tool == number) m_drag.reset();
     Tool& tool = m_tools[number] = {.nodes = std::move(nodes)};
     m_is_shown = m_settled = false;
@@ -403,29 +402,61 @@ void ElasticTissue::let_go() noexcept {
 }
 
 /// The nodes in contact that are pressed stay at the sphere's surface, as do nodes in its way: a
-/// primal-dual active set [Hintermueller2002].
+/// primal-dual active set [Hintermueller2002]. With friction they move with the sphere until the
+/// force along its surface exceeds Coulomb's, which then acts on them.
 void ElasticTissue::find_contacts(Tool& tool) const {
+    const double friction = m_settings.friction;
+    const Vec3d shift = tool.centre_mm - tool.held_at_mm;
     std::vector<HeldNode> contacts;
-    const auto add = [&](Vec3i voxel, Vec3d u) {
+    std::vector<Vec3d> surface;
+    const auto add = [&](Vec3i voxel, Vec3d u, bool sticks, Vec3d force) {
         const Vec3d from_centre = rest_mm(voxel) + u - tool.centre_mm;
         const double distance = norm(from_centre);
         if (!(distance > 0)) return;
         const Vec3d normal = (1 / distance) * from_centre;
-        contacts.push_back({voxel, u + (tool.radius_mm - distance) * normal, normal});
+        HeldNode& node =
+            contacts.emplace_back(HeldNode{voxel, u + (tool.radius_mm - distance) * normal, {}});
+        surface.push_back(tool.radius_mm * normal);
+        if (sticks) return;
+        node.only_along = normal;
+        node.force_un = force - dot(force, normal) * normal;
     };
     for (std::size_t n = 0; n < tool.nodes.size(); ++n) {
-        if (n < tool.pressures_un.size() && tool.pressures_un[n] < 0) continue;
-        float u[3];
-        m_levels.displacement_row(tool.nodes[n].node, 1, {&u[0], &u[1], &u[2]});
-        add(tool.nodes[n].node, {u[0], u[1], u[2]});
+        const HeldNode& node = tool.nodes[n];
+        float of_node[3];
+        m_levels.displacement_row(node.node, 1, {&of_node[0], &of_node[1], &of_node[2]});
+        const Vec3d u{of_node[0], of_node[1], of_node[2]};
+        if (tool.forces_un.size() != tool.nodes.size()) {  // not solved yet
+            add(node.node, node.only_along ? u : u + shift, !node.only_along, node.force_un);
+            continue;
+        }
+        const Vec3d normal = (1 / tool.radius_mm) * tool.surface_mm[n];
+        const double pressure = dot(tool.forces_un[n], normal);
+        if (pressure < 0) continue;
+        const Vec3d along = tool.forces_un[n] - pressure * normal;
+        if (!node.only_along) {
+            const bool holds = norm(along) <= friction * pressure;
+            add(node.node, u + shift, holds,
+                holds ? Vec3d{0, 0, 0} : (friction * pressure / norm(along)) * along);
+            continue;
+        }
+        // Friction acts against the motion over the sphere; where that turns, the node sticks.
+        const Vec3d moved = rest_mm(node.node) + u - tool.held_at_mm - tool.surface_mm[n];
+        const Vec3d slid = moved - dot(moved, normal) * normal;
+        const bool turns = friction > 0 && dot(slid, node.force_un) > 0;
+        const double length = norm(node.force_un);
+        add(node.node, u, turns,
+            length > 0 ? (friction * pressure / length) * node.force_un : Vec3d{0, 0, 0});
     }
     visit_near(tool.centre_mm, tool.radius_mm - kContactMm, [&](Vec3i voxel, Vec3d u, Vec3d) {
         if (m_map.is_held(0, voxel) || m_field.field().is_void(voxel)) return;
         if (!tool.tissue.hold(double(m_scan.at(voxel))) || has(contacts, voxel)) return;
-        add(voxel, u);
+        add(voxel, u, friction > 0, {0, 0, 0});
     });
     tool.nodes = std::move(contacts);
-    tool.pressures_un.clear();
+    tool.surface_mm = std::move(surface);
+    tool.held_at_mm = tool.centre_mm;
+    tool.forces_un.clear();
 }
 
 /// Finds the nodes in contact, and their equilibrium.
@@ -452,7 +483,7 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
     look_at(way);
     if (m_drag && m_drag->tool == number) m_drag.reset();
     Tool& tool = m_tools[number];
-    if (!tool.slides) tool.nodes.clear();
+    if (!tool.slides) tool = {};
     tool.slides = true;
     tool.centre_mm = way.from_mm;
     tool.radius_mm = way.radius_mm;
@@ -538,7 +569,7 @@ Result<CarveReport> ElasticTissue::do_carve(const CarveTool& tool) {
             return m_field.field().is_void(node.node);
         };
         for (auto& [number, held] : m_tools)
-            if (std::erase_if(held.nodes, is_carved)) held.pressures_un.clear();
+            if (std::erase_if(held.nodes, is_carved)) held.forces_un.clear();
         std::erase_if(m_tools, [](const auto& held) { return held.second.nodes.empty(); });
         if (m_drag && !m_tools.contains(m_drag->tool)) m_drag.reset();
         hold_all();

@@ -63,8 +63,10 @@ class ElasticTissue final : public OwnTissue {
     /// A tool at rest: nodes that it holds, or a sphere that they slide along.
     struct Tool {
         std::vector<HeldNode> nodes;
-        /// [node] of the last solution, while it slides: below 0 pulls
-        std::vector<double> pressures_un{};
+        // While it slides:
+        std::vector<Vec3d> forces_un{};   ///< [node] of the last solution, lattice; or empty
+        std::vector<Vec3d> surface_mm{};  ///< [node] place on the sphere, from its centre
+        Vec3d held_at_mm{0, 0, 0};        ///< the centre for which nodes are held
         bool slides = false;
         Vec3d centre_mm{0, 0, 0};  ///< lattice: along the scan's axes, from its first voxel
         double radius_mm = 0;

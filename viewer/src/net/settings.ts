@@ -178,6 +178,7 @@ export interface ElasticSettings {
     poisson_ratio: number;
     held_above_hu: number; ///< [HU]
     held_sides: string[];
+    friction: number;
     return_s: number; ///< [s]
     window_cells: number; ///< [cells]
 }
@@ -200,6 +201,12 @@ export const elasticRows: Record<keyof ElasticSettings, SettingRow> = {
     held_sides: {
         unit: '',
         text: 'sides of the scan, along its axes, that never move; without it, all that cut tissue',
+    },
+    friction: {
+        unit: '',
+        low: 0,
+        high: 5,
+        text: 'coefficient of friction of a sphere that slides',
     },
     return_s: {
         unit: 's',
