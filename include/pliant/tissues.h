@@ -116,11 +116,12 @@ Result<std::unique_ptr<Tissue>> make_springs(const Volume& scan,
 /// holds the tissue in its sphere, or the voxels of the cell around its point, and moves them in
 /// strides; tissue that the sphere meets on its way is held as well. A sphere that slides pushes
 /// tissue to its surface instead. A drag holds the tissue of its beginning, and extrapolates its
-/// steps. Cuts and carving soften the cells; walls that meet across air touch. Where a cell of tissue would fold, the tool
-/// slips; if that doesn't suffice, the push ends (LimitedBy::Fold). It ends as well before the
-/// sphere enters bone. Sweeps improve the solution while tools rest, and let released tissue
-/// return; settled is equilibrium, or 30 sweeps after the last motion of a tool. force_n() is the
-/// force of the present solution. Without moduli, those of suit_elastic() for CT are used.
+/// steps. Where a cell of tissue would fold, the tool slips; if that doesn't suffice, the push ends
+/// (LimitedBy::Fold). It ends as well before the sphere enters bone. Cuts and carving soften
+/// cells; walls that meet across air touch. Sweeps improve the solution while tools rest, and let
+/// released tissue return; settled is equilibrium, or 30 sweeps after the last motion of a tool.
+/// force_n() is the force of the present solution. Without moduli, those of suit_elastic() for CT
+/// are used.
 /// @returns InvalidArgument that names the setting, and for a scan of one slice
 Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
                                              const ElasticScanSettings& settings,
