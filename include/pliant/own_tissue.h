@@ -79,6 +79,9 @@ class NodeTissue : public Tissue {
 class OwnTissue : public NodeTissue {
   public:
     Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept final;
+    Result<GrabReport> grab(std::uint32_t tool, const Push& position,
+                            double reach_mm) noexcept final;
+    Result<PushReport> drag_to(Vec3d offset_mm) noexcept final;
     Result<SlideReport> slide(std::uint32_t tool, const Push& way,
                               const TissueValues& tissue_values) noexcept final;
     Result<CutReport> cut(const CutSurface& surface) noexcept final;
@@ -97,6 +100,8 @@ class OwnTissue : public NodeTissue {
     /// @returns InvalidArgument if it can't be a state of this tissue
     virtual Status do_set_state(std::span<const double> numbers) = 0;
     // Those of Tissue by default.
+    virtual Result<GrabReport> do_grab(std::uint32_t tool, const Push& position, double reach_mm);
+    virtual Result<PushReport> do_drag_to(Vec3d offset_mm);
     virtual std::optional<Vec3d> do_force_n(std::uint32_t tool);
     virtual Result<SlideReport> do_slide(std::uint32_t tool, const Push& way,
                                          const TissueValues& tissue_values);

@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "support/count_allocations.h"
+
 namespace pliant::test {
 namespace {
 
@@ -223,6 +225,53 @@ TEST_F(ElasticEdits, BadToolsAreRefusedWithOneLine) {
     const CutSurface beside{.line_mm = {{-50, 0, 0}, {-50, 9, 0}}, .depth_mm = {0, 0, 9}};
     EXPECT_EQ(tissue->cut(beside)->cut_links, 0);
     EXPECT_EQ(state_of(*tissue)->cut_links, 0);
+}
+
+TEST_F(ElasticEdits, AnOperationThatRunsOutOfMemoryMovesNothing) {
+    // Small allocations succeed, as they do in practice.
+    constexpr std::size_t kLarge = 4096;
+    const Volume scan = block();
+    const TaskArena arena(1);
+    const Push first{.point_mm = {12, 12, 12}, .push_mm = {1, 0, 0}, .sphere_radius_mm = 3};
+    const Push far{.point_mm = {30, 28, 25}, .push_mm = {-1, 0.5, 0}, .sphere_radius_mm = 3};
+    struct Operation {
+        const char* name;
+        std::function<bool(Tissue&)> act;
+    };
+    for (
+        const Operation& operation : {
+            Operation{"push", [&](Tissue& t) { return t.push(2, far).ok(); }},
+            Operation{"slide",
+                      [&](Tissue& t) {
+                          return t.slide(2, far, {-2000, true}).ok();
+                      }},
+            Operation{"grab", [&](Tissue& t) { return t.grab(2, far, 3).ok(); }},
+            Operation{"cut", [&](Tissue& t) { return t.cut(kBlade).ok(); }},
+            Operation{
+                "carve",
+                [&](Tissue& t) {
+                    return t.carve({.from_mm = {9, 9, 9}, .to_mm = {9, 9, 9}, .radius_mm = 4}).ok();
+                }},
+            Operation{"sweep", [&](Tissue& t) { return t.sweep().ok(); }},
+        }) {
+        SCOPED_TRACE(operation.name);
+        int failures = 0;
+        for (std::int64_t n = 0;; ++n) {
+            auto made = make_elastic(scan, {.window_cells = 12}, arena);
+            auto tissue = std::move(*made);
+            ASSERT_TRUE(tissue->push(kTool, first).ok());
+            const std::uint64_t before = tissue->hash();
+            bool ok = false;
+            {
+                const FailingAllocation failing(n, kLarge);
+                ok = operation.act(*tissue);
+            }
+            if (ok) break;
+            ++failures;
+            EXPECT_EQ(tissue->hash(), before) << "allocation " << n;
+        }
+        EXPECT_GT(failures, 0);
+    }
 }
 
 }  // namespace

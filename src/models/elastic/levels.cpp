@@ -120,6 +120,22 @@ bool ElasticLevels::are_nested(std::span<const Box3i> windows) const {
     return false;
 }
 
+/// A level at a window, at rest: a spare one, or a new one.
+std::unique_ptr<ElasticLevel> ElasticLevels::take_level(int number, const Box3i& window) {
+    for (auto& spare : m_spare) {
+        if (!spare || spare->number != number) continue;
+        if (Box3i{spare->first, spare->first + spare->nodes} != window) continue;
+        spare->let_go(m_map);
+        spare->loosen(m_map);
+        spare->touching.clear();
+        spare->covered = {};
+        for (float* const u : spare->u) std::fill_n(u, spare->array_size(), 0.0F);
+        return std::move(spare);
+    }
+    return std::make_unique<ElasticLevel>(m_map, number, window.begin, window.end - window.begin,
+                                          m_arena);
+}
+
 /// Replaces the levels whose windows are others. Displacements are kept.
 void ElasticLevels::place(std::span<const Box3i> windows) {
     Levels levels(windows.size());
@@ -134,9 +150,8 @@ void ElasticLevels::place(std::span<const Box3i> windows) {
         for (std::size_t n = 0; n + 1 < m_levels.size(); ++n) inject(n);
     }
     for (std::size_t n = 0; n < windows.size(); ++n)
-        if (m_levels.empty() || !stays(n))
-            levels[n] = std::make_unique<ElasticLevel>(m_map, int(n), windows[n].begin,
-                                                       windows[n].end - windows[n].begin, m_arena);
+        if (m_levels.empty() || !stays(n)) levels[n] = take_level(int(n), windows[n]);
+    if (!m_levels.empty()) m_spare.reserve(m_spare.size() + windows.size());
     for (std::size_t n = windows.size(); n-- > 0;) {
         if (!levels[n]) {
             levels[n] = std::move(m_levels[n]);
@@ -146,7 +161,9 @@ void ElasticLevels::place(std::span<const Box3i> windows) {
             take_displacements(*m_levels[n], to);
         }
     }
-    m_levels = std::move(levels);
+    m_levels.swap(levels);
+    for (auto& level : levels)
+        if (level) m_spare.push_back(std::move(level));
     for (std::size_t n = 0; n + 1 < m_levels.size(); ++n)
         m_levels[n + 1]->covered = m_levels[n]->box_in(*m_levels[n + 1]);
     stiffen();

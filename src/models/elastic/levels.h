@@ -66,6 +66,9 @@ class ElasticLevels {
     /// Moves the windows so that the tools are inside. Displacements are kept.
     /// @param voxels  the centre of the finest window
     void focus(Vec3d voxel);
+    /// Frees the levels of earlier windows, which are kept so that going back to a state needs no
+    /// memory.
+    void forget_windows() { m_spare.clear(); }
     /// Whether a voxel is well inside the finest window.
     bool is_inside(Vec3d voxel, double margin) const;
     /// Nodes of the finest lattice, as voxels; is_empty if it has no window yet.
@@ -129,6 +132,7 @@ class ElasticLevels {
     std::vector<Box3i> windows_at(Vec3d voxel) const;
     bool are_nested(std::span<const Box3i> windows) const;
     void place(std::span<const Box3i> windows);
+    std::unique_ptr<ElasticLevel> take_level(int number, const Box3i& window);
     static void take_displacements(const ElasticLevel& from, ElasticLevel& to);
     void smooth(ElasticLevel& level, bool from_zero, int degree, float part,
                 bool with_residual) const;
@@ -157,6 +161,7 @@ class ElasticLevels {
     int m_window_cells;
     bool m_turns;
     Levels m_levels;  ///< finest first
+    Levels m_spare;   ///< of earlier windows
     std::vector<HeldNode> m_held;
     bool m_was_tangled = false;
     double m_product = 0;  ///< residual · correction of the last iteration; 0: none

@@ -149,6 +149,7 @@ void ElasticTissue::gather(Tool& tool, const Push& push, Vec3d centre_mm) {
 
 /// Centres the windows if a tool leaves the finest one.
 void ElasticTissue::look_at(const Way& way) {
+    m_levels.forget_windows();
     const Vec3d& h = m_scan.grid.spacing_mm;
     const Vec3d middle = way.from_mm + 0.5 * way.shift_mm;
     const Vec3d voxel{middle.x / h.x, middle.y / h.y, middle.z / h.z};
@@ -233,16 +234,8 @@ ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Mo
         }
         m_levels.copy_to(m_before);
         const Tool before = tool;
-        bool succeeded = false;
-        try {
-            move(next, step * way.shift_mm);
-            succeeded = m_levels.untangle(kLeastVolume);
-        } catch (...) {
-            (void)m_levels.copy_from(m_before);
-            tool = before;
-            throw;
-        }
-        if (succeeded) {
+        move(next, step * way.shift_mm);
+        if (m_levels.untangle(kLeastVolume)) {
             end.fraction += step;
             continue;
         }
@@ -317,25 +310,23 @@ PushReport ElasticTissue::report_of(const WayEnd& end, const Tool& tool) const {
 
 // Drags.
 
-Result<GrabReport> ElasticTissue::grab(std::uint32_t tool, const Push& position, double) noexcept {
-    return attempt([&]() -> Result<GrabReport> {
-        const Stopwatch watch;
-        Push still = position;
-        still.push_mm = {0, 0, 0};
-        const Result<PushReport> report = push(tool, still);
-        if (!report) return report.error();
-        m_drag.reset();
-        if (report->grabbed_elements > 0) {
-            m_drag = Drag{.tool = tool,
-                          .from_mm = lattice_of(position.point_mm),
-                          .radius_mm = position.sphere_radius_mm};
-            m_tools.at(tool).centre_mm = m_drag->from_mm;
-            find_response();
-        }
-        return GrabReport{.grabbed_elements = report->grabbed_elements,
-                          .grab_ms = watch.ms(),
-                          .message = report->message};
-    });
+Result<GrabReport> ElasticTissue::do_grab(std::uint32_t tool, const Push& position, double) {
+    const Stopwatch watch;
+    Push still = position;
+    still.push_mm = {0, 0, 0};
+    const Result<PushReport> report = do_push(tool, still);
+    if (!report) return report.error();
+    m_drag.reset();
+    if (report->grabbed_elements > 0) {
+        m_drag = Drag{.tool = tool,
+                      .from_mm = lattice_of(position.point_mm),
+                      .radius_mm = position.sphere_radius_mm};
+        m_tools.at(tool).centre_mm = m_drag->from_mm;
+        find_response();
+    }
+    return GrabReport{.grabbed_elements = report->grabbed_elements,
+                      .grab_ms = watch.ms(),
+                      .message = report->message};
 }
 
 void ElasticTissue::find_response() {
@@ -344,17 +335,10 @@ void ElasticTissue::find_response() {
     m_levels.find_response(voxels, kResponseIterations, m_drag->response);
 }
 
-Result<PushReport> ElasticTissue::drag_to(Vec3d offset_mm) noexcept {
-    return attempt([&]() -> Result<PushReport> {
-        if (!m_drag) return invalid("drag: expected a grab before it");
-        if (!is_finite(offset_mm))
-            return expected_error("drag", "finite numbers", text_of(offset_mm));
-        return do_drag_to(offset_mm);
-    });
-}
-
-PushReport ElasticTissue::do_drag_to(Vec3d offset_mm) {
+Result<PushReport> ElasticTissue::do_drag_to(Vec3d offset_mm) {
     const Stopwatch watch;
+    if (!m_drag) return invalid("drag: expected a grab before it");
+    if (!is_finite(offset_mm)) return expected_error("drag", "finite numbers", text_of(offset_mm));
     Tool& tool = m_tools.at(m_drag->tool);
     const Vec3d to_mm = m_drag->from_mm + lattice_from_world_vector(m_scan.grid, offset_mm);
     const Way way{.from_mm = tool.centre_mm,
@@ -531,6 +515,7 @@ void ElasticTissue::edit(EditMap& bricks) {
             box.end[a] = std::min(m_scan.grid.size[a], std::max(box.end[a], size * (coord[a] + 1)));
         }
     if (is_empty(box)) return;
+    m_levels.forget_windows();
     m_field.edit(bricks);
     m_map.renew(box, m_arena);
     m_levels.renew(box);
@@ -620,6 +605,7 @@ Result<Sweep> ElasticTissue::do_sweep() {
         sweep.largest_step_mm = 0;
         return sweep;
     }
+    m_levels.forget_windows();
     m_is_shown = false;
     const double stays = std::exp(-kSweepMs / 1000 / m_settings.return_s);
     if (m_tools.empty() && m_eyes.empty()) {
@@ -723,6 +709,7 @@ Status ElasticTissue::do_set_state(std::span<const double> numbers) {
         const BrickEdits* const now = m_field.field().edits_of(brick.first);
         return now && *now == brick.second;
     });
+    m_levels.forget_windows();
     m_tools.clear();
     m_drag.reset();
     edit(*edits);

@@ -30,9 +30,6 @@ class ElasticTissue final : public OwnTissue {
     ElasticTissue(const Volume& scan, const ElasticScanSettings& settings, const TaskArena& arena);
 
     TissueTraits traits() const noexcept override;
-    Result<GrabReport> grab(std::uint32_t tool, const Push& position,
-                            double reach_mm) noexcept override;
-    Result<PushReport> drag_to(Vec3d offset_mm) noexcept override;
     void let_go() noexcept override;
     void release(std::uint32_t tool) noexcept override;
     bool is_touched_by(std::uint32_t tool) const noexcept override;
@@ -50,6 +47,9 @@ class ElasticTissue final : public OwnTissue {
 
   protected:
     Result<PushReport> do_push(std::uint32_t tool, const Push& push) override;
+    Result<GrabReport> do_grab(std::uint32_t tool, const Push& position,
+                               double reach_mm) override;
+    Result<PushReport> do_drag_to(Vec3d offset_mm) override;
     Result<SlideReport> do_slide(std::uint32_t tool, const Push& way,
                                  const TissueValues& tissue_values) override;
     Result<CutReport> do_cut(const CutSurface& surface) override;
@@ -96,7 +96,6 @@ class ElasticTissue final : public OwnTissue {
         bool was_smoothed = false;      ///< by untangle(), in that step
     };
 
-    PushReport do_drag_to(Vec3d offset_mm);
     void find_response();
     bool predict(Vec3d shift_mm);
     PushReport report_of(const WayEnd& end, const Tool& tool) const;

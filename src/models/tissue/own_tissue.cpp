@@ -41,20 +41,31 @@ template <class Call>
 auto OwnTissue::guarded(const char* name, const Call& call) noexcept -> decltype(call()) {
     const Status kept = caught(name, [&]() -> Status {
         state(m_kept);
+        m_left.reserve(m_kept.size());
         return Ok{};
     });
     if (!kept.ok()) return kept.error();
     auto result = caught(name, call);
     if (result.ok()) return result;
-    (void)caught(name, [&]() -> Status {
+    const Status same = caught(name, [&]() -> Status {
         state(m_left);
-        return m_left == m_kept ? Status(Ok{}) : do_set_state(m_kept);
+        return m_left == m_kept ? Status(Ok{}) : Status(result.error());
     });
+    if (!same.ok()) (void)caught(name, [&] { return do_set_state(m_kept); });
     return result;
 }
 
 Result<PushReport> OwnTissue::push(std::uint32_t tool, const Push& push) noexcept {
     return guarded("push", [&] { return do_push(tool, push); });
+}
+
+Result<GrabReport> OwnTissue::grab(std::uint32_t tool, const Push& position,
+                                   double reach_mm) noexcept {
+    return guarded("grab", [&] { return do_grab(tool, position, reach_mm); });
+}
+
+Result<PushReport> OwnTissue::drag_to(Vec3d offset_mm) noexcept {
+    return guarded("drag", [&] { return do_drag_to(offset_mm); });
 }
 
 Result<SlideReport> OwnTissue::slide(std::uint32_t tool, const Push& way,
@@ -90,6 +101,14 @@ Status OwnTissue::configure(const Record& changes) noexcept {
 
 Status OwnTissue::set_state(std::span<const double> numbers) noexcept {
     return guarded("state", [&] { return do_set_state(numbers); });
+}
+
+Result<GrabReport> OwnTissue::do_grab(std::uint32_t tool, const Push& position, double reach_mm) {
+    return NodeTissue::grab(tool, position, reach_mm);
+}
+
+Result<PushReport> OwnTissue::do_drag_to(Vec3d offset_mm) {
+    return NodeTissue::drag_to(offset_mm);
 }
 
 std::optional<Vec3d> OwnTissue::do_force_n(std::uint32_t tool) {
