@@ -58,8 +58,8 @@ pliant_test(tissue
             test_spring_deformation.cpp test_state_kinds.cpp test_tissues.cpp test_check_tissue.cpp
             test_elastic_settings_file.cpp test_elastic_tissue.cpp test_own_tissue.cpp)
 pliant_test(truth
-    SOURCES ../support/count_allocations.cpp test_cases.cpp test_exact_map.cpp
-            test_out_of_memory.cpp)
+    SOURCES ../support/count_allocations.cpp test_cases.cpp test_elastic_cases.cpp
+            test_exact_map.cpp test_out_of_memory.cpp)
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
