@@ -70,8 +70,8 @@ pliant_test(vessel
 pliant_test(scenes SOURCES test_unsteered_tips.cpp INPUTS ${PROJECT_SOURCE_DIR}/scenes)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
 pliant_test(gym
-    SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
-            test_out_of_memory.cpp test_scene_flow.cpp)
+    SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_elastic_walls.cpp
+            test_endoscope_arena.cpp test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
     SOURCES ../../research/results/haptics/hands.cpp
             ../../research/results/haptics/haptic_run.cpp ../../research/results/haptics/tissues.cpp
