@@ -6,6 +6,7 @@
 
 #include <pliant/chainmail.h>
 #include <pliant/data/warp.h>
+#include <pliant/tissues.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include <type_traits>
 
 #include "keywords.h"
+#include "made_tissue.h"
 #include "pickled.h"
 #include "volumes.h"
 
@@ -204,49 +206,111 @@ class BoneDistance {
     std::vector<float> m_mm;
 };
 
+/// Settings whose voids have a small modulus, so that their cells are kept from folding as well.
+ElasticScanSettings without_voids(ElasticScanSettings settings) {
+    constexpr double kOfLargest = 1.0 / 150;  // above the modulus from which cells are tissue
+    double largest = 0;
+    for (const auto& entry : settings.moduli_kpa)
+        if (entry.value <= settings.held_above_hu) largest = std::max(largest, entry.kpa);
+    for (auto& entry : settings.moduli_kpa) entry.kpa = std::max(entry.kpa, kOfLargest * largest);
+    return settings;
+}
+
+/// A scan with part of a deformation.
+class PartlyMoved final : public MovingScan {
+  public:
+    PartlyMoved(const MovingScan& whole, double part)
+        : m_whole(whole), m_deformation(take(Deformation::create(whole.volume().grid))) {
+        const Deformation& moved = whole.deformation();
+        take(m_deformation.displace(moved.moved_box(),
+                                    [&](Vec3i ijk) { return part * moved.displacement_mm(ijk); }));
+    }
+    const Volume& volume() const override { return m_whole.volume(); }
+    const Deformation& deformation() const override { return m_deformation; }
+    const TaskArena& arena() const override { return m_whole.arena(); }
+
+  private:
+    const MovingScan& m_whole;
+    Deformation m_deformation;
+};
+
 /// The members are destroyed in reverse order: each refers to those above it.
 class PreparedScan : public Exclusive {
     template <class Work>
     auto run(const Work& work) const {
         return take(m_arena->run(work));
     }
+    /// Moves the elastic scan. A tool that ends early has put its tissue back, unsmoothed: a sweep
+    /// smooths it.
+    template <class Move>
+    auto moved(const Move& move) {
+        return run([&]() -> decltype(move()) {
+            auto report = move();
+            if (!report || report->limited_by == LimitedBy::None) return report;
+            if (const auto swept = m_elastic->advance({.max_steps = 1}); !swept)
+                return swept.error();
+            return report;
+        });
+    }
 
   public:
-    PreparedScan(nb::object scan, int threads, const nb::kwargs& given)
-        : m_scan(std::move(scan)), m_given(given), m_arena(std::make_unique<Arena>(threads)) {
-        ChainMailSettings settings = settings_from<ChainMailSettings>(given, chainmail_rows());
-        settings.history_max_steps = 0;
+    PreparedScan(nb::object scan, int threads, const std::string& model, const nb::kwargs& given)
+        : m_scan(std::move(scan)),
+          m_model(model),
+          m_given(given),
+          m_arena(std::make_unique<Arena>(threads)) {
         const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
+        ScanTissueSettings settings = scan_tissue_from(model, given, volume);
+        if (const auto* const elastic = std::get_if<ElasticScanSettings>(&settings)) {
+            m_bone_hu = elastic->held_above_hu;
+            m_elastic = run(
+                [&] { return make_elastic(volume, without_voids(*elastic), m_arena->tasks()); });
+            return;
+        }
+        auto& chainmail = *std::get_if<ChainMailSettings>(&settings);
+        m_bone_hu = chainmail.bone_threshold_hu;
+        chainmail.history_max_steps = 0;
         const Vec3i n = volume.grid.size;
         if (std::min({n.x, n.y, n.z}) == 1) {
             m_doubled.emplace(take(with_doubled_slices(volume)));
             m_doubled->background = volume.background;
         }
         const Volume& moving = m_doubled ? *m_doubled : volume;
-        m_tissue.emplace(take(
-            m_arena->run([&] { return ChainMail::create(moving, settings, m_arena->tasks()); })));
+        m_chainmail.emplace(
+            run([&] { return ChainMail::create(moving, chainmail, m_arena->tasks()); }));
     }
 
     nb::object scan() const { return m_scan; }
+    const std::string& model() const { return m_model; }
     nb::dict settings() const { return m_given; }
     int threads() const { return m_arena->threads(); }
     double bone_distance_mm(Vec3d point_mm) {
         if (!m_bone) {
             const nb::gil_scoped_release without_lock;
-            m_bone.emplace(m_tissue->volume(), m_tissue->settings().bone_threshold_hu);
+            m_bone.emplace(moving().volume(), m_bone_hu);
         }
         return m_bone->at(point_mm);
     }
-    double fold_number() const { return m_tissue->fold_certificate().all; }
+    /// 0 without limits: what folds is taken back.
+    double fold_number() const { return m_chainmail ? m_chainmail->fold_certificate().all : 0; }
     PushReport push(Vec3d point_mm, Vec3d push_mm, double radius_mm) {
-        return run([&] { return m_tissue->push({point_mm, push_mm, radius_mm}); });
+        const Push push{point_mm, push_mm, radius_mm};
+        if (m_chainmail) return run([&] { return m_chainmail->push(push); });
+        return moved([&] { return m_elastic->push(++m_tool, push); });
     }
     SlideReport slide(Vec3d point_mm, Vec3d way_mm, double radius_mm) {
-        return run([&] { return slide_sphere(*m_tissue, {point_mm, way_mm, radius_mm}); });
+        const Push way{point_mm, way_mm, radius_mm};
+        if (m_chainmail) return run([&] { return slide_sphere(*m_chainmail, way); });
+        return moved([&] { return m_elastic->slide(++m_tool, way, {}); });
     }
     FollowReport follow(const std::vector<SwellingNumbers>& swellings,
                         const std::vector<BreathNumbers>& breaths,
                         const std::vector<WaveNumbers>& wave_numbers) {
+        if (m_elastic)
+            raise({ErrorCode::Unsupported,
+                   "motions: expected pushes, pulls and slides with the model elastic, found a "
+                   "swelling, a breath or a wave",
+                   "motions"});
         std::vector<Swelling> balls;
         for (const auto& [centre, growth, radius] : swellings) {
             if (!(radius > 0))
@@ -263,14 +327,14 @@ class PreparedScan : public Exclusive {
         }
         std::vector<Wave> waves;
         for (const auto& [by, vector, phase] : wave_numbers) waves.push_back({by, vector, phase});
-        const Grid& grid = m_tissue->volume().grid;
+        const Grid& grid = m_chainmail->volume().grid;
         Box3i box;
         for (const Swelling& ball : balls) box = hull_of(box, ball.box(grid));
         if (!breathing.empty() || !waves.empty()) box = voxel_box(grid);
         if (is_empty(box)) return {.fraction = 1};
         return take(m_arena->run_reading([&] {
             int calls = 0;
-            return m_tissue->follow(box, [&](Vec3d x) {
+            return m_chainmail->follow(box, [&](Vec3d x) {
                 // Ctrl-C: the field of a call that is given up isn't finite, and nothing changes.
                 constexpr int kLookEvery = 1 << 16;
                 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -284,27 +348,58 @@ class PreparedScan : public Exclusive {
             });
         }));
     }
-    /// @returns the warp and the deformed scan; the tissue is at rest again
-    std::pair<PyWarp, PyVolume> finish() {
+    /// @returns the warp, the deformed scan, and the part of all displacements that is left; the
+    ///          tissue is at rest again
+    std::tuple<PyWarp, PyVolume, double> finish() {
         PyVolume deformed;
-        auto warp = run([&] { return Warp::create(*m_tissue, &deformed.volume); });
-        m_tissue->reset();
+        double part = 1;
+        auto warp = run([&] {
+            return m_elastic ? settled(deformed.volume, part)
+                             : Warp::create(*m_chainmail, &deformed.volume);
+        });
+        reset();
         const Grid& grid = nb::cast<const PyVolume&>(m_scan).volume.grid;
         if (m_doubled) {
             const float background = deformed.volume.background;
             deformed.volume = take(with_single_slices(deformed.volume, grid));
             deformed.volume.background = background;
         }
-        return {PyWarp{std::move(warp), grid}, std::move(deformed)};
+        return {PyWarp{std::move(warp), grid}, std::move(deformed), part};
     }
-    void reset() { m_tissue->reset(); }
+    void reset() {
+        if (m_chainmail) return m_chainmail->reset();
+        take(m_elastic->reset());
+        m_tool = 0;
+    }
 
   private:
+    const MovingScan& moving() const {
+        if (m_elastic) return *m_elastic;
+        return *m_chainmail;
+    }
+    /// The elastic scan after some sweeps. Where it is folded, all displacements are reduced.
+    Result<Warp> settled(Volume& deformed, double& part) {
+        constexpr int kSweeps = 5;
+        constexpr double kReduced = 0.9;
+        const auto advanced = m_elastic->advance({.max_steps = kSweeps});
+        if (!advanced) return advanced.error();
+        auto warp = Warp::create(*m_elastic, &deformed);
+        while (warp && !(warp->smallest_jacobian() > 0)) {
+            part *= kReduced;
+            warp = Warp::create(PartlyMoved(*m_elastic, part), &deformed);
+        }
+        return warp;
+    }
+
     nb::object m_scan;
+    std::string m_model;
     nb::dict m_given;
     std::unique_ptr<Arena> m_arena;
     std::optional<Volume> m_doubled;  ///< the scan, if it has one slice
-    std::optional<ChainMail> m_tissue;
+    std::optional<ChainMail> m_chainmail;
+    std::unique_ptr<Tissue> m_elastic;
+    std::uint32_t m_tool = 0;  ///< of the elastic scan's last motion
+    double m_bone_hu = 0;
     std::optional<BoneDistance> m_bone;
 };
 
@@ -669,30 +764,38 @@ void bind_augment(nb::module_& m) {
         .def_ro("held_elements", &FollowReport::held_elements, "Voxels that bone holds back.")
         .def_ro("moved_elements", &FollowReport::moved_elements)
         .def_ro("solve_ms", &FollowReport::solve_ms);
-    const Keywords keywords = keywords_of(chainmail_rows());
+    const Keywords keywords = scan_tissue_keywords();
     nb::class_<PreparedScan>(m, "PreparedScan",
                              "A scan that is prepared for motions, one set after the other. One "
                              "thread at a time.")
         .def(
             "__init__",
             [](nb::pointer_and_handle<PreparedScan> self, const nb::object& scan, int threads,
-               const nb::kwargs& settings) {
+               const std::string& model, const nb::kwargs& settings) {
                 if (!nb::isinstance<PyVolume>(scan))
                     raise({ErrorCode::InvalidArgument,
                            "scan: expected a Volume, found " + shown(nb::borrow(scan.type())),
                            "scan"});
-                new (self.p) PreparedScan(scan, threads, settings);
+                new (self.p) PreparedScan(scan, threads, model, settings);
             },
-            nb::arg("scan"), nb::arg("threads") = 1, nb::arg("settings"),
-            typed("def __init__(self, scan: Volume, threads: int = 1, *, **settings) -> None",
+            nb::arg("scan"), nb::arg("threads") = 1, nb::arg("model") = "chainmail",
+            nb::arg("settings"),
+            typed("def __init__(self, scan: Volume, threads: int = 1, model: str = \"chainmail\", "
+                  "*, **settings) -> None",
                   keywords),
-            described("Args:\n    **settings", keywords))
+            described("Args:\n"
+                      "    model: \"chainmail\" or \"elastic\"; each has settings of its own "
+                      "below.\n"
+                      "    **settings",
+                      keywords))
+        .def_prop_ro("model", &PreparedScan::model, "Of the tissue.")
         .def_prop_ro("scan", &PreparedScan::scan, nb::sig("def scan(self, /) -> Volume"))
         .def_prop_ro("settings", &PreparedScan::settings,
                      nb::sig("def settings(self, /) -> dict[str, typing.Any]"),
                      "The settings that were given.")
         .def_prop_ro("fold_number", &PreparedScan::fold_number,
-                     "Below 1: no motion can fold this scan.")
+                     "Below 1: no motion can fold this scan. 0 of the elastic scan, whose "
+                     "displacements are reduced until nothing is folded.")
         .def("bone_distance_mm", &PreparedScan::bone_distance_mm, nb::arg("point_mm"),
              "About the distance from bone along the grid's axes, which bounds motions there.")
         .def("follow", &PreparedScan::follow, nb::arg("swellings"), nb::arg("breaths"),
@@ -703,14 +806,17 @@ void bind_augment(nb::module_& m) {
              nb::arg("sphere_radius_mm"))
         .def("slide", &PreparedScan::slide, nb::arg("point_mm"), nb::arg("way_mm"),
              nb::arg("sphere_radius_mm"))
-        .def("finish", &PreparedScan::finish,
-             "The warp of all motions and the deformed scan. The tissue is at rest again.")
+        .def(
+            "finish", &PreparedScan::finish,
+            "The warp of all motions, the deformed scan, and the part of all displacements that is "
+            "left: 1, unless the elastic scan is folded. The tissue is at rest again.")
         .def("reset", &PreparedScan::reset, "Takes all motions back.")
         .def(
             "__reduce__",
             [](nb::handle self) {
                 const auto& scan = nb::cast<const PreparedScan&>(self);
-                return exchange("reduced_prepared")(scan.scan(), scan.threads(), scan.settings());
+                return exchange("reduced_prepared")(scan.scan(), scan.threads(), scan.model(),
+                                                    scan.settings());
             },
             nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"), "At rest.");
 }
