@@ -186,17 +186,20 @@ class PreparedScan : public Exclusive {
         return take(m_arena->run(work));
     }
     /// Moves the elastic scan. A tool that ends early has put its tissue back, unsmoothed: a sweep
-    /// smooths it.
+    /// smooths it. One that has moved nothing lets go.
     template <class Move>
     auto moved(const Move& move) {
         return run([&]() -> decltype(move()) {
             auto report = move();
             if (!report || report->limited_by == LimitedBy::None) return report;
+            if (done_part(*report) == 0) m_elastic->release(m_tool);
             if (const auto swept = m_elastic->advance({.max_steps = 1}); !swept)
                 return swept.error();
             return report;
         });
     }
+    static double done_part(const PushReport& report) { return report.step_fraction; }
+    static double done_part(const SlideReport& report) { return report.way_fraction; }
 
   public:
     PreparedScan(nb::object scan, int threads, const std::string& model, const nb::kwargs& given)

@@ -210,6 +210,8 @@ def made_by_hand(scan, plan, sweeps):
     for number, motion in enumerate(plan.motions, 1):
         assert motion["kind"] in ("push", "pull")
         report = tissue.push(motion["point_mm"], motion["by_mm"], motion["radius_mm"], number)
+        if report.step_fraction == 0:
+            tissue.release(number)
         if report.limited_by != "none":
             tissue.advance(max_steps=1)
     tissue.advance(max_steps=sweeps)

@@ -31,6 +31,8 @@ _NO_HU, _LOOKED_AT = 20.0, 4096
 _TRIES, _DRAWN = 12, 256
 # A position is good if bone is so far that at least this part of the push is possible.
 _GOOD_SHARE = 0.5
+# Part of the distance from bone by which tissue of the elastic scan can move without folds.
+_SLACK = 0.4
 # The share is a guess: pushes are planned longer by this factor.
 _SPARE = 1.5
 
@@ -493,10 +495,13 @@ class _Sampler:
         return best
 
     def possible_share(self, point: Array, radius: float, length: float) -> float:
-        """About the part of a push that bone allows."""
-        room = self.prepared.bone_distance_mm(point) - radius
-        slack = self.motions.offset if self.prepared.model == "chainmail" else 1.0
-        return min(1.0, slack * max(room, 0.0) / max(length, 1e-6))
+        """About the part of a push that bone allows; the elastic scan's border is held as well."""
+        room, slack = self.prepared.bone_distance_mm(point), self.motions.offset
+        if self.prepared.model == "elastic":
+            ijk = numpy.array(self.scan.voxel_from_world(point))
+            to_border = numpy.minimum(ijk, self.size[::-1] - 1 - ijk) * self.scan.spacing_mm
+            room, slack = min(room, float(to_border.min())), _SLACK
+        return min(1.0, slack * max(room - radius, 0.0) / max(length, 1e-6))
 
     def swelling(self) -> dict[str, Any] | None:
         at = self.voxel(is_wall=False)
