@@ -105,7 +105,7 @@ set(PLIANT_PUBLIC_HEADERS
     "formats   scan_files"
     "meshes    mesh_files"
     "pictures  png"
-    "tissue    check_tissue drivable mesh_tissue own_tissue tissues"
+    "tissue    check_tissue drivable mesh_tissue own_tissue scan_tissue tissues"
     "fit       fit_mesh"
     "render    surface_view"
     "haptics   haptics_device"

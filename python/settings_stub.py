@@ -16,7 +16,7 @@ ARENA = {"count", "size", "control_hz", "pictures", "labels", "threads"}
 CLASSES = {
     "WallSettings": ("wall_around_surface", {"ends", "threads"}),
     "CatheterSettings": ("CatheterScene.__init__", {"entry", "inwards", "threads"}),
-    "TruthSettings": ("TruthMaker.__init__", {"materials", "threads"}),
+    "TruthSettings": ("TruthMaker.__init__", {"materials", "model", "threads"}),
     "EndoscopeSettings": ("EndoscopeArena.__init__", {*ARENA, "wall", "iso_hu", "polarity"}),
     "SequenceSettings": ("EndoscopeArena.__init__", ARENA),
 }

@@ -59,8 +59,8 @@ pliant_test(tissue
             test_elastic_edits.cpp test_elastic_settings_file.cpp test_elastic_tissue.cpp
             test_own_tissue.cpp)
 pliant_test(truth
-    SOURCES ../support/count_allocations.cpp test_cases.cpp test_exact_map.cpp
-            test_out_of_memory.cpp)
+    SOURCES ../support/count_allocations.cpp test_cases.cpp test_elastic_cases.cpp
+            test_exact_map.cpp test_out_of_memory.cpp)
 pliant_test(catheter
     SOURCES ../support/count_allocations.cpp test_carried_scan.cpp test_chain.cpp
             test_out_of_memory.cpp test_random_vessels.cpp test_scene.cpp
@@ -71,8 +71,8 @@ pliant_test(vessel
 pliant_test(scenes SOURCES test_unsteered_tips.cpp INPUTS ${PROJECT_SOURCE_DIR}/scenes)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
 pliant_test(gym
-    SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_endoscope_arena.cpp
-            test_out_of_memory.cpp test_scene_flow.cpp)
+    SOURCES ../support/count_allocations.cpp test_catheter_arena.cpp test_elastic_walls.cpp
+            test_endoscope_arena.cpp test_out_of_memory.cpp test_scene_flow.cpp)
 pliant_test(haptics
     SOURCES ../../research/results/haptics/hands.cpp
             ../../research/results/haptics/haptic_run.cpp ../../research/results/haptics/tissues.cpp

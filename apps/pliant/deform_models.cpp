@@ -17,6 +17,7 @@
 #include <utility>
 #include <variant>
 
+#include "scan_defaults.h"
 #include "setting_options.h"
 
 namespace pliant::app {
@@ -261,29 +262,16 @@ Result<MakeScanTissue> prepare_body(const DeformOptions& o, std::vector<std::str
 
 // The elastic scan.
 
-Result<ElasticScanSettings> elastic_settings(const DeformOptions& o, const ValueDefaults& values) {
-    ElasticScanSettings settings;
-    suit_elastic(values, settings);
-    if (!o.config.empty()) {
-        auto read = read_elastic_settings(o.config, values);
-        if (!read.ok()) return read.error();
-        settings = std::move(*read);
-    }
-    for (const NamedValue& given : o.settings)
-        if (const Status s = apply({given}, elastic_scan_rows(), settings); !s)
-            return renamed(s.error(), option_of(given.name));
-    return settings;
-}
-
 Result<MakeScanTissue> prepare_elastic(const DeformOptions& o, std::vector<std::string>& notes) {
     // Mistakes in the settings are found before the scan is read.
-    if (const auto settings = elastic_settings(o, {}); !settings.ok()) return settings.error();
+    if (const auto settings = elastic_settings(o.config, o.settings, {}); !settings.ok())
+        return settings.error();
     auto materials = chainmail_settings(o, notes);
     if (!materials.ok()) return materials.error();
     return MakeScanTissue([&o, materials = std::move(*materials)](
                               const Volume& scan, const ValueDefaults& values,
                               const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {
-        auto settings = elastic_settings(o, values);
+        auto settings = elastic_settings(o.config, o.settings, values);
         if (!settings.ok()) return settings.error();
         ChainMailSettings labelled = materials;
         if (const Status s = place_labels(scan, arena, labelled); !s) return s.error();

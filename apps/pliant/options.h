@@ -323,7 +323,9 @@ struct TruthMakeOptions {
     std::string out;
     int cases = 1;
     std::uint64_t seed = 1;
-    Record given;  ///< settings of TruthSettings
+    Record given;                     ///< settings of TruthSettings
+    std::string model = "chainmail";  ///< or "elastic"
+    Record tissue;                    ///< settings of elastic_scan_rows()
     std::string config;
     std::string format = "nrrd";
     bool raw = false;

@@ -8,12 +8,14 @@
 #include <pliant/core/version.h>
 #include <pliant/data/truth.h>
 #include <pliant/scan_files.h>
+#include <pliant/tissues.h>
 
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "options.h"
 #include "output_text.h"
@@ -43,11 +45,26 @@ Status check_folder(const fs::path& out) {
                                                  (error ? " (" + error.message() + ")" : "")};
 }
 
-Result<ChainMailSettings> materials_of(const TruthMakeOptions& o, const ValueDefaults& values) {
-    if (!o.config.empty()) return read_chainmail_settings(o.config, values);
-    ChainMailSettings materials;
-    suit_materials(values, materials);
-    return materials;
+Result<ChainMailSettings> chainmail_of(const std::string& config, const ValueDefaults& values) {
+    if (!config.empty()) return read_chainmail_settings(config, values);
+    ChainMailSettings settings;
+    suit_materials(values, settings);
+    return settings;
+}
+
+Result<ScanTissueSettings> materials_of(const TruthMakeOptions& o, const ValueDefaults& values) {
+    if (o.model == "elastic") {
+        auto settings = elastic_settings(o.config, o.tissue, values);
+        if (!settings.ok()) return settings.error();
+        return ScanTissueSettings(std::move(*settings));
+    }
+    if (!o.tissue.empty())
+        return Error{
+            ErrorCode::InvalidArgument,
+            option_of(o.tissue.front().name) + ": expected --model elastic too, found " + o.model};
+    auto settings = chainmail_of(o.config, values);
+    if (!settings.ok()) return settings.error();
+    return ScanTissueSettings(std::move(*settings));
 }
 
 }  // namespace
@@ -87,7 +104,7 @@ int run_truth_make(const TruthMakeOptions& o) {
         const auto made = maker->make(o.seed + std::uint64_t(n));
         if (!made.ok()) return fail(made.error());
         worst = std::max({worst, made->inverse_error_mm, made->landmark_error_mm});
-        const Json record = truth_record(*made, settings);
+        const Json record = truth_record(*made, o.model, settings);
         const std::string name = case_name(n);
         index["cases"].push_back(
             {{"folder", name}, {"seed", made->seed}, {"hash", record["hash"]}});

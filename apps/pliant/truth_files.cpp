@@ -66,10 +66,11 @@ std::vector<double> numbers_in(std::string_view line) {
 
 }  // namespace
 
-Json truth_record(const TruthCase& made, const TruthSettings& settings) {
+Json truth_record(const TruthCase& made, const std::string& model, const TruthSettings& settings) {
     Json json = {{"seed", made.seed},
                  {"version", PLIANT_VERSION},
                  {"hash", hex_of(made.hash)},
+                 {"model", model},
                  {"inverse_error_mm", made.inverse_error_mm},
                  {"landmark_error_mm", made.landmark_error_mm},
                  {"max_displacement_mm", made.max_displacement_mm},

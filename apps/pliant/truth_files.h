@@ -28,7 +28,8 @@ Status write_truth_case(const TruthCase& made, const Json& record,
                         const std::filesystem::path& folder, const std::string& ending,
                         Encoding encoding, const TaskArena& arena);
 /// The record of a case: case.json.
-Json truth_record(const TruthCase& made, const TruthSettings& settings);
+/// @param model  of the tissue
+Json truth_record(const TruthCase& made, const std::string& model, const TruthSettings& settings);
 
 /// @returns NotFound; Unreadable that names the file and the field
 Result<TruthIndex> read_truth_index(const std::filesystem::path& folder);

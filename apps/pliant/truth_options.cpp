@@ -4,6 +4,7 @@
 // Options of `pliant truth`.
 
 #include <pliant/data/truth.h>
+#include <pliant/models/elastic_scan.h>
 
 #include "commands.h"
 #include "common_options.h"
@@ -22,7 +23,13 @@ void add_truth_make(CLI::App* truth, TruthMakeOptions& o) {
     c->add_option("--seed", o.seed,
                   "of the first case; the next one has the next seed (default 1)");
     for (const auto& row : truth_rows()) add_setting(c, truth_rows(), row.name, o.given);
+    c->add_option("--model", o.model,
+                  "tissue: chainmail (default), or elastic: finite elements on the voxels, in "
+                  "equilibrium after each motion, without the kinds cut and interface")
+        ->check(CLI::IsMember({"chainmail", "elastic"}));
     c->add_option("--config", o.config, "settings of the tissue (TOML, as of pliant deform)");
+    for (const char* const name : {"poisson_ratio", "held_above_hu"})
+        add_setting(c, elastic_scan_rows(), name, o.tissue)->group("With --model elastic");
     c->add_option("--format", o.format, "nrrd or nifti (default nrrd)")
         ->check(CLI::IsMember({"nrrd", "nifti"}));
     c->add_flag("--raw", o.raw, "no compression of scans and fields (nrrd): faster, larger");
@@ -31,6 +38,7 @@ void add_truth_make(CLI::App* truth, TruthMakeOptions& o) {
         "Examples:\n"
         "  pliant truth make thorax.nrrd --cases 20 --out truth\n"
         "  pliant truth make thorax.nrrd --kinds slide,interface --motions 2 --seed 100 --out t\n"
+        "  pliant truth make thorax.nrrd --model elastic --kinds contact,slide --out elastic\n"
         "docs/howto/truth.md describes the files.");
 }
 

@@ -28,6 +28,7 @@
 #include <pliant/models/material.h>
 #include <pliant/models/mesh_tissue.h>
 #include <pliant/models/pbd.h>
+#include <pliant/models/scan_tissue.h>
 #include <pliant/models/springs.h>
 #include <pliant/own_tissue.h>
 #include <pliant/resample.h>

@@ -79,11 +79,15 @@ def pliant_cases(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dic
 
     elastic = TissueMotions(preset="elastic")
     # Two pushes of large tools, of tissue whose motion reaches far: balls, and octahedra.
-    large = {"pushes": 2, "tool_mm": (12, 20), "push_mm": (4, 8), "offset": 0.2}
+    large: dict[str, Any] = {"pushes": 2, "tool_mm": (12, 20), "push_mm": (4, 8), "offset": 0.2}
     pushes = TissueMotions(**large)
     plans = plans_of(pushes, scan, rng, 0.1)
     octahedra = [dataclasses.replace(p, tissue={**p.tissue, "limits": "box"}) for p in plans]
     prepared = pushes.prepare(scan)
+    # The same tools in the elastic scan, which has no such limits.
+    del large["offset"]
+    solved = TissueMotions(model="elastic", **large)
+    solved_plans = [solved.sample(scan, rng) for _ in range(8)]
 
     def drawn() -> None:
         pushes.sample(scan, numpy.random.default_rng(next(numbers)))
@@ -94,6 +98,7 @@ def pliant_cases(scan: pliant.Volume, labels: Any, points: Any, rng: Any) -> dic
         "pliant, two pushes": case(pushes, plans, scan),
         "pliant, two pushes, scan prepared before": case(pushes, plans, prepared),
         "pliant, two pushes, limits = box": case(pushes, octahedra, scan),
+        "pliant, two pushes, elastic scan": case(solved, solved_plans, scan),
         "pliant, drawing a plan of pushes alone": Case(drawn),
     }
 

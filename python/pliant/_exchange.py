@@ -329,8 +329,10 @@ def reduced_arena(arena: Any, made_of: tuple[Any, ...]) -> tuple[Any, ...]:
     return _remade_arena, (type(arena), made_of, states)
 
 
-def _remade_truth_maker(scan: Volume, threads: int, materials: Any, settings: Any) -> Any:
-    return pliant._core.TruthMaker(scan, threads, materials, **settings)
+def _remade_truth_maker(
+    scan: Volume, threads: int, materials: Any, model: str, settings: Any
+) -> Any:
+    return pliant._core.TruthMaker(scan, threads, materials, model, **settings)
 
 
 def _remade_truth(arguments: tuple[Any, ...], seed: int) -> Any:
@@ -347,10 +349,12 @@ def reduced_truth(case: Any) -> tuple[Any, ...]:
     return _remade_truth, case._made_of
 
 
-def _remade_prepared(scan: Volume, threads: int, settings: dict[str, Any]) -> Any:
-    return pliant._core.PreparedScan(scan, threads, **settings)
+def _remade_prepared(scan: Volume, threads: int, model: str, settings: dict[str, Any]) -> Any:
+    return pliant._core.PreparedScan(scan, threads, model, **settings)
 
 
-def reduced_prepared(scan: Volume, threads: int, settings: dict[str, Any]) -> tuple[Any, ...]:
+def reduced_prepared(
+    scan: Volume, threads: int, model: str, settings: dict[str, Any]
+) -> tuple[Any, ...]:
     """For pickle and copy.deepcopy."""
-    return _remade_prepared, (scan, threads, dict(settings))
+    return _remade_prepared, (scan, threads, model, dict(settings))

@@ -53,6 +53,7 @@ def make_case(
     *,
     threads: int = 0,
     materials: Mapping[str, Any] | None = None,
+    model: str = "chainmail",
     **settings: Unpack[TruthSettings],
 ) -> TruthCase:
     """Makes one case; a TruthMaker makes several of a scan faster.
@@ -61,10 +62,11 @@ def make_case(
         scan: The fixed image.
         seed: The case is made of the scan and this number alone.
         threads: 0: one for each core.
-        materials: Settings of the tissue, as of make_chainmail.
+        materials: Settings of the tissue, as of make_chainmail or make_elastic.
+        model: "chainmail", or "elastic": equilibrium after each motion, and no cuts.
         settings: As of TruthMaker: kinds, motions, contact_mm, ...
     """
-    return TruthMaker(scan, threads, dict(materials or {}), **settings).make(seed)
+    return TruthMaker(scan, threads, dict(materials or {}), model, **settings).make(seed)
 
 
 def truth_settings() -> list[dict[str, Any]]:

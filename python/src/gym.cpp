@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "keywords.h"
+#include "made_tissue.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -181,7 +182,7 @@ void make_arena(nb::pointer_and_handle<PyArena> self, const nb::object& scan, in
                 double barrel_distortion, const std::string& style, const std::string& lining,
                 const std::string& field_stop, bool is_smooth,
                 const std::vector<std::string>& pictures, const std::optional<nb::object>& labels,
-                int threads, const nb::kwargs& materials) {
+                int threads, const std::string& model, const nb::kwargs& materials) {
     EndoscopeArenaSettings s;
     s.count = count;
     s.width = size.first;
@@ -221,11 +222,12 @@ void make_arena(nb::pointer_and_handle<PyArena> self, const nb::object& scan, in
         s.labels = std::make_shared<const Volume>(
             object_in<PyVolume>(*labels, "labels", "a Volume").volume);
     }
-    s.materials = settings_from<ChainMailSettings>(materials, chainmail_rows());
+    s.materials =
+        scan_tissue_from(model, materials, object_in<PyVolume>(scan, "scan", "a Volume").volume);
     const nb::tuple made_of = nb::make_tuple(
         nb::make_tuple(scan, count, size, control_hz, wall, radius_mm, relax_sweeps, relax_every,
                        young_modulus_pa, iso_hu, polarity, field_of_view_deg, barrel_distortion,
-                       style, lining, field_stop, is_smooth, pictures, labels, threads),
+                       style, lining, field_stop, is_smooth, pictures, labels, threads, model),
         materials);
     new (self.p) PyArena(scan, s, threads, made_of);
 }
@@ -248,7 +250,7 @@ nb::object states_of(const PyArena& a) {
 }
 
 void bind_arena(nb::module_& m) {
-    const Keywords keywords = keywords_of(chainmail_rows());
+    const Keywords keywords = scan_tissue_keywords();
     nb::class_<PyArena> c(
         m, "EndoscopeArena",
         "Many endoscopes in one scan, each with a tissue of its own; all move in one call.\n\n"
@@ -262,7 +264,8 @@ void bind_arena(nb::module_& m) {
           nb::arg("style") = "real", nb::arg("lining") = "airway", nb::arg("field_stop") = "full",
           nb::arg("is_smooth") = false,
           nb::arg("pictures") = std::vector<std::string>{"rgb", "depth"},
-          nb::arg("labels") = nb::none(), nb::arg("threads") = 0, nb::arg("materials"),
+          nb::arg("labels") = nb::none(), nb::arg("threads") = 0, nb::arg("model") = "chainmail",
+          nb::arg("materials"),
           typed("def __init__(self, scan: Volume, count: int = 1, "
                 "size: tuple[int, int] = (64, 64), control_hz: float = 20.0, "
                 "wall: str = \"deforming\", radius_mm: float = 1.4, relax_sweeps: int = 1, "
@@ -273,7 +276,7 @@ void bind_arena(nb::module_& m) {
                 "lining: str = \"airway\", field_stop: str = \"full\", "
                 "is_smooth: bool = False, "
                 "pictures: collections.abc.Sequence[str] = (\"rgb\", \"depth\"), "
-                "labels: Volume | None = None, threads: int = 0, *, "
+                "labels: Volume | None = None, threads: int = 0, model: str = \"chainmail\", *, "
                 "**settings) -> None",
                 keywords),
           described(
@@ -283,14 +286,16 @@ void bind_arena(nb::module_& m) {
               "    size: Width and height of the pictures.\n"
               "    wall: \"deforming\" or \"rigid\".\n"
               "    radius_mm: Of the tip.\n"
-              "    relax_sweeps: Of a relaxation of the tissue; relax_every: steps from one to the "
-              "next.\n"
-              "    young_modulus_pa: Of the walls, for the estimate of the force.\n"
+              "    relax_sweeps: Of the tissue after a step; relax_every: steps from one time to "
+              "the next.\n"
+              "    young_modulus_pa: Of ChainMail's walls, for the estimate of the force.\n"
               "    style: \"real\" or \"plain\"; lining: \"airway\", \"colon\", \"sinus\" or "
               "\"vessel\"; field_stop: \"full\", \"round\" or \"octagon\".\n"
               "    is_smooth: Four rays for each pixel at an edge.\n"
               "    pictures: Of \"rgb\", \"depth\", \"normals\", \"flow\".\n"
               "    labels: Label map of the scan, seen together with flow.\n"
+              "    model: Of the walls: \"chainmail\", or \"elastic\", which gives the force on "
+              "the tip. Each has settings of its own below.\n"
               "    **settings",
               keywords))
         .def(

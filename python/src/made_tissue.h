@@ -5,12 +5,23 @@
 
 #pragma once
 
+#include <pliant/models/scan_tissue.h>
 #include <pliant/own_tissue.h>
 #include <pliant/tissue.h>
 
+#include "keywords.h"
 #include "volumes.h"
 
 namespace pliant::python {
+
+/// Settings of the elastic scan that suit a scan.
+ElasticScanSettings elastic_settings_for(const Volume& scan);
+/// Settings of a scan's tissue from its model and keyword arguments.
+/// @param chainmail  what they change; the elastic scan's suit the scan
+ScanTissueSettings scan_tissue_from(const std::string& model, const nb::dict& given,
+                                    const Volume& scan, ChainMailSettings chainmail = {});
+/// Keywords of all models of a scan's tissue.
+Keywords scan_tissue_keywords();
 
 /// The call of a function of the module that makes a tissue again, for pickle. Its arguments must
 /// not change afterwards.

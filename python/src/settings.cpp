@@ -13,6 +13,7 @@
 
 #include "arrays.h"
 #include "keywords.h"
+#include "made_tissue.h"
 
 namespace pliant::python {
 namespace {
@@ -132,6 +133,33 @@ nb::list settings_of(const std::string& model) {
 }
 
 }  // namespace
+
+ElasticScanSettings elastic_settings_for(const Volume& scan) {
+    const nb::gil_scoped_release without_lock;
+    ElasticScanSettings settings;
+    suit_elastic(value_defaults(scan), settings);
+    return settings;
+}
+
+ScanTissueSettings scan_tissue_from(const std::string& model, const nb::dict& given,
+                                    const Volume& scan, ChainMailSettings chainmail) {
+    if (model == "chainmail") {
+        change(chainmail, given, chainmail_rows());
+        return chainmail;
+    }
+    if (model == "elastic") {
+        ElasticScanSettings elastic = elastic_settings_for(scan);
+        change(elastic, given, elastic_scan_rows());
+        return elastic;
+    }
+    raise({ErrorCode::InvalidArgument, "model: expected chainmail or elastic, found " + model,
+           "model", "chainmail or elastic", model});
+}
+
+Keywords scan_tissue_keywords() {
+    return together({keywords_of(chainmail_rows()),
+                     unset(keywords_of(elastic_scan_rows()), {"held_above_hu"})});
+}
 
 Record record_of(const nb::dict& arguments) {
     Record record;

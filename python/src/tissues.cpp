@@ -111,14 +111,6 @@ std::unique_ptr<PyTissue> tissue_of_settings(
     return made;
 }
 
-/// Settings that suit a scan.
-ElasticScanSettings elastic_settings_for(const Volume& scan) {
-    const nb::gil_scoped_release without_lock;
-    ElasticScanSettings settings;
-    suit_elastic(value_defaults(scan), settings);
-    return settings;
-}
-
 Result<std::unique_ptr<Tissue>> chainmail_of(const Volume& volume,
                                              const ChainMailSettings& settings,
                                              const TaskArena& arena) noexcept {

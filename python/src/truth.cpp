@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "keywords.h"
+#include "made_tissue.h"
 #include "volumes.h"
 
 namespace pliant::python {
@@ -19,14 +20,15 @@ using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::
 /// The members are destroyed in reverse order: the maker refers to the scan and the threads.
 class PyMaker : public Exclusive {
   public:
-    PyMaker(nb::object scan, int threads, const nb::dict& materials, const nb::kwargs& settings)
+    PyMaker(nb::object scan, int threads, const nb::dict& materials, const std::string& model,
+            const nb::kwargs& settings)
         : m_scan(std::move(scan)),
-          m_arguments(nb::make_tuple(m_scan, threads, materials, settings)),
+          m_arguments(nb::make_tuple(m_scan, threads, materials, model, settings)),
           m_arena(std::make_unique<Arena>(threads)) {
         const Volume& volume = object_in<PyVolume>(m_scan, "scan", "a Volume").volume;
-        ChainMailSettings chosen;
-        suit_materials(value_defaults(volume), chosen);
-        change(chosen, materials, chainmail_rows());
+        ChainMailSettings chainmail;
+        suit_materials(value_defaults(volume), chainmail);
+        const auto chosen = scan_tissue_from(model, materials, volume, std::move(chainmail));
         const auto wanted = settings_from<TruthSettings>(settings, truth_rows());
         m_maker = std::make_unique<TruthMaker>(take(m_arena->run(
             [&] { return TruthMaker::create(volume, chosen, wanted, m_arena->tasks()); })));
@@ -217,24 +219,29 @@ void bind_truth(nb::module_& m) {
         .def(
             "__init__",
             [](nb::pointer_and_handle<PyMaker> self, const nb::object& scan, int threads,
-               const std::optional<nb::dict>& materials, const nb::kwargs& settings) {
+               const std::optional<nb::dict>& materials, const std::string& model,
+               const nb::kwargs& settings) {
                 if (!nb::isinstance<PyVolume>(scan))
                     raise({ErrorCode::InvalidArgument,
                            "scan: expected a pliant.Volume, found " +
                                shown(nb::object(nb::borrow(scan.type()))),
                            "scan"});
-                new (self.p) PyMaker(scan, threads, materials.value_or(nb::dict()), settings);
+                new (self.p)
+                    PyMaker(scan, threads, materials.value_or(nb::dict()), model, settings);
             },
             nb::arg("scan"), nb::arg("threads") = 0, nb::arg("materials") = nb::none(),
-            nb::arg("settings"),
+            nb::arg("model") = "chainmail", nb::arg("settings"),
             typed("def __init__(self, scan: Volume, threads: int = 0, "
                   "materials: dict[str, typing.Any] | None = None, "
-                  "*, **settings) -> None",
+                  "model: str = \"chainmail\", *, **settings) -> None",
                   keywords),
             described("Args:\n"
                       "    scan: The fixed image.\n"
                       "    threads: 0: one for each core.\n"
-                      "    materials: Settings of the tissue, as of make_chainmail.\n"
+                      "    materials: Settings of the tissue, as of make_chainmail or "
+                      "make_elastic.\n"
+                      "    model: \"chainmail\", or \"elastic\": equilibrium after each motion, "
+                      "and no cuts.\n"
                       "    **settings",
                       keywords))
         .def("make", &PyMaker::make, nb::arg("seed"),

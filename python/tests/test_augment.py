@@ -14,7 +14,7 @@ import numpy
 import pytest
 
 import pliant
-from augment_samples import worst_of
+from augment_samples import check, random_scan, worst_of
 from conftest import random_direction
 from pliant.augment import Plan, TissueMotions, Warp, _frames
 
@@ -204,6 +204,85 @@ def test_elastic_moves_most_of_the_scan_smoothly(rng):
     assert Plan.from_json(plan.to_json()) == plan
 
 
+def made_by_hand(scan, plan, sweeps):
+    """Displacements of a plan's pushes by make_elastic()."""
+    tissue = pliant.make_elastic(scan, 1, **plan.tissue)
+    for number, motion in enumerate(plan.motions, 1):
+        assert motion["kind"] in ("push", "pull")
+        report = tissue.push(motion["point_mm"], motion["by_mm"], motion["radius_mm"], number)
+        if report.step_fraction == 0:
+            tissue.release(number)
+        if report.limited_by != "none":
+            tissue.advance(max_steps=1)
+    tissue.advance(max_steps=sweeps)
+    return tissue.displacement_field().array
+
+
+def test_the_elastic_scan_moves_as_the_tissue_by_itself(airway, rng):
+    # Without voids, the moduli are those of the tissue.
+    tissue = {"moduli_kpa": [(-950, 2.0), (40, 8.0)], "poisson_ratio": 0.4}
+    motions = TissueMotions(model="elastic", pushes=2, pulls=1, push_mm=(2, 6), tissue=tissue)
+    plan = motions.sample(airway, rng)
+    assert plan.model == "elastic" and plan.tissue == {"held_above_hu": 300.0, **tissue}
+    moved = motions.apply(airway, plan)
+    expected = made_by_hand(airway, plan, sweeps=5)
+    assert numpy.abs(expected).max() > 0.5
+    parts = [step["fraction"] for step in moved.report]
+    if moved.smallest_jacobian > 0.05 or min(parts) == 1:  # nothing was taken back
+        assert numpy.abs(moved.forward.array - expected).max() < 1e-5
+
+
+def test_samples_of_the_elastic_scan_neither_fold_nor_move_bone(rng):
+    for at in ("soft", "wall", "soft", "wall"):
+        scan = random_scan(rng, 32)
+        motions = TissueMotions(model="elastic", pushes=(1, 2), pulls=(0, 1), slides=(0, 1), at=at)
+        found = check(scan, motions, rng)
+        print(found)
+        assert found["smallest_jacobian"] > 0
+        assert found["bone_mm"] == 0
+        assert found["landmarks_voxel"] <= 1e-3
+        assert found["inverse_voxel"] <= 1e-3
+        assert found["wrong_labels"] == 0
+
+
+def test_a_plan_of_the_elastic_scan_gives_the_same_bits_again(airway, rng, tmp_path):
+    motions = TissueMotions(model="elastic", pushes=1, slides=1, at="wall", push_mm=4)
+    plan = motions.sample(airway, rng)
+    plan.save(tmp_path / "plan.json")
+    again = Plan.load(tmp_path / "plan.json")
+    assert again == plan and again.model == "elastic"
+    first, second = motions.apply(airway, plan), TissueMotions(threads=2).apply(airway, again)
+    assert (first.image.array == second.image.array).all()
+    assert (first.image.array != airway.array).any()
+    assert first.report == second.report
+    prepared = pickle.loads(pickle.dumps(motions.prepare(airway)))
+    assert prepared.model == "elastic"
+    for _ in range(2):
+        third = motions.apply(prepared, plan)
+        assert (first.forward.array == third.forward.array).all()
+    with pytest.raises(pliant.Error, match="plan: expected the tissue of the prepared scan"):
+        motions.apply(TissueMotions().prepare(airway), plan)
+
+
+def test_what_would_fold_is_reduced():
+    """Two tools that wring the tissue between them."""
+    scan = pliant.Volume(numpy.full((32, 32, 32), 40, numpy.int16), (2, 2, 2))
+    motions = TissueMotions(model="elastic", tissue={"window_cells": 8})
+    pushes = [((20, 32, 32), (24, 0, 0)), ((40, 30, 32), (-24, 6, 0)), ((30, 40, 32), (0, -20, 8))]
+    plan = Plan(
+        tuple(
+            {"kind": "push", "point_mm": list(at), "by_mm": list(by), "radius_mm": 9}
+            for at, by in pushes
+        ),
+        motions.tissue_settings,
+        "elastic",
+    )
+    moved = motions.apply(scan, plan)
+    print(moved.report, moved.smallest_jacobian)
+    assert moved.smallest_jacobian > 0
+    assert numpy.abs(moved.forward.array).max() > 0.5
+
+
 def test_a_scan_that_is_not_in_hu_is_named(rng):
     scan = pliant.Volume(rng.random((16, 16, 16)).astype("float32"))
     with pytest.warns(UserWarning, match="expected HU, found values from .* to .*: no bone"):
@@ -279,6 +358,11 @@ def test_forked_workers_apply_plans(airway, rng):
         ({"label_sampling": "linear"}, "label_sampling"),
         ({"threads": -1}, "threads"),
         ({"preset": "rubber"}, "preset"),
+        ({"model": "springs"}, "model"),
+        ({"model": "elastic", "preset": "elastic"}, "preset"),
+        ({"model": "elastic", "waves": (0, 2)}, "waves"),
+        ({"model": "elastic", "swellings": 1}, "swellings"),
+        ({"model": "elastic", "breathing": 0.5}, "breathing"),
     ],
 )
 def test_bad_settings_are_named(settings, field):
@@ -299,6 +383,7 @@ def test_bad_settings_are_named(settings, field):
         ),
         ({"motions": [{"kind": "push"}]}, "point_mm"),
         ({"tissue": 3}, "tissue"),
+        ({"model": "springs"}, "model: expected chainmail or elastic"),
     ],
 )
 def test_bad_plans_are_named(change, text):
@@ -333,6 +418,17 @@ def test_other_bad_input(airway, rng, tmp_path):
     still = motions.apply(nothing, Plan((), motions.tissue_settings), points=[(1, 2, 3)])
     assert still.smallest_jacobian == 1
     assert (still.image.array == -1000).all()
+
+
+def test_bad_input_of_the_elastic_scan(airway):
+    motions = TissueMotions(model="elastic")
+    wave = {"kind": "wave", "by_mm": [1, 0, 0], "vector_per_mm": [0, 0, 0.1], "phase": 0}
+    with pytest.raises(pliant.Error, match="motions: expected pushes, pulls and slides"):
+        motions.apply(airway, Plan((wave,), motions.tissue_settings, "elastic"))
+    with pytest.raises(pliant.Error, match="offset"):
+        TissueMotions(model="elastic", tissue={"offset": 0.2}).prepare(airway)
+    with pytest.raises(pliant.Error, match="2 voxels or more along each axis"):
+        motions.prepare(pliant.Volume(numpy.zeros((1, 16, 16), numpy.int16)))
 
 
 def test_pliant_imports_no_other_package():

@@ -50,11 +50,13 @@ def test_importing_pliant_imports_no_gymnasium():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("wall", ["deforming", "rigid"])
-def test_gymnasiums_checker_passes(lumen, wall):
+@pytest.mark.parametrize(
+    "walls", [{"wall": "deforming"}, {"wall": "rigid"}, {"model": "elastic", "radius_mm": 2.5}]
+)
+def test_gymnasiums_checker_passes(lumen, walls):
     env = gymnasium.make(
-        "pliant/Endoscope-v0", scan=lumen, wall=wall, obs=pliant.gym.OBSERVATIONS,
-        size=(24, 20), render_mode="rgb_array", render_size=(40, 30),
+        "pliant/Endoscope-v0", scan=lumen, obs=pliant.gym.OBSERVATIONS,
+        size=(24, 20), render_mode="rgb_array", render_size=(40, 30), **walls,
     )  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # actions in units
@@ -103,6 +105,29 @@ def test_a_vectors_endoscope_is_the_single_one(lumen):
         observed, rewards, *_ = many.step(actions)
         alone, reward, *_ = one.step(actions[1])
         assert rewards[1] == reward
+
+
+def test_the_force_of_elastic_walls_is_that_of_the_tissue(lumen):
+    env = pliant.gym.EndoscopeEnv(
+        lumen, ("state",), (4, 4), model="elastic", radius_mm=3.0, poisson_ratio=0.4, control_hz=10
+    )
+    env.reset(seed=4)
+    eye, look, up = env.arena.states[0, :3], (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    env.arena.place(0, eye, look, up)
+    tissue = pliant.make_elastic(lumen.scan, poisson_ratio=0.4)
+    for _ in range(4):
+        observation, _, _, _, info = env.step([20, 0, 0, 0])
+        eye = tissue.slide(eye, (0, 2, 0), 3.0, lumen.iso_hu).end_mm
+        tissue.advance(max_steps=1)
+    force = numpy.array(tissue.force_n(1))
+    assert numpy.linalg.norm(force) > 1e-3
+    assert observation["state"][9:12] == pytest.approx(force, rel=1e-6)
+    assert info["wall_force_n"] == pytest.approx(numpy.linalg.norm(force))
+    assert info["is_touching"]
+    with pytest.raises(pliant.Error, match="offset"):
+        pliant.gym.EndoscopeEnv(lumen, model="elastic", offset=0.2)
+    with pytest.raises(pliant.Error, match="model: expected chainmail or elastic, found foam"):
+        pliant.gym.EndoscopeEnv(lumen, model="foam")
 
 
 def test_ends_of_the_phantoms_airway(lumen):

@@ -14,8 +14,8 @@ import pliant
 # Functions by the tables of their settings.
 TABLES = {
     "make_chainmail": ["chainmail"],
-    "PreparedScan.__init__": ["chainmail"],
-    "EndoscopeArena.__init__": ["chainmail"],
+    "PreparedScan.__init__": ["chainmail", "elastic_scan"],
+    "EndoscopeArena.__init__": ["chainmail", "elastic_scan"],
     "make_elastic": ["elastic_scan"],
     "make_springs": ["springs"],
     "make_body": ["body"],
@@ -42,7 +42,12 @@ BESIDE = {"run", "seed"}
 GUIDE = {"place_mm", "direction"}
 # Functions whose defaults come from a file, or settings without one default.
 OF_A_FILE = {"MadeVessel.scene", "make_organs", "make_organs_of_labels"}
-WITHOUT_DEFAULT = {("ElasticSolver.__init__", "method"), ("make_elastic", "held_above_hu")}
+WITHOUT_DEFAULT = {
+    ("ElasticSolver.__init__", "method"),
+    ("make_elastic", "held_above_hu"),
+    ("PreparedScan.__init__", "held_above_hu"),
+    ("EndoscopeArena.__init__", "held_above_hu"),
+}
 
 FOLDER = pathlib.Path(pliant.__file__).parent
 

@@ -547,6 +547,49 @@ def test_commands_of_the_program_run_as_items(place, airway):
     assert "\n" not in line
 
 
+def test_studies_sweep_settings_of_the_elastic_scan(place, airway):
+    needs_program()
+    airway.save(place / "airway.nrrd")
+    swept = [0.2, 0.45]
+    push = {"push": "2.5,-1,-9:3,0,0", "tool": "sphere:5", "steps": 3}
+    cases = {
+        "deform": ({"what": "deform", **push, "config": {"elastic": {"window_cells": 32}}},
+                   "config.elastic.poisson_ratio"),
+        "option": ({"what": "deform", **push}, "poisson_ratio"),
+        "augment": ({"what": "augment", "pushes": 1, "push_mm": 4, "tissue": {}},
+                    "tissue.poisson_ratio"),
+        "truth": ({"what": "truth", "kinds": "contact", "motions": 1, "config": {"elastic": {}}},
+                  "config.elastic.poisson_ratio"),
+        "endoscope": ({"what": "endoscope", "max_steps": 3}, "poisson_ratio"),
+    }  # fmt: skip
+    tables = {}
+    for name, (run, parameter) in cases.items():
+        if name == "endoscope":
+            pytest.importorskip("gymnasium")
+        study = Study(
+            name, {"scan": "airway.nrrd", "model": "elastic", **run}, parameters={parameter: swept}
+        )
+        report = study.run(workers=2)
+        assert report.is_complete, report
+        tables[name] = sorted(study.table(), key=lambda row: row[parameter])
+        assert [row[parameter] for row in tables[name]] == swept
+    forces = [
+        numpy.linalg.norm([row[f"elastic.force_n.{axis}"] for axis in range(3)])
+        for row in tables["deform"]
+    ]
+    assert forces[0] > 0 and forces[0] != pytest.approx(forces[1], rel=1e-3)
+    tissue = pliant.make_elastic(airway, poisson_ratio=0.2, window_cells=32)
+    tissue.push((2.5, -1, -9), (3, 0, 0), 5.0)
+    tissue.advance(max_steps=3)
+    assert forces[0] == pytest.approx(numpy.linalg.norm(tissue.force_n(1)), rel=1e-6)
+    assert tables["option"][0]["elastic.force_n.0"] != tables["option"][1]["elastic.force_n.0"]
+    assert {row["model"] for row in tables["truth"]} == {"elastic"}
+    assert all(row["smallest_jacobian"] > 0 for row in tables["augment"])
+    wrong = Study("wrong", {"what": "truth", "scan": "airway.nrrd", "model": "elastic"})
+    (line,) = wrong.run().failed.values()
+    assert "--kinds: expected contact, slide or breathing" in line
+
+
 def test_vessels_and_endoscopes_run_as_items(place, airway):
     needs_program()
     pytest.importorskip("gymnasium")
@@ -578,7 +621,9 @@ def test_the_document_runs(place, airway, capsys):
     (place / "scans").mkdir()
     airway.save(place / "scans" / "airway.nrrd")
     files = re.findall(r"^```toml\n# (\S+)\n(.*?)^```", text, re.M | re.S)
-    assert sorted(name for name, _ in files) == ["breathing.toml", "identify.toml", "springs.toml"]
+    assert sorted(name for name, _ in files) == [
+        "breathing.toml", "identify.toml", "springs.toml", "stiffness.toml"
+    ]  # fmt: skip
     for name, study in files:
         (place / name).write_text(study)
     marked = r"test_study.py runs these commands -->\n```bash\n(.*?)^```"
@@ -589,6 +634,8 @@ def test_the_document_runs(place, airway, capsys):
         assert main(words[2:]) == 0, capsys.readouterr()
     assert "10 done, 0 failed, 0 left" in capsys.readouterr().out
     assert main(["run", "identify.toml"]) == 0
+    assert main(["run", "stiffness.toml"]) == 0
+    assert "4 items done" in capsys.readouterr().out
     block, springs = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     exec(compile(block, "study.md", "exec"), {})
     (place / "springs.py").write_text(springs)

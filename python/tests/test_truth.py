@@ -59,6 +59,28 @@ def test_a_case_has_arrays_of_the_scan_and_exact_maps(scan, case, rng):
     assert numpy.isnan(case.moving_from_fixed([(1e4, 0, 0)])).all()
 
 
+def test_a_case_of_the_elastic_scan_is_its_settled_push(scan, rng):
+    seed = int(rng.integers(2**32))
+    settings = {"kinds": "contact", "motions": 1, "landmarks": 30}
+    materials = {"poisson_ratio": 0.3}
+    case = truth.make_case(scan, seed, materials=materials, model="elastic", **settings)
+    assert case.inverse_error_mm < 1e-4 and len(case.landmarks_fixed_mm) > 10
+    tissue = pliant.make_elastic(scan, 1, **materials)
+    for number, motion in enumerate(case.motions, 1):
+        tissue.push(motion["point_mm"], motion["motion_mm"], motion["radius_mm"], number)
+        tissue.advance()
+    if len(case.motions) == 1:
+        apart = numpy.abs(case.forward.array - tissue.displacement_field().array)
+        assert apart.max() < 1e-5
+    back = case.fixed_from_moving(case.landmarks_moving_mm)
+    assert numpy.abs(back - case.landmarks_fixed_mm).max() < 1e-6
+    assert pickle.loads(pickle.dumps(case)).hash == case.hash
+    with pytest.raises(pliant.Error, match="offset"):
+        truth.make_case(scan, model="elastic", materials={"offset": 0.2}, kinds="contact")
+    with pytest.raises(pliant.Error, match="model: expected chainmail or elastic"):
+        truth.make_case(scan, model="foam")
+
+
 def test_the_same_seed_makes_the_same_case(scan, case):
     again = truth.TruthMaker(scan, threads=1, landmarks=40).make(5)
     assert again.hash == case.hash

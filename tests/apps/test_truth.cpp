@@ -77,6 +77,34 @@ TEST_F(TruthTest, The_same_seed_makes_the_same_bytes_with_any_number_of_threads)
             << name;
 }
 
+TEST_F(TruthTest, Makes_cases_of_the_elastic_scan) {
+    std::ofstream(file("moduli.toml"))
+        << "[elastic]\nmoduli_kpa = [[-950, 0], [-900, 2], [40, 8]]\n";
+    const std::string made = "truth make airway.nrrd --seed 4 --kinds contact --motions 1 ";
+    ASSERT_EQ(run(made + "--model elastic --config moduli.toml --out soft"), 0) << said();
+    ASSERT_EQ(run(made + "--model elastic --config moduli.toml --poisson-ratio 0.2 --out less"), 0)
+        << said();
+    ASSERT_EQ(run(made + "--out chain"), 0) << said();
+    const auto record = [](const std::string& folder) {
+        return Json::parse(bytes_of(file(folder + "/case_0000/case.json")));
+    };
+    EXPECT_EQ(record("soft")["model"], "elastic");
+    EXPECT_EQ(record("chain")["model"], "chainmail");
+    EXPECT_NE(record("soft")["hash"], record("less")["hash"]);
+    EXPECT_LE(record("soft")["inverse_error_mm"].get<double>(), 1e-4);
+    EXPECT_GT(record("soft")["max_displacement_mm"].get<double>(), 0.5);
+    ASSERT_EQ(run("truth score soft --field 'same=soft/{case}/forward.nrrd' --report soft.json"), 0)
+        << said();
+    const Json report = Json::parse(bytes_of(file("soft.json")));
+    EXPECT_EQ(report["methods"][1]["over_cases"]["moved"]["max_mm"], 0);
+    expect_bad("truth make airway.nrrd --model elastic --out x",
+               "--kinds: expected contact, slide or breathing");
+    expect_bad("truth make airway.nrrd --poisson-ratio 0.3 --out x",
+               "--poisson-ratio: expected --model elastic too, found chainmail");
+    expect_bad("truth make airway.nrrd --model elastic --kinds contact --poisson-ratio 0.6 --out x",
+               "--poisson-ratio");
+}
+
 TEST_F(TruthTest, Scores_the_truth_as_perfect_and_nothing_as_none) {
     ASSERT_EQ(run("truth score t --field 'same=t/{case}/forward.nrrd' --points "
                   "'marks=t/{case}/landmarks.csv' --report s.json --csv s.csv --page s.html "

@@ -255,7 +255,7 @@ TEST(EndoscopeArena, RefusesBadInputWithoutAnEffect) {
     EXPECT_EQ(error_of([](auto& s) { s.radius_mm = -1; }), "radius_mm");
     EXPECT_EQ(error_of([](auto& s) { s.relax_sweeps = -1; }), "relax_sweeps");
     EXPECT_EQ(error_of([](auto& s) { s.field_of_view_deg = 180; }), "field_of_view_deg");
-    EXPECT_EQ(error_of([](auto& s) { s.materials.scale = 2; }), "scale");
+    EXPECT_EQ(error_of([](auto& s) { s.materials = ChainMailSettings{.scale = 2}; }), "scale");
 }
 
 TEST(EndoscopeArena, PushesOfOtherToolsMoveTissueButNeverOntoTheEye) {

@@ -15,9 +15,9 @@
 //
 // The tip turns, then advances along its new optical axis (backwards for a negative speed). A wall
 // in its way makes way, or stops it if it is rigid. Tissue that the tip has left returns by
-// relaxation, a fixed number of sweeps after a fixed number of steps. There is no clock: the same
+// sweeps, a fixed number of them after a fixed number of steps. There is no clock: the same
 // actions from the same poses give the same bits for any number of threads. The eye is never in
-// tissue.
+// tissue. Walls are ChainMail, or the elastic scan, which gives the force on the tip in newtons.
 //
 // Flow is exact for the material of the walls. The wall's point p that a pixel of one picture shows
 // is tissue that rested at X = φ⁻¹(p). At the next picture it is at q = φ'(X), and its pixel is the
@@ -42,6 +42,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/core/tasks.h>
 #include <pliant/models/catheter.h>
+#include <pliant/models/scan_tissue.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/result.h>
@@ -71,9 +72,9 @@ struct EndoscopeArenaSettings {
     double control_hz = 20;  ///< steps per second of the endoscope's motion, above 0
     bool deforms = true;     ///< false: walls are rigid, and stop the tip or let it slide along
     double radius_mm = 1.4;  ///< of the tip, above 0
-    int relax_sweeps = 1;    ///< sweeps of a relaxation of the tissue, 0…1000
-    int relax_every = 1;     ///< steps from one relaxation to the next, 1…1000
-    /// Young's modulus of the walls, for the estimate of the force [Pa], above 0.
+    int relax_sweeps = 1;    ///< sweeps of the tissue after a step, 0…1000
+    int relax_every = 1;     ///< steps from one sweep, or several, to the next, 1…1000
+    /// Young's modulus of ChainMail's walls, for the estimate of the force [Pa], above 0.
     double young_modulus_pa = 15e3;
     double iso_hu = -500;  ///< threshold of the wall
     Polarity polarity = Polarity::Rising;
@@ -90,8 +91,8 @@ struct EndoscopeArenaSettings {
     bool has_flow = false;  ///< also scene flow, visibility, and labels if there are any
     /// Labels of the tissue on the scan's grid, at rest; null: none.
     std::shared_ptr<const Volume> labels{};
-    /// Materials; its scale must be 1, and its history is replaced.
-    ChainMailSettings materials{};
+    /// The tissue. The scale of ChainMail must be 1, and its history is replaced.
+    ScanTissueSettings materials{};
 };
 
 /// Where the tissue that a pixel showed is in the next picture.
@@ -118,11 +119,13 @@ struct EndoscopePictures {
 };
 
 struct EndoscopeState {
-    EndoscopePose pose{};      ///< look and up are perpendicular unit vectors
-    bool is_touching = false;  ///< the tip's sphere reaches into the wall's shape at rest
+    EndoscopePose pose{};  ///< look and up are perpendicular unit vectors
+    /// The tip's sphere reaches into the wall's shape at rest; the elastic scan presses on it.
+    bool is_touching = false;
     bool is_stopped = false;  ///< bone, a limit of the tissue or a rigid wall stopped the last step
-    /// Force of the wall on the tip [N, LPS], an estimate: Hertz' law for a sphere that is pressed
-    /// into the wall at rest as far as the tip was meant to go,
+    /// Force of the wall on the tip [N, LPS]. That of the elastic scan is its solution's. Otherwise
+    /// an estimate: Hertz' law for a sphere that is pressed into the wall at rest as far as the tip
+    /// was meant to go,
     ///   F = 4/3 · E / (1 − ν²) · √R · d^(3/2),   ν = 0.45.
     Vec3d force_n{0, 0, 0};
     double max_displacement_mm = 0;  ///< of all tissue
@@ -183,6 +186,7 @@ class EndoscopeArena {
     std::uint64_t hash(int endoscope) const;
 
     /// Pose and tissue of an endoscope, by way of a temporary file. The flow of the next step is 0.
+    /// The elastic scan finds the tip's contacts anew.
     /// @returns Unwritable; LimitExceeded
     Result<std::vector<std::byte>> save_state(int endoscope) const noexcept;
     /// @returns Unreadable for other bytes; InvalidArgument for the state of another scan. Then

@@ -4,7 +4,8 @@
 // Registration truth: pairs of scans whose deformation is known, and scores of registrations.
 //
 // A case is made of a scan and a seed. The scan is the fixed image; random motions of tools deform
-// it, and the result is the moving image.
+// it, and the result is the moving image. The tissue is ChainMail, or the elastic scan, which is in
+// equilibrium after each motion.
 //
 //        fixed image (the scan)              moving image (deformed)
 //        o voxel centre X  ── forward u(X) ──▶  φ(X) = X + u(X)
@@ -30,7 +31,7 @@
 #include <pliant/core/record.h>
 #include <pliant/core/tasks.h>
 #include <pliant/core/vec.h>
-#include <pliant/models/material.h>
+#include <pliant/models/scan_tissue.h>
 #include <pliant/result.h>
 #include <pliant/volume.h>
 
@@ -170,10 +171,10 @@ struct TruthCase : TruthData {
 class TruthMaker {
   public:
     /// Keeps references: scan and arena must outlive it and its cases.
-    /// @param materials  of the tissue; `bounded` and the history are set by the maker
-    /// @returns InvalidArgument that names the setting, or a scan with fewer than 8 voxels along an
-    ///          axis; LimitExceeded
-    static Result<TruthMaker> create(const Volume& scan, const ChainMailSettings& materials,
+    /// @param materials  of the tissue; `bounded` and the history of ChainMail are set by the maker
+    /// @returns InvalidArgument that names the setting, such as kinds with cuts in the elastic
+    ///          scan, or a scan with fewer than 8 voxels along an axis; LimitExceeded
+    static Result<TruthMaker> create(const Volume& scan, const ScanTissueSettings& materials,
                                      const TruthSettings& settings,
                                      const TaskArena& arena) noexcept;
     ~TruthMaker();

@@ -13,8 +13,8 @@ import numpy.typing
 
 from pliant._core import Field, PreparedScan, Volume, Warp
 from pliant._error import expected_error
-from pliant.augment._plan import Plan
-from pliant.augment._steps import report_of
+from pliant.augment._plan import MODELS, Plan
+from pliant.augment._steps import reduced, report_of
 
 Array = numpy.typing.NDArray[Any]
 Range = float | Sequence[float]
@@ -23,12 +23,16 @@ _PRESETS: dict[str, dict[str, Range]] = {
     "push": {"pushes": (1, 3), "waves": 0},
     "elastic": {"pushes": 0, "waves": (3, 6)},
 }
+# Motions that the elastic scan doesn't make: they follow a given field.
+_FIELDS = ("swellings", "breathing", "waves")
 # A scan whose values are all smaller isn't in HU; so many of its voxels are looked at.
 _NO_HU, _LOOKED_AT = 20.0, 4096
 # Tries to find a position, and values that are looked at in each.
 _TRIES, _DRAWN = 12, 256
 # A position is good if bone is so far that at least this part of the push is possible.
 _GOOD_SHARE = 0.5
+# Part of the distance from bone by which tissue of the elastic scan can move without folds.
+_SLACK = 0.4
 # The share is a guess: pushes are planned longer by this factor.
 _SPARE = 1.5
 
@@ -119,7 +123,10 @@ class TissueMotions:
     Counts and lengths are a number, or two between which they are drawn.
 
     Args:
-        preset: "push", or "elastic": waves, which move most of the scan smoothly, and no pushes.
+        model: Of the tissue: "chainmail", or "elastic", the finite elements of
+            pliant.make_elastic, in equilibrium under all tools. It makes pushes, pulls and slides.
+        preset: "push", or "elastic": waves of ChainMail, which move most of the scan smoothly, and
+            no pushes.
         pushes, pulls: Number of spheres that carry tissue along. From a wall (at="wall") pushes go
             into the tissue and pulls out of it; elsewhere they go anywhere. None: those of the
             preset. A push moves a ball of tissue, less towards its edge.
@@ -139,18 +146,19 @@ class TissueMotions:
             several, for which sample() needs the label map.
         bone_hu: Voxels above it don't move; None: all move.
         air_hu: Voxels below it are air, which tools don't take.
-        offset: Largest change of a voxel's length, and its largest shear, as a fraction of it,
-            above 0 and below 1/3. No volume shrinks below 1 - 3 * offset of itself.
+        offset: Of ChainMail: largest change of a voxel's length, and its largest shear, as a
+            fraction of it, above 0 and below 1/3. No volume shrinks below 1 - 3 * offset of itself.
         label_sampling: "nearest", or "majority": the label with the largest trilinear weight.
         label_beyond: Label of space outside of the scan.
         threads: 1: the caller's alone, as in data loaders' workers; 0: one for each core.
-        tissue: More settings, of pliant.settings_of("chainmail"). Those that could fold are
-            refused.
+        tissue: More settings, of pliant.settings_of("chainmail") or, for the model "elastic",
+            "elastic_scan". Those of ChainMail that could fold are refused.
     """
 
     def __init__(
         self,
         *,
+        model: str = "chainmail",
         preset: str = "push",
         pushes: Range | None = None,
         pulls: Range = 0,
@@ -176,8 +184,13 @@ class TissueMotions:
         threads: int = 1,
         tissue: Mapping[str, Any] | None = None,
     ) -> None:
+        if model not in MODELS:
+            raise expected_error("model", " or ".join(MODELS), model)
         if preset not in _PRESETS:
             raise expected_error("preset", " or ".join(_PRESETS), preset)
+        if model == preset == "elastic":
+            raise expected_error("preset", "push with the model elastic, not waves", preset)
+        self.model = model
         pushes = _PRESETS[preset]["pushes"] if pushes is None else pushes
         waves = _PRESETS[preset]["waves"] if waves is None else waves
         self.preset = preset
@@ -194,6 +207,10 @@ class TissueMotions:
         if not 0 <= breathing <= 1:
             raise expected_error("breathing", "a probability, 0...1", breathing)
         self.breathing, self.breath_mm = float(breathing), _range("breath_mm", breath_mm)
+        for name in _FIELDS if model == "elastic" else ():
+            if numpy.any(getattr(self, name)):
+                only = "0 with the model elastic, which makes pushes, pulls and slides"
+                raise expected_error(name, only, getattr(self, name))
         if isinstance(at, str):
             if at not in ("soft", "wall"):
                 raise expected_error("at", "soft, wall or labels", at)
@@ -217,9 +234,12 @@ class TissueMotions:
     @property
     def tissue_settings(self) -> dict[str, Any]:
         """The settings of a plan's tissue."""
+        bone = 1e6 if self.bone_hu is None else float(self.bone_hu)
+        if self.model == "elastic":
+            return {"held_above_hu": bone, **self.tissue}
         return {
             "offset": self.offset,
-            "bone_threshold_hu": 1e6 if self.bone_hu is None else float(self.bone_hu),
+            "bone_threshold_hu": bone,
             "max_movement_mm": 500.0,
             "air_enabled": False,
             "air_threshold_hu": self.air_hu,
@@ -232,10 +252,10 @@ class TissueMotions:
 
         The scan's voxels must not change meanwhile.
         """
-        return self._prepared(scan, self.tissue_settings)
+        return self._prepared(scan, self.model, self.tissue_settings)
 
-    def _prepared(self, scan: Volume, settings: Mapping[str, Any]) -> PreparedScan:
-        prepared = PreparedScan(scan, self.threads, **settings)
+    def _prepared(self, scan: Volume, model: str, settings: Mapping[str, Any]) -> PreparedScan:
+        prepared = PreparedScan(scan, self.threads, model, **settings)
         if self.bone_hu is not None:
             _warn_unless_hu(scan)
         if not prepared.fold_number < 1:
@@ -278,24 +298,25 @@ class TissueMotions:
             points: Landmarks (n, 3) [mm, LPS].
         """
         if isinstance(scan, PreparedScan):
-            if plan.tissue != scan.settings:
-                raise expected_error("plan", "the tissue of the prepared scan", plan.tissue)
+            if (plan.model, plan.tissue) != (scan.model, scan.settings):
+                found = (plan.model, plan.tissue)
+                raise expected_error("plan", "the tissue of the prepared scan", found)
             prepared = scan
         else:
-            prepared = self._prepared(scan, plan.tissue)
+            prepared = self._prepared(scan, plan.model, plan.tissue)
         try:
             report = report_of(prepared, plan)
         except BaseException:
             prepared.reset()
             raise
-        warp, image = prepared.finish()
+        warp, image, part = prepared.finish()
         return Applied(
             image,
             _each(labels, lambda array: self.warp_labels(warp, array)),
             _each(images, warp.warp_image),
             None if points is None else warp.warp_points(points),
             warp,
-            report,
+            [reduced(motion, part) for motion in report],
             plan,
         )
 
@@ -347,7 +368,10 @@ class _Sampler:
             if self.labels.shape != self.array.shape:
                 raise expected_error("labels", f"axes {self.array.shape}", self.labels.shape)
         settings = prepared.settings
-        self.bone, self.air = settings["bone_threshold_hu"], settings["air_threshold_hu"]
+        if prepared.model == "elastic":
+            self.bone, self.air = settings["held_above_hu"], motions.air_hu
+        else:
+            self.bone, self.air = settings["bone_threshold_hu"], settings["air_threshold_hu"]
 
     def plan(self) -> Plan:
         m = self.motions
@@ -363,7 +387,8 @@ class _Sampler:
         for kind, count in (("push", m.pushes), ("pull", m.pulls)):
             drawn += [self.push(kind) for _ in range(self.number(count))]
         drawn += [self.slide() for _ in range(self.number(m.slides))]
-        return Plan(tuple(one for one in drawn if one), self.prepared.settings)
+        motions = tuple(one for one in drawn if one)
+        return Plan(motions, self.prepared.settings, self.prepared.model)
 
     def number(self, between: tuple[int, int]) -> int:
         return int(self.rng.integers(between[0], between[1] + 1))
@@ -470,9 +495,13 @@ class _Sampler:
         return best
 
     def possible_share(self, point: Array, radius: float, length: float) -> float:
-        """About the part of a push that bone allows."""
-        room = self.prepared.bone_distance_mm(point) - radius
-        return min(1.0, self.motions.offset * max(room, 0.0) / max(length, 1e-6))
+        """About the part of a push that bone allows; the elastic scan's border is held as well."""
+        room, slack = self.prepared.bone_distance_mm(point), self.motions.offset
+        if self.prepared.model == "elastic":
+            ijk = numpy.array(self.scan.voxel_from_world(point))
+            to_border = numpy.minimum(ijk, self.size[::-1] - 1 - ijk) * self.scan.spacing_mm
+            room, slack = min(room, float(to_border.min())), _SLACK
+        return min(1.0, slack * max(room - radius, 0.0) / max(length, 1e-6))
 
     def swelling(self) -> dict[str, Any] | None:
         at = self.voxel(is_wall=False)

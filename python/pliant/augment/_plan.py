@@ -12,6 +12,7 @@ from typing import Any
 from pliant._error import Error, expected_error
 
 VERSION = 1
+MODELS = ("chainmail", "elastic")  # of tissue
 
 _FIELDS = {
     "push": {"point_mm": 3, "by_mm": 3, "radius_mm": 0},
@@ -60,16 +61,19 @@ class Plan:
     Attributes:
         motions: Dictionaries with the kind of a motion ("push", "pull", "slide", "swelling",
             "breath", "wave") and its numbers [mm, LPS].
-        tissue: Settings of the tissue: pliant.settings_of("chainmail").
+        tissue: Settings of the tissue: pliant.settings_of("chainmail") or "elastic_scan".
+        model: Of the tissue: "chainmail" or "elastic".
     """
 
     motions: tuple[dict[str, Any], ...]
     tissue: dict[str, Any]
+    model: str = "chainmail"
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers, texts, lists and dictionaries."""
         return {
             "pliant_plan": VERSION,
+            "model": self.model,
             "tissue": dict(self.tissue),
             "motions": [dict(motion) for motion in self.motions],
         }
@@ -88,11 +92,14 @@ class Plan:
                 found=str(data["pliant_plan"]),
             )
         tissue, motions = data.get("tissue"), data.get("motions")
+        model = data.get("model", "chainmail")
+        if model not in MODELS:
+            raise _expected("model", " or ".join(MODELS), model)
         if not isinstance(tissue, dict):
             raise _expected("tissue", "settings", tissue)
         if not isinstance(motions, (list, tuple)):
             raise _expected("motions", "a list", motions)
-        return Plan(tuple(_checked(motion) for motion in motions), dict(tissue))
+        return Plan(tuple(_checked(motion) for motion in motions), dict(tissue), model)
 
     def to_json(self) -> str:
         """One line of JSON."""

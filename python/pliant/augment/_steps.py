@@ -53,6 +53,13 @@ def _made(prepared: PreparedScan, motion: dict[str, Any]) -> dict[str, Any]:
     return _step(pushed.status, pushed.limited_by, pushed.step_fraction, pushed.moved_elements)
 
 
+def reduced(step: dict[str, Any], part: float) -> dict[str, Any]:
+    """A step of which a part is left, since more would fold."""
+    if part == 1:
+        return step
+    return {**step, **_step("limited", "fold", part * step["fraction"], step["moved_voxels"])}
+
+
 def report_of(prepared: PreparedScan, plan: Plan) -> list[dict[str, Any]]:
     """Moves a scan at rest; returns a step for each motion."""
     followed = _follow(prepared, plan)

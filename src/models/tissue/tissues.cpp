@@ -235,6 +235,18 @@ Result<std::unique_ptr<Tissue>> make_elastic(const Volume& scan,
     });
 }
 
+std::string_view model_of(const ScanTissueSettings& settings) noexcept {
+    return std::holds_alternative<ElasticScanSettings>(settings) ? "elastic" : "chainmail";
+}
+
+Result<std::unique_ptr<Tissue>> make_scan_tissue(const Volume& scan,
+                                                 const ScanTissueSettings& settings,
+                                                 const TaskArena& arena) noexcept {
+    if (const auto* const elastic = std::get_if<ElasticScanSettings>(&settings))
+        return make_elastic(scan, *elastic, arena);
+    return make_chainmail(scan, *std::get_if<ChainMailSettings>(&settings), arena);
+}
+
 Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, PbdBody body,
                                           const BodySettings& settings,
                                           const TaskArena& arena) noexcept {

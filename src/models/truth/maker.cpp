@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/chainmail.h>
 #include <pliant/data/truth.h>
 #include <pliant/resample.h>
 
@@ -50,7 +49,7 @@ bool is_inside(const Grid& grid, Vec3d v, double slack = 0) {
     return true;
 }
 
-/// The sum of a ChainMail's displacements and breathing.
+/// The sum of a tissue's displacements and breathing.
 class Composed : public MovingScan {
   public:
     Composed(const Volume& volume, Deformation deformation, const TaskArena& arena)
@@ -59,12 +58,13 @@ class Composed : public MovingScan {
     const Deformation& deformation() const override { return m_deformation; }
     const TaskArena& arena() const override { return m_arena; }
 
-    static Result<Composed> create(const ChainMail& tissue, const Breathing& breathing,
+    static Result<Composed> create(const Tissue& tissue, const Breathing& breathing,
                                    const std::vector<float>& rigid_mm, const TaskArena& arena) {
         const Grid& grid = tissue.volume().grid;
         auto deformation = Deformation::create(grid);
         if (!deformation.ok()) return deformation.error();
-        const Box3i box = hull(tissue.moved_box(), voxel_box(grid));
+        const Deformation& moved = tissue.deformation();
+        const Box3i box = hull(moved.moved_box(), voxel_box(grid));
         constexpr int kLayers = 8;
         std::vector<Vec3d> u_mm;
         for (int k = box.begin.z; k < box.end.z; k += kLayers) {
@@ -78,7 +78,7 @@ class Composed : public MovingScan {
                     Vec3i e = slab.begin + Vec3i{0, int(begin % n.y), int(begin / n.y)};
                     Vec3d* to = u_mm.data() + std::size_t(begin) * std::size_t(n.x);
                     for (; e.x < slab.end.x; ++e.x, ++to) {
-                        *to = tissue.displacement_mm(e);
+                        *to = moved.displacement_mm(e);
                         if (!contains(voxel_box(grid), e)) continue;
                         const float rigid = rigid_mm[voxel_index(grid, e)];
                         if (rigid > 0)
@@ -89,7 +89,7 @@ class Composed : public MovingScan {
             });
             if (const Status s = deformation->write(slab, u_mm); !s.ok()) return s.error();
         }
-        const Field& field = tissue.deformation().field();
+        const Field& field = moved.field();
         const int size = field.brick_size();
         for (const auto& [coord, edits] : field.all_edits()) {
             const Vec3i first = size * coord;
@@ -122,6 +122,35 @@ Result<std::vector<TruthKind>> kinds_from(const std::string& text) {
     if (kinds.empty())
         return expected_error("kinds", "contact, slide, cut, interface or breathing", "none");
     return kinds;
+}
+
+/// @returns InvalidArgument for cuts in a tissue whose tools hold: a cut that is undone frees them
+Status check_kinds(const std::vector<TruthKind>& kinds, const TissueTraits& traits) {
+    for (const TruthKind kind : kinds)
+        if ((!traits.cuts || traits.moves_by_itself) &&
+            (kind == TruthKind::Cut || kind == TruthKind::Interface))
+            return expected_error("kinds",
+                                  "contact, slide or breathing with the model " +
+                                      std::string(traits.model) + ", without cuts",
+                                  std::string(name_of(kind)));
+    return Ok{};
+}
+
+/// The thresholds of air and bone. Air of the elastic scan: values up to its largest void.
+ChainMailSettings thresholds_of(const ScanTissueSettings& materials) {
+    if (const auto* const chainmail = std::get_if<ChainMailSettings>(&materials)) return *chainmail;
+    ElasticScanSettings elastic = *std::get_if<ElasticScanSettings>(&materials);
+    if (elastic.moduli_kpa.empty()) suit_elastic({}, elastic);
+    ChainMailSettings thresholds;
+    thresholds.bone_threshold_hu = elastic.held_above_hu;
+    thresholds.smallest_bone_mm3 = 0;
+    thresholds.air_enabled = false;
+    for (const auto& [value, kpa] : elastic.moduli_kpa) {
+        if (kpa > 0) break;
+        thresholds.air_enabled = true;
+        thresholds.air_threshold_hu = std::nextafter(value, HUGE_VAL);
+    }
+    return thresholds;
 }
 
 /// Arrays of a case while they are filled.
@@ -166,7 +195,8 @@ std::optional<Vec3d> TruthMap::fixed_from_moving(Vec3d moving_mm) const noexcept
 
 struct TruthMaker::Impl {
     const Volume& scan;
-    ChainMailSettings materials;
+    ScanTissueSettings materials;
+    ChainMailSettings thresholds;  ///< of air and bone
     TruthSettings settings;
     const TaskArena& arena;
     std::vector<TruthKind> kinds;
@@ -199,7 +229,7 @@ const TruthSettings& TruthMaker::settings() const noexcept {
     return m_impl->settings;
 }
 
-Result<TruthMaker> TruthMaker::create(const Volume& scan, const ChainMailSettings& materials,
+Result<TruthMaker> TruthMaker::create(const Volume& scan, const ScanTissueSettings& materials,
                                       const TruthSettings& settings,
                                       const TaskArena& arena) noexcept {
     return attempt([&]() -> Result<TruthMaker> {
@@ -214,18 +244,22 @@ Result<TruthMaker> TruthMaker::create(const Volume& scan, const ChainMailSetting
         if (const Status s = check(settings, truth_rows()); !s.ok()) return s.error();
         auto kinds = kinds_from(settings.kinds);
         if (!kinds.ok()) return kinds.error();
-        auto impl =
-            std::make_unique<Impl>(Impl{scan, materials, settings, arena, std::move(*kinds), {}});
-        impl->materials.bounded = false;
-        impl->materials.history_max_steps = 200;
-        impl->materials.history_max_mb = 256;
+        auto impl = std::make_unique<Impl>(Impl{
+            scan, materials, thresholds_of(materials), settings, arena, std::move(*kinds), {}});
+        if (auto* const chainmail = std::get_if<ChainMailSettings>(&impl->materials)) {
+            chainmail->bounded = false;
+            chainmail->history_max_steps = 200;
+            chainmail->history_max_mb = 256;
+        }
         // Errors of the materials appear now, not with the first case.
-        if (const auto tissue = ChainMail::create(scan, impl->materials, arena); !tissue.ok())
+        if (const auto tissue = make_scan_tissue(scan, impl->materials, arena); !tissue.ok())
             return tissue.error();
+        else if (const Status s = check_kinds(impl->kinds, (*tissue)->traits()); !s.ok())
+            return s.error();
         const bool breathes = std::find(impl->kinds.begin(), impl->kinds.end(),
                                         TruthKind::Breathing) != impl->kinds.end();
         impl->regions =
-            truth::find_regions(scan, impl->materials, settings.band_mm, breathes, arena);
+            truth::find_regions(scan, impl->thresholds, settings.band_mm, breathes, arena);
         return TruthMaker(std::move(impl));
     });
 }
@@ -253,9 +287,9 @@ Result<bool> TruthMaker::Impl::carry_out(std::uint64_t seed, Motions& motions) c
 }
 
 Result<TruthCase> TruthMaker::Impl::make(std::uint64_t seed) const {
-    auto tissue = ChainMail::create(scan, materials, arena);
+    auto tissue = make_scan_tissue(scan, materials, arena);
     if (!tissue.ok()) return tissue.error();
-    Motions motions(scan, regions, settings, materials.air_threshold_hu, *tissue);
+    Motions motions(scan, regions, settings, thresholds.air_threshold_hu, **tissue);
     const Result<bool> done = carry_out(seed, motions);
     if (!done.ok()) return done.error();
     if (!*done)
@@ -270,11 +304,11 @@ Result<TruthCase> TruthMaker::Impl::make(std::uint64_t seed) const {
     Status status = Ok{};
     if (motions.breathing().amplitude_mm > 0) {
         const auto composed =
-            Composed::create(*tissue, motions.breathing(), regions.rigid_mm, arena);
+            Composed::create(**tissue, motions.breathing(), regions.rigid_mm, arena);
         if (!composed.ok()) return composed.error();
         status = complete(*composed, motions, seed, made);
     } else {
-        status = complete(*tissue, motions, seed, made);
+        status = complete(**tissue, motions, seed, made);
     }
     if (!status.ok()) return status.error();
     return made;

@@ -13,6 +13,7 @@ namespace pliant::truth {
 namespace {
 
 constexpr int kTries = 40;           ///< positions tried for one motion
+constexpr int kMaxSweeps = 1000;     ///< towards equilibrium
 constexpr double kLeast_mm = 0.2;    ///< a shorter motion is drawn again
 constexpr double kLeastOfCut = 0.5;  ///< share of its motion; a cut that opens less is undone
 
@@ -38,7 +39,14 @@ Vec3i Motions::voxel_of(const std::vector<std::uint32_t>& list, Draws& draws) co
 
 Vec3d Motions::position_of(Vec3i v) const {
     return world_from_voxel(m_scan.grid, {double(v.x), double(v.y), double(v.z)}) +
-           m_tissue.displacement_mm(v);
+           m_tissue.deformation().displacement_mm(v);
+}
+
+Status Motions::settle(int max_sweeps) {
+    if (m_tissue.traits().moves_by_itself)
+        if (const auto done = m_tissue.advance({.max_steps = max_sweeps}); !done.ok())
+            return done.error();
+    return m_tissue.update_deformation();
 }
 
 double Motions::radius(Draws& draws) const {
@@ -75,13 +83,19 @@ Result<bool> Motions::contact(Draws& draws) {
         direction = normalized(motion.normal + 0.5 * direction);
     }
     motion.motion_mm = amount(m_settings.contact_mm, draws) * direction;
-    const Result<PushReport> report = m_tissue.push({.point_mm = motion.point_mm,
-                                                     .push_mm = motion.motion_mm,
-                                                     .sphere_radius_mm = motion.radius_mm});
+    const Result<PushReport> report =
+        m_tissue.push(++m_tool, {.point_mm = motion.point_mm,
+                                 .push_mm = motion.motion_mm,
+                                 .sphere_radius_mm = motion.radius_mm});
     if (!report.ok()) return report.error();
     motion.fraction = report->step_fraction;
     motion.moved_elements = report->moved_elements;
-    if (report->status == PushStatus::Rejected || report->moved_elements == 0) return false;
+    if (report->status == PushStatus::Rejected || report->moved_elements == 0) {
+        m_tissue.release(m_tool);
+        if (const Status s = settle(1); !s.ok()) return s.error();
+        return false;
+    }
+    if (const Status s = settle(kMaxSweeps); !s.ok()) return s.error();
     m_done.push_back(motion);
     return motion.fraction * norm(motion.motion_mm) >= kLeast_mm;
 }
@@ -97,14 +111,19 @@ Result<bool> Motions::slide(Draws& draws) {
     motion.point_mm = position_of(voxel) - (motion.radius_mm * draws.real(0.7, 1)) * motion.normal;
     motion.motion_mm = amount(m_settings.slide_mm, draws) *
                        normalized(draws.across(motion.normal) + draws.real(0, 0.3) * motion.normal);
-    const Result<SlideReport> report = slide_sphere(m_tissue,
-                                                    {.point_mm = motion.point_mm,
-                                                     .push_mm = motion.motion_mm,
-                                                     .sphere_radius_mm = motion.radius_mm},
-                                                    {.threshold_hu = m_air_threshold_hu});
+    const Result<SlideReport> report = m_tissue.slide(++m_tool,
+                                                      {.point_mm = motion.point_mm,
+                                                       .push_mm = motion.motion_mm,
+                                                       .sphere_radius_mm = motion.radius_mm},
+                                                      {.threshold_hu = m_air_threshold_hu});
     if (!report.ok()) return report.error();
     motion.fraction = report->way_fraction;
-    if (report->contacts == 0 || report->way_fraction == 0) return false;
+    if (report->contacts == 0 || report->way_fraction == 0) {
+        m_tissue.release(m_tool);
+        if (const Status s = settle(1); !s.ok()) return s.error();
+        return false;
+    }
+    if (const Status s = settle(kMaxSweeps); !s.ok()) return s.error();
     m_done.push_back(motion);
     return motion.fraction * norm(motion.motion_mm) >= kLeast_mm;
 }
@@ -114,27 +133,45 @@ Result<bool> Motions::cut(Draws& draws, TruthKind kind) {
     const Vec3i voxel = voxel_of(m_regions.soft, draws);
     TruthMotion motion{.kind = kind, .point_mm = position_of(voxel)};
     motion.normal = draws.direction();
-    const Vec3d along = draws.across(motion.normal), deep = cross(motion.normal, along);
+    const Vec3d along = draws.across(motion.normal);
     motion.length_mm = amount(m_settings.cut_length_mm, draws);
     motion.depth_mm = 0.5 * motion.length_mm;
+    const int steps = m_tissue.undo_steps();
+    m_tissue.begin_group("cut");
+    const Result<bool> is_open = open_cut(draws, along, motion);
+    (void)m_tissue.end_group();
+    if (!is_open.ok()) return is_open;
+    if (!*is_open) {
+        while (m_tissue.undo_steps() > steps)
+            if (const Status s = m_tissue.undo(); !s.ok()) return s.error();
+        if (const Status s = m_tissue.update_deformation(); !s.ok()) return s.error();
+        return false;
+    }
+    note_cuts(kind == TruthKind::Cut ? TruthLabel::Cut : TruthLabel::Interface);
+    m_done.push_back(motion);
+    return true;
+}
+
+Result<bool> Motions::open_cut(Draws& draws, Vec3d along, TruthMotion& motion) {
+    const Vec3d deep = cross(motion.normal, along);
     const Vec3d start = motion.point_mm - (0.5 * motion.depth_mm) * deep;
     const Vec3d half = (0.5 * motion.length_mm) * along;
-    const int steps = m_tissue.undo_steps();
     const Result<CutReport> cut =
         m_tissue.cut({.line_mm = {start - half, start + half}, .depth_mm = motion.depth_mm * deep});
     if (!cut.ok()) return cut.error();
     if (cut->cut_links == 0) return false;
     const Vec3d h = m_scan.grid.spacing_mm;
     motion.radius_mm = std::max(0.25 * motion.length_mm, std::max({h.x, h.y, h.z}));
-    motion.motion_mm = kind == TruthKind::Cut ? amount(m_settings.cut_mm, draws) * motion.normal
-                                              : amount(m_settings.interface_mm, draws) * along;
+    motion.motion_mm = motion.kind == TruthKind::Cut
+                           ? amount(m_settings.cut_mm, draws) * motion.normal
+                           : amount(m_settings.interface_mm, draws) * along;
     // Each side takes half of it. The spheres end before the cut.
     const double away_mm = motion.radius_mm + norm(h);
     for (const double side : {1.0, -1.0}) {
         const Result<PushReport> report =
-            m_tissue.push({.point_mm = motion.point_mm + (side * away_mm) * motion.normal,
-                           .push_mm = (0.5 * side) * motion.motion_mm,
-                           .sphere_radius_mm = motion.radius_mm});
+            m_tissue.push(++m_tool, {.point_mm = motion.point_mm + (side * away_mm) * motion.normal,
+                                     .push_mm = (0.5 * side) * motion.motion_mm,
+                                     .sphere_radius_mm = motion.radius_mm});
         if (!report.ok()) {
             if (is_memory(report.error())) return report.error();
             continue;
@@ -142,13 +179,8 @@ Result<bool> Motions::cut(Draws& draws, TruthKind kind) {
         motion.fraction += 0.5 * report->step_fraction;
         motion.moved_elements += report->moved_elements;
     }
-    if (motion.fraction < kLeastOfCut) {
-        while (m_tissue.undo_steps() > steps)
-            if (const Status s = m_tissue.undo(); !s.ok()) return s.error();
-        return false;
-    }
-    note_cuts(kind == TruthKind::Cut ? TruthLabel::Cut : TruthLabel::Interface);
-    m_done.push_back(motion);
+    if (motion.fraction < kLeastOfCut) return false;
+    if (const Status s = settle(kMaxSweeps); !s.ok()) return s.error();
     return true;
 }
 

@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Random motions of a case on a ChainMail of the scan.
+// Random motions of a case on a tissue of the scan. Each has tools of its own, which stay: a tissue
+// that moves by itself is advanced to its equilibrium after each motion.
 
 #pragma once
 
-#include <pliant/chainmail.h>
 #include <pliant/data/truth.h>
+#include <pliant/tissue.h>
 
 #include <cstdint>
 #include <vector>
@@ -74,7 +75,7 @@ class Motions {
   public:
     /// Keeps references.
     Motions(const Volume& scan, const Regions& regions, const TruthSettings& settings,
-            double air_threshold_hu, ChainMail& tissue)
+            double air_threshold_hu, Tissue& tissue)
         : m_scan(scan),
           m_regions(regions),
           m_settings(settings),
@@ -95,6 +96,10 @@ class Motions {
     Result<bool> contact(Draws& draws);
     Result<bool> slide(Draws& draws);
     Result<bool> cut(Draws& draws, TruthKind kind);
+    /// Cuts, and moves the sides. @returns false if they move by less than half of the motion
+    Result<bool> open_cut(Draws& draws, Vec3d along, TruthMotion& motion);
+    /// Lets a tissue that moves by itself do so, and writes the deformation.
+    Status settle(int max_sweeps);
     bool breathe(Draws& draws);
     /// Random voxel of a list, and its position now [mm, LPS].
     Vec3i voxel_of(const std::vector<std::uint32_t>& list, Draws& draws) const;
@@ -107,7 +112,8 @@ class Motions {
     const Regions& m_regions;
     const TruthSettings& m_settings;
     double m_air_threshold_hu;
-    ChainMail& m_tissue;
+    Tissue& m_tissue;
+    std::uint32_t m_tool = 0;  ///< of the last motion
     std::vector<TruthMotion> m_done;
     Breathing m_breathing;
     std::vector<std::uint8_t> m_cut_labels;

@@ -195,6 +195,11 @@ Status check_range(const char* name, double value, double low, double high) {
                           text_of(value));
 }
 
+double scale_of(const ScanTissueSettings& materials) {
+    const auto* const chainmail = std::get_if<ChainMailSettings>(&materials);
+    return chainmail ? chainmail->scale : 1;
+}
+
 Status check_arena(const Volume& scan, const EndoscopeArenaSettings& s) {
     for (const Status& status : {check_volume(scan), check_range("count", s.count, 1, kMaxCount),
                                  check_range("width", s.width, 1, kMaxPixels),
@@ -206,7 +211,7 @@ Status check_arena(const Volume& scan, const EndoscopeArenaSettings& s) {
                                  check_range("young_modulus_pa", s.young_modulus_pa, 1, 1e9),
                                  check_range("field_of_view_deg", s.field_of_view_deg, 1, 170),
                                  check_range("barrel_distortion", s.barrel_distortion, 0, 2),
-                                 check_range("scale", s.materials.scale, 1, 1)})
+                                 check_range("scale", scale_of(s.materials), 1, 1)})
         if (!status.ok()) return status;
     if (!std::isfinite(s.iso_hu))
         return about("iso_hu", ErrorCode::InvalidArgument, "expected a number");
@@ -400,7 +405,7 @@ const Volume& EndoscopeArena::volume(int endoscope) const {
     return m_impl->scopes[std::size_t(endoscope)]->volume();
 }
 const Deformation* EndoscopeArena::deformation(int endoscope) const {
-    const ChainMail* const tissue = m_impl->scopes[std::size_t(endoscope)]->tissue();
+    const Tissue* const tissue = m_impl->scopes[std::size_t(endoscope)]->tissue();
     return tissue ? &tissue->deformation() : nullptr;
 }
 std::uint64_t EndoscopeArena::hash(int endoscope) const {

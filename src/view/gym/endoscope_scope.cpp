@@ -22,6 +22,7 @@
 namespace pliant {
 namespace {
 
+constexpr std::uint32_t kTip = 1, kOther = 2;  ///< tools
 constexpr double kPoisson = 0.45;
 constexpr double kFeelWithin_mm = 10;  // deepest indentation that the force distinguishes
 constexpr std::uint64_t kStateKind = 0x31'6d'79'67'2e'74'6c'70;  // "plt.gym1"
@@ -89,11 +90,14 @@ static_assert(std::is_trivially_copyable_v<Head> && sizeof(Head) == 136);
 Result<std::unique_ptr<Scope>> Scope::create(const ArenaScan& scan) {
     std::unique_ptr<Scope> made(new Scope(scan));
     if (scan.settings.deforms) {
-        ChainMailSettings materials = scan.settings.materials;
-        materials.history_max_steps = 1;  // a slide that would close the lumen is undone
-        auto tissue = ChainMail::create(scan.volume, materials, scan.one);
+        ScanTissueSettings materials = scan.settings.materials;
+        if (auto* const chainmail = std::get_if<ChainMailSettings>(&materials))
+            chainmail->history_max_steps = 1;  // a slide that would close the lumen is undone
+        auto tissue = make_scan_tissue(scan.volume, materials, scan.one);
         if (!tissue) return tissue.error();
-        made->m_tissue.emplace(std::move(*tissue));
+        made->m_tissue = std::move(*tissue);
+        if (std::holds_alternative<ElasticScanSettings>(materials))
+            made->m_elastic = dynamic_cast<NodeTissue*>(made->m_tissue.get());
         auto live = LiveDeformation::create(*made->m_tissue);
         if (!live) return live.error();
         made->m_live.emplace(std::move(*live));
@@ -142,7 +146,7 @@ Status Scope::place(const EndoscopePose& pose) {
     m_state = {};
     m_state.pose = upright(pose);
     if (!m_tissue) return Ok{};
-    m_tissue->reset();
+    if (const Status s = m_tissue->reset(); !s.ok()) return s;
     return follow();
 }
 
@@ -194,33 +198,71 @@ Status Scope::advance(const double* action) {
 }
 
 Status Scope::push_through(Vec3d wanted_mm) {
+    if (m_elastic) return push_elastic(wanted_mm);
     const EndoscopeArenaSettings& s = m_scan.settings;
-    const Vec3d way = wanted_mm - m_state.pose.eye_mm;
-    if (norm(way) > 0) {
-        const auto slid =
-            slide_sphere(*m_tissue, {m_state.pose.eye_mm, way, s.radius_mm}, tissue_values(s));
-        if (!slid) return slid.error();
-        m_state.pose.eye_mm = slid->end_mm;
-        m_state.is_stopped = m_state.is_stopped || slid->limited_by != LimitedBy::None;
+    if (const Status slid = slide(wanted_mm); !slid.ok()) return slid;
+    if (is_time_to_settle() && m_tissue->deformation().field().resident_brick_count() > 0) {
+        // The tip keeps tissue off where it is now, also if it has not slid there.
+        m_tissue->release(kTip);
+        if (const Status placed = m_tissue->place_eye(kTip, m_state.pose.eye_mm, s.radius_mm);
+            !placed.ok())
+            return placed;
+        if (const auto done = m_tissue->advance({.max_steps = s.relax_sweeps}); !done)
+            return done.error();
     }
-    if (const Status settled = settle(); !settled.ok()) return settled;
     return follow();
 }
 
-Status Scope::settle() {
+/// Slides the tip, unless it has no way to go.
+Status Scope::slide(Vec3d wanted_mm) {
     const EndoscopeArenaSettings& s = m_scan.settings;
-    if ((m_state.steps + 1) % s.relax_every != 0) return Ok{};
-    if (s.relax_sweeps == 0 || m_tissue->deformation().field().resident_brick_count() == 0)
-        return Ok{};
-    const Vec3d eye = m_state.pose.eye_mm;
-    const auto relaxed =
-        m_tissue->relax({.max_sweeps = s.relax_sweeps, .tools = {{eye, eye, s.radius_mm}}});
-    if (!relaxed) return relaxed.error();
+    const Vec3d way = wanted_mm - m_state.pose.eye_mm;
+    if (!(norm(way) > 0)) return Ok{};
+    const auto slid =
+        m_tissue->slide(kTip, {m_state.pose.eye_mm, way, s.radius_mm}, tissue_values(s));
+    if (!slid) return slid.error();
+    m_state.pose.eye_mm = slid->end_mm;
+    m_state.is_stopped = m_state.is_stopped || slid->limited_by != LimitedBy::None;
     return Ok{};
+}
+
+/// The same in the elastic scan. Its tip is a tool while it touches, which has a force, and an eye
+/// otherwise. Its sphere keeps nodes out, but tissue between them may reach the eye: then the step
+/// is undone.
+Status Scope::push_elastic(Vec3d wanted_mm) {
+    const EndoscopeArenaSettings& s = m_scan.settings;
+    const Vec3d before_mm = m_state.pose.eye_mm;
+    const auto place_eye = [&](double radius_mm) {
+        return m_tissue->place_eye(kTip, m_state.pose.eye_mm, radius_mm);
+    };
+    m_elastic->state(m_before);
+    const Status moved = [&]() -> Status {
+        if (const Status placed = place_eye(0); !placed.ok()) return placed;
+        if (const Status slid = slide(wanted_mm); !slid.ok()) return slid;
+        if (!m_tissue->is_touched_by(kTip))
+            if (const Status placed = place_eye(s.radius_mm); !placed.ok()) return placed;
+        if (!is_time_to_settle()) return Ok{};
+        const auto done = m_tissue->advance({.max_steps = s.relax_sweeps});
+        return done ? Status(Ok{}) : Status(done.error());
+    }();
+    if (!moved.ok()) return moved;
+    if (const Status shown = follow(); !shown.ok()) return shown;
+    if (is_free(m_state.pose.eye_mm)) return Ok{};
+    if (const Status undone = m_elastic->set_state(m_before); !undone.ok()) return undone;
+    m_state.pose.eye_mm = before_mm;
+    m_state.is_stopped = true;
+    if (const Status placed = place_eye(s.radius_mm); !placed.ok()) return placed;
+    return follow();
+}
+
+bool Scope::is_time_to_settle() const {
+    const EndoscopeArenaSettings& s = m_scan.settings;
+    return s.relax_sweeps > 0 && (m_state.steps + 1) % s.relax_every == 0;
 }
 
 Status Scope::follow() {
     if (!m_tissue) return Ok{};
+    if (const Status s = m_tissue->update_deformation(); !s.ok()) return s;
     const std::uint64_t version = m_tissue->deformation().version();
     if (version == m_seen_version) return Ok{};
     return attempt([&]() -> Status {
@@ -282,6 +324,11 @@ void Scope::feel(Vec3d wanted_mm) {
     const EndoscopeArenaSettings& s = m_scan.settings;
     m_state.is_touching = false;
     m_state.force_n = {0, 0, 0};
+    if (m_elastic) {
+        m_state.is_touching = m_tissue->is_touched_by(kTip);
+        m_state.force_n = m_tissue->force_n(kTip).value_or(m_state.force_n);
+        return;
+    }
     const Vec3d ijk = voxel_from_world(m_scan.volume.grid, wanted_mm);
     const bool is_in_wall = tissue_values(s).hold(double(sample_linear(m_scan.volume, ijk)));
     const double within_mm = is_in_wall ? kFeelWithin_mm : s.radius_mm;
@@ -321,17 +368,20 @@ void Scope::measure() {
 
 Result<PushReport> Scope::push(const Push& push) {
     if (!m_tissue) return about("push", ErrorCode::InvalidArgument, "expected walls that deform");
-    auto done = m_tissue->push(push);
+    if (m_elastic) m_elastic->state(m_before);
+    auto done = m_tissue->push(kOther, push);
     if (!done) return done;
     const std::uint64_t before = m_seen_version;
     if (const Status s = follow(); !s.ok()) return s.error();
     if (!is_free(m_state.pose.eye_mm)) {
-        if (const Status s = m_tissue->undo(); !s.ok()) return s.error();
+        const Status undone = m_elastic ? m_elastic->set_state(m_before) : m_tissue->undo();
+        if (!undone.ok()) return undone.error();
         m_seen_version = before;
         if (const Status s = follow(); !s.ok()) return s.error();
         return about("push", ErrorCode::InvalidArgument,
                      "expected a push that leaves the eye free");
     }
+    m_tissue->release(kOther);  // its tissue stays until the next sweep
     measure();
     return done;
 }
@@ -381,7 +431,7 @@ Status Scope::load(std::span<const std::byte> bytes) {
     std::memcpy(&head, bytes.data(), sizeof(Head));
     const bool has_tissue = head.tissue_bytes > 0;
     if (head.kind != kStateKind || head.tissue_bytes != bytes.size() - sizeof(Head) ||
-        has_tissue != m_tissue.has_value() || !is_finite(head.eye) || !is_finite(head.look) ||
+        has_tissue != (m_tissue != nullptr) || !is_finite(head.eye) || !is_finite(head.look) ||
         !is_finite(head.up) || !(norm(head.look) > 0))
         return damaged;
     if (m_tissue) {

@@ -6,9 +6,11 @@
 #pragma once
 
 #include <pliant/data/gym.h>
+#include <pliant/own_tissue.h>
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace pliant {
 
@@ -47,7 +49,7 @@ class Scope {
     const Volume& volume() const { return m_live ? m_live->volume() : m_scan.volume; }
     const RayCaster& rays() const { return m_rays ? *m_rays : m_scan.rest; }
     /// Null: rigid.
-    const ChainMail* tissue() const { return m_tissue ? &*m_tissue : nullptr; }
+    const Tissue* tissue() const { return m_tissue.get(); }
     Endoscope camera() const;
     std::uint64_t hash() const;
 
@@ -58,14 +60,18 @@ class Scope {
     void turn(const double* action);
     Vec3d end_in_scan(Vec3d end_mm) const;
     Status push_through(Vec3d wanted_mm);
+    Status push_elastic(Vec3d wanted_mm);
+    Status slide(Vec3d wanted_mm);
     void slide_along(Vec3d wanted_mm);
     Status advance(const double* action);
-    Status settle();
+    bool is_time_to_settle() const;
     void feel(Vec3d wanted_mm);
     void measure();
 
     const ArenaScan& m_scan;
-    std::optional<ChainMail> m_tissue;
+    std::unique_ptr<Tissue> m_tissue;
+    NodeTissue* m_elastic = nullptr;  ///< m_tissue, if it is the elastic scan
+    std::vector<double> m_before;     ///< its state before a step
     std::optional<LiveDeformation> m_live;
     std::optional<RayCaster> m_rays;
     EndoscopeState m_state;
