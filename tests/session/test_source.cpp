@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A scene's scan, and the defaults that follow from its values.
-// Covers: session/session_json.cpp.
+// Covers: session/first_model.cpp, session/session_json.cpp.
 
 #include "session/source.h"
 
@@ -236,10 +236,11 @@ TEST_F(SourceTest, TheModelIsChosenByMeasuringUnlessChainMailHasSettings) {
     m_folder.write("elastic.toml", "[elastic]\npoisson_ratio = 0.3\n");
     const std::string scan = write_ball(-1000, 40);
     const auto first = [&](const std::string& file, const std::string& config) {
-        const auto scene = made(Scene::open(
-            {.file = file, .config = config.empty() ? "" : (m_folder / config).string(),
-             .model = "auto"},
-            m_arena));
+        const auto scene =
+            made(Scene::open({.file = file,
+                              .config = config.empty() ? "" : (m_folder / config).string(),
+                              .model = "auto"},
+                             m_arena));
         EXPECT_EQ(scene->choice().model, scene->first_model().model);
         return scene->first_model();
     };

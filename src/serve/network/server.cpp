@@ -362,8 +362,9 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     const bool is_watched = opened->watched.has_value();
     if (is_watched) impl->hub->watch(std::move(*opened->watched), arena);
-    auto network = serve::Network::listen(std::move(*address), impl->tokens, *impl->hub,
-                                          {uploads, arena, opened->own_tissue, settings.model, !is_watched});
+    auto network =
+        serve::Network::listen(std::move(*address), impl->tokens, *impl->hub,
+                               {uploads, arena, opened->own_tissue, settings.model, !is_watched});
     if (!network.ok()) return network.error();
     impl->network = std::move(*network);
     impl->network_thread = std::jthread([network = impl->network.get()] { network->run(); });

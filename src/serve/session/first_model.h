@@ -38,6 +38,6 @@ Result<double> measure_elastic(const LoadedScan& loaded, const TaskArena& arena,
 
 /// Chooses the model of a scan without a tissue of its own.
 FirstModel choose_model(const LoadedScan& loaded, const TaskArena& arena,
-                       const std::function<bool()>& give_up = {});
+                        const std::function<bool()>& give_up = {});
 
 }  // namespace pliant::serve

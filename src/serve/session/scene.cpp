@@ -124,8 +124,8 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     return scene;
 }
 
-Scene::Scene(FirstModel first_model, std::shared_ptr<LoadedScan> loaded,
-             const TissueChoice& choice, std::unique_ptr<Tissue> tissue)
+Scene::Scene(FirstModel first_model, std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+             std::unique_ptr<Tissue> tissue)
     : m_first_model(std::move(first_model)),
       m_loaded(std::move(loaded)),
       m_tissue(std::move(tissue)),

@@ -232,7 +232,11 @@ export function materialPanel(parts: Parts): HTMLElement {
             ),
         ),
     );
-    const none = h('small', { class: 'quiet' }, 'for ChainMail; the settings of this tissue are in Tissue');
+    const none = h(
+        'small',
+        { class: 'quiet' },
+        'for ChainMail; the settings of this tissue are in Tissue',
+    );
     const element = section('Material', false, settings, none);
     parts.session.store.watch(
         ({ shared }) => [shared],
