@@ -276,7 +276,7 @@ test('an MR has no unit, limits of its range, and its own window and presets', a
     const all = (await stateOf(page)).sections;
     assert.equal(all.window, range_hu[1] - range_hu[0]);
     assert.doesNotMatch(await panelsText(), /\bHU\b/);
-    assert.equal(tool.radius, 4); // 144 mm are a body
+    assert.equal(tool.radius, 8); // two voxels; 144 mm are a body
     assert.match((await page.locator('#pointer').textContent())!, /^crosshair: \d+ · LPS /);
     // A drag of the window and the keys of the threshold have steps of the range.
     await page.locator('.view.axial').focus();
