@@ -322,7 +322,7 @@ test('a scan of 20 µm has lengths of its size', async (t) => {
     const { volume } = (await stateOf(page)).scan;
     assert.equal(volume!.length_scale, 0.0072);
     const size = await sliderOf('Size');
-    assert.deepEqual([size.step, size.text], [0.005, '0.03 mm']);
+    assert.deepEqual([size.step, size.text], [0.005, '0.04 mm']);
     assert.ok(Math.abs(size.high - Math.sqrt(0.3)) < 1e-6, `${size.high}`);
     assert.deepEqual((await sliderOf('Cut depth')).text, '0.07 mm');
     assert.deepEqual((await sliderOf('Tip')).text, '0.02 mm');
