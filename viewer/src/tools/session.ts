@@ -67,7 +67,7 @@ const kLoadedStep = 0.1; // of the share that is shown while a scan is loaded
 const kAirBelow = -500; // [HU]
 const kToolVoxels = 2; // radius of a tool
 
-/// Rounded settings of the tools that suit a scan. A smaller tool than kToolVoxels would hold single
+/// Rounded settings of the tools that suit a scan. Tools of less than kToolVoxels would hold single
 /// voxels, and draw a spike out of a wall that is thinner than the picture shows.
 function toolsFor(info: VolumeInfo): Patch {
     const { tool, flight } = initialState();
