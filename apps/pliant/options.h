@@ -221,7 +221,7 @@ struct ServeOptions {
     ScanChoice scan;
     std::string labels, label_names;         ///< map over the scan, and table of its names
     std::optional<std::vector<int>> bodies;  ///< labels; empty: of all organs; none: no bodies
-    std::string model;                       ///< of the tissue at first; empty: the scene's
+    std::string model = "auto";              ///< of the tissue at first
     std::string config, directions;          ///< materials
     std::string units;                       ///< of MeshOptions; empty: the scene's own
     std::string network;                     ///< springs that move the scan or the organ

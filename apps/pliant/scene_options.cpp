@@ -22,9 +22,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "[[label]] tables");
     add_label_names(c, o.label_names);
     c->add_option("--model", o.model,
-                  "tissue at first, which the page may change: chainmail (default of a scan), "
-                  "elastic or springs")
-        ->check(CLI::IsMember({"chainmail", "elastic", "springs"}));
+                  "tissue at first, which the page may change: chainmail, elastic, springs, or "
+                  "auto (default): elastic if it makes 25 pictures a second here, else chainmail, "
+                  "also if --config has its tables; scenes and meshes have their own")
+        ->check(CLI::IsMember({"auto", "chainmail", "elastic", "springs"}));
     c->add_option("--config", o.config,
                   "settings of ChainMail and the elastic scan, TOML, as of pliant deform");
     add_body_labels(c, o.bodies);

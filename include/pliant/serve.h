@@ -41,7 +41,9 @@ struct ServerSettings {
     /// of all organs (organ_file_of_labels). None: no bodies.
     std::optional<std::vector<int>> bodies{};
     /// Tissue at first, which clients may change: chainmail, elastic or springs. Empty: the scene's
-    /// own, or chainmail.
+    /// own, or chainmail. "auto": the scene's own, that of load_state, chainmail if config has its
+    /// tables, or elastic if it makes 25 pictures a second on this machine; notes() has the reason,
+    /// and a session records the choice. Applies to scans that clients open as well.
     std::string model{};
     /// Settings of ChainMail and the elastic scan, TOML. Its [[label]] tables take the label map,
     /// which then must be on the scan's grid, and the directions. A session refers to these files.

@@ -291,8 +291,8 @@ int serve(const fs::path& folder, const Kind& kind, long n) {
         ::setenv("PLIANT_FAIL_FROM", std::to_string(n).c_str(), 1);
         ::setenv("PLIANT_FAIL_COUNT", ".count", 1);
         if (::chdir(folder.c_str()) == 0)
-            ::execl(PLIANT_PROGRAM, PLIANT_PROGRAM, "serve", "a.nrrd", "--session", "s.pls",
-                    "--no-open", "--port", "0", "--threads", "2", nullptr);
+            ::execl(PLIANT_PROGRAM, PLIANT_PROGRAM, "serve", "a.nrrd", "--model", "chainmail",
+                    "--session", "s.pls", "--no-open", "--port", "0", "--threads", "2", nullptr);
         ::_exit(127);
     }
     int raw = 0;

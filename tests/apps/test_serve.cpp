@@ -101,8 +101,8 @@ class ServeProgramTest : public ::testing::Test {
         ASSERT_TRUE(write_volume(m_scan, phantom->volume).ok());
     }
     std::vector<std::string> serve() const {
-        return {"serve",     m_scan.string(), "--port", "0", "--session", m_session.string(),
-                "--no-open", "--checkpoint",  "0"};
+        return {"serve",     m_scan.string(),    "--model",   "chainmail",    "--port", "0",
+                "--session", m_session.string(), "--no-open", "--checkpoint", "0"};
     }
     Json replayed(bool from_checkpoint = false) {
         std::vector<std::string> arguments = {"replay", m_session.string(), "--json"};
@@ -299,6 +299,31 @@ TEST_F(ServeProgramTest, AReplayWritesWhatTheSessionLeft) {
                     m_folder / "damaged.txt");
     EXPECT_EQ(damaged.wait(), 2) << damaged.said();
     EXPECT_FALSE(std::filesystem::exists(file("none.nrrd")));
+}
+
+TEST_F(ServeProgramTest, TheChosenModelIsSaidAndKeptInTheSession) {
+    std::string recorded;
+    // Begun, gone on with, and opened with the model that was chosen.
+    for (int round = 0; round < 3; ++round) {
+        std::vector<std::string> words = {"serve",     m_scan.string(),    "--port",   "0",
+                                          "--session", m_session.string(), "--no-open"};
+        if (round == 2) words.insert(words.end(), {"--model", recorded});
+        Program server(words, m_folder / "serve.txt");
+        const std::string link = server.link();
+        ASSERT_FALSE(link.empty()) << server.said();
+        EXPECT_EQ(server.said().find("pictures a second") != std::string::npos, round == 0)
+            << server.said();
+        TestClient client(port_of(link), link);
+        client.enter();
+        const std::string model = client.state["tissue"]["model"];
+        if (round == 0) recorded = model;
+        EXPECT_EQ(model, recorded);
+        client.command({{"do", "push"}, {"point", {10, 0, 0}}, {"push", {1, 0, 0}}, {"radius", 3}});
+        EXPECT_TRUE(client.checked_checksum().is_object());
+        EXPECT_EQ(server.end(SIGTERM), 0);
+    }
+    EXPECT_NE(bytes_of(m_session).find("\"model\":\"" + recorded + "\""), std::string::npos);
+    EXPECT_GT(replayed()["commands"], 2);
 }
 
 TEST_F(ServeProgramTest, EndsOnASignalAndSaysWhatIsWrong) {

@@ -74,8 +74,8 @@ UploadServer::UploadServer(Sources sources, bool judge_memory)
 void UploadServer::start() {
     Limits limits{.cpu_s = 0, .wall_s = 0};
     if (!m_judge_memory) limits.memory = 0;
-    const std::vector<std::string> words{"serve",     "c.nrrd",    "--port", "0",
-                                         "--no-open", "--threads", "1"};
+    const std::vector<std::string> words{"serve", "c.nrrd",    "--model",   "chainmail", "--port",
+                                         "0",     "--no-open", "--threads", "1"};
     m_server = std::make_unique<Child>(m_sources.program, words, m_folder.path(), limits);
     m_said = 0;
     std::string link;

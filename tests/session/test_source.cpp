@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A scene's scan, and the defaults that follow from its values.
-// Covers: session/session_json.cpp.
+// Covers: session/first_model.cpp, session/session_json.cpp.
 
 #include "session/source.h"
 
@@ -229,6 +229,41 @@ TEST_F(SourceTest, AMistakeInTheElasticTableIsFoundWhenTheSceneIsOpened) {
         {.file = write_ball(-1000, 40), .config = (m_folder / "c.toml").string()}, m_arena);
     ASSERT_FALSE(scene.ok());
     EXPECT_NE(scene.error().message.find("[elastic] poisson_ratio"), std::string::npos);
+}
+
+TEST_F(SourceTest, TheModelIsChosenByMeasuringUnlessChainMailHasSettings) {
+    m_folder.write("both.toml", "[material]\noffset = 0.1\n[elastic]\npoisson_ratio = 0.3\n");
+    m_folder.write("elastic.toml", "[elastic]\npoisson_ratio = 0.3\n");
+    const std::string scan = write_ball(-1000, 40);
+    const auto first = [&](const std::string& file, const std::string& config) {
+        const auto scene =
+            made(Scene::open({.file = file,
+                              .config = config.empty() ? "" : (m_folder / config).string(),
+                              .model = "auto"},
+                             m_arena));
+        EXPECT_EQ(scene->choice().model, scene->first_model().model);
+        return scene->first_model();
+    };
+    for (const char* config : {"", "elastic.toml"}) {
+        const serve::FirstModel measured = first(scan, config);
+        EXPECT_NE(measured.reason.find("pictures a second here"), std::string::npos)
+            << measured.reason;
+        EXPECT_TRUE(measured.model == "elastic" || measured.model == "chainmail");
+        EXPECT_EQ(measured.model == "chainmail",
+                  measured.reason.find("expected 25") != std::string::npos);
+    }
+    EXPECT_EQ(first(scan, "both.toml").model, "chainmail");
+    m_folder.write("bone.toml", "[elastic]\nheld_above_hu = 0\n");
+    const serve::FirstModel bone = first(scan, "bone.toml");
+    EXPECT_EQ(bone.model, "chainmail");
+    EXPECT_NE(bone.reason.find("expected tissue that moves"), std::string::npos) << bone.reason;
+    // A named model is recorded as it is, and nothing is measured.
+    for (const char* model : {"", "chainmail", "elastic"}) {
+        const auto named = made(Scene::open({.file = scan, .model = model}, m_arena));
+        EXPECT_EQ(named->first_model().model, model);
+        EXPECT_EQ(named->first_model().reason, "");
+        EXPECT_EQ(named->choice().model, *model ? model : "chainmail");
+    }
 }
 
 TEST_F(SourceTest, AnotherGhostOfAVesselIsAnotherScene) {

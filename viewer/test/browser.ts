@@ -29,6 +29,18 @@ export interface Served {
     stop(): Promise<void>;
 }
 
+/// Files with a tissue of their own: scenes, and meshes of organs.
+const kOwnTissue = /\.(toml|vt[upk]|msh|stl|obj|ply)$/;
+
+/// Arguments with ChainMail as a scan's model unless they name one: results don't depend on the
+/// machine's speed then.
+function withModel(args: string[]): string[] {
+    const isOwn = args.some(
+        (arg) => kOwnTissue.test(arg) || ['--replay', '--bodies', '--network'].includes(arg),
+    );
+    return isOwn || args.includes('--model') ? args : [...args, '--model', 'chainmail'];
+}
+
 /// Starts the program's server on a free port, or the mock.
 export async function serve(...args: string[]): Promise<Served> {
     const program = process.env.PLIANT_SERVER;
@@ -37,7 +49,7 @@ export async function serve(...args: string[]): Promise<Served> {
         const freeze = (on: boolean): void => mock.freeze(on);
         return { link: await mock.start(), mock, freeze, stop: async () => mock.stop() };
     }
-    const child = spawn(program, ['serve', '--port', '0', '--no-open', ...args]);
+    const child = spawn(program, ['serve', '--port', '0', '--no-open', ...withModel(args)]);
     const link = await linkOf(child);
     return {
         link,

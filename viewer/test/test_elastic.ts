@@ -38,6 +38,13 @@ test('the elastic scan is chosen, changed, pushed and left', async (t) => {
     assert.ok(count > 3);
     assert.equal(await panel.locator('.moduli circle').count(), count);
     await picture(page, 'elastic');
+    // ChainMail's settings are not offered.
+    const material = page.locator('details', {
+        has: page.locator('summary', { hasText: /^Material$/ }),
+    });
+    await material.locator('summary').click();
+    assert.ok(await material.getByText('for ChainMail').isVisible());
+    assert.ok(!(await material.getByText('Softness').isVisible()));
 
     // A point by the keyboard, one more, Poisson's ratio.
     const point = panel.getByRole('slider', { name: 'Point 3', exact: true });
@@ -86,5 +93,6 @@ test('the elastic scan is chosen, changed, pushed and left', async (t) => {
     assert.equal(refused.code, 'other_tissue');
     await panel.getByText('ChainMail', { exact: true }).click();
     await tissueIs('chainmail');
+    assert.ok(await material.getByText('Softness').isVisible());
     assert.ok((await compare(page))!.same);
 });

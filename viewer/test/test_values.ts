@@ -276,7 +276,7 @@ test('an MR has no unit, limits of its range, and its own window and presets', a
     const all = (await stateOf(page)).sections;
     assert.equal(all.window, range_hu[1] - range_hu[0]);
     assert.doesNotMatch(await panelsText(), /\bHU\b/);
-    assert.equal(tool.radius, 4); // 144 mm are a body
+    assert.equal(tool.radius, 8); // two voxels; 144 mm are a body
     assert.match((await page.locator('#pointer').textContent())!, /^crosshair: \d+ · LPS /);
     // A drag of the window and the keys of the threshold have steps of the range.
     await page.locator('.view.axial').focus();
@@ -322,7 +322,7 @@ test('a scan of 20 µm has lengths of its size', async (t) => {
     const { volume } = (await stateOf(page)).scan;
     assert.equal(volume!.length_scale, 0.0072);
     const size = await sliderOf('Size');
-    assert.deepEqual([size.step, size.text], [0.005, '0.03 mm']);
+    assert.deepEqual([size.step, size.text], [0.005, '0.04 mm']);
     assert.ok(Math.abs(size.high - Math.sqrt(0.3)) < 1e-6, `${size.high}`);
     assert.deepEqual((await sliderOf('Cut depth')).text, '0.07 mm');
     assert.deepEqual((await sliderOf('Tip')).text, '0.02 mm');

@@ -14,6 +14,7 @@
 #include "base/stopwatch.h"
 #include "protocol/limits.h"
 #include "session/guarded.h"
+#include "session/near_elements.h"
 #include "session/replay.h"
 
 namespace pliant::serve {
@@ -285,11 +286,7 @@ void Hub::update_volume(bool exactly) {
         exactly ? m_scene->update() : m_scene->approach(m_near_elements);
     if (!update) return;
     m_is_near = !update->is_complete;
-    // As many as there will be time for.
-    if (update->written_voxels >= kNearElements / 8)
-        m_near_elements = std::max(kNearElements / 8,
-                                   std::int64_t(double(update->written_voxels) * kNearTime.count() /
-                                                std::max(update->resample_ms, 1.0)));
+    m_near_elements = near_elements(m_near_elements, *update);
     std::vector<Box3i> boxes(update->boxes.begin(), update->boxes.end());
     for (const Box3i& box : boxes) m_deformed.mark(box);
     const auto exchanged = m_exchanged.take(std::numeric_limits<std::int64_t>::max());

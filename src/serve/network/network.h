@@ -26,7 +26,8 @@ namespace pliant::serve {
 struct TransferSettings {
     UploadSettings uploads;
     const TaskArena& arena;                          ///< arena of opened scenes
-    std::shared_ptr<const MakeTissue> own_tissue{};  ///< tissue of opened scenes; null: ChainMail
+    std::shared_ptr<const MakeTissue> own_tissue{};  ///< tissue of opened scenes; null: the model
+    std::string model{};                             ///< of opened scans, as SceneSource::model
     bool may_open = true;                            ///< false: a session is watched
 };
 

@@ -75,8 +75,8 @@ std::string recorded_name(const fs::path& root, const fs::path& file, bool is_ke
 }
 
 Result<Opened> open_files(Upload& upload, const fs::path& scan, const ScanWish& wish,
-                          const std::shared_ptr<const MakeTissue>& own_tissue,
-                          const TaskArena& arena, const std::function<bool()>& give_up) {
+                          const TissueWish& tissue, const TaskArena& arena,
+                          const std::function<bool()>& give_up) {
     if (scan == upload.scan_folder() && wish.series.empty()) {
         auto found = list_series(scan);
         if (!found.ok()) return found.error();
@@ -93,9 +93,11 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const ScanWish& 
                          "scenes when it starts"};
     if (Status status = check_header_of(scan); !status) return status.error();
     const TaskArena alone(1);
+    const bool has_own = tissue.own_tissue || is_mesh_file(scan);
     auto scene = Scene::open({.file = scan.string(),
                               .series = wish.series,
-                              .own_tissue = own_tissue,
+                              .model = has_own ? std::string() : tissue.model,
+                              .own_tissue = tissue.own_tissue,
                               .frame = wish.frame},
                              arena, alone, give_up);
     if (!scene.ok()) {
@@ -111,6 +113,7 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const ScanWish& 
     NewScene opened{std::move(*scene), {}};
     opened.recorded = {{.file = recorded_name(upload.root(), stored, upload.root() != before),
                         .series = wish.series,
+                        .model = opened.scene->first_model().model,
                         .frame = wish.frame},
                        opened.scene->scan_hash()};
     return Opened(std::move(opened));
@@ -152,8 +155,7 @@ Result<std::shared_ptr<const LabelMap>> open_labels(Upload& upload, const Grid& 
     }
 }
 
-Result<Opened> open_upload(Upload& upload, const ScanWish& wish,
-                           const std::shared_ptr<const MakeTissue>& own_tissue,
+Result<Opened> open_upload(Upload& upload, const ScanWish& wish, const TissueWish& tissue,
                            const TaskArena& arena, const std::function<bool()>& give_up) {
     const auto scan = find_scan(upload);
     if (!scan.ok()) return scan.error();
@@ -161,7 +163,7 @@ Result<Opened> open_upload(Upload& upload, const ScanWish& wish,
         return without_folders(message, upload, *scan);
     };
     try {
-        auto opened = open_files(upload, *scan, wish, own_tissue, arena, give_up);
+        auto opened = open_files(upload, *scan, wish, tissue, arena, give_up);
         if (!opened.ok()) return Error{opened.error().code, plain(opened.error().message)};
         return opened;
     } catch (const std::bad_alloc&) {

@@ -32,12 +32,17 @@ struct ScanWish {
     std::optional<std::int64_t> frame{};  ///< image, from 0
 };
 
+/// Tissue of opened scenes.
+struct TissueWish {
+    const std::shared_ptr<const MakeTissue>& own_tissue;  ///< null: the model
+    const std::string& model;  ///< as SceneSource::model; meshes have a model of their own
+};
+
 /// Reads the scan, makes its scene, and keeps the files if a session needs them. Runs on a disk
-/// thread. The arena is stored in the scene, but not used here.
+/// thread. The arena is stored in the scene, and used here to choose its model only.
 /// @param give_up  polled while the scan is read; may be empty
 /// @returns one line that names the file as the client does
-Result<Opened> open_upload(Upload& upload, const ScanWish& wish,
-                           const std::shared_ptr<const MakeTissue>& own_tissue,
+Result<Opened> open_upload(Upload& upload, const ScanWish& wish, const TissueWish& tissue,
                            const TaskArena& arena, const std::function<bool()>& give_up = {});
 
 /// File of an uploaded state of the tissue, in its permanent folder.

@@ -67,7 +67,7 @@ Status check_first_state(const serve::SessionFile& file, const std::string& path
 }
 
 /// @param state  file of the state that the session must have begun with; empty: any
-Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneSource& source,
+Result<OpenedScene> go_on(const std::filesystem::path& path, serve::SceneSource source,
                           const std::string& state, bool any_source, const TaskArena& arena) {
     const auto named = [&](const Error& error) {
         return Error{error.code, path.string() + ": " + error.message};
@@ -75,6 +75,7 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
     auto file = serve::read_session(path);
     if (!file.ok()) return file.error();
     file->use_tissue(source.own_tissue);
+    if (source.model == serve::kChosenModel) source.model = file->header.source.model;
     if (!any_source && !(file->header.source == source))
         return named({ErrorCode::InvalidArgument, "expected a session of " + name_of(source) +
                                                       ", found one of " +
@@ -139,6 +140,26 @@ Result<OpenedScene> open_watched(const ServerSettings& settings, const TaskArena
     return opened;
 }
 
+/// Opens a new scene, with a saved state unless its file's name is empty. If the model is chosen,
+/// the state chooses it: one of ChainMail or the scene's own tissue, or one of the elastic scan.
+Result<std::unique_ptr<serve::Scene>> open_with_state(serve::SceneSource source,
+                                                      const std::string& state,
+                                                      const TaskArena& arena) {
+    if (state.empty()) return serve::Scene::open(source, arena);
+    const bool is_chosen = source.model == serve::kChosenModel;
+    if (is_chosen) source.model.clear();
+    auto scene = serve::Scene::open(source, arena);
+    if (!scene.ok()) return scene.error();
+    const Status loaded = (*scene)->load_state(state);
+    if (loaded.ok()) return scene;
+    if (is_chosen) {
+        source.model = "elastic";
+        auto elastic = serve::Scene::open(source, arena);
+        if (elastic.ok() && (*elastic)->load_state(state).ok()) return elastic;
+    }
+    return about("load_state", loaded.error().code, loaded.error().message);
+}
+
 Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& arena) {
     if (!settings.replay.empty()) return open_watched(settings, arena);
     if (settings.bodies && settings.labels.empty())
@@ -174,12 +195,10 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     if (*has_begun)
         return go_on(settings.session, source, absolute(settings.load_state), settings.file.empty(),
                      arena);
-    auto scene = serve::Scene::open(source, arena);
-    if (!scene.ok()) return scene.error();
     serve::SessionState state{.file = absolute(settings.load_state)};
+    auto scene = open_with_state(source, state.file, arena);
+    if (!scene.ok()) return scene.error();
     if (!state.file.empty()) {
-        if (const Status s = (*scene)->load_state(state.file); !s.ok())
-            return about("load_state", s.error().code, s.error().message);
         const auto checksum = serve::checksum_of(state.file);
         if (!checksum.ok())
             return about("load_state", checksum.error().code, checksum.error().message);
@@ -191,6 +210,9 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
                        .checkpoints = 0,
                        .own_tissue = source.own_tissue,
                        .watched = {}};
+    source.model = opened.scene->first_model().model;
+    if (const std::string& reason = opened.scene->first_model().reason; !reason.empty())
+        opened.notes.push_back(reason);
     const serve::SessionHeader header{source, opened.scene->scan_hash()};
     auto log = settings.session.empty() ? serve::SessionLog::create_nameless(header)
                                         : serve::SessionLog::create(settings.session, header);
@@ -246,7 +268,8 @@ SettingRows<ServerSettings> server_rows() noexcept {
         setting<&S::directions>(
             {.name = "directions", .text = "field of directions for its label materials"}),
         setting<&S::model>({.name = "model",
-                            .text = "tissue at first: chainmail, elastic or springs; empty: the "
+                            .text = "tissue at first: chainmail, elastic, springs, or auto: the "
+                                    "elastic scan if it makes 25 pictures a second; empty: the "
                                     "scene's own, or chainmail"}),
         setting<&S::network>(
             {.name = "network", .text = "network of springs that moves the scan; empty: none"}),
@@ -339,8 +362,9 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     const bool is_watched = opened->watched.has_value();
     if (is_watched) impl->hub->watch(std::move(*opened->watched), arena);
-    auto network = serve::Network::listen(std::move(*address), impl->tokens, *impl->hub,
-                                          {uploads, arena, opened->own_tissue, !is_watched});
+    auto network =
+        serve::Network::listen(std::move(*address), impl->tokens, *impl->hub,
+                               {uploads, arena, opened->own_tissue, settings.model, !is_watched});
     if (!network.ok()) return network.error();
     impl->network = std::move(*network);
     impl->network_thread = std::jthread([network = impl->network.get()] { network->run(); });

@@ -148,7 +148,8 @@ void Transfer::read_scan() {
             if (!frame.empty() && !wish.frame)
                 return pliant::Error{ErrorCode::InvalidArgument,
                                      "frame: expected a whole number, found " + shown(frame)};
-            return open_upload(*upload, wish, m_desk.settings.own_tissue, m_desk.settings.arena,
+            const TransferSettings& settings = m_desk.settings;
+            return open_upload(*upload, wish, {settings.own_tissue, settings.model}, settings.arena,
                                [this] { return m_is_gone || m_desk.is_ending; });
         },
         [this](Result<Opened> opened) { hand_over(std::move(opened)); });

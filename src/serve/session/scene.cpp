@@ -106,24 +106,29 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made at their final address.
     auto scan = std::make_shared<LoadedScan>(std::move(*loaded));
+    FirstModel first{source.model, {}};
+    if (source.model == kChosenModel)
+        first = scan->own_tissues.empty() ? choose_model(*scan, arena, give_up) : FirstModel{};
     TissueChoice choice;
-    if (!source.model.empty())
-        choice.model = source.model;
+    if (!first.model.empty())
+        choice.model = first.model;
     else if (!scan->own_tissues.empty())
         choice.model = scan->own_tissues.rbegin()->first;
     if (choice.is_springs()) choice.centre_mm = middle_of(scan->volume.grid);
     auto tissue = make_tissue(choice, *scan, arena);
     if (!tissue.ok()) return tissue.error();
-    std::unique_ptr<Scene> scene(new Scene(std::move(scan), choice, std::move(*tissue)));
+    std::unique_ptr<Scene> scene(
+        new Scene(std::move(first), std::move(scan), choice, std::move(*tissue)));
     auto live = LiveDeformation::create(*scene->m_tissue);
     if (!live.ok()) return live.error();
     scene->m_live.emplace(std::move(*live));
     return scene;
 }
 
-Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+Scene::Scene(FirstModel first_model, std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
              std::unique_ptr<Tissue> tissue)
-    : m_loaded(std::move(loaded)),
+    : m_first_model(std::move(first_model)),
+      m_loaded(std::move(loaded)),
       m_tissue(std::move(tissue)),
       m_choice(choice),
       m_iso_hu(m_loaded->iso_hu),

@@ -30,6 +30,7 @@
 #include <pliant/tissue.h>
 #include "protocol/commands.h"
 #include "protocol/messages.h"
+#include "session/first_model.h"
 #include "session/scene_memo.h"
 #include "session/source.h"
 
@@ -111,6 +112,9 @@ class Scene {
     const Tissue& tissue() const { return *m_tissue; }
     Tissue& tissue() { return *m_tissue; }
     const TissueChoice& choice() const { return m_choice; }
+    /// Model that a session records in the scene's source, so that it opens with the same tissue,
+    /// and the reason if it was chosen.
+    const FirstModel& first_model() const { return m_first_model; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
     /// The scan, for uses that outlive the scene.
@@ -147,7 +151,7 @@ class Scene {
         const std::string& name() const { return strokes.front().name; }
     };
 
-    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+    Scene(FirstModel first_model, std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
           std::unique_ptr<Tissue> tissue);
 
     static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
@@ -209,6 +213,7 @@ class Scene {
     void measure_energy() noexcept;
     void tissue_changed();
 
+    FirstModel m_first_model;
     std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
     std::unique_ptr<Tissue> m_tissue;
     TissueChoice m_choice;

@@ -22,6 +22,7 @@
 
 #include "base/errors.h"
 #include "base/hash.h"
+#include "base/record_toml.h"
 #include "mesh/mean_edge.h"
 #include "protocol/limits.h"
 
@@ -243,6 +244,11 @@ Status load_materials(const SceneSource& source, const TaskArena& arena, LoadedS
     const auto text = read_small_file(source.config, kMaxSmallFileBytes, "a settings file");
     if (!text.ok()) return text.error();
     hash.add(std::span<const char>(*text));
+    const auto tables = parse_toml(*text);
+    loaded.has_chainmail_settings =
+        tables.ok() && std::ranges::any_of(*tables, [](const TomlTable& table) {
+            return table.name != "elastic";  // the readers have refused unknown tables
+        });
     if (!source.labels.empty() && !loaded.settings.label_materials.empty()) {
         auto labels = read_labels(source.labels);
         if (!labels.ok()) return about("labels", labels.error().code, labels.error().message);

@@ -33,7 +33,8 @@ struct SceneSource {
     // Settings of ChainMail and the elastic scan, and the files of ChainMail's label materials;
     // absolute, may be empty.
     std::string config{}, labels{}, directions{};
-    std::string model{};    ///< of the tissue at first; empty: its own, or ChainMail
+    /// Of the tissue at first; empty: its own, or ChainMail; "auto": its own, or choose_model().
+    std::string model{};
     std::string network{};  ///< file of a network that moves the scan; absolute, may be empty
     std::string phantom = "airway";
     Vec3i phantom_size{128, 128, 128};
@@ -61,6 +62,7 @@ struct LoadedScan {
     Volume volume;
     ChainMailSettings settings;
     ElasticScanSettings elastic{};
+    bool has_chainmail_settings = false;  ///< the settings file has tables of ChainMail
     VolumeInfo info;
     double iso_hu = -500;  ///< initial threshold
     Polarity polarity = Polarity::Rising;

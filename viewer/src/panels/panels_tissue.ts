@@ -5,7 +5,7 @@
 
 import type { Polarity, VolumeInfo } from '../net/protocol.ts';
 import { materialRows, type Materials } from '../net/settings.ts';
-import type { State } from '../state/state.ts';
+import { hasMaterials, type State } from '../state/state.ts';
 import { isInHu, kMaxThreshold, type Limits, valueLimits } from '../state/units.ts';
 import { button, checkbox, choice, h } from './dom.ts';
 import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
@@ -197,49 +197,53 @@ export function surfacePanel(parts: Parts): HTMLElement {
 }
 
 export function materialPanel(parts: Parts): HTMLElement {
-    const element = section(
-        'Material',
-        false,
-        tissue(
-            materialNumber(parts, 'offset', 'Softness', 0.01),
-            materialNumber(parts, 'max_movement_mm', 'Largest movement', 1, 0, 100),
-            materialNumber(parts, 'bone_threshold_hu', 'Bone above', 10, 0, 2000, boneLimits),
-            materialNumber(parts, 'yield', 'Stays deformed', 0.01),
-            parts.add(
-                checkbox(
-                    'air is a material of its own',
-                    () => parts.state.shared?.materials.air_enabled ?? false,
-                    (on) => void parts.session.ask({ do: 'materials', air_enabled: on }),
-                ),
+    const settings = tissue(
+        materialNumber(parts, 'offset', 'Softness', 0.01),
+        materialNumber(parts, 'max_movement_mm', 'Largest movement', 1, 0, 100),
+        materialNumber(parts, 'bone_threshold_hu', 'Bone above', 10, 0, 2000, boneLimits),
+        materialNumber(parts, 'yield', 'Stays deformed', 0.01),
+        parts.add(
+            checkbox(
+                'air is a material of its own',
+                () => parts.state.shared?.materials.air_enabled ?? false,
+                (on) => void parts.session.ask({ do: 'materials', air_enabled: on }),
             ),
-            materialNumber(parts, 'air_threshold_hu', 'Air below', 10, -1000, 0),
-            parts.add(
-                checkbox(
-                    'air is what the threshold shows as empty',
-                    () => parts.state.display.airFollows,
-                    (on) => parts.session.threshold.tieAir(on),
-                ),
+        ),
+        materialNumber(parts, 'air_threshold_hu', 'Air below', 10, -1000, 0),
+        parts.add(
+            checkbox(
+                'air is what the threshold shows as empty',
+                () => parts.state.display.airFollows,
+                (on) => parts.session.threshold.tieAir(on),
             ),
-            parts.add(
-                choice<Materials['limits']>(
-                    'Deforms as',
-                    [
-                        { value: 'rounded', text: 'round', hint: 'dents are round' },
-                        { value: 'box', text: 'diamond', hint: 'the limits of ChainMail' },
-                    ],
-                    () => parts.state.shared?.materials.limits ?? 'box',
-                    (limits) => {
-                        parts.session.tissueDefaults.keep({ limits });
-                        void parts.session.ask({ do: 'materials', limits });
-                    },
-                ),
+        ),
+        parts.add(
+            choice<Materials['limits']>(
+                'Deforms as',
+                [
+                    { value: 'rounded', text: 'round', hint: 'dents are round' },
+                    { value: 'box', text: 'diamond', hint: 'the limits of ChainMail' },
+                ],
+                () => parts.state.shared?.materials.limits ?? 'box',
+                (limits) => {
+                    parts.session.tissueDefaults.keep({ limits });
+                    void parts.session.ask({ do: 'materials', limits });
+                },
             ),
         ),
     );
+    const none = h(
+        'small',
+        { class: 'quiet' },
+        'for ChainMail; the settings of this tissue are in Tissue',
+    );
+    const element = section('Material', false, settings, none);
     parts.session.store.watch(
         ({ shared }) => [shared],
         (shared) => {
             element.hidden = shared?.tissue?.model === 'own';
+            settings.hidden = !hasMaterials(parts.state);
+            none.hidden = !settings.hidden;
         },
     );
     return element;

@@ -379,6 +379,10 @@ export function suits(state: State, tool: ToolName): boolean {
     return (tool !== 'cut' && tool !== 'carve') || takes(state, tool);
 }
 
+/// Tests whether the tissue has ChainMail's materials.
+export const hasMaterials = ({ shared }: State): boolean =>
+    (shared?.tissue?.model ?? 'chainmail') === 'chainmail';
+
 /// Command that moves a sphere through the tissue: some know no sliding and are pushed.
 export const pushOrSlide = (state: State, slide: boolean): 'push' | 'slide' =>
     slide && takes(state, 'slide') ? 'slide' : 'push';

@@ -65,15 +65,19 @@ import { followScan } from './volume_presets.ts';
 
 const kLoadedStep = 0.1; // of the share that is shown while a scan is loaded
 const kAirBelow = -500; // [HU]
+const kToolVoxels = 2; // radius of a tool
 
-/// Rounded settings of the tools that suit a scan.
+/// Rounded settings of the tools that suit a scan. Tools of less than kToolVoxels would hold single
+/// voxels, and draw a spike out of a wall that is thinner than the picture shows.
 function toolsFor(info: VolumeInfo): Patch {
     const { tool, flight } = initialState();
+    const [x, y, z] = gridOf(info).spacing;
+    const voxels_mm = kToolVoxels * Math.cbrt(x * y * z);
     return {
         tool: {
             radius: Math.max(
                 lengthFor(info, tool.radius, 0.5),
-                roundTo(info.tool_mm ?? 0, roundLength(info, 0.5)),
+                roundTo(Math.max(info.tool_mm ?? 0, voxels_mm), roundLength(info, 0.5)),
             ),
             depth: lengthFor(info, tool.depth, 1),
         },

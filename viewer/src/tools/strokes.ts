@@ -187,9 +187,11 @@ export class GrabStroke extends Follower {
             { from: this.path[0]!, by: sub(offset, this.offset), radius: this.radius },
         );
         if (!done) return false;
-        this.offset = offset;
-        this.path = [along(this.start, 1, offset)];
-        return true;
+        // It stays where the tissue stopped, and tries again when the pointer moves.
+        const fraction = done.step_fraction ?? 1;
+        this.offset = along(this.offset, fraction, sub(offset, this.offset));
+        this.path = [along(this.start, 1, this.offset)];
+        return fraction === 1;
     }
 
     protected override async finish(): Promise<void> {

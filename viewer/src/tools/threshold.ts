@@ -5,6 +5,7 @@
 // the newest is sent. On request the tissue's air follows it: what looks empty counts as air.
 
 import type { Polarity } from '../net/protocol.ts';
+import { hasMaterials } from '../state/state.ts';
 import type { Scene } from './scene.ts';
 
 export interface Threshold {
@@ -34,8 +35,10 @@ export class ThresholdTool {
     }
 
     private setAir(): void {
-        const { shared, display } = this.scene.store.state;
+        const { state } = this.scene.store;
+        const { shared, display } = state;
         if (!display.airFollows || !shared?.materials || shared.polarity === 'falling') return;
+        if (!hasMaterials(state)) return;
         const { air_enabled, air_threshold_hu } = shared.materials;
         if (air_enabled && air_threshold_hu === shared.iso_hu) return;
         const air = { air_enabled: true, air_threshold_hu: shared.iso_hu };
