@@ -50,7 +50,7 @@ pliant_test(mesh
 pliant_test(path SOURCES test_lumen_path.cpp test_march.cpp test_wall_distance.cpp)
 pliant_test(fem
     SOURCES test_analytic.cpp test_bad_input.cpp test_beams.cpp test_elements.cpp test_fibres.cpp
-            test_multigrid.cpp test_published.cpp test_solvers.cpp)
+            test_frames.cpp test_multigrid.cpp test_published.cpp test_solvers.cpp)
 pliant_test(tissue
     SOURCES ../support/count_allocations.cpp test_body_cuts.cpp test_endoscopy.cpp
             test_giving_up.cpp test_mesh_tissue.cpp

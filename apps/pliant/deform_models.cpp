@@ -65,7 +65,6 @@ std::vector<GivenOption> options_of_models(const DeformOptions& o) {
              {"--config", !o.config.empty(), labelled},
              {"--labels", !o.labels.empty() && o.labels_out.empty(), labelled},
              {"--directions", !o.directions.empty(), chainmail},
-             {"--elastic", o.elastic.has_value(), chainmail},
              {"--relax", o.relax_ms.has_value(), chainmail},
              {"--relax-sweeps", o.relax_sweeps.has_value(), chainmail},
              {"--solver", !o.solver.empty(), chainmail},
@@ -127,7 +126,6 @@ Result<ChainMailSettings> settings_for(const DeformOptions& o, const ValueDefaul
         return Error{ErrorCode::InvalidArgument,
                      "--solver: expected [material] limits = \"box\" in --config, found "
                      "\"rounded\", which has one solver"};
-    if (o.elastic) settings.elastic = o.elastic;
     return settings;
 }
 
@@ -168,6 +166,10 @@ Status place_labels(const Volume& scan, const TaskArena& arena, ChainMailSetting
 Result<MakeScanTissue> prepare_chainmail(const DeformOptions& o, std::vector<std::string>& notes) {
     auto settings = chainmail_settings(o, notes);
     if (!settings.ok()) return settings.error();
+    if (std::ranges::any_of(settings->label_materials,
+                            [](const LabelMaterial& label) { return label.elastic.has_value(); }))
+        notes.push_back(
+            "[[label]] elastic has no effect on ChainMail; expected --model elastic or springs");
     return MakeScanTissue([&o, read = std::move(*settings)](
                               const Volume& scan, const ValueDefaults& values,
                               const TaskArena& arena) -> Result<std::unique_ptr<Tissue>> {

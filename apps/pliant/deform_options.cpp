@@ -234,15 +234,12 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         "FILE#1, …");
     c->add_option("--directions", o.directions,
                   "vector field (NRRD, LPS) on the scan's grid, for frame = \"direction\"");
-    c->add_option_function<std::string>(
-         "--elastic",
-         [&o](const std::string& text) {
-             const auto numbers = parse_numbers(text, ',', 2, "--elastic");
-             o.elastic = {numbers[0], numbers[1]};
-         },
-         "Young's modulus and Poisson's ratio of the tissue: limits and weights follow, and 40 "
-         "sweeps of relaxation unless --relax or --relax-sweeps says otherwise")
-        ->type_name("E_KPA,NU");
+    // Of older versions; not in --help.
+    c->add_option_function<std::string>("--elastic", [](const std::string&) {
+         throw CLI::ValidationError("--elastic",
+                                    "expected --model elastic, which replaces it, "
+                                    "with moduli in [elastic] of --config");
+     })->group("");
     c->add_option("--relax", o.relax_ms, "relax the tissue for at most MS milliseconds")
         ->check(CLI::NonNegativeNumber)
         ->type_name("MS");

@@ -117,12 +117,10 @@ struct DeformOptions {
     std::vector<DeformAction> actions;  ///< in the order of the command line
     double sphere_radius_mm = 0;        ///< 0: the point tool
     std::string config;
-    std::string labels, directions;      ///< for [[label]] of the config
-    std::optional<ElasticPair> elastic;  ///< instead of the config's
-    std::optional<double> relax_ms;      ///< budget of the relaxation after all actions; nullopt:
-                                         ///< unlimited
-    std::optional<int> relax_sweeps;  ///< with both limits, the first one ends it; neither: none,
-                                      ///< or kElasticSweeps with --elastic
+    std::string labels, directions;   ///< for [[label]] of the config
+    std::optional<double> relax_ms;   ///< budget of the relaxation after all actions; nullopt:
+                                      ///< unlimited
+    std::optional<int> relax_sweeps;  ///< with both limits, the first one ends it; neither: none
     bool release = false;             ///< the tool is removed before the relaxation; otherwise it
                                       ///< stays
     PictureOptions picture;

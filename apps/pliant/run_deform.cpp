@@ -26,7 +26,6 @@ namespace pliant::app {
 namespace {
 
 constexpr std::int64_t kMaxSteps = 100'000;  ///< limit to come to rest
-constexpr std::int64_t kElasticSweeps = 40;  ///< docs/results/worth has the errors after them
 
 bool has_one_slice(const Grid& grid) {
     return std::min({grid.size.x, grid.size.y, grid.size.z}) == 1;
@@ -115,12 +114,11 @@ std::int64_t max_steps_of(const DeformOptions& o, const TissueTraits& traits) {
 /// Tissue that moves by itself comes to rest, other tissue is relaxed on request.
 Status let_time_pass(const DeformOptions& o, Tissue& tissue, DeformResult& result) {
     const bool moves = tissue.traits().moves_by_itself;
-    if (!moves && !o.relax_ms && !o.relax_sweeps && !o.elastic) return Ok{};
+    if (!moves && !o.relax_ms && !o.relax_sweeps) return Ok{};
     if (o.release)
         for (std::size_t n = 0; n < o.actions.size(); ++n) tissue.release(tool_of(n, tissue));
     Budget budget;
     if (moves) budget.max_steps = o.steps ? *o.steps : max_steps_of(o, tissue.traits());
-    if (o.elastic && !o.relax_ms) budget.max_steps = kElasticSweeps;
     if (o.relax_sweeps) budget.max_steps = *o.relax_sweeps;
     if (o.relax_ms) budget.max_ms = *o.relax_ms;
     Advanced advanced;
@@ -198,7 +196,7 @@ PushOption place_of_picture(const DeformOptions& o, const Tissue& tissue) {
 
 Status check_options(const DeformOptions& o) {
     if (const Status s = check_model(o); !s.ok()) return s;
-    if (o.release && !traits_of(o).moves_by_itself && !o.relax_ms && !o.relax_sweeps && !o.elastic)
+    if (o.release && !traits_of(o).moves_by_itself && !o.relax_ms && !o.relax_sweeps)
         return Error{ErrorCode::InvalidArgument,
                      "--release: expected --relax or --relax-sweeps too, found neither"};
     if (const Status s = check_picture(o.picture); !s.ok()) return s;

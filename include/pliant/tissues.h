@@ -94,8 +94,7 @@ Result<std::unique_ptr<Tissue>> make_chainmail(
     const Volume& scan, const ChainMailSettings& settings, const TaskArena& arena,
     RestingTool resting = RestingTool::KeepsTissueOut) noexcept;
 
-/// Copies the elastic tissues of ChainMail's settings: the moduli of labels, and `elastic` as
-/// modulus and Poisson's ratio. Values of the user's own are assigned afterwards.
+/// Copies the labels of ChainMail's settings and their moduli.
 Status take_materials(const ChainMailSettings& materials,
                       SpringDeformationSettings& settings) noexcept;
 /// Copies the tissues of labels.

@@ -14,10 +14,10 @@ namespace {
 
 /// A solver with its threads.
 struct PyElastic : Exclusive {
-    PyElastic(std::unique_ptr<Arena> its_arena, ElasticSolver its_solver, std::size_t nodes)
+    PyElastic(std::shared_ptr<const Arena> its_arena, ElasticSolver its_solver, std::size_t nodes)
         : arena(std::move(its_arena)), solver(std::move(its_solver)), node_count(nodes) {}
 
-    std::unique_ptr<Arena> arena;
+    std::shared_ptr<const Arena> arena;  ///< of all solvers of the same solid
     ElasticSolver solver;
     std::size_t node_count;
 };
@@ -153,7 +153,7 @@ void bind_solver(nb::module_& m) {
                 else if (!nb::try_cast(materials, laws))
                     raise_value("materials", "an ElasticMaterial or a list of them", materials);
                 auto supports = supports_of(held, held_axes, displacement_mm);
-                auto arena = std::make_unique<Arena>(threads);
+                auto arena = std::make_shared<const Arena>(threads);
                 auto law_of = materials_of(material_of);
                 auto solver = take(arena->run([&] {
                     if (lattice)
@@ -191,27 +191,67 @@ void bind_solver(nb::module_& m) {
                 "that leave a rigid motion free.",
                 keywords))
         .def(
+            "with_supports",
+            [](const PyElastic& p, const nb::object& held, const Array& held_axes,
+               const Array& displacement_mm) {
+                const auto supports = supports_of(held, held_axes, displacement_mm);
+                auto solver = take(p.arena->run([&] { return p.solver.with_supports(supports); }));
+                return PyElastic(p.arena, std::move(solver), p.node_count);
+            },
+            nb::arg("held"), nb::arg("held_axes") = nb::none(),
+            nb::arg("displacement_mm") = nb::none(),
+            nb::sig("def with_supports(self, held: numpy.typing.ArrayLike, held_axes: "
+                    "numpy.typing.ArrayLike | None = None, displacement_mm: "
+                    "numpy.typing.ArrayLike | None = None) -> ElasticSolver"),
+            "A solver of the same solid with other supports, for a tool that moves. It shares the "
+            "mesh, the materials and the matrix. With the same held components and other "
+            "displacements nothing is computed again; otherwise Cholesky factors again, and "
+            "conjugate gradients renew the nodes that differ.\n\n"
+            "Args:\n"
+            "    held: Nodes with supports (n,), in place of all earlier ones.\n"
+            "    held_axes: Flags (n, 3), the axes along which each is held; None: all.\n"
+            "    displacement_mm: Prescribed along the held axes (n, 3); None: 0.\n\n"
+            "Raises:\n    pliant.Error: Supports that leave a rigid motion free; this solver stays "
+            "as it is.")
+        .def(
             "solve",
             [](const PyElastic& p, const Array& nodes, const Array& forces_n, const Array& faces,
-               const Array& traction_pa, const Array& pressure_pa, Vec3d gravity) {
+               const Array& traction_pa, const Array& pressure_pa, Vec3d gravity,
+               const Array& initial_displacement_mm, int iteration_budget) {
                 const auto loads =
                     loads_of(nodes, forces_n, faces, traction_pa, pressure_pa, gravity);
-                return take(p.arena->run([&] { return p.solver.solve(loads); }));
+                std::optional<Numbers<double, 3>> start;
+                ElasticSolveOptions options{.iteration_budget = iteration_budget};
+                if (initial_displacement_mm) {
+                    start.emplace(*initial_displacement_mm, "initial_displacement_mm");
+                    check_rows(start->rows(), p.node_count, "initial_displacement_mm");
+                    options.initial_displacement_mm = start->vectors();
+                }
+                return take(p.arena->run([&] { return p.solver.solve(loads, options); }));
             },
             nb::arg("nodes") = nb::none(), nb::arg("forces_n") = nb::none(),
             nb::arg("faces") = nb::none(), nb::arg("traction_pa") = nb::none(),
             nb::arg("pressure_pa") = nb::none(), nb::arg("gravity_m_per_s2") = Vec3d{0, 0, 0},
+            nb::arg("initial_displacement_mm") = nb::none(), nb::arg("iteration_budget") = 0,
             nb::sig("def solve(self, nodes: numpy.typing.ArrayLike | None = None, forces_n: "
                     "numpy.typing.ArrayLike | None = None, faces: numpy.typing.ArrayLike | None = "
                     "None, traction_pa: numpy.typing.ArrayLike | None = None, pressure_pa: "
                     "numpy.typing.ArrayLike | None = None, gravity_m_per_s2: "
-                    "collections.abc.Sequence[float] = (0, 0, 0)) -> ElasticSolution"),
+                    "collections.abc.Sequence[float] = (0, 0, 0), initial_displacement_mm: "
+                    "numpy.typing.ArrayLike | None = None, iteration_budget: int = 0) -> "
+                    "ElasticSolution"),
             "Args:\n"
             "    nodes, forces_n: Forces (n, 3) [N] on nodes (n,).\n"
             "    faces: (k, 2): a cell, and its face 0 to 5 (HexMesh.boundary_faces).\n"
             "    traction_pa: On all faces (3,), or on each (k, 3) [Pa].\n"
             "    pressure_pa: Against their outward normals: one, or of each (k,) [Pa].\n"
-            "    gravity_m_per_s2: Acceleration, with the materials' densities.")
+            "    gravity_m_per_s2: Acceleration, with the materials' densities.\n"
+            "    initial_displacement_mm: Of each node (n, 3), where conjugate gradients start, "
+            "such "
+            "as the frame before; None: 0.\n"
+            "    iteration_budget: Above 0: the displacement after at most that many iterations is "
+            "the answer, with its relative_residual; 0: max_iterations must suffice. Cholesky uses "
+            "neither.")
         .def(
             "forces_n",
             [](const PyElastic& p, const nb::object& displacement_mm) {

@@ -70,6 +70,51 @@ def test_supports_may_move_and_forces_superpose():
     assert weight.reaction_n[:, 2].sum() == pytest.approx(10 * 1000 * 27e-9, rel=1e-9)
 
 
+@pytest.mark.parametrize("method", ["cholesky", "conjugate_gradients", "lattice"])
+def test_a_tool_moves_frame_by_frame(method):
+    size = (8, 8, 8) if method == "lattice" else (5, 5, 6)  # multigrid has two levels
+    mesh = pliant.hex_mesh(size)
+    z = mesh.nodes_mm[:, 2]
+    foot, tool = numpy.flatnonzero(z == 0), numpy.flatnonzero(z == z.max())[:9]
+    held = numpy.concatenate((foot, tool))
+    if method == "lattice":
+        solid, settings = pliant.HexLattice(size=size), {}
+    else:
+        solid, settings = mesh, {"method": method}
+    solver = pliant.ElasticSolver(solid, MATERIAL, foot, **settings)
+    assert not solver.solve().displacement_mm.any()
+    last = None
+    for depth in (0.1, 0.2, 0.25):
+        pressed = numpy.where(numpy.isin(held, tool)[:, None], (0.0, 0.0, -depth), 0.0)
+        solver = solver.with_supports(held, displacement_mm=pressed)
+        new = pliant.ElasticSolver(solid, MATERIAL, held, displacement_mm=pressed, **settings)
+        expected = new.solve()
+        found = solver.solve()
+        assert (found.displacement_mm == expected.displacement_mm).all()
+        assert found.iterations == expected.iterations
+        if last is not None and method != "cholesky":
+            warm = solver.solve(initial_displacement_mm=last)
+            assert warm.iterations <= expected.iterations
+            again = solver.solve(initial_displacement_mm=expected.displacement_mm)
+            assert again.iterations <= 1
+            assert warm.displacement_mm == pytest.approx(expected.displacement_mm, abs=1e-8)
+            short = solver.solve(initial_displacement_mm=last, iteration_budget=2)
+            assert short.iterations == 2
+            assert warm.relative_residual < short.relative_residual < 0.5
+        last = found.displacement_mm
+    rows = f"^initial_displacement_mm: expected {len(z)} rows, found 2$"
+    with pytest.raises(pliant.Error, match=rows):
+        solver.solve(initial_displacement_mm=[(0, 0, 0)] * 2)
+    with pytest.raises(pliant.Error, match="initial_displacement_mm"):
+        solver.solve(initial_displacement_mm=last * numpy.nan)
+    with pytest.raises(pliant.Error, match="^iteration_budget: expected 0 or more, found -2$"):
+        solver.solve(iteration_budget=-2)
+    with pytest.raises(pliant.Error, match="supports: leave the solid free"):
+        solver.with_supports([0])
+    with pytest.raises(pliant.Error, match=f"^held_axes: expected {len(held)} rows, found 1$"):
+        solver.with_supports(held, held_axes=[[True] * 3])
+
+
 def test_bad_solids_are_named():
     mesh = pliant.hex_mesh((2, 2, 2))
     for arguments, message in (

@@ -52,7 +52,7 @@ def fitted(mesh: pliant.TetMesh) -> pliant.SpringParts:
 
 
 def with_settings(scan: pliant.Volume, mesh: pliant.TriangleMesh) -> None:
-    pliant.make_chainmail(scan, 1, offset=1, limits="rounded", factor=[1, 1, 2], elastic=None)
+    pliant.make_chainmail(scan, 1, offset=1, limits="rounded", factor=[1, 1, 2], range_percent=None)
     pliant.make_chainmail(scan, ofset=0.1)  # type: ignore[call-arg]
     pliant.make_chainmail(scan, offset="0.1")  # type: ignore[arg-type]
     pliant.make_chainmail(scan, limits="round")  # type: ignore[arg-type]

@@ -327,6 +327,8 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --config none.toml", "none.toml"},
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --solver guess", "--solver"},
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --threads -2", "--threads"},
+        {"deform cube.nrrd --elastic 10,0.45 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--elastic: expected --model elastic, which replaces it"},
         {"deform cube.nrrd --model jelly --push 0,0,0:1,0,0 --out x.nrrd", "--model"},
         {"deform cube.nrrd --depth 3 --push 0,0,0:1,0,0 --out x.nrrd", "--depth: expected --model"},
         {"deform cube.nrrd --cell-mm 3 --push 0,0,0:1,0,0 --out x.nrrd",

@@ -91,7 +91,6 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     s.bone_threshold_hu = 301.5;
     s.max_movement_mm = 1e-3;
     s.yield = 0.3;
-    s.elastic = ElasticPair{1.0 / 7, 0.4999};
     s.scale = 2.5e-7;
     s.brick_size = 13;
     s.bounded = true;
@@ -108,7 +107,6 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     EXPECT_EQ(read->bone_threshold_hu, s.bone_threshold_hu);
     EXPECT_EQ(read->max_movement_mm, s.max_movement_mm);
     EXPECT_EQ(read->yield, s.yield);
-    EXPECT_EQ(read->elastic, s.elastic);
     EXPECT_EQ(read->scale, s.scale);
     EXPECT_EQ(read->brick_size, s.brick_size);
     EXPECT_EQ(read->bounded, s.bounded);
@@ -117,6 +115,17 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     EXPECT_EQ(read->history_max_mb, s.history_max_mb);
     EXPECT_EQ(read->air_threshold_hu, s.air_threshold_hu);
     EXPECT_EQ(settings_text(*read), settings_text(s));
+}
+
+TEST_F(StateFileTest, AStateWithTheFormerElasticMaterialIsRefused) {
+    for (const char* text : {"[material]\nelastic = [10, 0.45]\n",
+                             "[material]\nelastic = [10, 0.45]  # read by the other parser\n"}) {
+        const auto read = parse_settings("x.plst", text);
+        ASSERT_FALSE(read.ok());
+        EXPECT_EQ(read.error().message,
+                  "x.plst: [material] elastic: expected [elastic] moduli_kpa and --model elastic, "
+                  "which replace it, found a setting that ChainMail no longer has");
+    }
 }
 
 TEST_F(StateFileTest, CustomLawStaysTheUsersOwn) {

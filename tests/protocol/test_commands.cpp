@@ -254,6 +254,7 @@ TEST(Messages, OutOfRangeAreAnsweredByTheirNumber) {
           R"({"do":"cut","id":5,"line":[[1,2,3]],"depth":[0,0,1]})",
           R"({"do":"catheter","id":5,"bend_deg":[90,0]})",
           R"({"do":"materials","id":5,"offset":1.5})",
+          R"({"do":"materials","id":5,"elastic":[10,0.45]})",
           R"({"do":"tissue","id":5,"model":"springs","nodes":65})",
           R"({"do":"tissue","id":5,"model":"springs","cell_mm":0})",
           R"({"do":"tissue","id":5,"model":"elastic","poisson_ratio":0.5})",

@@ -27,29 +27,25 @@ TEST(RelaxKernel, AnyProcessorGivesTheSameBits) {
         const auto count = std::size_t(size * size * size);
         const int range = random.whole(0, 1) ? 1 << 29 : 1 << random.whole(1, 21);
         BrickLinks links;
-        const bool symmetric = random.whole(0, 1), elastic = random.whole(0, 1);
+        const bool symmetric = random.whole(0, 1);
         for (std::size_t b = 0; b < 3; ++b)
             for (std::size_t n = 0; n < std::size_t((size + 1) * size * size); ++n) {
                 links.shear[b].push_back(random.whole(0, 1 << 22));
                 links.weight[b].push_back(std::uint16_t(random.whole(0, 65534)));
-                if (elastic) links.along[b].push_back(std::uint16_t(random.whole(0, 65534)));
                 if (symmetric) continue;
                 links.stretch[b].push_back(random.whole(0, 1 << 22));
                 links.compress[b].push_back(random.whole(0, 1 << 22));
             }
         const auto value = [&] { return random.whole(0, 3) ? random.whole(-range, range) : 0; };
-        if (elastic)
-            for (std::size_t n = 0; n < count; ++n)
-                links.waits.push_back(std::uint8_t(random.whole(0, 1)));
         std::vector<Fixed> plain[3], vectors[3], beside[3];
         for (int a = 0; a < 3; ++a)
             for (std::size_t n = 0; n < count; ++n) {
-                plain[a].push_back(elastic ? value() : random.whole(-range, range));
+                plain[a].push_back(value());
                 beside[a].push_back(random.whole(-range, range));
             }
         const NoGuard guard;
-        RelaxedBrick brick{size, random.whole(0, 1),      {}, {}, &links, {}, {}, {}, &guard, false,
-                           1e17, random.whole(1, 1 << 20)};
+        RelaxedBrick brick{size, random.whole(0, 1), {}, {}, &links, {}, {}, {}, &guard, false,
+                           1e17};
         for (std::size_t a = 0; a < 3; ++a) {
             vectors[a] = plain[a];
             for (std::size_t side = 0; side < 6; ++side)

@@ -133,36 +133,34 @@ serve::TissueChoice choice_of(const std::string& line) {
     return std::get<serve::TissueCommand>(command.action).choice;
 }
 
-TEST_F(SourceTest, ModuliThatAreGivenCountEvenIfTheyAreTheDefaults) {
+TEST_F(SourceTest, AConfigOfElasticChainMailIsRefused) {
     m_folder.write("c.toml", "[material]\nelastic = [40, 0.4]\n");
-    const std::string scan = write_ball(-1000, 40);
-    const auto modulus = [&](const std::string& fields) {
-        const auto scene =
-            made(Scene::open({.file = scan, .config = (m_folder / "c.toml").string()}, m_arena));
-        const auto read =
-            serve::parse_message(R"({"do":"tissue","model":"springs","nodes":8)" + fields + "}");
-        const auto& springs = std::get<serve::TissueCommand>(std::get<serve::Message>(read).action);
-        EXPECT_TRUE(scene->carry_out(1, springs).ok());
-        std::pair<double, double> found;
-        for (const NamedValue& value : scene->tissue().report()) {
-            if (value.name == "springs.young_modulus_pa")
-                found.first = std::get<double>(value.value);
-            if (value.name == "springs.poisson_ratio") found.second = std::get<double>(value.value);
-        }
-        return found;
-    };
-    EXPECT_EQ(modulus(""), std::pair(40e3, 0.4));
-    EXPECT_EQ(modulus(R"(,"young_modulus_pa":15000)"), std::pair(15e3, 0.4));
-    EXPECT_EQ(modulus(R"(,"poisson_ratio":0.25)"), std::pair(40e3, 0.25));
-    EXPECT_EQ(modulus(R"(,"young_modulus_pa":2e4,"poisson_ratio":0.3)"), std::pair(20e3, 0.3));
+    const auto scene = Scene::open(
+        {.file = write_ball(-1000, 40), .config = (m_folder / "c.toml").string()}, m_arena);
+    ASSERT_FALSE(scene.ok());
+    const std::string& message = scene.error().message;
+    EXPECT_NE(message.find("c.toml: [material] elastic: expected [elastic] moduli_kpa and --model "
+                           "elastic, which replace it"),
+              std::string::npos)
+        << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+}
+
+TEST_F(SourceTest, ARecordedCommandOfElasticChainMailIsRefused) {
+    const auto record =
+        serve::parse_session_record(R"({"client":1,"do":"materials","elastic":[10,0.45]})");
+    ASSERT_FALSE(record.ok());
+    EXPECT_NE(record.error().message.find("materials: elastic: expected a tissue command with the "
+                                          "model elastic, which replaces it"),
+              std::string::npos)
+        << record.error().message;
 }
 
 TEST_F(SourceTest, SessionsTellWhichSettingsWereGiven) {
     const auto read = serve::parse_message(
         R"({"do":"tissue","model":"springs","young_modulus_pa":15000,"fixed_hu":300})");
     const auto& springs = std::get<serve::TissueCommand>(std::get<serve::Message>(read).action);
-    const std::vector<std::string> given{"young_modulus_pa", "fixed_hu"};
-    EXPECT_EQ(springs.choice.given, given);
+    EXPECT_EQ(springs.choice.given, std::vector<std::string>{"fixed_hu"});
     const serve::TissueChoice back =
         choice_of(serve::text_of(serve::SessionRecord(serve::SessionCommand{1, springs})));
     EXPECT_EQ(back, springs.choice);

@@ -10,6 +10,7 @@
 //                                                          .poisson_ratio = 0.45}}};
 //   auto solver = ElasticSolver::create(solid, supports, {}, arena);   // assembles, factors
 //   auto at_rest = solver->solve({.forces = {{node, {0, 0, -10}}}});   // quick, again and again
+//   auto moved = solver->with_supports(supports);   // others for the same solid
 // @endcode
 //
 // Lengths are in mm, moduli and stresses in Pa, forces in N.
@@ -105,6 +106,16 @@ struct ElasticSettings {
 };
 SettingRows<ElasticSettings> elastic_rows() noexcept;
 
+/// Options of one solution by conjugate gradients. Cholesky checks them and has no use for them.
+struct ElasticSolveOptions {
+    /// [node] displacement from which the iterations start, such as that of the frame before; held
+    /// components are ignored. Empty: zero.
+    std::span<const Vec3d> initial_displacement_mm{};
+    /// Above 0: the displacement after at most that many iterations is the answer, with its
+    /// relative_residual. 0: max_iterations must suffice for the tolerance.
+    int iteration_budget = 0;
+};
+
 struct ElasticSolution {
     std::vector<Vec3d> displacement_mm;  ///< [node]
     std::vector<Vec3d> reaction_n;       ///< [node] force of the supports on the solid; 0 at free
@@ -131,9 +142,18 @@ class ElasticSolver {
     ElasticSolver(ElasticSolver&&) noexcept;
     ElasticSolver& operator=(ElasticSolver&&) noexcept;
 
-    /// @returns InvalidArgument that names the load (an unknown node, a force on a held node),
-    ///          LimitExceeded if max_iterations don't suffice
-    Result<ElasticSolution> solve(const ElasticLoads& loads) const;
+    /// Creates a solver of the same solid with other supports. The two share the mesh, the
+    /// materials and the matrix, and what depends on the held components alone: with the same
+    /// components and other displacements, Cholesky's factor too. Otherwise Cholesky factors again,
+    /// and conjugate gradients renew the nodes that differ. Answers have the bits of a solver made
+    /// by create().
+    /// @returns an error of create()
+    Result<ElasticSolver> with_supports(const std::vector<Support>& supports) const;
+
+    /// @returns InvalidArgument that names the load (an unknown node, a force on a held node) or
+    ///          the option, LimitExceeded if max_iterations don't suffice
+    Result<ElasticSolution> solve(const ElasticLoads& loads,
+                                  const ElasticSolveOptions& options = {}) const;
 
     /// Computes K u: the forces [N] that hold the solid in a displacement [mm], ignoring supports.
     /// @pre one vector for each node

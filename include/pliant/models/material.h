@@ -30,9 +30,9 @@
 #pragma GCC visibility push(default)
 namespace pliant {
 
-/// Linear elasticity that relaxation approximates (docs/method/chainmail.md, "Elastic materials").
+/// Moduli of a linear elastic solid.
 struct ElasticPair {
-    double young_modulus_kpa = 0;  ///< above 0; only ratios between materials matter
+    double young_modulus_kpa = 0;  ///< above 0
     double poisson_ratio = 0;      ///< 0 ≤ ν < 0.5
     friend bool operator==(const ElasticPair&, const ElasticPair&) = default;
 };
@@ -46,9 +46,6 @@ struct ElementLimits {
     bool fixed = false;          ///< bone: never moves
     /// Strain beyond this fraction of the link's limits stays as an imprint, 0…1; 0: none stays.
     double yield = 0;
-    /// Sets the weights of relaxation, which then spreads to elements at rest; empty: the weights
-    /// follow from the limits.
-    std::optional<ElasticPair> elastic{};
 };
 
 /// Limits by voxel value, rounded to a whole number. ChainMail::create evaluates it for
@@ -77,8 +74,8 @@ struct LabelMaterial {
     // ByValue and Constant
     std::optional<double> max_movement_mm{};  ///< 0…500
     std::optional<double> yield{};            ///< fraction of the limits, 0…1
-    std::optional<ElasticPair> elastic{};
-    Vec3d factor{1, 1, 1};  ///< of all limits along i, j, k, 0…100
+    std::optional<ElasticPair> elastic{};     ///< not of ChainMail: of springs and the elastic scan
+    Vec3d factor{1, 1, 1};                    ///< of all limits along i, j, k, 0…100
     // Constant: of a link along i, j, k, as a fraction of its length
     Vec3d compress{0, 0, 0};  ///< 0…1, also after multiplication by the factor
     Vec3d stretch{0, 0, 0};   ///< 0…100
@@ -125,8 +122,6 @@ struct ChainMailSettings {
     double max_movement_mm = 20;  ///< movement limit of the softest element, 0…500
     LinkLimits limits = LinkLimits::Box;
     double yield = 0;  ///< strain beyond this fraction of the limits remains; 0: none remains
-    /// Replaces the law's limits by kElasticLimit; relaxation then approximates linear elasticity.
-    std::optional<ElasticPair> elastic{};
     // [push]
     double scale = 1;  ///< factor of every push
     // [lattice]
@@ -156,9 +151,6 @@ struct ChainMailSettings {
     ChainMailSolver solver = ChainMailSolver::Sweep;
     MaterialLaw custom_law{};  ///< if set, replaces the named law and air
 };
-
-/// All limits of an elastic material: the widest, equal for all links, that rule out folds.
-inline constexpr double kElasticLimit = 0.333;
 
 /// Rows of all settings that a file can have, except those of [[label]] tables.
 SettingRows<ChainMailSettings> chainmail_rows() noexcept;

@@ -91,12 +91,9 @@ Answer finite_elements(const Body& body, const Load& load, double tolerance,
 }
 
 ChainBody::ChainBody(const Body& body, const TaskArena& arena)
-    : m_body(body),
-      m_arena(arena),
-      m_volume(
-          volume_of(body.lattice, [&](std::size_t n) { return body.held[n] ? kBoneValue : 0; })),
-      m_labels(std::make_shared<const Volume>(
-          volume_of(body.lattice, [&](std::size_t n) { return body.of_node[n] + 1; }))) {}
+    : m_body(body), m_arena(arena), m_volume(volume_of(body.lattice, [&](std::size_t n) {
+          return body.held[n] ? kBoneValue : 0;
+      })) {}
 
 Answer ChainBody::push(const Load& load, const Chain& chain) const {
     ChainMailSettings settings;
@@ -104,19 +101,9 @@ Answer ChainBody::push(const Load& load, const Chain& chain) const {
     settings.air_enabled = false;
     settings.max_movement_mm = 500;
     settings.history_max_steps = 0;
-    if (chain.offset) {
-        // The same slack in all of the tissue.
-        settings.offset = *chain.offset;
-        settings.range = {0, kBoneValue};
-    } else {
-        settings.elastic = m_body.materials.front();
-        if (m_body.materials.size() > 1) {
-            settings.labels = m_labels;
-            for (std::size_t m = 0; m < m_body.materials.size(); ++m)
-                settings.label_materials.push_back(
-                    {.values = {int(m) + 1}, .elastic = m_body.materials[m]});
-        }
-    }
+    // The same slack in all of the tissue.
+    settings.offset = chain.offset;
+    settings.range = {0, kBoneValue};
     Answer answer;
     std::optional<ChainMail> tissue;
     answer.prepare_ms =

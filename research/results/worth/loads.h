@@ -11,7 +11,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,12 +62,11 @@ Answer finite_elements(const Body& body, const Load& load, double tolerance,
                        const TaskArena& arena);
 
 struct Chain {
-    /// Slack of all links; empty: elastic materials.
-    std::optional<double> offset{};
-    int sweeps = 0;
+    double offset = 0;  ///< slack of all links, as a fraction of their length
+    int sweeps = 0;     ///< of relaxation
 };
 
-/// Settings, scan and labels of a body.
+/// Settings and scan of a body.
 class ChainBody {
   public:
     ChainBody(const Body& body, const TaskArena& arena);
@@ -78,7 +76,6 @@ class ChainBody {
     const Body& m_body;
     const TaskArena& m_arena;
     Volume m_volume;
-    std::shared_ptr<const Volume> m_labels;
 };
 
 enum class ScanState {

@@ -44,21 +44,16 @@ void add_profile(Page& page, const TaskArena& arena) {
     curve(chain.push(load, {.offset = kDefaultOffset}), kRed, "ChainMail, default (offset 0.2)");
     curve(chain.push(load, {.offset = offset}), kOrange,
           "ChainMail, best offset (" + fixed_text(offset, 2) + ")");
-    curve(chain.push(load, {.sweeps = kSweeps}), kBlue, "elastic, 40 sweeps");
-    page.picture("depth",
-                 "displacement by depth of finite elements, of ChainMail, and of elastic tissue",
+    page.picture("depth", "displacement by depth of finite elements and of ChainMail",
                  chart.image());
 }
 
 void add_error_over_time(Page& page, const Study& study) {
     Chart chart(760, 420, {"log10 of the time of a solve [ms], one thread", -2, 3, 1},
                 {"mean error [% of the push]", 0, 20, 5});
-    std::vector<Point2> elastic, stopped;
-    for (const Timed& timed : study.elastic)
-        elastic.push_back({std::log10(timed.mean_ms()), timed.errors.mean().mean});
+    std::vector<Point2> stopped;
     for (const Timed& timed : study.stopped)
         stopped.push_back({std::log10(timed.mean_ms()), timed.errors.mean().mean});
-    chart.curve(elastic, {kBlue, 2, 1}, "elastic, 0 to 80 sweeps");
     chart.curve(stopped, {kDark, 2, 1}, "finite elements, stopped at residuals of 0.3 to 0.001");
     const std::vector<Point2> by_default = {
         {std::log10(study.by_default.mean_ms()), study.by_default.errors.mean().mean}};

@@ -15,7 +15,6 @@ void add(Timed& timed, const Answer& answer, const Errors& errors) {
 
 Study study_of(Body& body, int loads, const std::function<Load(Body&, int)>& load_of,
                const TaskArena& arena) {
-    constexpr int kUntilItSettles = 1 << 20;
     Study study;
     study.name = body.name;
     const double share = 1.0 / loads;
@@ -39,12 +38,6 @@ Study study_of(Body& body, int loads, const std::function<Load(Body&, int)>& loa
             share * add_chain(study.by_default, {.offset = kDefaultOffset}).fraction;
         add_chain(study.default_relaxed, {.offset = kDefaultOffset, .sweeps = kSweeps});
         study.best.add(best_offset(chain, fem.displacement_mm, body, load));
-        for (std::size_t s = 0; s < kSweepCounts.size(); ++s) {
-            const Answer answer = add_chain(study.elastic[s], {.sweeps = kSweepCounts[s]});
-            if (kSweepCounts[s] != kSweeps) continue;
-            study.create_ms += share * answer.prepare_ms;
-            study.fraction += share * answer.fraction;
-        }
         for (const ScanState state : {ScanState::Frame, ScanState::Settled}) {
             const Answer answer = elastic_scan(body, load, state, arena);
             add(state == ScanState::Frame ? study.scan_frame : study.scan_settled, answer,
@@ -52,7 +45,6 @@ Study study_of(Body& body, int loads, const std::function<Load(Body&, int)>& loa
             study.scan_create_ms += share / 2 * answer.prepare_ms;
         }
         if (n % 5 != 0) continue;
-        study.settled.add(errors(chain.push(load, {.sweeps = kUntilItSettles}).displacement_mm));
         for (std::size_t t = 0; t < kStopped.size(); ++t) {
             const Answer answer = finite_elements(body, load, kStopped[t], arena);
             add(study.stopped[t], answer, errors(answer.displacement_mm));

@@ -14,11 +14,10 @@
 
 namespace pliant::results {
 
-inline constexpr int kSweeps = 40;          ///< of `pliant deform --elastic`
+inline constexpr int kSweeps = 40;          ///< of relaxation after a push
 inline constexpr double kConverged = 1e-6;  ///< relative residual of the reference
 inline constexpr double kDefaultOffset = 0.2;
 inline constexpr std::array kStopped = {0.3, 0.1, 0.03, 0.01, 1e-3};  ///< residuals
-inline constexpr std::array kSweepCounts = {0, 5, 10, 20, kSweeps, 80};
 
 struct Timed {
     ErrorsOfLoads errors;
@@ -28,16 +27,14 @@ struct Timed {
 
 struct Study {
     std::string name;
-    ErrorsOfLoads still;                ///< the tool alone moves
-    Timed by_default, default_relaxed;  ///< offset 0.2; then 40 sweeps
-    ErrorsOfLoads best;                 ///< the best offset of each load, in hindsight
-    std::array<Timed, kSweepCounts.size()> elastic;
-    ErrorsOfLoads settled;                                 ///< every fifth load
-    Timed scan_frame, scan_settled;                        ///< the elastic scan
-    double scan_create_ms = 0;                             ///< mean
-    std::array<Timed, kStopped.size()> stopped;            ///< finite elements, every fifth load
-    double prepare_fem_ms = 0, fem_ms = 0, create_ms = 0;  ///< means
-    double iterations = 0, fraction = 0, default_fraction = 0;  ///< means
+    ErrorsOfLoads still;                          ///< the tool alone moves
+    Timed by_default, default_relaxed;            ///< offset 0.2; then 40 sweeps
+    ErrorsOfLoads best;                           ///< the best offset of each load, in hindsight
+    Timed scan_frame, scan_settled;               ///< the elastic scan
+    double scan_create_ms = 0;                    ///< mean
+    std::array<Timed, kStopped.size()> stopped;   ///< finite elements, every fifth load
+    double prepare_fem_ms = 0, fem_ms = 0;        ///< means
+    double iterations = 0, default_fraction = 0;  ///< means
 };
 
 /// @param load_of  sets the body's held nodes, and returns the load of a number

@@ -47,16 +47,25 @@ SymmetricBlock free_inverse(const Block3& block, std::uint8_t held) {
 BlockJacobi::BlockJacobi(const Stiffness& stiffness, const HeldNodes& held, const TaskArena& arena,
                          std::int64_t first)
     : m_count(held.axes.size()), m_values(6 * m_count) {
-    arena.for_each(std::int64_t(m_count), kBlocksPerTask,
-                   [&](std::int64_t begin, std::int64_t end) {
-                       for (std::int64_t n = begin; n < end; ++n) {
-                           const auto node = std::size_t(n);
-                           const auto inverse = free_inverse(
-                               stiffness.diagonal_block(std::int32_t(first + n)), held.axes[node]);
-                           for (std::size_t e = 0; e < 6; ++e)
-                               m_values[e * m_count + node] = inverse[e];
-                       }
-                   });
+    arena.for_each(
+        std::int64_t(m_count), kBlocksPerTask, [&](std::int64_t begin, std::int64_t end) {
+            for (std::int64_t n = begin; n < end; ++n)
+                set_block(std::size_t(n), stiffness.diagonal_block(std::int32_t(first + n)),
+                          held.axes[std::size_t(n)]);
+        });
+}
+
+BlockJacobi::BlockJacobi(const BlockJacobi& other, const HeldNodes& old_held,
+                         const Stiffness& stiffness, const HeldNodes& held)
+    : BlockJacobi(other) {
+    for (std::size_t n = 0; n < m_count; ++n)
+        if (held.axes[n] != old_held.axes[n])
+            set_block(n, stiffness.diagonal_block(std::int32_t(n)), held.axes[n]);
+}
+
+void BlockJacobi::set_block(std::size_t node, const Block3& block, std::uint8_t held) {
+    const SymmetricBlock inverse = free_inverse(block, held);
+    for (std::size_t e = 0; e < 6; ++e) m_values[e * m_count + node] = inverse[e];
 }
 
 void BlockJacobi::renew(const NodeVector& from, double factor, double keep, NodeVector& to,

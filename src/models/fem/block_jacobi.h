@@ -31,6 +31,10 @@ class BlockJacobi {
     /// @param first  the first of them
     BlockJacobi(const Stiffness& stiffness, const HeldNodes& held, const TaskArena& arena,
                 std::int64_t first = 0);
+    /// The same stiffness with other held components: renews the nodes that differ.
+    /// @param old_held  of the other
+    BlockJacobi(const BlockJacobi& other, const HeldNodes& old_held, const Stiffness& stiffness,
+                const HeldNodes& held);
     std::int64_t bytes() const { return std::int64_t(m_values.size() * sizeof(double)); }
 
     /// Computes to = factor · D⁻¹ from + keep · to; zero in held components.
@@ -38,6 +42,7 @@ class BlockJacobi {
                const TaskArena& arena) const;
 
   private:
+    void set_block(std::size_t node, const Block3& block, std::uint8_t held);
     const double* entry(int n) const { return m_values.data() + std::size_t(n) * m_count; }
 
     std::size_t m_count;

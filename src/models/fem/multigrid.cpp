@@ -86,7 +86,7 @@ struct Multigrid::Level {
     double greatest;   ///< bound of the spectrum
     const LatticeStiffness* stiffness;
     const HeldNodes* held;
-    std::unique_ptr<LatticeStiffness> own_stiffness{};
+    std::shared_ptr<const LatticeStiffness> own_stiffness{};
     std::unique_ptr<HeldNodes> own_held{};
     std::unique_ptr<BlockJacobi> blocks{};
 };
@@ -110,7 +110,7 @@ Multigrid::Multigrid(const LatticeStiffness& stiffness, const HeldNodes& held,
         const auto cells = cell_count(fine);
         auto level = std::make_unique<Level>(
             Level{pair, spectrum_bound(pair.coarse.spacing_mm, materials), nullptr, nullptr});
-        level->own_stiffness = std::make_unique<LatticeStiffness>(
+        level->own_stiffness = std::make_shared<const LatticeStiffness>(
             pair.coarse, coarse_means(pair, above.stiffness->lambdas(cells)),
             coarse_means(pair, above.stiffness->mus(cells)));
         level->own_held = std::make_unique<HeldNodes>(coarse_held(pair, *above.held));
@@ -119,11 +119,28 @@ Multigrid::Multigrid(const LatticeStiffness& stiffness, const HeldNodes& held,
         level->blocks = std::make_unique<BlockJacobi>(*level->stiffness, *level->held, arena);
         m_levels.push_back(std::move(level));
     }
-    factor_last(arena);
+    assemble_last(arena);
+    factor_last();
 }
 
-/// Factors the last level. Without a factor (the level is large or singular) its smoother is used.
-void Multigrid::factor_last(const TaskArena& arena) {
+Multigrid::Multigrid(const Multigrid& other, const HeldNodes& held)
+    : m_matrix(other.m_matrix), m_factor(other.m_factor) {
+    for (const auto& old : other.m_levels) {
+        auto level = std::make_unique<Level>(
+            Level{old->pair, old->greatest, old->stiffness, &held, old->own_stiffness});
+        if (!m_levels.empty()) {
+            level->own_held =
+                std::make_unique<HeldNodes>(coarse_held(level->pair, *m_levels.back()->held));
+            level->held = level->own_held.get();
+        }
+        level->blocks = std::make_unique<BlockJacobi>(*old->blocks, *old->held, *level->stiffness,
+                                                      *level->held);
+        m_levels.push_back(std::move(level));
+    }
+    if (m_levels.back()->held->axes != other.m_levels.back()->held->axes) factor_last();
+}
+
+void Multigrid::assemble_last(const TaskArena& arena) {
     const Level& last = *m_levels.back();
     const HexLattice& lattice = last.pair.coarse;
     if (node_count(lattice) > kLastNodes) return;
@@ -135,9 +152,15 @@ void Multigrid::factor_last(const TaskArena& arena) {
         solid.materials.push_back({m * (3 * l + 2 * m) / (l + m), l / (2 * (l + m))});
         solid.material_of.push_back(std::int32_t(c));
     }
-    auto factor =
-        CholeskyFactor::create(BlockMatrix(solid, HexElement::Trilinear, arena), *last.held);
-    if (factor) m_factor.emplace(std::move(factor).value());
+    m_matrix = std::make_shared<const BlockMatrix>(solid, HexElement::Trilinear, arena);
+}
+
+/// Factors the last level. Without a factor (the level is large or singular) its smoother is used.
+void Multigrid::factor_last() {
+    m_factor.reset();
+    if (!m_matrix) return;
+    auto factor = CholeskyFactor::create(*m_matrix, *m_levels.back()->held);
+    if (factor) m_factor = std::make_shared<const CholeskyFactor>(std::move(factor).value());
 }
 
 Multigrid::Work::Work(const Multigrid& multigrid) {
@@ -207,7 +230,7 @@ void Multigrid::apply(const NodeVector& force, NodeVector& displacement, Work& w
 }
 
 std::int64_t Multigrid::bytes() const {
-    std::int64_t sum = m_factor ? m_factor->bytes() : 0;
+    std::int64_t sum = (m_matrix ? m_matrix->bytes() : 0) + (m_factor ? m_factor->bytes() : 0);
     for (const auto& level : m_levels)
         sum += level->blocks->bytes() + (level->own_stiffness ? level->own_stiffness->bytes() : 0);
     return sum;

@@ -23,11 +23,11 @@
 #include <pliant/models/fem.h>
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "fem/block_jacobi.h"
+#include "fem/block_matrix.h"
 #include "fem/cholesky.h"
 #include "fem/held_nodes.h"
 #include "fem/lattice_stiffness.h"
@@ -42,6 +42,9 @@ class Multigrid {
     /// Keeps references to the first two.
     Multigrid(const LatticeStiffness& stiffness, const HeldNodes& held,
               std::span<const ElasticMaterial> materials, const TaskArena& arena);
+    /// The same lattices with other held components; shares their stiffness. Keeps a reference to
+    /// the latter.
+    Multigrid(const Multigrid& other, const HeldNodes& held);
 
     ~Multigrid();
 
@@ -65,13 +68,15 @@ class Multigrid {
 
   private:
     struct Level;
-    void factor_last(const TaskArena& arena);
+    void assemble_last(const TaskArena& arena);
+    void factor_last();
     void cycle(std::size_t level, Work& work, const TaskArena& arena) const;
     void smooth(std::size_t level, bool with_residual, Work::Level& work,
                 const TaskArena& arena) const;
 
     std::vector<std::unique_ptr<Level>> m_levels;
-    std::optional<CholeskyFactor> m_factor;  ///< factor of the last level
+    std::shared_ptr<const BlockMatrix> m_matrix;     ///< of the last level; null: it is large
+    std::shared_ptr<const CholeskyFactor> m_factor;  ///< of the matrix; null: none, or singular
 };
 
 }  // namespace pliant

@@ -49,7 +49,6 @@ MaterialLaw law_of(const LabelMaterial& material, const ChainMailSettings& setti
     own.bone_threshold_hu = material.bone_threshold_hu.value_or(settings.bone_threshold_hu);
     own.max_movement_mm = max_movement_mm;
     own.yield = material.yield.value_or(settings.yield);
-    if (material.elastic) own.elastic = material.elastic;
     own.factor = {1, 1, 1};
     MaterialLaw by_value = settings.custom_law ? settings.custom_law : law_on_scale(own, scale);
     return [=](int value_hu) {
@@ -65,8 +64,7 @@ MaterialLaw law_of(const LabelMaterial& material, const ChainMailSettings& setti
                       .stretch = material.stretch,
                       .shear = material.shear,
                       .max_movement_mm = max_movement_mm,
-                      .yield = own.yield,
-                      .elastic = own.elastic};
+                      .yield = own.yield};
         if (material.yield) limits.yield = *material.yield;
         for (Vec3d* v : {&limits.compress, &limits.stretch, &limits.shear})
             for (int b = 0; b < 3; ++b) (*v)[b] *= material.factor[b];

@@ -37,15 +37,14 @@ ElementLimits draeger_limits(const ChainMailSettings& s, double value) {
     // value gets exactly zero slack.
     const double w = std::clamp((value - s.range.low) / (s.range.high - s.range.low), 0.0, 1.0);
     const double softness = 1 - w * w;
-    const double region = s.elastic ? kElasticLimit : s.offset * softness;
+    const double region = s.offset * softness;
     const Vec3d regions{region * s.factor.x, region * s.factor.y, region * s.factor.z};
     return {.compress = regions,
             .stretch = regions,
             .shear = regions,
-            .max_movement_mm = (s.elastic ? 1 : softness) * s.max_movement_mm,
+            .max_movement_mm = softness * s.max_movement_mm,
             .fixed = value > s.bone_threshold_hu,
-            .yield = s.yield,
-            .elastic = s.elastic};
+            .yield = s.yield};
 }
 
 MaterialLaw law_on_scale(const ChainMailSettings& settings, LookupScale scale) {
@@ -70,7 +69,6 @@ HalfLimits quantised(const ElementLimits& limits, Vec3d spacing_mm) {
         Fixed(std::floor(std::min(limits.max_movement_mm, kMaxMovementMm) * kUnitsPerMm));
     half.fixed = limits.fixed;
     half.yield = Fixed(std::lround(std::clamp(limits.yield, 0.0, 1.0) * kWholeYield));
-    half.elastic = limits.elastic;
     return half;
 }
 
@@ -105,8 +103,7 @@ struct HashLimits {
 
 bool operator==(const ElementLimits& a, const ElementLimits& b) {
     return a.compress == b.compress && a.stretch == b.stretch && a.shear == b.shear &&
-           a.max_movement_mm == b.max_movement_mm && a.fixed == b.fixed && a.yield == b.yield &&
-           a.elastic == b.elastic;
+           a.max_movement_mm == b.max_movement_mm && a.fixed == b.fixed && a.yield == b.yield;
 }
 
 }  // namespace
@@ -130,10 +127,6 @@ std::string fault_of(const ElementLimits& limits) {
         return wrong("max_movement_mm", "0 or more", limits.max_movement_mm);
     if (!(limits.yield >= 0 && limits.yield <= 1))
         return wrong("yield", "a fraction 0 to 1", limits.yield);
-    if (const auto& e = limits.elastic; e && !(e->young_modulus_kpa > 0))
-        return wrong("elastic", "a modulus above 0 kPa", e->young_modulus_kpa);
-    if (const auto& e = limits.elastic; e && !(e->poisson_ratio >= 0 && e->poisson_ratio < 0.5))
-        return wrong("elastic", "a Poisson's ratio from 0, below 0.5", e->poisson_ratio);
     return {};
 }
 
@@ -189,7 +182,6 @@ MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
     m_fits = m_entries.size() <= kMaxEntries;
     for (const HalfLimits& half : m_entries) {
         m_traits.push_back(traits_of(half));
-        m_elastic |= half.elastic.has_value();
         const bool moves = !half.fixed && &half != &m_entries[kVoidMaterial];
         m_movements.push_back(moves ? half.max_movement : INT32_MAX);
         for (std::size_t b = 0; b < 3; ++b) {

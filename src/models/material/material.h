@@ -67,7 +67,6 @@ struct HalfLimits {
     Fixed max_movement;
     bool fixed;
     Fixed yield;  ///< fraction of the limits beyond which strain remains [2⁻¹⁶]; 0: none remains
-    std::optional<ElasticPair> elastic{};
     friend bool operator==(const HalfLimits&, const HalfLimits&) = default;
 };
 
@@ -118,8 +117,6 @@ class MaterialTable {
     /// Whether compress, stretch and shear are equal in every entry, axis by axis: a link's lag is
     /// then the same for every component and direction of a push.
     bool is_symmetric() const { return m_symmetric; }
-    /// Whether any material is elastic.
-    bool is_elastic() const { return m_elastic; }
     /// Flags of MaterialTrait, by material.
     const std::uint8_t* traits() const { return m_traits.data(); }
     /// Movement limits by material; INT32_MAX for bone and void, which have none.
@@ -136,7 +133,6 @@ class MaterialTable {
     int m_law_size = 0;
     std::optional<LawFault> m_fault;
     bool m_symmetric = true;
-    bool m_elastic = false;
     bool m_fits = true;
 };
 

@@ -21,6 +21,15 @@ Status read_label(const TomlTable& table, ChainMailSettings& settings) {
     return read_table(table, label_rows(), settings.label_materials.emplace_back());
 }
 
+/// Names the successor of a key of older files.
+Status refuse_elastic(const TomlTable& table) {
+    const auto is_elastic = [](const NamedValue& value) { return value.name == "elastic"; };
+    if (table.name != "material" || std::ranges::none_of(table.values, is_elastic)) return Ok{};
+    return expected_error("[material] elastic",
+                          "[elastic] moduli_kpa and --model elastic, which replace it",
+                          "a setting that ChainMail no longer has");
+}
+
 Status read_tables(const std::vector<TomlTable>& tables, ChainMailSettings& settings) {
     for (const TomlTable& table : tables) {
         if (table.name == "elastic") continue;  // of read_elastic_settings()
@@ -28,6 +37,7 @@ Status read_tables(const std::vector<TomlTable>& tables, ChainMailSettings& sett
             if (const Status s = read_label(table, settings); !s) return s;
             continue;
         }
+        if (const Status s = refuse_elastic(table); !s) return s;
         if (const Status s = read_table(table, chainmail_rows(), settings); !s) return s;
     }
     return Ok{};
@@ -206,8 +216,6 @@ Status check_settings(const ChainMailSettings& s) {
     if (const Status table = check(s, chainmail_rows()); !table) return table;
     if (const Status range = check_range_of_values(s); !range) return range;
     if (const Status air = check_air(s); !air) return air;
-    if (const Status elastic = check_elastic("[material] elastic", s.elastic); !elastic)
-        return elastic;
     return check_label_materials(s);
 }
 

@@ -45,25 +45,6 @@ constexpr Setting<S> kRangePercent = {
     },
     [](S& s, const SettingValue& value) { s.range_percent = span_of(value); }};
 
-/// A row of an elastic material, of [material] or of a [[label]].
-template <class Owner>
-constexpr Setting<Owner> elastic_row() {
-    return {{.name = "elastic",
-             .range = {.low = 0},
-             .count = 2,
-             .text = "Young's modulus [kPa] and Poisson's ratio that relaxation approximates",
-             .kind = SettingKind::Numbers,
-             .is_optional = true},
-            [](const Owner& owner) -> SettingValue {
-                if (!owner.elastic) return {};
-                return std::vector{owner.elastic->young_modulus_kpa, owner.elastic->poisson_ratio};
-            },
-            [](Owner& owner, const SettingValue& value) {
-                const auto& numbers = *std::get_if<std::vector<double>>(&value);
-                owner.elastic = {numbers[0], numbers[1]};
-            }};
-}
-
 constexpr Setting<S> kMaterialRows[] = {
     setting<&S::law>(
         {.name = "law", .choices = "draeger", .text = "how limits follow from the voxel value"}),
@@ -92,7 +73,6 @@ constexpr Setting<S> kMaterialRows[] = {
     setting<&S::yield>({.name = "yield",
                         .range = {0, 1},
                         .text = "strain beyond this fraction of the limits stays; 0: none stays"}),
-    elastic_row<S>(),
     setting<&S::limits>({.name = "limits",
                          .choices = "box|rounded",
                          .text = "how the limits of the links around an element combine; rounded: "
@@ -168,7 +148,20 @@ constexpr Setting<L> kLabelRows[] = {
                                   .range = {0, kMaxMovementMm},
                                   .text = "as in [material]"}),
     setting<&L::yield>({.name = "yield", .range = {0, 1}, .text = "as in [material]"}),
-    elastic_row<L>(),
+    {{.name = "elastic",
+      .range = {.low = 0},
+      .count = 2,
+      .text = "of springs and the elastic scan: Young's modulus [kPa], Poisson's ratio",
+      .kind = SettingKind::Numbers,
+      .is_optional = true},
+     [](const L& label) -> SettingValue {
+         if (!label.elastic) return {};
+         return std::vector{label.elastic->young_modulus_kpa, label.elastic->poisson_ratio};
+     },
+     [](L& label, const SettingValue& value) {
+         const auto& numbers = *std::get_if<std::vector<double>>(&value);
+         label.elastic = {numbers[0], numbers[1]};
+     }},
     setting<&L::factor>({.name = "factor",
                          .range = {0, 100},
                          .text = "factor of all limits; one number, or three for i, j, k"}),

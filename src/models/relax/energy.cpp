@@ -39,13 +39,12 @@ class ElasticBrick {
     std::array<std::vector<Fixed>, 3> m_own;
 };
 
-/// @param weight  by component
 Energy energy_of_link(const ElasticBrick& low, std::size_t n, const ElasticBrick& high,
-                      std::size_t m, const std::array<std::uint16_t, 3>& weight) {
+                      std::size_t m, std::uint16_t weight) {
     Energy sum = 0;
     for (std::size_t a = 0; a < 3; ++a) {
         const std::int64_t d = std::int64_t(high.e[a][m]) - low.e[a][n];
-        sum += Energy(std::uint64_t(d * d)) * weight[a];
+        sum += Energy(std::uint64_t(d * d)) * weight;
     }
     return sum;
 }
@@ -60,7 +59,6 @@ Energy energy_of_brick(const Lattice& lattice, const PlasticRest& rest, const Br
     Energy sum = 0;
     for (int b = 0; b < 3; ++b) {
         const auto& weights = links.weight[std::size_t(b)];
-        const auto& along = links.along[std::size_t(b)];
         const Vec3i strides = link_strides(size, b);
         const auto& low_face = lattice.face(b, false);
         const auto& high_face = lattice.face(b, true);
@@ -76,10 +74,7 @@ Energy energy_of_brick(const Lattice& lattice, const PlasticRest& rest, const Br
             const int i = int(f) % size, j = int(f) / size;
             const int link = i * strides[(b + 1) % 3] + j * strides[(b + 2) % 3];
             const auto weight = [&](int layer) {
-                const auto at = std::size_t(link + layer * strides[b]);
-                std::array<std::uint16_t, 3> of_components{weights[at], weights[at], weights[at]};
-                if (!along.empty()) of_components[std::size_t(b)] = along[at];
-                return of_components;
+                return weights[std::size_t(link + layer * strides[b])];
             };
             const auto low = std::size_t(low_face[f]), high = std::size_t(high_face[f]);
             if (is_lowest) sum += energy_of_link(below, high, own, low, weight(0));

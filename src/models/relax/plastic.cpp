@@ -119,13 +119,10 @@ PlasticPull pull_of(const Lattice& lattice, const Brick& brick, const BrickLinks
             const auto there_index = std::size_t(leaves ? n - step * (size - 1) : n + step);
             const Vec3i strides = link_strides(size, b);
             const int link = dot(local, strides) + (side % 2 ? strides[b] : 0);
-            const auto& weights = links.weight[std::size_t(b)];
-            const auto& along = links.along[std::size_t(b)];
+            const double weight = links.weight[std::size_t(b)][std::size_t(link)];
             for (std::size_t a = 0; a < 3; ++a) {
                 const double p = own ? own->imprint[a][std::size_t(n)] : 0;
                 const double q = there ? there->imprint[a][there_index] : 0;
-                const bool is_along = int(a) == b && !along.empty();
-                const double weight = (is_along ? along : weights)[std::size_t(link)];
                 pull.force[a][std::size_t(n)] += weight * (p - q);
             }
         }

@@ -27,21 +27,10 @@ constexpr Fixed kSnap = 1 << 10;
 /// their distance exceeds a voxel.
 constexpr double kMaxAxisPieces = 4096;
 
-/// Smallest first move of an elastic element at rest, as a fraction of the smallest spacing.
-constexpr double kLeastStart = 0.005;
-
 bool same_tools(const std::vector<RelaxTool>& p, const std::vector<RelaxTool>& q) {
     return std::equal(p.begin(), p.end(), q.begin(), q.end(), [](const auto& a, const auto& b) {
         return a.from_mm == b.from_mm && a.to_mm == b.to_mm && a.radius_mm == b.radius_mm;
     });
-}
-
-bool is_in_scan(const Lattice& lattice, Vec3i brick_coord) {
-    for (int a = 0; a < 3; ++a) {
-        const int first = brick_coord[a] * lattice.brick_size();
-        if (first + lattice.brick_size() <= 0 || first >= lattice.grid().size[a]) return false;
-    }
-    return true;
 }
 
 }  // namespace
@@ -63,11 +52,7 @@ SettingRows<RelaxOptions> relax_rows() noexcept {
 }
 
 Relaxation::Relaxation(Lattice& lattice, const PlasticRest& rest, const TaskArena& arena)
-    : m_lattice(lattice), m_rest(rest), m_arena(arena) {
-    const Vec3d h = lattice.grid().spacing_mm;
-    m_least_start =
-        std::max(Fixed(1), Fixed(kLeastStart * kUnitsPerMm * std::min({h.x, h.y, h.z})));
-}
+    : m_lattice(lattice), m_rest(rest), m_arena(arena) {}
 
 void Relaxation::list_bricks() {
     m_bricks = m_lattice.resident_bricks();
@@ -139,38 +124,6 @@ std::size_t Relaxation::index_of(Vec3i coord) const {
         return std::tie(c.z, c.y, c.x) < std::tie(sought.z, sought.y, sought.x);
     });
     return std::size_t(found - begin);
-}
-
-/// Whether an element beyond a face of the brick may start. (A step is at most twice the largest
-/// displacement of a neighbour.)
-bool Relaxation::reaches_out(const Brick& brick, int side) const {
-    const auto& face = m_lattice.face(side / 2, side % 2 != 0);
-    return std::any_of(face.begin(), face.end(), [&](int n) {
-        return std::any_of(brick.u.begin(), brick.u.end(), [&](const Fixed* u) {
-            return std::abs(std::int64_t(u[n])) * 2 >= m_least_start;
-        });
-    });
-}
-
-/// Creates the bricks in which elastic elements may start in the next pass: they depend on the
-/// displacements only, and so not on slices or the size of bricks.
-void Relaxation::spread() {
-    std::vector<Vec3i> next;
-    for (const int index : m_bricks) {
-        const Brick& brick = m_lattice.brick(index);
-        for (int side = 0; side < 6; ++side) {
-            Vec3i coord = brick.coord;
-            coord[side / 2] += side % 2 ? 1 : -1;
-            if (brick.neighbours[std::size_t(side)] < 0 && is_in_scan(m_lattice, coord) &&
-                reaches_out(brick, side))
-                next.push_back(coord);
-        }
-    }
-    if (next.empty()) return;
-    for (const Vec3i& coord : next) m_lattice.ensure_brick(coord);
-    list_bricks();
-    mark_held();
-    m_wanted.reserve(bricks_per_look());
 }
 
 void Relaxation::wake_all() {
@@ -258,7 +211,7 @@ void Relaxation::begin(const RelaxOptions& options) {
 }
 
 bool Relaxation::needs_memory() const {
-    if (!m_under.tools.empty() || m_lattice.materials().is_elastic()) return true;
+    if (!m_under.tools.empty()) return true;
     const std::uint64_t observed = m_lattice.observed_step();
     return std::any_of(m_bricks.begin(), m_bricks.end(), [&](int index) {
         const Workspace& own = workspace(index);
@@ -315,8 +268,7 @@ void Relaxation::relax_brick(int index, int colour, double over_relaxation) {
                          .guard_all = may_meet_tool(m_lattice, brick, m_under.contact) ||
                                       (has_pull && !m_under.contact.empty()),
                          // Slightly smaller: squares of doubles are rounded.
-                         .free_radius_squared = radius * radius * (1 - 1e-9),
-                         .least_start = m_least_start};
+                         .free_radius_squared = radius * radius * (1 - 1e-9)};
     const PlasticBrick* imprint = m_rest.find(brick.coord);
     for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t side = 0; side < 6; ++side)
@@ -416,7 +368,6 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
             hold_around_tools();
             mark_held();
         }
-        if (m_at.cursor == 0 && m_lattice.materials().is_elastic()) spread();
         if (!run_pass(options, end)) break;
         finish_pass();
     }

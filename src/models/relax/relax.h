@@ -9,8 +9,7 @@
 // which it depends has changed since it last stood still. Bricks of the two chessboard colours
 // alternate within a pass, so that no row is read while it is written.
 //
-// Elements at rest stay, except those of elastic materials, which start with a first move of 0.5 %
-// of the spacing or more. Bricks are created ahead of them.
+// Elements at rest stay.
 //
 // Between slices the position in the pass is stored. As long as the lattice's clock has not
 // advanced, the next slice continues there. Otherwise it starts a new pass, at the brick where the
@@ -82,8 +81,6 @@ class Relaxation {
     void begin_anew();
     void make_lists();
     void wake_all();
-    void spread();
-    bool reaches_out(const Brick& brick, int side) const;
     void list_bricks();
     void forget_dropped() noexcept;
     std::size_t bricks_per_look() const;
@@ -105,7 +102,6 @@ class Relaxation {
     Lattice& m_lattice;
     const PlasticRest& m_rest;
     const TaskArena& m_arena;
-    Fixed m_least_start;  ///< see RelaxedBrick
     std::unique_ptr<BrickLinksMaker> m_maker;
     std::uint64_t m_links_version = 0;
     std::uint64_t m_clock = 0;  ///< the lattice's clock at the end of the last slice

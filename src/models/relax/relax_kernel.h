@@ -51,7 +51,6 @@ struct RelaxedBrick {
     const MoveGuard* guard;
     bool guard_all;              ///< calls the guard for every move, not only beyond that distance
     double free_radius_squared;  ///< squared distance from rest of free moves [units²]
-    Fixed least_start;           ///< smallest first move of an elastic element at rest [units]
 };
 
 /// @param colour  0 or 1

@@ -120,11 +120,10 @@ struct LinkArrays {
         for (std::size_t b = 0; b < 3; ++b) {
             shear[b] = links.shear[b].data(), weight[b] = links.weight[b].data();
             stretch[b] = links.stretch[b].data(), compress[b] = links.compress[b].data();
-            along[b] = links.along[b].data();
         }
     }
     std::array<const Fixed*, 3> shear, stretch, compress;
-    std::array<const std::uint16_t*, 3> weight, along;
+    std::array<const std::uint16_t*, 3> weight;
 };
 
 /// Neighbours along −x or +x of every other of up to eight elements. At the ends of the row they
@@ -165,14 +164,14 @@ struct Moved {
     Lanes from[3], to[3];
 };
 
-/// Properties of the links of a brick: limits equal in both directions, and elastic materials.
+/// Property of the links of a brick: limits equal in both directions.
 struct AnyKind {
-    bool symmetric, elastic;
+    bool symmetric;
 };
 /// Known to the compiler. @see AnyKind
-template <bool Symmetric, bool Elastic>
+template <bool Symmetric>
 struct Kind {
-    static constexpr bool symmetric = Symmetric, elastic = Elastic;
+    static constexpr bool symmetric = Symmetric;
 };
 
 /// The step rounded to the nearest unit, plus over-relaxation: see relax_kernel.h. Adding slightly
@@ -189,22 +188,11 @@ PLIANT_INLINE Lanes step_of(Doubles x, Lanes e, double beyond) {
     return to_lanes(x + (x < zero ? -size : size)) + to_lanes(x * beyond);
 }
 
-/// Sum of the weights of a component: one along it, the others across. 1 if it is zero.
-PLIANT_INLINE Doubles sum_of_component(const Doubles (&weights)[6], const Doubles (&along)[6],
-                                       int a) {
-    Doubles sum{};
-#pragma GCC unroll 6
-    for (int side = 0; side < 6; ++side) sum += side / 2 == a ? along[side] : weights[side];
-    return sum > 0.0 ? sum : Doubles{} + 1.0;
-}
-
-/// @param along  weights of the component along each link, of elastic materials
 template <int Phase, bool Whole, class Kind>
 PLIANT_INLINE void move_component(Kind kind, const RelaxedBrick& brick, const LinkArrays& links,
                                   const Rows& rows, int a, int n, int x, int count,
-                                  const Doubles (&weights)[6], const Doubles (&along)[6],
-                                  Doubles weight_sum, Lanes imprint, Doubles force, double beyond,
-                                  Moved& moved) {
+                                  const Doubles (&weights)[6], Doubles weight_sum, Lanes imprint,
+                                  Doubles force, double beyond, Moved& moved) {
     const Lanes u = moved.from[a];
     Lanes lowest = Lanes{} + INT32_MIN, highest = Lanes{} + INT32_MAX;
 #pragma GCC unroll 6
@@ -227,8 +215,7 @@ PLIANT_INLINE void move_component(Kind kind, const RelaxedBrick& brick, const Li
         }
         lowest = larger(lowest, v - below);
         highest = smaller(highest, v + above);
-        const bool is_along = kind.elastic && int(side / 2) == a;
-        force += (is_along ? along[side] : weights[side]) * to_doubles(v - u);
+        force += weights[side] * to_doubles(v - u);
     }
     // Links outside of their limits must not get worse: standing still is always allowed.
     lowest = smaller(lowest, u);
@@ -273,13 +260,6 @@ void ask_guard(const RelaxedBrick& brick, int n, Moved& moved) {
     }
 }
 
-/// Elements at rest that don't start: no component moves by the least first move.
-PLIANT_INLINE Lanes too_small(const Moved& moved, Lanes at_rest, Fixed least_start) {
-    Lanes small = at_rest;
-    for (const Lanes to : moved.to) small &= (to < least_start) & (-to < least_start);
-    return small;
-}
-
 /// Moves the elements of one colour among eight. @param n  index of the first of the eight
 template <int Phase, bool Whole, class Kind>
 PLIANT_INLINE Lanes move_eight(Kind kind, const RelaxedBrick& brick, const LinkArrays& links,
@@ -290,24 +270,18 @@ PLIANT_INLINE Lanes move_eight(Kind kind, const RelaxedBrick& brick, const LinkA
         moved.from[a] = every_other<Phase, Whole>(brick.u[a] + n, count);
         if (brick.imprint[a]) imprint[a] = every_other<Phase, Whole>(brick.imprint[a] + n, count);
     }
-    // Elements at rest stay, except elastic ones: only displaced ones relax.
-    const Lanes at_rest =
+    // Elements at rest stay: only displaced ones relax.
+    Lanes stays =
         (moved.from[0] | moved.from[1] | moved.from[2] | imprint[0] | imprint[1] | imprint[2]) == 0;
-    Lanes stays = at_rest;
-    const bool any_at_rest = any(at_rest);
-    if (kind.elastic && any_at_rest) stays &= flags_of<Phase>(brick.links->waits.data() + n, count);
     if (brick.held) stays |= flags_of<Phase>(brick.held + n, count);
     if (!brick.links->fixed.empty()) stays |= flags_of<Phase>(brick.links->fixed.data() + n, count);
     if (!any(~stays)) return Lanes{};
-    Doubles weights[6], along[6]{}, sum{};
+    Doubles weights[6], sum{};
 #pragma GCC unroll 6
     for (std::size_t side = 0; side < 6; ++side) {
         weights[side] =
             every_other<Phase, Whole>(links.weight[side / 2] + rows.link[side] + x, count);
         sum += weights[side];
-        if (kind.elastic)
-            along[side] =
-                every_other<Phase, Whole>(links.along[side / 2] + rows.link[side] + x, count);
     }
     sum = sum > 0.0 ? sum : Doubles{} + 1.0;
     Lanes changed{};
@@ -315,17 +289,12 @@ PLIANT_INLINE Lanes move_eight(Kind kind, const RelaxedBrick& brick, const LinkA
     for (int a = 0; a < 3; ++a) {
         const double* pull = brick.pull[std::size_t(a)];
         const Doubles force = pull ? every_other<Phase>(pull + n, count) : Doubles{};
-        const Doubles weight_sum = kind.elastic ? sum_of_component(weights, along, a) : sum;
-        move_component<Phase, Whole>(kind, brick, links, rows, a, n, x, count, weights, along,
-                                     weight_sum, imprint[a], force, beyond, moved);
+        move_component<Phase, Whole>(kind, brick, links, rows, a, n, x, count, weights, sum,
+                                     imprint[a], force, beyond, moved);
         moved.to[a] = stays ? moved.from[a] : moved.to[a];
         changed |= moved.to[a] != moved.from[a];
     }
     if (!any(changed)) return Lanes{};
-    if (kind.elastic && any_at_rest) {
-        const Lanes small = too_small(moved, at_rest, brick.least_start);
-        for (std::size_t a = 0; a < 3; ++a) moved.to[a] = small ? moved.from[a] : moved.to[a];
-    }
     Doubles squared{};
     for (const Lanes to : moved.to) squared += to_doubles(to) * to_doubles(to);
     const auto beyond_radius = squared > brick.free_radius_squared;
@@ -400,14 +369,11 @@ PLIANT_INLINE Fixed move_rows(Kind kind, const RelaxedBrick& brick, int colour, 
 
 /// Compiled for each kind where it pays: with AVX2, for bricks of the usual sizes.
 Fixed move_brick(const RelaxedBrick& brick, int colour, double beyond) {
-    const AnyKind kind{brick.links->stretch[0].empty(), !brick.links->waits.empty()};
+    const AnyKind kind{brick.links->stretch[0].empty()};
     if (brick.size % 8 != 0) return move_rows<false>(kind, brick, colour, beyond);
 #ifdef PLIANT_RELAX_FOR_AVX2
-    if (kind.symmetric)
-        return kind.elastic ? move_rows<true>(Kind<true, true>{}, brick, colour, beyond)
-                            : move_rows<true>(Kind<true, false>{}, brick, colour, beyond);
-    return kind.elastic ? move_rows<true>(Kind<false, true>{}, brick, colour, beyond)
-                        : move_rows<true>(Kind<false, false>{}, brick, colour, beyond);
+    return kind.symmetric ? move_rows<true>(Kind<true>{}, brick, colour, beyond)
+                          : move_rows<true>(Kind<false>{}, brick, colour, beyond);
 #else
     return move_rows<true>(kind, brick, colour, beyond);
 #endif

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kUnitWeight = 64;  ///< for an element whose links may change by their own length
 constexpr double kMaxWeight = 32767;
-constexpr double kElasticWeight = 8191;  ///< times q² ≤ 4, at most kMaxWeight
 
 std::vector<HalfLimits> limits_of(const MaterialTable& materials) {
     std::vector<HalfLimits> limits;
@@ -20,53 +19,29 @@ std::vector<HalfLimits> limits_of(const MaterialTable& materials) {
     return limits;
 }
 
-double largest_modulus(const MaterialTable& materials) {
-    double largest = 0;
-    for (int id = 0; id < materials.size(); ++id)
-        if (const auto& elastic = materials[MaterialId(id)].elastic)
-            largest = std::max(largest, elastic->young_modulus_kpa);
-    return largest;
-}
-
-std::uint16_t whole_weight(double weight) {
-    return std::uint16_t(std::lround(std::clamp(weight, 1.0, kMaxWeight)));
-}
-
 }  // namespace
 
 ElasticWeights::ElasticWeights(const MaterialTable& materials, Vec3d spacing_mm) {
     const double least = std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z});
-    const double largest_kpa = largest_modulus(materials);
     for (int b = 0; b < 3; ++b) {
         auto& weights = m_weights[std::size_t(b)];
-        auto& along = m_along[std::size_t(b)];
         weights.resize(std::size_t(materials.size()), 0);
-        along.resize(std::size_t(materials.size()), 0);
         const double h = spacing_mm[b];
         for (std::size_t id = kVoidMaterial + 1; id < weights.size(); ++id) {
             const HalfLimits& half = materials[MaterialId(id)];
-            if (half.elastic) {
-                const double nu = half.elastic->poisson_ratio, q = (4 - 4 * nu) / (3 - 4 * nu);
-                const double weight = kElasticWeight * (least / h) * (least / h) *
-                                      half.elastic->young_modulus_kpa / largest_kpa;
-                weights[id] = whole_weight(weight);
-                along[id] = whole_weight(q * q * weight);
-                continue;
-            }
             const double room = (double(half.compress[b]) + half.stretch[b] + 4.0 * half.shear[b]) /
                                 6 * 2 / kUnitsPerMm;
             const double weight = kUnitWeight * (least / h) * (least / h) / (room / h);
-            weights[id] = along[id] = whole_weight(weight);
+            weights[id] = std::uint16_t(std::lround(std::clamp(weight, 1.0, kMaxWeight)));
         }
     }
 }
 
 std::size_t BrickLinks::bytes() const {
-    std::size_t bytes = fixed.size() + waits.size();
+    std::size_t bytes = fixed.size();
     for (const auto* arrays : {&shear, &stretch, &compress})
         for (const auto& array : *arrays) bytes += array.size() * sizeof(Fixed);
-    for (const auto* arrays : {&weight, &along})
-        for (const auto& array : *arrays) bytes += array.size() * sizeof(std::uint16_t);
+    for (const auto& array : weight) bytes += array.size() * sizeof(std::uint16_t);
     return bytes;
 }
 
@@ -85,7 +60,6 @@ BrickLinksMaker::BrickLinksMaker(const Lattice& lattice, std::vector<HalfLimits>
     : m_lattice(lattice),
       m_limits(std::move(limits)),
       m_is_symmetric(lattice.materials().is_symmetric()),
-      m_is_elastic(lattice.materials().is_elastic()),
       m_weights(lattice.materials(), lattice.grid().spacing_mm) {}
 
 BrickLinksMaker::Neighbourhood BrickLinksMaker::look_around(const Brick& brick) const {
@@ -169,23 +143,14 @@ void BrickLinksMaker::fill_weights(const Neighbourhood& around, int b, BrickLink
         const bool pulls = !is_cut && low != kVoidMaterial && high != kVoidMaterial;
         weights[link] = std::uint16_t(pulls ? m_weights(low, b) + m_weights(high, b) : 0);
     });
-    if (!m_is_elastic) return;
-    links.along[axis].resize(links.weight[axis].size());
-    std::uint16_t* along = links.along[axis].data();
-    for_each_link(around, b, [&](std::size_t link, MaterialId low, MaterialId high, bool is_cut) {
-        const bool pulls = !is_cut && low != kVoidMaterial && high != kVoidMaterial;
-        along[link] = std::uint16_t(pulls ? m_weights.along(low, b) + m_weights.along(high, b) : 0);
-    });
 }
 
 BrickLinks BrickLinksMaker::links_of(const Neighbourhood& around) const {
     BrickLinks links;
     for (int b = 0; b < 3; ++b) fill_limits(around, b, links), fill_weights(around, b, links);
     links.least_movement = INT32_MAX;
-    if (m_is_elastic) links.waits.resize(std::size_t(m_lattice.elements_per_brick()), 0);
     for (int n = 0; n < m_lattice.elements_per_brick(); ++n) {
         const MaterialId id = around.brick->material[n];
-        if (m_is_elastic) links.waits[std::size_t(n)] = !m_limits[id].elastic;
         if (m_limits[id].fixed) {
             links.fixed.resize(std::size_t(m_lattice.elements_per_brick()), 0);
             links.fixed[std::size_t(n)] = 1;

@@ -18,16 +18,6 @@
 // rounded to a whole number in 1…32767. The weight of a link is the sum of its ends' weights, or
 // zero if it is cut or leads to void. Weights from the slack of links are usual [Schulze2007];
 // whole numbers make the energy exact.
-//
-// In an elastic material with Young's modulus E and Poisson's ratio ν the weight is
-//
-//   w_b = 8191 · (h_least / h_b)² · E / E_max,   times q² for the component along b,
-//
-//   q = (4 − 4ν) / (3 − 4ν).
-//
-// A force in an elastic space displaces the point at distance r by (3 − 4ν + cos²θ)/r, up to a
-// factor, along itself (Kelvin's solution [Love1927, 130]): q times as far ahead as aside. The
-// potential with the weights q², 1, 1 has the same ratio.
 
 #pragma once
 
@@ -47,11 +37,9 @@ class ElasticWeights {
   public:
     ElasticWeights(const MaterialTable& materials, Vec3d spacing_mm);
     int operator()(MaterialId material, int b) const { return m_weights[std::size_t(b)][material]; }
-    /// Weight of the component along the link.
-    int along(MaterialId material, int b) const { return m_along[std::size_t(b)][material]; }
 
   private:
-    std::array<std::vector<std::uint16_t>, 3> m_weights, m_along;
+    std::array<std::vector<std::uint16_t>, 3> m_weights;
 };
 
 /// Links of one brick, by link axis. Bounds of u_a(upper) − u_a(lower): −compress…stretch if a is
@@ -60,12 +48,8 @@ struct BrickLinks {
     std::array<std::vector<Fixed>, 3> shear;
     std::array<std::vector<Fixed>, 3> stretch, compress;  ///< empty: equal to shear
     std::array<std::vector<std::uint16_t>, 3> weight;
-    std::array<std::vector<std::uint16_t>, 3> along;  ///< weight of the component along the link;
-                                                      ///< empty: equal to weight
     std::vector<std::uint8_t> fixed;  ///< by element, nonzero: doesn't move; empty: all move
-    /// Flag by element, nonzero: stays at rest when its neighbours move; empty: all stay.
-    std::vector<std::uint8_t> waits;
-    Fixed least_movement = 0;  ///< smallest movement limit of all movable elements
+    Fixed least_movement = 0;         ///< smallest movement limit of all movable elements
 
     std::size_t bytes() const;
 };
@@ -103,7 +87,6 @@ class BrickLinksMaker {
     const Lattice& m_lattice;
     std::vector<HalfLimits> m_limits;  ///< by material
     bool m_is_symmetric;               ///< compress, stretch and shear are equal
-    bool m_is_elastic;                 ///< any material is
     ElasticWeights m_weights;
     std::mutex m_mutex;  ///< guards m_uniform
     std::unordered_map<MaterialId, std::shared_ptr<const BrickLinks>> m_uniform;

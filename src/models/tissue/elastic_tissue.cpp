@@ -213,6 +213,15 @@ std::optional<Vec3d> ElasticTissue::bone_in(Vec3d centre_mm, double radius_mm) c
     return found;
 }
 
+/// Lets a tool hold its nodes where they are: some may have slipped.
+void ElasticTissue::stay(Tool& tool) const {
+    for (HeldNode& node : tool.nodes) {
+        float u[3];
+        m_levels.displacement_row(node.node, 1, {&u[0], &u[1], &u[2]});
+        node.displacement_mm = {u[0], u[1], u[2]};
+    }
+}
+
 /// Moves a tool along a way in strides: move(centre, shift) acts on it, and solves. A stride whose
 /// folds can't be smoothed is undone and halved.
 template <class Move>
@@ -241,6 +250,7 @@ ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Mo
         }
         (void)m_levels.copy_from(m_before);
         tool = before;
+        stay(tool);
         hold_all();
         if (++halvings > kHalvings) {
             end.limited_by = LimitedBy::Fold;

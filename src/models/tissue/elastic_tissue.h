@@ -109,6 +109,7 @@ class ElasticTissue final : public OwnTissue {
     template <class Move>
     WayEnd follow(const Way& way, Tool& tool, const Move& move);
     double shortest_edge_mm() const;
+    void stay(Tool& tool) const;
     void press(Tool& tool);
     void find_forces();
     void hold_all();

@@ -69,9 +69,6 @@ Status take_materials(const ChainMailSettings& materials,
     return attempt([&]() -> Status {
         settings.label_materials = materials.label_materials;
         settings.labels = materials.labels;
-        if (!materials.elastic) return Ok{};
-        settings.young_modulus_pa = kPaPerKpa * materials.elastic->young_modulus_kpa;
-        settings.poisson_ratio = materials.elastic->poisson_ratio;
         return Ok{};
     });
 }

@@ -158,6 +158,7 @@ class Fields {
                 record.emplace_back(std::string(row.name), shown_value(row, std::move(*value)));
         return record;
     }
+    void refuse(const std::string& message) { fail(false, message); }
     /// Declares fields that are allowed and have no effect.
     void allow(std::initializer_list<const char*> keys) {
         for (const char* key : keys) know(key);
@@ -248,6 +249,8 @@ Action read_carve(Fields& f) {
                         .stroke = f.whole("stroke", 1, 0)};
 }
 Action read_materials(Fields& f) {
+    if (f.has("elastic"))
+        f.refuse("elastic: expected a tissue command with the model elastic, which replaces it");
     MaterialsCommand materials{f.record(chainmail_material_rows())};
     // Key of older sessions.
     if (f.has("rounded"))

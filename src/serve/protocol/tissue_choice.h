@@ -17,9 +17,8 @@
 
 namespace pliant::serve {
 
-/// Settings of springs that follow the scan's values and materials unless they are given.
-inline constexpr std::array<std::string_view, 4> kFollowing = {"young_modulus_pa", "poisson_ratio",
-                                                               "air_threshold_hu", "fixed_hu"};
+/// Settings of springs that follow the scan's values unless they are given.
+inline constexpr std::array<std::string_view, 2> kFollowing = {"air_threshold_hu", "fixed_hu"};
 
 struct TissueChoice {
     /// As in tissue_models(); "own" is the scene's own tissue, whatever its model.

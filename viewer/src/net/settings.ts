@@ -21,7 +21,6 @@ export interface Materials {
     smallest_bone_mm3: number; ///< [mm³]
     max_movement_mm: number; ///< [mm]
     yield: number;
-    elastic: number[];
     limits: 'box' | 'rounded';
     air_enabled: boolean;
     air_threshold_hu: number; ///< [HU]
@@ -77,11 +76,6 @@ export const materialRows: Record<keyof Materials, SettingRow> = {
         low: 0,
         high: 1,
         text: 'strain beyond this fraction of the limits stays; 0: none stays',
-    },
-    elastic: {
-        unit: '',
-        low: 0,
-        text: 'Young\'s modulus [kPa] and Poisson\'s ratio that relaxation approximates',
     },
     limits: {
         unit: '',
