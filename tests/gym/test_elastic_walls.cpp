@@ -71,9 +71,14 @@ TEST(ElasticWalls, TheEyeIsNeverInTissueAndTouchedTissuePressesOnIt) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const auto arena = elastic_arena(scan, elastic_walls(), threads);
     Random random(seed);
+    const EndoscopePose at{world_from_voxel(scan.grid, {17.5, 17.5, 20}), {0, 1, 0}, {0, 0, 1}};
+    ASSERT_TRUE(arena->place(0, at).ok());
     int touched = 0;
-    for (int step = 0; step < 40; ++step) {
-        ASSERT_TRUE(arena->step(random_actions(random, 1)).ok());
+    for (int step = 0; step < 25; ++step) {
+        // First into the wall.
+        const auto actions =
+            step < 3 ? std::vector<double>{30, 0, 0, 0} : random_actions(random, 1);
+        ASSERT_TRUE(arena->step(actions).ok());
         const EndoscopeState& state = arena->state(0);
         const Vec3d ijk = voxel_from_world(scan.grid, state.pose.eye_mm);
         EXPECT_LT(sample_linear(arena->volume(0), ijk), -500) << "step " << step;

@@ -371,6 +371,7 @@ Result<PushReport> Scope::push(const Push& push) {
     if (m_elastic) m_elastic->state(m_before);
     auto done = m_tissue->push(kOther, push);
     if (!done) return done;
+    m_tissue->release(kOther);  // its tissue stays until the next sweep
     const std::uint64_t before = m_seen_version;
     if (const Status s = follow(); !s.ok()) return s.error();
     if (!is_free(m_state.pose.eye_mm)) {
@@ -381,7 +382,6 @@ Result<PushReport> Scope::push(const Push& push) {
         return about("push", ErrorCode::InvalidArgument,
                      "expected a push that leaves the eye free");
     }
-    m_tissue->release(kOther);  // its tissue stays until the next sweep
     measure();
     return done;
 }
