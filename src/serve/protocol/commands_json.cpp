@@ -250,7 +250,9 @@ Action read_carve(Fields& f) {
 }
 Action read_materials(Fields& f) {
     if (f.has("elastic"))
-        f.refuse("elastic: expected a tissue command with the model elastic, which replaces it");
+        f.refuse(
+            "elastic: expected a tissue command with the model elastic, which replaces it, found "
+            "a setting that ChainMail no longer has");
     MaterialsCommand materials{f.record(chainmail_material_rows())};
     // Key of older sessions.
     if (f.has("rounded"))
