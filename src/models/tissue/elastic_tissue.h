@@ -47,8 +47,7 @@ class ElasticTissue final : public OwnTissue {
 
   protected:
     Result<PushReport> do_push(std::uint32_t tool, const Push& push) override;
-    Result<GrabReport> do_grab(std::uint32_t tool, const Push& position,
-                               double reach_mm) override;
+    Result<GrabReport> do_grab(std::uint32_t tool, const Push& position, double reach_mm) override;
     Result<PushReport> do_drag_to(Vec3d offset_mm) override;
     Result<SlideReport> do_slide(std::uint32_t tool, const Push& way,
                                  const TissueValues& tissue_values) override;
