@@ -129,7 +129,9 @@ TEST_F(ElasticProgram, TakesModuliFromLabels) {
 }
 
 TEST_F(ElasticProgram, CutsAndCarves) {
-    const Json report = deform_report("--push 0,3,0:0,1,0");
+    const Json report = deform_report(
+        "cube.nrrd --model elastic --cut \"-5,0,-5;5,0,-5:0,0,10\" --carve 0,8,0:2 "
+        "--tool sphere:2 --push 0,3,0:0,1,0");
     EXPECT_GT(report["cut_links"], 0);
     EXPECT_GT(report["carved_elements"], 0);
 }

@@ -341,7 +341,7 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"deform cube.nrrd --model rigid --steps 3 --push 0,0,0:1,0,0 --out x.nrrd",
          "--steps: expected --model springs or body or elastic, found rigid"},
         {"deform cube.nrrd --model rigid --cut \"0,0,0;1,0,0:0,0,1\" --out x.nrrd",
-         "--cut: expected --model chainmail or springs or body, found rigid"},
+         "--cut: expected --model chainmail or elastic or springs or body, found rigid"},
         {"deform cube.nrrd --model springs --relax 3 --push 0,0,0:1,0,0 --out x.nrrd", "--relax"},
         {"deform cube.nrrd --model springs --solver heap --push 0,0,0:1,0,0 --out x.nrrd",
          "--solver"},

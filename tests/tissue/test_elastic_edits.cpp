@@ -260,6 +260,7 @@ TEST_F(ElasticEdits, AnOperationThatRunsOutOfMemoryMovesNothing) {
             auto made = make_elastic(scan, {.window_cells = 12}, arena);
             auto tissue = std::move(*made);
             ASSERT_TRUE(tissue->push(kTool, first).ok());
+            ASSERT_FALSE(tissue->sweep()->settled);  // the push has had its solution
             const std::uint64_t before = tissue->hash();
             bool ok = false;
             {

@@ -87,10 +87,10 @@ test('the elastic scan is chosen, changed, pushed and left', async (t) => {
     );
     assert.ok((await compare(page))!.same);
     await picture(page, 'elastic_pushed');
-    const refused = (await ask({ do: 'carve', from: cursor, to: cursor, radius: 3 })) as {
-        code: string;
+    const carved = (await ask({ do: 'carve', from: cursor, to: cursor, radius: 3 })) as {
+        carved_elements?: number;
     };
-    assert.equal(refused.code, 'other_tissue');
+    assert.ok(carved.carved_elements! > 0);
     await panel.getByText('ChainMail', { exact: true }).click();
     await tissueIs('chainmail');
     assert.ok(await material.getByText('Softness').isVisible());

@@ -245,6 +245,8 @@ ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Mo
         const Tool before = tool;
         move(next, step * way.shift_mm);
         if (m_levels.untangle(kLeastVolume)) {
+            if (m_levels.was_tangled())
+                end.message = "tissue slips from the tool where it would fold";
             end.fraction += step;
             continue;
         }
@@ -284,6 +286,7 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
     if (m_drag && m_drag->tool == number) m_drag.reset();
     Tool& tool = m_tools[number] = {.nodes = std::move(nodes)};
     m_is_shown = m_settled = false;
+    m_is_fresh = true;
     m_sweeps = 0;
     hold_all();
     const auto bone = tool.nodes.empty() ? bone_in(way.from_mm, way.radius_mm) : std::nullopt;
@@ -357,6 +360,7 @@ Result<PushReport> ElasticTissue::do_drag_to(Vec3d offset_mm) {
                   .longest_mm = std::max(m_drag->radius_mm, shortest_edge_mm())};
     look_at(way);
     m_is_shown = m_settled = false;
+    m_is_fresh = true;
     m_sweeps = 0;
     const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift) {
         const bool is_predicted = predict(shift);
@@ -483,6 +487,7 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
     tool.radius_mm = way.radius_mm;
     tool.tissue = tissue_values;
     m_is_shown = m_settled = false;
+    m_is_fresh = true;
     m_sweeps = 0;
     const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d) {
         tool.centre_mm = centre;
@@ -616,6 +621,11 @@ Result<Sweep> ElasticTissue::do_sweep() {
         return sweep;
     }
     m_levels.forget_windows();
+    // A tool that moved has had its solution for this step of time.
+    if (std::exchange(m_is_fresh, false) && !m_returns && !m_tools.empty()) {
+        sweep.settled = false;
+        return sweep;
+    }
     m_is_shown = false;
     const double stays = std::exp(-kSweepMs / 1000 / m_settings.return_s);
     if (m_tools.empty() && m_eyes.empty()) {
@@ -661,6 +671,7 @@ Result<Sweep> ElasticTissue::do_sweep() {
 Status ElasticTissue::do_reset() {
     m_tools.clear();
     m_drag.reset();
+    m_is_fresh = false;
     m_levels.reset();
     m_settled = true;
     m_returns = false;
@@ -722,6 +733,7 @@ Status ElasticTissue::do_set_state(std::span<const double> numbers) {
     m_levels.forget_windows();
     m_tools.clear();
     m_drag.reset();
+    m_is_fresh = false;
     edit(*edits);
     m_is_shown = false;
     m_settled = m_levels.largest_mm() == 0;

@@ -128,8 +128,9 @@ class ElasticTissue final : public OwnTissue {
     std::map<std::uint32_t, Tool> m_tools, m_eyes;
     std::optional<Drag> m_drag;
     bool m_settled = true;
-    int m_sweeps = 0;        ///< with tools at rest
-    bool m_returns = false;  ///< a tool has let go since the tissue last was in equilibrium
+    bool m_is_fresh = false;  ///< a tool has moved since the last sweep, with a solution
+    int m_sweeps = 0;         ///< with tools at rest
+    bool m_returns = false;   ///< a tool has let go since the tissue last was in equilibrium
     Deformation m_deformation;
     mutable bool m_is_shown = true;
     std::vector<double> m_before;  ///< state at the beginning of a stride

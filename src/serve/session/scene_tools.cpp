@@ -93,7 +93,7 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     const TissueTraits traits = tissue().traits();
     if (command.slide && !traits.slides)
         return not_with(m_choice, "slide", "chainmail, elastic or a body");
-    if (!traits.takes_pushes) return not_with(m_choice, "push", "chainmail or springs");
+    if (!traits.takes_pushes) return not_with(m_choice, "push", "chainmail, elastic or springs");
     const bool began = begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
     Outcome outcome;
@@ -115,7 +115,7 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
 }
 
 Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
-    if (!tissue().traits().takes_pushes) return not_with(m_choice, "grab", "chainmail or springs");
+    if (!tissue().traits().takes_pushes) return not_with(m_choice, "grab", "chainmail, elastic or springs");
     begin_step("drag", client, 0);
     auto report = tissue().grab(client, command.position, command.reach_mm);
     if (!report.ok()) {
@@ -158,7 +158,7 @@ Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
 
 Outcome Scene::act(std::uint32_t client, const CutCommand& command) {
     if (!tissue().traits().cuts)
-        return not_with(m_choice, "cut", "chainmail, springs of a scan or a body");
+        return not_with(m_choice, "cut", "chainmail, elastic, springs of a scan or a body");
     end_step();
     begin_step("cut", client, 0);
     const auto report = tissue().cut(command.surface);
@@ -170,7 +170,7 @@ Outcome Scene::act(std::uint32_t client, const CutCommand& command) {
 }
 
 Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
-    if (!tissue().traits().carves) return not_with(m_choice, "carve", "chainmail");
+    if (!tissue().traits().carves) return not_with(m_choice, "carve", "chainmail or elastic");
     const bool began = begin_step("carve", client, command.stroke);
     const auto report = tissue().carve(command.tool);
     tissue_changed();
