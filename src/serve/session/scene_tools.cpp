@@ -115,7 +115,8 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
 }
 
 Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
-    if (!tissue().traits().takes_pushes) return not_with(m_choice, "grab", "chainmail, elastic or springs");
+    if (!tissue().traits().takes_pushes)
+        return not_with(m_choice, "grab", "chainmail, elastic or springs");
     begin_step("drag", client, 0);
     auto report = tissue().grab(client, command.position, command.reach_mm);
     if (!report.ok()) {
