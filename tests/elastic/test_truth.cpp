@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The elastic scan beside solutions that share nothing with it: Hertz' force on a sphere, and a
-// cantilever of neo-Hookean material that is bent by 30 degrees.
+// The elastic scan beside solutions that share nothing with it: Hertz' force on a sphere, and
+// neo-Hookean material: a cantilever that is bent by 30 degrees, and a push by the tool's radius.
 // Covers: elastic/levels.cpp, elastic/level.cpp, elastic/stiffness_map.cpp.
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -164,6 +165,99 @@ TEST(Truth, ACantileverBendsByThirtyDegrees) {
         std::printf("nu %.2f: tip (%.3f, %.3f) mm, expected (%.3f, %.3f): %.2f %%\n", bent.nu,
                     tip.x, tip.z, bent.tip_mm.x, bent.tip_mm.z, 100 * error);
         EXPECT_LT(error, 0.02);
+    }
+}
+
+/// A pushed block, from research/results/elastic/pushed_block.py.
+struct Pushed {
+    double nu;
+    Vec3d force_un;
+    Vec3d moved_mm[10];  ///< of kProbes
+};
+constexpr Vec3i kProbes[] = {{12, 12, 16}, {17, 12, 11}, {12, 12, 6},  {19, 12, 8},  {12, 18, 12},
+                             {7, 12, 11},  {12, 5, 14},  {16, 16, 14}, {22, 12, 12}, {12, 12, 3}};
+constexpr Pushed kPushed[] = {{0.3,
+                               {365161, 163597, -755120},
+                               {{2.3201, 1.1632, -2.8324},
+                                {2.1351, 0.9377, -1.6822},
+                                {1.5271, 0.7090, -2.0456},
+                                {2.2120, 0.6249, -1.2456},
+                                {1.9035, 1.0031, -1.4687},
+                                {2.1308, 0.9413, -1.6162},
+                                {1.8980, 1.4083, -1.1073},
+                                {2.0375, 0.9175, -1.6901},
+                                {2.0572, 0.7274, -1.1603},
+                                {0.5863, 0.2487, -0.7838}}},
+                              {0.45,
+                               {340641, 152539, -771044},
+                               {{2.3069, 1.1586, -2.6950},
+                                {2.2469, 0.9207, -1.4948},
+                                {1.4237, 0.6478, -2.1588},
+                                {2.4134, 0.6039, -0.9925},
+                                {1.8821, 1.0632, -1.3269},
+                                {2.1708, 0.9393, -1.6048},
+                                {1.8601, 1.3489, -1.0450},
+                                {2.0494, 0.9428, -1.5233},
+                                {2.1486, 0.6953, -0.8706},
+                                {0.4799, 0.1886, -0.7257}}},
+                              {0.49,
+                               {335165, 150961, -799072},
+                               {{2.3065, 1.1602, -2.6447},
+                                {2.2929, 0.9207, -1.4431},
+                                {1.3686, 0.6190, -2.2372},
+                                {2.4913, 0.6010, -0.8938},
+                                {1.8790, 1.0824, -1.2881},
+                                {2.1967, 0.9443, -1.6161},
+                                {1.8536, 1.3358, -1.0319},
+                                {2.0484, 0.9484, -1.4786},
+                                {2.1773, 0.6893, -0.7623},
+                                {0.4170, 0.1572, -0.6897}}}};
+
+TEST(Truth, APushByTheToolsRadiusIsNearTheHyperelasticOne) {
+    const TaskArena arena(1);
+    const auto distance = [](Vec3i at, Vec3d from) {
+        return norm(Vec3d{double(at.x), double(at.y), double(at.z)} - from);
+    };
+    const Volume scan = scan_of({25, 25, 17}, {1, 1, 1}, [&](Vec3i at) {
+        return distance(at, {19, 12, 8}) <= 4 ? 5 * kValue : kValue;
+    });
+    constexpr Vec3d kWay{2.4, 1.2, -2.8};
+    for (const Pushed& pushed : kPushed) {
+        auto settings = plain_settings(pushed.nu);
+        settings.held_sides = {"-z"};
+        const StiffnessMap map(scan, settings, arena);
+        ElasticLevels levels(map, 512, true, arena);
+        std::vector<HeldNode> ball;
+        std::vector<Vec3i> nodes;
+        for (int k = 0; k < 17; ++k)
+            for (int j = 0; j < 25; ++j)
+                for (int i = 0; i < 25; ++i)
+                    if (distance({i, j, k}, {12, 12, 11}) <= 3.9) nodes.push_back({i, j, k});
+        constexpr int kSteps = 8;
+        for (int n = 1; n <= kSteps; ++n) {
+            ball.clear();
+            for (const Vec3i node : nodes) ball.push_back({node, (double(n) / kSteps) * kWay, {}});
+            levels.hold(ball);
+            for (int k = 0; k < (n < kSteps ? 2 : 20); ++k) {
+                (void)levels.start();
+                for (int turn = 0; turn < 4; ++turn)
+                    if (levels.iterate() == 0) break;
+            }
+        }
+        Vec3d force{0, 0, 0};
+        for (const Vec3d& of_node : levels.forces_un(nodes)) force = force + of_node;
+        double mean = 0, worst = 0;
+        for (std::size_t n = 0; n < std::size(kProbes); ++n) {
+            const double error =
+                norm(displacement(levels, kProbes[n]) - pushed.moved_mm[n]) / norm(kWay);
+            mean += error / double(std::size(kProbes));
+            worst = std::max(worst, error);
+        }
+        const double of_force = norm(force - pushed.force_un) / norm(pushed.force_un);
+        std::printf("nu %.2f: displacement %.1f %% of the push, worst %.1f %%; force %.1f %%\n",
+                    pushed.nu, 100 * mean, 100 * worst, 100 * of_force);
+        EXPECT_LT(mean, 0.06);
+        EXPECT_LT(of_force, 0.3);  // linear in the turned frame: too soft under compression
     }
 }
 
