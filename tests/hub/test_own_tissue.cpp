@@ -37,8 +37,9 @@ TEST(OwnTissue, IsServedUndoneRecordedAndReplayed) {
         client.checked_checksum();
         EXPECT_NE(client.voxels, at_rest);
         const Json cut = {{"do", "cut"}, {"line", {{0, 0, 0}, {1, 0, 0}}}, {"depth", {0, 0, 1}}};
-        EXPECT_EQ(client.command(cut)["message"],
-                  "cut: expected the tissue chainmail, elastic, springs of a scan or a body, found own");
+        EXPECT_EQ(
+            client.command(cut)["message"],
+            "cut: expected the tissue chainmail, elastic, springs of a scan or a body, found own");
         client.command({{"do", "undo"}});
         client.checked_checksum();
         EXPECT_EQ(client.voxels, at_rest);
