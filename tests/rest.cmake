@@ -138,6 +138,7 @@ if(PLIANT_BUILD_APP)
                              test_crashes.cpp test_elastic.cpp test_ending.cpp
                              test_ending_movies.cpp test_failing_calls.cpp test_fit_mesh.cpp
                              test_keyframes.cpp test_labels.cpp
+                             test_materials.cpp
                              test_kinds_of_scans.cpp
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp
