@@ -9,7 +9,7 @@ foreach(check IN ITEMS check_layers check_bibliography check_files check_documen
         check_symbols unless_passed)
     add_test(NAME ${check}_self_test COMMAND ${PROJECT_SOURCE_DIR}/tools/${check} --self-test)
 endforeach()
-pliant_test(material SOURCES test_settings.cpp test_small_bones.cpp)
+pliant_test(material SOURCES test_passports.cpp test_settings.cpp test_small_bones.cpp)
 pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
 pliant_test(base
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_input_file.cpp
@@ -138,6 +138,7 @@ if(PLIANT_BUILD_APP)
                              test_crashes.cpp test_elastic.cpp test_ending.cpp
                              test_ending_movies.cpp test_failing_calls.cpp test_fit_mesh.cpp
                              test_keyframes.cpp test_labels.cpp
+                             test_materials.cpp
                              test_kinds_of_scans.cpp
                              test_mesh.cpp
                              test_outputs.cpp test_path.cpp

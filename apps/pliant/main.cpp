@@ -57,6 +57,7 @@ int run(int argc, char** argv) {
     HapticsOptions haptics;
     VesselOptions vessel;
     TruthOptions truth;
+    MaterialsOptions materials;
     add_info(app, info);
     add_convert(app, convert);
     add_phantom(app, phantom);
@@ -72,6 +73,7 @@ int run(int argc, char** argv) {
     add_haptics(app, haptics);
     add_vessel(app, vessel);
     add_truth(app, truth);
+    add_materials(app, materials);
     app.footer("In the Python package there is also pliant study, for thousands of commands.");
     if (argc > 1 && std::string(argv[1]) == "study")
         return bad_input(
@@ -81,7 +83,7 @@ int run(int argc, char** argv) {
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
                          "', expected info, convert, phantom, deform, body, render, mesh, path, "
-                         "serve, replay, bench, fit, haptics, vessel or truth");
+                         "serve, replay, bench, fit, haptics, vessel, truth or materials");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -102,6 +104,7 @@ int run(int argc, char** argv) {
     if (app.got_subcommand("fit")) return run_fit(fit);
     if (app.got_subcommand("haptics")) return run_haptics(haptics);
     if (app.got_subcommand("vessel")) return run_vessel(vessel);
+    if (app.got_subcommand("materials")) return run_materials(materials);
     if (app.got_subcommand("truth"))
         return app.get_subcommand("truth")->got_subcommand("make") ? run_truth_make(truth.make)
                                                                    : run_truth_score(truth.score);

@@ -343,6 +343,11 @@ struct TruthOptions {
     TruthScoreOptions score;
 };
 
+struct MaterialsOptions {
+    std::string name;  ///< empty: all
+    bool json = false;
+};
+
 int run_info(const InfoOptions& options);
 int run_convert(const ConvertOptions& options);
 int run_phantom(const PhantomOptions& options);
@@ -359,6 +364,7 @@ int run_fit(const FitOptions& options);
 int run_haptics(const HapticsOptions& options);
 int run_truth_make(const TruthMakeOptions& options);
 int run_truth_score(const TruthScoreOptions& options);
+int run_materials(const MaterialsOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);

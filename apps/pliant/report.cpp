@@ -58,33 +58,13 @@ Json slide_json(const SlideOption& option, const SlideReport& report) {
     return json;
 }
 
-/// Lists of whole numbers, such as counts along three axes, are written as such.
-Json json_of(const SettingValue& value) {
-    const auto write = [](const auto& v) -> Json {
-        using Value = std::decay_t<decltype(v)>;
-        if constexpr (std::is_same_v<Value, std::monostate>)
-            return nullptr;
-        else if constexpr (std::is_same_v<Value, std::vector<Vec3d>>) {
-            Json list = Json::array();
-            for (const Vec3d& one : v) list.push_back(json_of(one));
-            return list;
-        } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
-            const bool are_whole = std::all_of(
-                v.begin(), v.end(), [](double number) { return number == std::floor(number); });
-            return are_whole ? Json(std::vector<std::int64_t>(v.begin(), v.end())) : Json(v);
-        } else
-            return v;
-    };
-    return std::visit(write, value);
-}
-
 /// Writes a figure; a name with a dot is a member of an object.
 void put(const NamedValue& figure, Json& json) {
     const auto dot = figure.name.find('.');
     if (dot == std::string::npos)
-        json[figure.name] = json_of(figure.value);
+        json[figure.name] = value_json(figure.value);
     else
-        json[figure.name.substr(0, dot)][figure.name.substr(dot + 1)] = json_of(figure.value);
+        json[figure.name.substr(0, dot)][figure.name.substr(dot + 1)] = value_json(figure.value);
 }
 
 /// A number by its name, or 0.

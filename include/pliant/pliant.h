@@ -60,6 +60,7 @@
 #include <pliant/models/material.h>
 #include <pliant/models/network_file.h>
 #include <pliant/models/organs.h>
+#include <pliant/models/passports.h>
 #include <pliant/models/pbd.h>
 #include <pliant/models/relax.h>
 #include <pliant/models/scene_files.h>

@@ -9,6 +9,7 @@
 #include <pliant/models/fit.h>
 #include <pliant/models/material.h>
 #include <pliant/models/organs.h>
+#include <pliant/models/passports.h>
 #include <pliant/tissues.h>
 
 #include "arrays.h"
@@ -187,6 +188,21 @@ void bind_settings(nb::module_& m) {
           "\"gauss_newton\", \"annealing\"; \"truth\".\n\n"
           "Returns:\n"
           "    One dictionary for each: name, default, unit, range and text.");
+    m.def(
+        "materials",
+        [] {
+            nb::list list;
+            for (const MaterialPassport& passport : material_passports())
+                list.append(dict_of(pliant::record_of(passport)));
+            return list;
+        },
+        nb::sig("def materials() -> list[dict[str, typing.Any]]"),
+        "Measured tissues and phantom silicones: docs/reference/materials.md.\n\n"
+        "Returns:\n"
+        "    One dictionary for each: name, sample, source, licence, young_modulus_kpa, "
+        "deviation_kpa, poisson_ratio, density_kg_m3, density_source and limits; the measured "
+        "curve as load, strain and stress_kpa, which are empty without one; error_percent of the "
+        "law of bodies, fitted_young_modulus_kpa and fitted_error_percent, None without a curve.");
 }
 
 }  // namespace pliant::python

@@ -11,6 +11,7 @@
 #include <pliant/models/fem.h>
 #include <pliant/models/fit.h>
 #include <pliant/models/organs.h>
+#include <pliant/models/passports.h>
 #include <pliant/models/pbd.h>
 #include <pliant/models/vessel.h>
 #include <pliant/serve.h>
@@ -165,6 +166,38 @@ void add_type(std::string& text, const char* name, const char* constant, Setting
     text += "};\n";
 }
 
+std::string with_source(double value, double deviation, std::string_view source) {
+    return short_text(value) + (deviation > 0 ? " ± " + short_text(deviation) : "") + " [" +
+           std::string(source) + "]";
+}
+
+/// Material passports as rows of Markdown.
+std::string passport_table() {
+    std::string text =
+        "| name | sample | E [kPa] | ν | density [kg/m³] | error of the law | limits |\n"
+        "|---|---|---|---|---|---|---|\n";
+    for (const MaterialPassport& passport : material_passports()) {
+        std::string error;
+        if (!passport.curve.empty()) {
+            const LawError fit = fit_law(passport);
+            error = fixed_text(law_error(passport, passport.young_modulus_kpa).percent, 0) +
+                    " %; best fit, " + fixed_text(fit.young_modulus_kpa, 1) +
+                    " kPa: " + fixed_text(fit.percent, 0) + " %";
+        }
+        const auto cell = [&](const std::string& value) { text += " " + value + " |"; };
+        text += "|";
+        cell("`" + std::string(passport.name) + "`");
+        cell(std::string(passport.sample));
+        cell(with_source(passport.young_modulus_kpa, passport.deviation_kpa, passport.source));
+        cell(short_text(passport.poisson_ratio));
+        cell(with_source(passport.density_kg_m3, 0, passport.density_source));
+        cell(error);
+        cell(std::string(passport.limits));
+        text += "\n";
+    }
+    return text;
+}
+
 }  // namespace
 
 std::map<std::string, std::string> settings_tables() {
@@ -216,7 +249,8 @@ std::string settings_types() {
 
 std::string with_tables(const std::string& document) {
     const std::string kBegin = "<!-- settings: ", kEnd = "<!-- end -->";
-    const auto tables = settings_tables();
+    auto tables = settings_tables();
+    tables["passports"] = passport_table();
     std::string text = document;
     for (std::size_t at = 0; (at = text.find(kBegin, at)) != text.npos; ++at) {
         const std::size_t name = at + kBegin.size(), line = text.find(" -->\n", name);

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+"""Material passports: as the program prints them, and as settings of a body."""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+import pliant
+
+
+def test_they_are_those_of_the_program():
+    printed = subprocess.run(
+        [pliant.program(), "materials", "--json"], check=True, capture_output=True, text=True
+    ).stdout
+    assert pliant.materials() == json.loads(printed)
+
+
+def test_the_curve_and_its_error():
+    cortex = {material["name"]: material for material in pliant.materials()}["cortex"]
+    load = np.array(cortex["load"])
+    strain, stress = np.array(cortex["strain"]), np.array(cortex["stress_kpa"])
+    ratio = -stress[load == "compression"][-1] / stress[load == "tension"][-1]
+    assert ratio == pytest.approx(2.77, abs=0.01)
+    # The law of an incompressible body: shear µ γ, else µ (s − 1/s²).
+    s = 1 + strain
+    unit = np.where(load == "shear", strain, s - 1 / s**2) / 3
+    modulus = unit @ stress / (unit @ unit)
+    error = 100 * np.linalg.norm(modulus * unit - stress) / np.linalg.norm(stress)
+    assert cortex["fitted_young_modulus_kpa"] == pytest.approx(modulus, rel=0.01)
+    assert cortex["fitted_error_percent"] == pytest.approx(error, rel=0.01)
