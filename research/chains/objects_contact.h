@@ -21,7 +21,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "chainmail/cut.h"
+#include "field/brick_search.h"
 
 namespace pliant {
 

@@ -9,8 +9,9 @@
 
 #include <functional>
 
-#include "chainmail/cut.h"
 #include "chains/objects_contact.h"
+#include "field/brick_search.h"
+#include "lattice/lattice.h"
 
 namespace pliant {
 
