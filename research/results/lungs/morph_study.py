@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Motion of the lung from its shape at two phases, or from points: the study behind `pliant morph`.
 
-The field u(x) takes the exhaled lung to the inhaled one. Three kinds of input are compared on landmark
-pairs: the outermost 30 % of the landmarks, these and the masks, and the masks alone. The error is the
-mean distance [mm] of the inner 70 %. Parameters are the same for all cases.
+The field u(x) takes the exhaled lung to the inhaled one. Three kinds of input are compared on
+landmark pairs: the outermost 30 % of the landmarks, these and the masks, and the masks alone. The
+error is the mean distance [mm] of the inner 70 %. Parameters are the same for all cases.
 
     pip install numpy scipy
     python morph_study.py DATA             # the table of README.md
@@ -41,15 +41,13 @@ class Settings:
     slide_softness_mm: tuple = (3000.0, 1000.0, 300.0, 300.0)  # lambda of a surface point, by round
     # Elastic lung in sliding contact.
     poisson: float = 0.0
-    bending_mm2: float = 300.0  # second-order modulus / shear modulus
-    slide_weight: tuple = (0.003, 0.01, 0.03, 0.03)  # spring / shear modulus [1/mm^2], by round
+    bending_mm2: float = 1000.0  # second-order modulus / shear modulus
+    slide_weight: tuple = (0.003, 0.01, 0.03)  # spring / shear modulus [1/mm^2], by round
     gravity: float = 0.5  # relative growth of the dilation per standard deviation towards the back
-    base: float = 0.0  # the same towards the diaphragm
+    base: float = 0.2  # the same towards the diaphragm
+    pitch: float = -0.4  # eigenstrain e_yz / linear growth
     control_mm: float = 58.0  # spacing of the control points of the cubic B-splines
     box_rest: bool = True  # rest shape scaled per axis; otherwise uniformly, by the volumes
-
-
-# ---- Data ----------------------------------------------------------------------------------------
 
 
 def read_nifti(path):
@@ -65,8 +63,8 @@ def read_nifti(path):
 def split_lungs(mask, spacing):
     """Labels the lung of smaller x as 1, the other as 2.
 
-    The mask is eroded until its two largest parts are of similar size. These grow again in the order
-    of the distance from the surface.
+    The mask is eroded until its two largest parts are of similar size. These grow again in the
+    order of the distance from the surface.
     """
     depth = ndimage.distance_transform_edt(mask, spacing)
     for level in range(30):
@@ -174,9 +172,6 @@ class Case:
         return np.linalg.norm(self.a + u - self.b, axis=1)[self.asked].mean()
 
 
-# ---- Spline --------------------------------------------------------------------------------------
-
-
 class Spline:
     """Thin plate spline through linear constraints n_j . u(x_j) = g_j of softness lambda_j.
 
@@ -231,9 +226,6 @@ def sliding_spline(case, settings):
     return field
 
 
-# ---- Elastic lung --------------------------------------------------------------------------------
-
-
 def cubic(t):
     """Values, first and second derivatives of the four cubic B-splines of a cell at t in [0, 1]."""
     t = t[:, None]
@@ -251,9 +243,10 @@ SECOND = ((2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (1, 0, 1), (0, 1, 1))
 class ElasticLung:
     """Elastic energy of one lung over coefficients of cubic B-splines, components in blocks.
 
-    W = mean over the lung of 2 |dev e|^2 + kappa (tr e - 3 s)^2 + beta |grad grad u|^2 and the mean
-    over the constraints of w (n . u - g)^2, in units of the shear modulus; e is the strain of u minus
-    that of the rest shape, s the excess of the free dilation.
+    W is the mean over the lung of 2 |dev(e - r)|^2 + kappa tr(e - r)^2 and
+    beta |grad grad (u - a)|^2, plus the mean over the constraints of w (n . u - g)^2, in units of
+    the shear modulus. e is the strain of u, a the affine map to the rest shape, and r the strain of
+    a plus the eigenstrain.
     """
 
     def __init__(self, lung, settings):
@@ -265,7 +258,7 @@ class ElasticLung:
         index = np.stack(np.meshgrid(*map(np.arange, self.count), indexing="ij"), -1)
         self.control = (index.reshape(-1, 3) - 1) * self.h + low
         random = np.random.default_rng(0)
-        self.quadrature = lung.voxels_from[random.choice(len(lung.voxels_from), 500)]
+        self.quadrature = lung.voxels_from[random.choice(len(lung.voxels_from), 1500)]
         self.slopes = [self.basis(self.quadrature, d) for d in FIRST]
         self.surface = self.basis(lung.x)
         self.surface_slopes = [self.basis(lung.x, d) for d in FIRST]
@@ -309,6 +302,9 @@ class ElasticLung:
         excess = (volume - 1) * (settings.gravity * where[:, 1] - settings.base * where[:, 2])
         load = self.stiffness @ u.T.ravel()
         load += 3 * self.kappa * (self.divergence.T @ excess) / len(excess)
+        shear = np.zeros((3, self.size))
+        shear[1], shear[2] = self.slopes[2].mean(0), self.slopes[1].mean(0)
+        load += 2 * settings.pitch * (volume - 1) * shear.ravel()
         normals = lung.n
         for weight in settings.slide_weight:
             index, n, gap = lung.match(lung.x + self.surface @ u, normals, settings)
@@ -325,9 +321,6 @@ class ElasticLung:
         return np.linalg.det(np.eye(3) + np.stack([s @ u for s in self.slopes], 2)).min()
 
 
-# ---- Methods -------------------------------------------------------------------------------------
-
-
 def least_determinant(field, lungs):
     """Smallest det(I + grad u) over the lungs' voxels, one in 50."""
     x = np.concatenate([lung.voxels_from[::50] for lung in lungs])
@@ -340,13 +333,42 @@ def nothing(case, _):
 
 
 def points(case, settings):
-    field = point_spline(case, replace(settings, point_softness_mm=0.0 + 1e-3))[1]
+    field = point_spline(case, replace(settings, point_softness_mm=1e-3))[1]
     return field(case.a), least_determinant(field, case.lungs) if hasattr(case, "lungs") else np.nan
 
 
 def points_masks(case, settings):
     field = sliding_spline(case, settings)
     return field(case.a), least_determinant(field, case.lungs)
+
+
+def elastic_points_masks(case, settings):
+    """The elastic lung, softly in contact, and a sliding spline of the residual displacements."""
+    soft = replace(settings, slide_weight=settings.slide_weight[:2])
+    trend = np.zeros_like(case.a)
+    shifts = []
+    for label, lung in enumerate(case.lungs):
+        body = ElasticLung(lung, soft)
+        coefficients = body.solve()
+        here = case.side == label + 1
+        trend[here] = body.basis(case.a[here]) @ coefficients
+        shifts.append(body.surface @ coefficients)
+    k = case.known
+    rows = (
+        np.repeat(case.a[k], 3, 0),
+        np.tile(np.eye(3), (len(k), 1)),
+        (case.b - case.a - trend)[k].ravel(),
+        np.full(3 * len(k), settings.point_softness_mm),
+    )
+    field = Spline(*rows)
+    for softness in settings.slide_softness_mm:
+        parts = [rows]
+        for lung, shift in zip(case.lungs, shifts, strict=True):
+            index, n, gap = lung.match(lung.x + shift + field(lung.x), lung.n, settings)
+            gap -= (n * shift[index]).sum(1)
+            parts.append((lung.x[index], n, gap, np.full(len(gap), softness)))
+        field = Spline(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    return trend + field(case.a), np.nan
 
 
 def masks(case, settings):
@@ -391,19 +413,32 @@ def main():
     report("COPD, nothing moves", nothing, copd, settings)
     report("COPD, points", points, copd, settings)
     report("COPD, points and masks", points_masks, copd, settings)
+    report("COPD, elastic, points and masks", elastic_points_masks, copd, settings)
     report("COPD, masks", masks, copd, settings)
-    report("COPD, masks, no gravity", masks, copd, replace(settings, gravity=0.0, base=0.0))
+    plain = replace(settings, gravity=0.0, base=0.0, pitch=0.0)
+    report("COPD, masks, no eigenstrain", masks, copd, plain)
     report("COPD, masks, uniform rest", masks, copd, replace(settings, box_rest=False))
     if not options.sweep:
         return
     for method, names in (
         (points_masks, ("point_softness_mm", "slide_softness_mm")),
-        (masks, ("bending_mm2", "slide_weight", "gravity", "base")),
+        (masks, ("bending_mm2", "slide_weight", "gravity", "base", "pitch")),
     ):
         for name in names:
             for factor in (0.5, 1.5):
                 other = replace(settings, **{name: changed(getattr(settings, name), factor)})
                 report(f"{method.__name__}, {name} x {factor}", method, copd, other)
+    for weights in ((0.003,), (0.003, 0.01), (0.003, 0.01, 0.03, 0.1)):
+        other = replace(settings, slide_weight=weights)
+        report(f"masks, weights to {weights[-1]}", masks, copd, other)
+    for factor in (0.5, 1.5):
+        other = [
+            Case(options.data, "copd", number, replace(settings, normal_mm=20 * factor))
+            for number in CASES
+        ]
+        near = replace(settings, normal_mm=20 * factor)
+        report(f"points_masks, normal_mm x {factor}", points_masks, other, near)
+        report(f"masks, normal_mm x {factor}", masks, other, near)
     report("masks, poisson 0.3", masks, copd, replace(settings, poisson=0.3))
     report("masks, poisson -0.5", masks, copd, replace(settings, poisson=-0.5))
 
