@@ -175,8 +175,8 @@ class Case:
 class Spline:
     """Thin plate spline through linear constraints n_j . u(x_j) = g_j of softness lambda_j.
 
-    u(x) = a + B x - sum_j c_j |x - x_j| n_j, the minimum of the integral of |grad grad u|^2 (times
-    8 pi) and of sum_j (n_j . u(x_j) - g_j)^2 / lambda_j.
+    u(x) = a + B x - sum_j c_j |x - x_j| n_j, the minimum of the integral of |grad grad u|^2
+    divided by 8 pi, and of sum_j (n_j . u(x_j) - g_j)^2 / lambda_j.
     """
 
     def __init__(self, x, n, g, softness):
