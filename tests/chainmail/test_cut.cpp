@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cutting and carving: the correct links are cut, no motion crosses a gap, and solvers respect it.
-// Covers: chainmail/cut.cpp, chainmail/carve.cpp, field/element_edits.cpp,
-//         field/brick_search.cpp.
+// Covers: chainmail/cut.cpp, chainmail/carve.cpp, field/element_edits.cpp, field/brick_search.cpp.
 
 #include "chainmail/chainmail_impl.h"
 
