@@ -26,6 +26,11 @@ Fixed rounded(float mm) {
 
 }  // namespace
 
+bool ShownDisplacement::is_before(const Lag& a, const Lag& b) {
+    return std::tuple(-a.units, a.coord.z, a.coord.y, a.coord.x) <
+           std::tuple(-b.units, b.coord.z, b.coord.y, b.coord.x);
+}
+
 /// Displacements of a brick's elements. Beyond the scan's border they are those of the border.
 void ShownDisplacement::fill(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord,
                              const std::array<Fixed*, 3>& u) const {
@@ -72,9 +77,56 @@ void ShownDisplacement::measure(const ElasticLevels& levels, const StiffnessMap&
     lag.units = difference;
 }
 
-/// Bricks that differ from the lattices.
+/// How far a brick lags at nine rows of its elements.
+Fixed ShownDisplacement::sampled_lag(const ElasticLevels& levels, const StiffnessMap& map,
+                                     Vec3i coord) const {
+    const int size = m_field.brick_size(), index = m_field.find_brick(coord);
+    const Vec3i first = size * coord, voxels = m_field.grid().size;
+    const int count = std::min(size, voxels.x - first.x);
+    std::array<std::array<float, kMaxBrickSize>, 3> row{};
+    Fixed lag = 0;
+    for (const int z : {0, size / 2, size - 1})
+        for (const int y : {0, size / 2, size - 1}) {
+            const Vec3i at{first.x, std::min(first.y + y, voxels.y - 1),
+                           std::min(first.z + z, voxels.z - 1)};
+            levels.displacement_row(at, count, {row[0].data(), row[1].data(), row[2].data()});
+            for (int x = 0; x < count; ++x)
+                if (map.is_bone({at.x + x, at.y, at.z}))
+                    for (auto& component : row) component[std::size_t(x)] = 0;
+            const std::size_t begin = std::size_t(size) * std::size_t(y + size * z);
+            for (std::size_t a = 0; a < 3; ++a) {
+                const Fixed* const before = index < 0 ? nullptr : m_field.brick(index).u[a] + begin;
+                for (std::size_t x = 0; x < std::size_t(count); ++x)
+                    lag = std::max(lag, std::abs(rounded(row[a][x]) - (before ? before[x] : 0)));
+            }
+        }
+    return lag;
+}
+
+/// Keeps the bricks that lag most by samples. @returns false if none lags by what is shown
+bool ShownDisplacement::keep_farthest(const ElasticLevels& levels, const StiffnessMap& map,
+                                      std::size_t most, std::vector<Lag>& lags,
+                                      const TaskArena& arena) const {
+    std::vector<Lag> farthest = lags;
+    arena.for_each(std::int64_t(farthest.size()), 64, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t n = begin; n < end; ++n)
+            farthest[std::size_t(n)].units =
+                sampled_lag(levels, map, farthest[std::size_t(n)].coord);
+    });
+    std::erase_if(farthest, [](const Lag& lag) { return lag.units < kStill; });
+    if (farthest.empty()) return false;
+    most = std::min(most, farthest.size());
+    std::partial_sort(farthest.begin(), farthest.begin() + std::ptrdiff_t(most), farthest.end(),
+                      is_before);
+    farthest.resize(most);
+    lags = std::move(farthest);
+    return true;
+}
+
+/// Bricks that differ from the lattices: all, or the farthest if there are more than most.
 std::vector<ShownDisplacement::Lag> ShownDisplacement::find_lags(const ElasticLevels& levels,
                                                                  const StiffnessMap& map,
+                                                                 std::size_t most,
                                                                  const TaskArena& arena) {
     Box3i box = levels.moved_box(kStillMm);
     const int size = m_field.brick_size();
@@ -90,6 +142,7 @@ std::vector<ShownDisplacement::Lag> ShownDisplacement::find_lags(const ElasticLe
     for (const int index : m_field.resident_bricks())
         if (!contains(bricks, m_field.brick(index).coord))
             lags.push_back({m_field.brick(index).coord, 0});
+    m_is_sampled = most < lags.size() && keep_farthest(levels, map, most, lags, arena);
     m_chunks.resize((lags.size() + kBricksPerChunk - 1) / kBricksPerChunk);
     arena.for_each(std::int64_t(m_chunks.size()), 1, [&](std::int64_t begin, std::int64_t end) {
         std::vector<Fixed> memory(3 * std::size_t(m_field.elements_per_brick()));
@@ -118,20 +171,16 @@ void ShownDisplacement::edit(EditMap& bricks) {
 
 bool ShownDisplacement::show(const ElasticLevels& levels, const StiffnessMap& map,
                              std::int64_t max_elements, const TaskArena& arena) {
-    std::vector<Lag> lags = find_lags(levels, map, arena);
     const bool all = max_elements == std::numeric_limits<std::int64_t>::max();
-    const std::size_t found = lags.size();
+    const auto most =
+        std::size_t(std::max<std::int64_t>(1, max_elements / m_field.elements_per_brick()));
+    std::vector<Lag> lags = find_lags(levels, map, most, arena);
+    const std::size_t found = lags.size() + m_is_sampled;  // others wait
     if (!all) {
         std::erase_if(lags, [](const Lag& lag) { return lag.units < kStill; });
-        const std::size_t most = std::min(
-            lags.size(),
-            std::size_t(std::max<std::int64_t>(1, max_elements / m_field.elements_per_brick())));
-        const auto is_before = [](const Lag& a, const Lag& b) {
-            return std::tuple(-a.units, a.coord.z, a.coord.y, a.coord.x) <
-                   std::tuple(-b.units, b.coord.z, b.coord.y, b.coord.x);
-        };
-        std::partial_sort(lags.begin(), lags.begin() + std::ptrdiff_t(most), lags.end(), is_before);
-        lags.resize(most);
+        const auto last = lags.begin() + std::ptrdiff_t(std::min(most, lags.size()));
+        std::partial_sort(lags.begin(), last, lags.end(), is_before);
+        lags.erase(last, lags.end());
     }
     std::vector<int> bricks;
     const std::uint64_t made = m_field.made_count();

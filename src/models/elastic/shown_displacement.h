@@ -33,14 +33,19 @@ class ShownDisplacement {
         Fixed units;
         std::size_t chunk = 0, at = 0;  ///< of its displacements
     };
+    static bool is_before(const Lag& a, const Lag& b);
     void fill(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord,
               const std::array<Fixed*, 3>& u) const;
     void measure(const ElasticLevels& levels, const StiffnessMap& map, Lag& lag,
                  std::vector<Fixed>& filled) const;
+    Fixed sampled_lag(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord) const;
+    bool keep_farthest(const ElasticLevels& levels, const StiffnessMap& map, std::size_t most,
+                       std::vector<Lag>& lags, const TaskArena& arena) const;
     std::vector<Lag> find_lags(const ElasticLevels& levels, const StiffnessMap& map,
-                               const TaskArena& arena);
+                               std::size_t most, const TaskArena& arena);
 
     WritableField m_field;
+    bool m_is_sampled = false;                 ///< the last lags were found by samples
     std::vector<std::vector<Fixed>> m_chunks;  ///< displacements of the bricks that lag
 };
 
