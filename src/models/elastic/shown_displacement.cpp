@@ -31,21 +31,27 @@ bool ShownDisplacement::is_before(const Lag& a, const Lag& b) {
            std::tuple(-b.units, b.coord.z, b.coord.y, b.coord.x);
 }
 
+/// Displacements of some elements along x [mm]; bone has none.
+void ShownDisplacement::find_row(const ElasticLevels& levels, const StiffnessMap& map, Vec3i first,
+                                 int count, BrickRow& row) const {
+    const Vec3i voxels = m_field.grid().size;
+    const Vec3i at{first.x, std::min(first.y, voxels.y - 1), std::min(first.z, voxels.z - 1)};
+    levels.displacement_row(at, count, {row[0].data(), row[1].data(), row[2].data()});
+    for (int x = 0; x < count; ++x)
+        if (map.is_bone({at.x + x, at.y, at.z}))
+            for (auto& component : row) component[std::size_t(x)] = 0;
+}
+
 /// Displacements of a brick's elements. Beyond the scan's border they are those of the border.
 void ShownDisplacement::fill(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord,
                              const std::array<Fixed*, 3>& u) const {
     const int size = m_field.brick_size();
-    const Vec3i first = size * coord, voxels = m_field.grid().size;
-    const int count = std::min(size, voxels.x - first.x);
-    std::array<std::array<float, kMaxBrickSize>, 3> row{};
+    const Vec3i first = size * coord;
+    const int count = std::min(size, m_field.grid().size.x - first.x);
+    BrickRow row{};
     for (int z = 0; z < size; ++z)
         for (int y = 0; y < size; ++y) {
-            const Vec3i at{first.x, std::min(first.y + y, voxels.y - 1),
-                           std::min(first.z + z, voxels.z - 1)};
-            levels.displacement_row(at, count, {row[0].data(), row[1].data(), row[2].data()});
-            for (int x = 0; x < count; ++x)
-                if (map.is_bone({at.x + x, at.y, at.z}))
-                    for (auto& component : row) component[std::size_t(x)] = 0;
+            find_row(levels, map, first + Vec3i{0, y, z}, count, row);
             for (auto& component : row)
                 std::fill(component.begin() + count, component.end(),
                           component[std::size_t(count - 1)]);
@@ -81,18 +87,13 @@ void ShownDisplacement::measure(const ElasticLevels& levels, const StiffnessMap&
 Fixed ShownDisplacement::sampled_lag(const ElasticLevels& levels, const StiffnessMap& map,
                                      Vec3i coord) const {
     const int size = m_field.brick_size(), index = m_field.find_brick(coord);
-    const Vec3i first = size * coord, voxels = m_field.grid().size;
-    const int count = std::min(size, voxels.x - first.x);
-    std::array<std::array<float, kMaxBrickSize>, 3> row{};
+    const Vec3i first = size * coord;
+    const int count = std::min(size, m_field.grid().size.x - first.x);
+    BrickRow row{};
     Fixed lag = 0;
     for (const int z : {0, size / 2, size - 1})
         for (const int y : {0, size / 2, size - 1}) {
-            const Vec3i at{first.x, std::min(first.y + y, voxels.y - 1),
-                           std::min(first.z + z, voxels.z - 1)};
-            levels.displacement_row(at, count, {row[0].data(), row[1].data(), row[2].data()});
-            for (int x = 0; x < count; ++x)
-                if (map.is_bone({at.x + x, at.y, at.z}))
-                    for (auto& component : row) component[std::size_t(x)] = 0;
+            find_row(levels, map, first + Vec3i{0, y, z}, count, row);
             const std::size_t begin = std::size_t(size) * std::size_t(y + size * z);
             for (std::size_t a = 0; a < 3; ++a) {
                 const Fixed* const before = index < 0 ? nullptr : m_field.brick(index).u[a] + begin;
@@ -103,7 +104,7 @@ Fixed ShownDisplacement::sampled_lag(const ElasticLevels& levels, const Stiffnes
     return lag;
 }
 
-/// Keeps the bricks that lag most by samples. @returns false if none lags by what is shown
+/// Keeps the bricks that lag most by samples. @returns false if none lags by a length that is shown
 bool ShownDisplacement::keep_farthest(const ElasticLevels& levels, const StiffnessMap& map,
                                       std::size_t most, std::vector<Lag>& lags,
                                       const TaskArena& arena) const {

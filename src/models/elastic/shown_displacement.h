@@ -5,7 +5,9 @@
 
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 #include "elastic/levels.h"
 #include "field/writable_field.h"
@@ -33,6 +35,10 @@ class ShownDisplacement {
         Fixed units;
         std::size_t chunk = 0, at = 0;  ///< of its displacements
     };
+    using BrickRow = std::array<std::array<float, kMaxBrickSize>, 3>;  ///< [component]
+
+    void find_row(const ElasticLevels& levels, const StiffnessMap& map, Vec3i first, int count,
+                  BrickRow& row) const;
     static bool is_before(const Lag& a, const Lag& b);
     void fill(const ElasticLevels& levels, const StiffnessMap& map, Vec3i coord,
               const std::array<Fixed*, 3>& u) const;

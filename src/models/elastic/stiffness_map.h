@@ -49,7 +49,7 @@ class StiffnessMap {
     Vec3d spacing_mm(int level) const;
     float lambda_per_mu() const { return m_lambda_per_mu; }
     float void_mu() const { return m_void_mu; }  ///< [Pa]
-    /// Of what lies between walls that touch [Pa]: half of the stiffest tissue that moves.
+    /// Of cells between walls that touch [Pa]: half of the stiffest tissue that moves.
     float touching_mu() const { return kTouching * m_void_mu; }
 
     /// Writes shear moduli [Pa] of a box of cells: cell c of the box at mu[c.x + stride·(c.y +

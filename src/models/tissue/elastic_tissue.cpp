@@ -505,7 +505,7 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
     return report;
 }
 
-// Cuts and carving. Tools hold what remains.
+// Cuts and carving. Tools hold the tissue that remains.
 
 constexpr std::int64_t kMostEdited = 50'000'000;  ///< elements that a blade may pass
 
