@@ -54,18 +54,32 @@ std::vector<float> moduli(const StiffnessMap& map) {
     return all;
 }
 
+std::vector<bool> held_nodes(const StiffnessMap& map) {
+    std::vector<bool> all;
+    for (int level = 0; level < map.level_count(); ++level) {
+        const Vec3i cells = map.cells(level);
+        for (int k = 0; k <= cells.z; ++k)
+            for (int j = 0; j <= cells.y; ++j)
+                for (int i = 0; i <= cells.x; ++i) all.push_back(map.is_held(level, {i, j, k}));
+    }
+    return all;
+}
+
 TEST(Edits, AChangedMapIsTheOneOfANewScan) {
     const TaskArena arena(2);
+    bool is_other_bone = false;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const Volume scan =
             scan_of(kSize, {1, 1, 1.3}, [&](Vec3i) { return random.whole(0, 900); });
-        const ElasticScanSettings settings = plain_settings(0.4);
+        ElasticScanSettings settings = plain_settings(0.4);
+        settings.held_above_hu = 800;
         WritableField field(scan.grid);
         StiffnessMap map(scan, settings, arena, &field);
         ElasticLevels levels(map, 14, true, arena);
         const std::vector<float> before = moduli(map);
+        const std::vector<bool> held_before = held_nodes(map);
         for (int n = 0; n < 3; ++n) {
             const Vec3i place{random.whole(0, 26), random.whole(0, 21), random.whole(0, 18)};
             EditMap bricks = edits_near(field, place, random);
@@ -81,6 +95,8 @@ TEST(Edits, AChangedMapIsTheOneOfANewScan) {
             const StiffnessMap anew(scan, settings, arena, &field);
             EXPECT_EQ(moduli(map), moduli(anew));
             EXPECT_NE(moduli(map), before);
+            EXPECT_EQ(held_nodes(map), held_nodes(anew));
+            is_other_bone = is_other_bone || held_nodes(map) != held_before;
             ElasticLevels others(anew, 14, true, arena);
             for (ElasticLevels* const of : {&levels, &others}) {
                 of->reset();
@@ -94,6 +110,7 @@ TEST(Edits, AChangedMapIsTheOneOfANewScan) {
             EXPECT_EQ(a, b);
         }
     }
+    EXPECT_TRUE(is_other_bone);
 }
 
 TEST(Edits, ACutCellIsSofterThanAirAndACarvedVoxelIsAir) {

@@ -168,6 +168,41 @@ TEST(Levels, WindowsAgreeWithOneLattice) {
     }
 }
 
+TEST(Levels, AThinLayerOfBoneHoldsBeyondTheFinestWindow) {
+    const TaskArena arena(2);
+    auto settings = plain_settings(0.45);
+    settings.held_above_hu = 4999;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        // A closed shell of one voxel around soft tissue, at even and odd places, or a sphere.
+        const Vec3i low{random.whole(4, 7), random.whole(4, 7), random.whole(4, 7)};
+        const Vec3i high{random.whole(41, 44), random.whole(41, 44), random.whole(41, 44)};
+        const double radius = random.real(19, 21);
+        const Volume scan = scan_of({49, 49, 49}, {1, 1, 1}, [&](Vec3i at) {
+            if (seed > 2) {
+                const double r = norm(Vec3d{at.x - 24.0, at.y - 24.0, at.z - 24.0});
+                return r >= radius && r < radius + 1 ? 5000 : 300;
+            }
+            bool is_inside = true, is_on = false;
+            for (int a = 0; a < 3; ++a) {
+                is_inside = is_inside && at[a] >= low[a] && at[a] <= high[a];
+                is_on = is_on || at[a] == low[a] || at[a] == high[a];
+            }
+            return is_inside && is_on ? 5000 : 300;
+        });
+        const StiffnessMap map(scan, settings, arena);
+        ElasticLevels whole(map, kWhole, true, arena), windows(map, 20, true, arena);
+        const Vec3d centre{24, 24, 24};
+        windows.focus(centre);
+        for (ElasticLevels* const levels : {&whole, &windows}) {
+            levels->hold(ball(map, centre, 4, {1, -0.5, 1.5}));
+            solve(*levels, 4, 6);
+        }
+        EXPECT_LT(distance(windows, whole, scan.grid.size), 0.06);
+    }
+}
+
 TEST(Levels, AMovedWindowKeepsTheDisplacement) {
     const TaskArena arena(1);
     const Volume scan = body({57, 54, 50}, {1, 1, 1}, 2);

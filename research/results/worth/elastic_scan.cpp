@@ -36,7 +36,6 @@ ElasticScanSettings settings_of(const Body& body) {
         for (std::size_t m = 0; m < body.materials.size(); ++m)
             settings.moduli_kpa.push_back(
                 {double(first) + double(m), body.materials[m].young_modulus_kpa});
-    settings.window_cells = 46;  // coarser lattices do not hold single layers of nodes
     settings.poisson_ratio = 0;
     for (const ElasticPair& pair : body.materials)
         settings.poisson_ratio = std::max(settings.poisson_ratio, pair.poisson_ratio);

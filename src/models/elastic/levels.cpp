@@ -217,9 +217,10 @@ void ElasticLevels::hold(std::span<const HeldNode> nodes) {
 void ElasticLevels::renew(const Box3i& voxels) {
     for (auto& level : m_levels) {
         Box3i cells;
-        for (int a = 0; a < 3; ++a) {  // with a corner in the box
-            const int begin = std::max(voxels.begin[a] - 1, 0) >> level->shift[a];
-            const int end = ((voxels.end[a] - 1) >> level->shift[a]) + 1;
+        for (int a = 0; a < 3;
+             ++a) {  // with a corner in the box, or a node for whose sake it holds
+            const int begin = (std::max(voxels.begin[a] - 1, 0) >> level->shift[a]) - 1;
+            const int end = ((voxels.end[a] - 1) >> level->shift[a]) + 2;
             cells.begin[a] = std::max(begin - level->first[a], 0);
             cells.end[a] = std::min(end - level->first[a], level->nodes[a] - 1);
         }

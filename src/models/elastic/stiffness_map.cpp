@@ -13,9 +13,15 @@ namespace {
 constexpr std::int64_t kLastNodes = 400;  ///< a level of this size is the coarsest
 constexpr double kLargestAspect = 1.5;    ///< edges up to this multiple of the shortest are doubled
 constexpr float kJump = 2000;             ///< largest modulus of soft tissue over that of a void
+constexpr int kHeldShare = 8;             ///< a node is held for the sake of a layer: 1 / share
 
 std::int64_t node_count(Vec3i cells) {
     return std::int64_t(cells.x + 1) * (cells.y + 1) * (cells.z + 1);
+}
+
+std::size_t node_index(Vec3i nodes, Vec3i at) {
+    return std::size_t(at.x) +
+           std::size_t(nodes.x) * (std::size_t(at.y) + std::size_t(nodes.y) * std::size_t(at.z));
 }
 
 int halves(int cells, int shift) {
@@ -75,6 +81,8 @@ StiffnessMap::StiffnessMap(const Volume& volume, const ElasticScanSettings& sett
         const Vec3i all = cells(level);
         m_mu.emplace_back(std::size_t(all.x) * std::size_t(all.y) * std::size_t(all.z));
         coarsen(level, {{0, 0, 0}, all}, arena);
+        m_bone.emplace_back(std::size_t(node_count(all)));
+        coarsen_bone(level, {{0, 0, 0}, all + Vec3i{1, 1, 1}}, arena);
     }
 }
 
@@ -96,8 +104,14 @@ void StiffnessMap::take_labels(const ElasticScanSettings& settings) {
 }
 
 void StiffnessMap::renew(const Box3i& voxels, const TaskArena& arena) {
+    Box3i nodes = voxels;
     for (int level = 1; level < level_count(); ++level) {
-        const Vec3i s = shift(level), all = cells(level);
+        const Vec3i s = shift(level), all = cells(level), step = s - shift(level - 1);
+        for (int a = 0; a < 3; ++a) {  // nodes that depend on one in the finer box
+            nodes.begin[a] = std::max(nodes.begin[a] - step[a], 0) >> step[a];
+            nodes.end[a] = std::min(((nodes.end[a] - 1 + 2 * step[a]) >> step[a]) + 1, all[a] + 1);
+        }
+        coarsen_bone(level, nodes, arena);
         Box3i changed;
         for (int a = 0; a < 3; ++a) {  // cells with a corner in the box
             changed.begin[a] = std::max(voxels.begin[a] - 1, 0) >> s[a];
@@ -153,16 +167,89 @@ void StiffnessMap::find_held_sides(const ElasticScanSettings& settings) {
 
 bool StiffnessMap::is_held(int level, Vec3i node) const {
     const Vec3i s = shift(level), size = grid().size;
-    Vec3i voxel;
-    bool is_inside = true;
     for (int a = 0; a < 3; ++a) {
-        voxel[a] = node[a] << s[a];
+        const int voxel = node[a] << s[a];
         // The node nearest to the last voxel, and all beyond it, are on the side.
-        const bool last = voxel[a] + ((1 << s[a]) - 1) / 2 >= size[a] - 1;
-        if ((voxel[a] == 0 && m_is_side_held[a][0]) || (last && m_is_side_held[a][1])) return true;
-        is_inside = is_inside && voxel[a] < size[a];
+        const bool last = voxel + ((1 << s[a]) - 1) / 2 >= size[a] - 1;
+        if ((voxel == 0 && m_is_side_held[a][0]) || (last && m_is_side_held[a][1])) return true;
     }
-    return is_inside && is_bone(voxel);
+    return is_bone_node(level, node);
+}
+
+bool StiffnessMap::is_bone_node(int level, Vec3i node) const {
+    const Vec3i nodes = level > 0 ? cells(level) + Vec3i{1, 1, 1} : grid().size;
+    if (!contains(Box3i{{0, 0, 0}, nodes}, node)) return false;
+    return level > 0 ? m_bone[std::size_t(level - 1)][node_index(nodes, node)] != 0 : is_bone(node);
+}
+
+/// Writes whether the nodes of a row of a level are bone; none is beyond the lattice.
+void StiffnessMap::bone_row(int level, Vec3i first, int count, std::uint8_t* row) const {
+    const auto* const values = std::get_if<0>(&m_volume.voxels);
+    const bool is_plain = m_labels.empty() && !(m_edits && !m_edits->all_edits().empty());
+    if (level > 0 || !values || !is_plain) {
+        for (int i = 0; i < count; ++i) row[i] = is_bone_node(level, first + Vec3i{i, 0, 0});
+        return;
+    }
+    std::fill_n(row, count, std::uint8_t(0));
+    const Vec3i size = grid().size;
+    if (first.y < 0 || first.y >= size.y || first.z < 0 || first.z >= size.z) return;
+    const std::int16_t* const from = values->data() + voxel_index(grid(), {0, first.y, first.z});
+    for (int i = std::max(first.x, 0); i < std::min(first.x + count, size.x); ++i)
+        row[i - first.x] = double(from[i]) > m_held_above;
+}
+
+/// A coarser node is bone if the finer one at its place is. So that a single layer of bone between
+/// them holds as well, it is bone too if such finer nodes, none of whose other parents is bone
+/// itself, have an eighth of the node's weight.
+void StiffnessMap::coarsen_bone(int level, const Box3i& box, const TaskArena& arena) {
+    const Vec3i step = shift(level) - shift(level - 1);
+    const Vec3i nodes = cells(level) + Vec3i{1, 1, 1};
+    const int weight = 1 << (step.x + step.y + step.z);
+    const int width = ((box.end.x - 1 - box.begin.x) << step.x) + 1 + 2 * step.x;
+    auto& to = m_bone[std::size_t(level - 1)];
+    const auto is_left_out = [&](Vec3i node, Vec3i offset) {
+        for (int c = 1; c < 8; ++c) {  // the other parents
+            Vec3i parent = node;
+            bool differs = true;
+            for (int a = 0; a < 3; ++a) {
+                if (!(c >> a & 1)) continue;
+                differs = differs && offset[a] != 0;
+                parent[a] += 2 * offset[a];
+            }
+            if (differs && is_bone_node(level - 1, parent)) return false;
+        }
+        return true;
+    };
+    arena.for_each(box.end.z - box.begin.z, 1, [&](std::int64_t begin, std::int64_t end) {
+        std::vector<std::uint8_t> rows[3][3];
+        for (auto& plane : rows)
+            for (auto& row : plane) row.resize(std::size_t(width));
+        for (int k = box.begin.z + int(begin); k < box.begin.z + int(end); ++k)
+            for (int j = box.begin.y; j < box.end.y; ++j) {
+                bool is_any = false;
+                const Vec3i first{(box.begin.x << step.x) - step.x, j << step.y, k << step.z};
+                for (int z = -step.z; z <= step.z; ++z)
+                    for (int y = -step.y; y <= step.y; ++y) {
+                        auto& row = rows[z + 1][y + 1];
+                        bone_row(level - 1, first + Vec3i{0, y, z}, width, row.data());
+                        is_any = is_any || std::ranges::find(row, 1) != row.end();
+                    }
+                std::uint8_t* const out = to.data() + node_index(nodes, {box.begin.x, j, k});
+                std::fill_n(out, box.end.x - box.begin.x, std::uint8_t(0));
+                for (int i = 0; is_any && i < box.end.x - box.begin.x; ++i) {
+                    const int at = (i << step.x) + step.x;
+                    int sum = rows[1][1][std::size_t(at)] ? 8 * weight : 0;
+                    for (int z = -step.z; z <= step.z; ++z)
+                        for (int y = -step.y; y <= step.y; ++y)
+                            for (int x = -step.x; x <= step.x && sum < 8 * weight; ++x)
+                                if (rows[z + 1][y + 1][std::size_t(at + x)] &&
+                                    is_left_out({(box.begin.x + i) << step.x, first.y, first.z},
+                                                {x, y, z}))
+                                    sum += 8 >> (std::abs(x) + std::abs(y) + std::abs(z));
+                    out[i] = kHeldShare * sum >= 8 * weight;
+                }
+            }
+    });
 }
 
 // Edits.

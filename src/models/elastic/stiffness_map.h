@@ -92,6 +92,9 @@ class StiffnessMap {
     void find_held_sides(const ElasticScanSettings& settings);
     void coarsen(int level, const Box3i& cells, const TaskArena& arena);
     void fine_row(Vec3i first, int count, float* mu) const;
+    bool is_bone_node(int level, Vec3i node) const;
+    void bone_row(int level, Vec3i first, int count, std::uint8_t* row) const;
+    void coarsen_bone(int level, const Box3i& nodes, const TaskArena& arena);
     bool is_carved(Vec3i ijk) const { return m_edits && (edits_at(ijk) & kVoid) != 0; }
     std::uint8_t edits_at(Vec3i ijk) const;
     bool is_slit(Vec3i cell) const;
@@ -110,7 +113,8 @@ class StiffnessMap {
     double m_held_above;
     bool m_is_side_held[3][2] = {};
     std::vector<Vec3i> m_shifts;
-    std::vector<std::vector<float>> m_mu;  ///< [level − 1][cell]
+    std::vector<std::vector<float>> m_mu;           ///< [level − 1][cell]
+    std::vector<std::vector<std::uint8_t>> m_bone;  ///< [level − 1][node]
 };
 
 }  // namespace pliant
