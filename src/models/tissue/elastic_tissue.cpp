@@ -23,8 +23,9 @@ constexpr double kHomeMm = 0.02;        ///< free tissue so near to rest is put 
 constexpr double kLeastVolume = 0.05;   ///< determinants of a state that is shown
 constexpr int kResponseIterations = 4;  ///< for each axis, when a drag begins
 constexpr int kDragIterations = 1;
-constexpr double kFarthestStep = 2;  ///< of a drag, relative to the step before
+constexpr double kFarthestStep = 2;  ///< of a tool that goes on, relative to the step before
 constexpr int kStrideIterations = 2, kSweepIterations = 2;
+constexpr double kNearlyIncompressible = 0.47;  ///< strides take one more above that ratio
 constexpr int kMostSweeps = 30;  ///< after a tool's motion: contacts may alternate for ever
 constexpr int kHalvings = 2;     ///< of a stride that would fold cells
 constexpr int kContactRounds = 2;
@@ -166,6 +167,10 @@ void ElasticTissue::hold_all() {
     m_levels.hold(nodes);
 }
 
+int ElasticTissue::stride_iterations() const {
+    return kStrideIterations + (m_settings.poisson_ratio > kNearlyIncompressible);
+}
+
 void ElasticTissue::solve(int iterations) {
     (void)m_levels.start();
     for (int n = 0; n < iterations; ++n)
@@ -245,11 +250,16 @@ ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Mo
         const Tool before = tool;
         move(next, step * way.shift_mm);
         if (m_levels.untangle(kLeastVolume)) {
-            if (m_levels.was_tangled())
+            if (m_levels.was_tangled()) {
                 end.message = "tissue slips from the tool where it would fold";
+                m_step.reset();
+            } else if (m_step) {
+                m_step->earlier.swap(m_before);
+            }
             end.fraction += step;
             continue;
         }
+        m_step.reset();
         (void)m_levels.copy_from(m_before);
         tool = before;
         stay(tool);
@@ -299,9 +309,10 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
     }
     const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift) {
         gather(tool, push, centre);
+        (void)go_on(number, shift);
         for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
         hold_all();
-        if (!tool.nodes.empty()) solve(kStrideIterations);
+        if (!tool.nodes.empty()) solve(stride_iterations());
     });
     PushReport report = report_of(end, tool);
     if (tool.nodes.empty()) m_tools.erase(number);
@@ -335,6 +346,7 @@ Result<GrabReport> ElasticTissue::do_grab(std::uint32_t tool, const Push& positi
                       .from_mm = lattice_of(position.point_mm),
                       .radius_mm = position.sphere_radius_mm};
         m_tools.at(tool).centre_mm = m_drag->from_mm;
+        m_step = Step{tool, {0, 0, 0}};
         find_response();
     }
     return GrabReport{.grabbed_elements = report->grabbed_elements,
@@ -367,29 +379,33 @@ Result<PushReport> ElasticTissue::do_drag_to(Vec3d offset_mm) {
         tool.centre_mm = centre;
         for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
         hold_all();
-        solve(is_predicted ? kDragIterations : kStrideIterations);
+        solve(is_predicted ? kDragIterations : stride_iterations());
     });
-    m_drag->was_smoothed = end.fraction < 1 || m_levels.was_tangled();
     PushReport report = report_of(end, tool);
     report.solve_ms = watch.ms();
     return report;
 }
 
-/// Extrapolates the drag to the next position of the tool, unless cells were smoothed.
-/// @pre m_before is the present state. @returns whether it did
+/// Moves the tissue on as in the tool's last step. @pre m_before is the present state
+/// @returns the part of the shift for which it has not moved: all of it where there is no last step
+Vec3d ElasticTissue::go_on(std::uint32_t tool, Vec3d shift_mm) {
+    const std::optional<Step> last = std::exchange(m_step, Step{tool, shift_mm});
+    if (!last || last->tool != tool) return shift_mm;
+    const double square = dot(last->shift_mm, last->shift_mm);
+    const double part =
+        square > 0 ? std::clamp(dot(shift_mm, last->shift_mm) / square, 0.0, kFarthestStep) : 0.0;
+    if (part == 0 || !std::isfinite(m_levels.go_back(last->earlier, -part))) return shift_mm;
+    return shift_mm - part * last->shift_mm;
+}
+
+/// Moves the tissue to the next position of a drag. @returns false if it has to be solved for
 bool ElasticTissue::predict(Vec3d shift_mm) {
-    Drag& drag = *m_drag;
-    const Vec3d last_mm = std::exchange(drag.step_mm, shift_mm);
-    const std::vector<double> earlier = std::exchange(drag.earlier, m_before);
-    if (drag.was_smoothed) return false;
-    const double square = dot(last_mm, last_mm);
-    double part =
-        square > 0 ? std::clamp(dot(shift_mm, last_mm) / square, 0.0, kFarthestStep) : 0.0;
-    if (part > 0 && !std::isfinite(m_levels.go_back(earlier, -part))) part = 0;
-    const Vec3d aside = shift_mm - part * last_mm;
-    if (norm(aside) > 0.1 * norm(shift_mm) && !m_levels.respond(drag.response, aside)) {
+    const bool is_smooth = m_step.has_value();
+    const Vec3d aside = go_on(m_drag->tool, shift_mm);
+    if (!is_smooth) return false;
+    if (norm(aside) > 0.1 * norm(shift_mm) && !m_levels.respond(m_drag->response, aside)) {
         find_response();
-        (void)m_levels.respond(drag.response, aside);
+        (void)m_levels.respond(m_drag->response, aside);
     }
     return true;
 }
@@ -464,7 +480,7 @@ void ElasticTissue::press(Tool& tool) {
         find_contacts(tool);
         if (!had && tool.nodes.empty()) return;
         hold_all();
-        solve(kStrideIterations);
+        solve(stride_iterations());
     }
 }
 
@@ -489,6 +505,7 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
     m_is_shown = m_settled = false;
     m_is_fresh = true;
     m_sweeps = 0;
+    m_step.reset();
     const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d) {
         tool.centre_mm = centre;
         press(tool);
@@ -530,6 +547,7 @@ void ElasticTissue::edit(EditMap& bricks) {
             box.end[a] = std::min(m_scan.grid.size[a], std::max(box.end[a], size * (coord[a] + 1)));
         }
     if (is_empty(box)) return;
+    m_step.reset();
     m_levels.forget_windows();
     m_field.edit(bricks);
     m_map.renew(box, m_arena);
@@ -581,6 +599,7 @@ Result<CarveReport> ElasticTissue::do_carve(const CarveTool& tool) {
 void ElasticTissue::release(std::uint32_t tool) noexcept {
     if (m_drag && m_drag->tool == tool) m_drag.reset();
     if (m_tools.erase(tool) == 0) return;
+    m_step.reset();
     m_settled = false;
     m_returns = true;
     m_sweeps = 0;
@@ -626,6 +645,7 @@ Result<Sweep> ElasticTissue::do_sweep() {
         sweep.settled = false;
         return sweep;
     }
+    if (m_step) m_step->shift_mm = {0, 0, 0};
     m_is_shown = false;
     const double stays = std::exp(-kSweepMs / 1000 / m_settings.return_s);
     if (m_tools.empty() && m_eyes.empty()) {
@@ -671,6 +691,7 @@ Result<Sweep> ElasticTissue::do_sweep() {
 Status ElasticTissue::do_reset() {
     m_tools.clear();
     m_drag.reset();
+    m_step.reset();
     m_is_fresh = false;
     m_levels.reset();
     m_settled = true;
@@ -733,6 +754,7 @@ Status ElasticTissue::do_set_state(std::span<const double> numbers) {
     m_levels.forget_windows();
     m_tools.clear();
     m_drag.reset();
+    m_step.reset();
     m_is_fresh = false;
     edit(*edits);
     m_is_shown = false;

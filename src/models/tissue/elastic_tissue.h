@@ -84,18 +84,22 @@ class ElasticTissue final : public OwnTissue {
         std::string message{};
     };
 
+    /// The last step of a tool, if no cell was smoothed and nothing else has moved the tissue.
+    struct Step {
+        std::uint32_t tool;
+        Vec3d shift_mm;                 ///< lattice; 0 after a sweep
+        std::vector<double> earlier{};  ///< state before, if there was a shift
+    };
     /// A drag: the tissue goes on as it moved last; where the tool turns, by its linear response.
     struct Drag {
         std::uint32_t tool;
         Vec3d from_mm;  ///< of the tool, lattice
         double radius_mm;
         HeldResponse response{};
-        std::vector<double> earlier{};  ///< state before the last step
-        Vec3d step_mm{0, 0, 0};         ///< the last step, lattice
-        bool was_smoothed = false;      ///< by untangle(), in that step
     };
 
     void find_response();
+    Vec3d go_on(std::uint32_t tool, Vec3d shift_mm);
     bool predict(Vec3d shift_mm);
     PushReport report_of(const WayEnd& end, const Tool& tool) const;
     Vec3d lattice_of(Vec3d world_mm) const;
@@ -112,6 +116,7 @@ class ElasticTissue final : public OwnTissue {
     void press(Tool& tool);
     void find_forces();
     void hold_all();
+    int stride_iterations() const;
     void solve(int iterations);
     ElementFacts facts() const;
     void edit(EditMap& bricks);
@@ -127,6 +132,7 @@ class ElasticTissue final : public OwnTissue {
     ElasticLevels m_levels;
     std::map<std::uint32_t, Tool> m_tools, m_eyes;
     std::optional<Drag> m_drag;
+    std::optional<Step> m_step;
     bool m_settled = true;
     bool m_is_fresh = false;  ///< a tool has moved since the last sweep, with a solution
     int m_sweeps = 0;         ///< with tools at rest
