@@ -41,6 +41,13 @@ std::array<float, 6> inverse_across(const std::array<float, 6>& inverse, Vec3d n
     return across;
 }
 
+/// A squared Frobenius norm of G up to which det(I + G) is above a limit: it is at least (1 − g)³ for
+/// g < 1, since no singular value of I + G is below 1 − g.
+float unfolded_below(float limit) {
+    const float most = std::max(0.999F - std::cbrt(limit), 0.0F);  // with room for rounding
+    return most * most;
+}
+
 }  // namespace
 
 ElasticLevel::ElasticLevel(const StiffnessMap& map, int n, Vec3i begin, Vec3i size,
@@ -266,25 +273,28 @@ void ElasticLevel::displacements(Vec3i voxel, int count, const NodeRows& to) con
 
 /// Smallest determinant at the corners of a cell for scale · u, or any number above the limit.
 float ElasticLevel::least_corner(std::size_t at, float limit, float scale) const {
-    float corner[8][3], edges[3][4][3], largest = 0;
+    float corner[8][3], edges[3][4][3], squared = 0;
     for (unsigned c = 0; c < 8; ++c)
         for (std::size_t a = 0; a < 3; ++a)
             corner[c][a] =
                 u[a][at + (c & 1) + (c & 2 ? std::size_t(stride) : 0) + (c & 4 ? plane : 0)];
-    for (unsigned b = 0; b < 3; ++b)
+    for (unsigned b = 0; b < 3; ++b) {
+        float longest = 0;
         for (unsigned c = 0, n = 0; c < 8; ++c) {
             if (c >> b & 1) continue;
+            float square = 0;
             for (std::size_t a = 0; a < 3; ++a) {
                 const float edge =
                     scale * 4 * factors.gradient[b] * (corner[c | 1U << b][a] - corner[c][a]);
                 edges[b][n][a] = edge;
-                largest = std::max(largest, std::abs(edge));
+                square += edge * edge;
             }
+            longest = std::max(longest, square);
             ++n;
         }
-    // |det(I + G) − 1| ≤ (1 + 3 g)³ − 1 for entries of G up to g.
-    const float spread = 1 + 3 * largest;
-    if (spread * spread * spread < 2 - limit) return 1;
+        squared += longest;
+    }
+    if (squared < unfolded_below(limit)) return 1;
     float least = std::numeric_limits<float>::max();
     for (unsigned c = 0; c < 8; ++c) {
         float g[3][3];
@@ -300,6 +310,38 @@ float ElasticLevel::least_corner(std::size_t at, float limit, float scale) const
     return least;
 }
 
+/// Writes an upper bound of the squared Frobenius norm of the displacement gradient at the corners of
+/// each cell of a row.
+void ElasticLevel::gradient_row(int j, int k, std::span<float> to) const {
+    constexpr std::size_t kBlock = 64;
+    const std::size_t count = to.size() - 1, begin = index({0, j, k}), width = std::size_t(stride);
+    const float *const x = u[0], *const y = u[1], *const z = u[2];
+    const auto square = [=](std::size_t node, std::size_t other) {
+        const float of_x = x[other] - x[node], of_y = y[other] - y[node], of_z = z[other] - z[node];
+        return of_x * of_x + of_y * of_y + of_z * of_z;
+    };
+    const auto squared = [](float factor) { return 16 * factor * factor; };
+    const float of_x = squared(factors.gradient[0]), of_y = squared(factors.gradient[1]);
+    const float of_z = squared(factors.gradient[2]);
+    for (std::size_t first_cell = 0; first_cell < count; first_cell += kBlock) {
+        const std::size_t cells = std::min(kBlock, count - first_cell), at = begin + first_cell;
+        float along_x[kBlock], along_y[kBlock + 1], along_z[kBlock + 1];
+        for (std::size_t i = 0; i < cells + 1; ++i) {
+            const std::size_t a = at + i, b = a + width, c = a + plane, d = c + width;
+            along_y[i] = of_y * std::max(square(a, b), square(c, d));
+            along_z[i] = of_z * std::max(square(a, c), square(b, d));
+        }
+        for (std::size_t i = 0; i < cells; ++i) {
+            const std::size_t a = at + i, b = a + width, c = a + plane, d = c + width;
+            along_x[i] = of_x * std::max(std::max(square(a, a + 1), square(b, b + 1)),
+                                         std::max(square(c, c + 1), square(d, d + 1)));
+        }
+        for (std::size_t i = 0; i < cells; ++i)
+            to[first_cell + i] = along_x[i] + std::max(along_y[i], along_y[i + 1]) +
+                                 std::max(along_z[i], along_z[i + 1]);
+    }
+}
+
 // Walls that touch.
 
 void ElasticLevel::find_touching(int k, std::vector<TouchingCell>& found) const {
@@ -309,14 +351,20 @@ void ElasticLevel::find_touching(int k, std::vector<TouchingCell>& found) const 
     auto last = std::lower_bound(
         touching.begin(), touching.end(), Vec3i{0, 0, k},
         [&](const TouchingCell& cell, Vec3i at) { return is_before(cell.cell, at); });
-    for (int j = 0; j + 1 < nodes.y; ++j)
+    const float unfolded[2][2] = {{unfolded_below(kTouch), unfolded_below(kTouch + kLetsGo)},
+                                  {unfolded_below(kPressed), unfolded_below(kPressed + kLetsGo)}};
+    std::vector<float> gradients(std::size_t(nodes.x));
+    for (int j = 0; j + 1 < nodes.y; ++j) {
+        gradient_row(j, k, gradients);
         for (int i = 0; i + 1 < nodes.x; ++i) {
             const Vec3i cell{i, j, k};
             const bool touched = last != touching.end() && last->cell == cell;
             const auto before = touched ? last++ : touching.end();
             const std::size_t at = index(cell);
             if (kind[at] == CellKind::Tissue || is_covered(cell)) continue;
-            const float limit = kind[at] == CellKind::Slit ? kPressed : kTouch;
+            const bool is_slit = kind[at] == CellKind::Slit;
+            if (gradients[std::size_t(i)] < unfolded[is_slit][touched]) continue;
+            const float limit = is_slit ? kPressed : kTouch;
             const float parts = limit + kLetsGo;
             const float least = least_corner(at, touched ? parts : limit);
             if (touched) {
@@ -337,6 +385,7 @@ void ElasticLevel::find_touching(int k, std::vector<TouchingCell>& found) const 
                         open * u[a][at + (c & 1) + (c & 2 ? std::size_t(stride) : 0) +
                                     (c & 4 ? plane : 0)];
         }
+    }
 }
 
 /// The cells stand in a row, with nothing between them.
@@ -391,13 +440,17 @@ void ElasticLevel::add_touching(const StiffnessMap& map, const NodeRows& rows, f
 bool ElasticLevel::has_folded(int k, float limit, std::vector<Vec3i>* cells) const {
     const Box3i& box = covered;
     bool found = false;
+    const float unfolded = unfolded_below(limit);
+    std::vector<float> gradients(std::size_t(nodes.x));
     for (int j = 0; j + 1 < nodes.y; ++j) {
+        gradient_row(j, k, gradients);
         const bool partly = k >= box.begin.z && k < box.end.z && j >= box.begin.y && j < box.end.y;
         const std::size_t row = index({0, j, k});
         for (int i = 0; i + 1 < nodes.x; ++i) {
             const std::size_t at = row + std::size_t(i);
             if (kind[at] != CellKind::Tissue || (partly && i >= box.begin.x && i < box.end.x))
                 continue;
+            if (gradients[std::size_t(i)] < unfolded) continue;
             if (least_corner(at, limit) >= limit) continue;
             found = true;
             if (!cells) return true;

@@ -11,6 +11,7 @@
 #include <bit>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -183,6 +184,7 @@ struct ElasticLevel {
     /// D of a row of nodes for its cells' moduli.
     void find_row(const StiffnessMap& map, int j, int k, int begin, int end);
     void read(const StiffnessMap& map, const Box3i& cells);
+    void gradient_row(int j, int k, std::span<float> to) const;
     float least_corner(std::size_t at, float limit, float scale = 1) const;
 
     CornerBlocks m_corners;

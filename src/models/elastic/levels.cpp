@@ -709,12 +709,13 @@ void ElasticLevels::scale(double factor) {
 }
 
 double ElasticLevels::largest_mm() const {
-    float largest = 0;
+    std::int32_t largest =
+        0;  // the bits of magnitudes have their order, and are compared in vectors
     for (const auto& level : m_levels)
         for (const float* const u : level->u)
             for (std::size_t n = 0; n < level->array_size(); ++n)
-                largest = std::max(largest, std::abs(u[n]));
-    return double(largest);
+                largest = std::max(largest, std::bit_cast<std::int32_t>(std::abs(u[n])));
+    return double(std::bit_cast<float>(largest));
 }
 
 std::int64_t ElasticLevels::moved_voxels(double mm) const {

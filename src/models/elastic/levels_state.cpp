@@ -19,9 +19,11 @@ void ElasticLevels::copy_to(std::vector<double>& numbers) const {
         for (int a = 0; a < 3; ++a) numbers.push_back(level->first[a]);
         for (int a = 0; a < 3; ++a) numbers.push_back(level->nodes[a]);
     }
+    std::size_t end = numbers.size();
+    numbers.resize(end + 3 * std::size_t(node_count()));
     for (const auto& level : m_levels)
         level->for_each_node([&](Vec3i, std::size_t at) {
-            for (const float* const u : level->u) numbers.push_back(double(u[at]));
+            for (const float* const u : level->u) numbers[end++] = double(u[at]);
         });
     for (const auto& level : m_levels) {
         numbers.push_back(double(level->touching.size()));

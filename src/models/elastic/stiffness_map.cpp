@@ -58,6 +58,12 @@ StiffnessMap::StiffnessMap(const Volume& volume, const ElasticScanSettings& sett
       m_table(settings.moduli_kpa),
       m_held_above(settings.held_above_hu),
       m_shifts(find_shifts(volume.grid)) {
+    for (const Vec3i here : m_shifts) {
+        const Vec3i last = m_shifts.back();
+        Vec3i& cells = m_cells.emplace_back();
+        for (int a = 0; a < 3; ++a)
+            cells[a] = halves(volume.grid.size[a] - 1, last[a]) << (last[a] - here[a]);
+    }
     const double nu = settings.poisson_ratio;
     m_lambda_per_mu = float(2 * nu / (1 - 2 * nu));
     m_mu_per_pa = float(1 / (2 * (1 + nu)));
@@ -121,14 +127,6 @@ void StiffnessMap::renew(const Box3i& voxels, const TaskArena& arena) {
     }
 }
 
-Vec3i StiffnessMap::cells(int level) const {
-    const Vec3i last = m_shifts.back(), here = shift(level);
-    Vec3i cells;
-    for (int a = 0; a < 3; ++a)
-        cells[a] = halves(grid().size[a] - 1, last[a]) << (last[a] - here[a]);
-    return cells;
-}
-
 Vec3d StiffnessMap::spacing_mm(int level) const {
     const Vec3i s = shift(level);
     const Vec3d& h = grid().spacing_mm;
@@ -184,18 +182,21 @@ bool StiffnessMap::is_bone_node(int level, Vec3i node) const {
 
 /// Writes whether the nodes of a row of a level are bone; none is beyond the lattice.
 void StiffnessMap::bone_row(int level, Vec3i first, int count, std::uint8_t* row) const {
-    const auto* const values = std::get_if<0>(&m_volume.voxels);
-    const bool is_plain = m_labels.empty() && !(m_edits && !m_edits->all_edits().empty());
-    if (level > 0 || !values || !is_plain) {
-        for (int i = 0; i < count; ++i) row[i] = is_bone_node(level, first + Vec3i{i, 0, 0});
-        return;
-    }
+    const Vec3i nodes = level > 0 ? cells(level) + Vec3i{1, 1, 1} : grid().size;
     std::fill_n(row, count, std::uint8_t(0));
-    const Vec3i size = grid().size;
-    if (first.y < 0 || first.y >= size.y || first.z < 0 || first.z >= size.z) return;
-    const std::int16_t* const from = values->data() + voxel_index(grid(), {0, first.y, first.z});
-    for (int i = std::max(first.x, 0); i < std::min(first.x + count, size.x); ++i)
-        row[i - first.x] = double(from[i]) > m_held_above;
+    if (first.y < 0 || first.y >= nodes.y || first.z < 0 || first.z >= nodes.z) return;
+    const int begin = std::max(first.x, 0), end = std::min(first.x + count, nodes.x);
+    std::uint8_t* const to = row + (begin - first.x);
+    const std::size_t at = node_index(nodes, {begin, first.y, first.z});
+    const auto* const values = std::get_if<0>(&m_volume.voxels);
+    if (level > 0) {
+        std::copy_n(m_bone[std::size_t(level - 1)].data() + at, std::max(end - begin, 0), to);
+    } else if (values && m_labels.empty() && !(m_edits && !m_edits->all_edits().empty())) {
+        const std::int16_t* const from = values->data() + at;
+        for (int i = 0; i < end - begin; ++i) to[i] = double(from[i]) > m_held_above;
+    } else {
+        for (int i = begin; i < end; ++i) to[i - begin] = is_bone({i, first.y, first.z});
+    }
 }
 
 /// A coarser node is bone if the finer one at its place is. So that a single layer of bone between

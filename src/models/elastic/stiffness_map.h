@@ -45,7 +45,7 @@ class StiffnessMap {
     /// A cell of a level has 2^shift voxels along each axis.
     Vec3i shift(int level) const { return m_shifts[std::size_t(level)]; }
     /// Cells of a level: the scan's, and those beyond its border that fill the coarsest cells.
-    Vec3i cells(int level) const;
+    Vec3i cells(int level) const { return m_cells[std::size_t(level)]; }
     Vec3d spacing_mm(int level) const;
     float lambda_per_mu() const { return m_lambda_per_mu; }
     float void_mu() const { return m_void_mu; }  ///< [Pa]
@@ -112,7 +112,7 @@ class StiffnessMap {
     float m_mu_per_pa;
     double m_held_above;
     bool m_is_side_held[3][2] = {};
-    std::vector<Vec3i> m_shifts;
+    std::vector<Vec3i> m_shifts, m_cells;           ///< [level]
     std::vector<std::vector<float>> m_mu;           ///< [level − 1][cell]
     std::vector<std::vector<std::uint8_t>> m_bone;  ///< [level − 1][node]
 };
