@@ -12,6 +12,7 @@
 
 #include <pliant/core/tasks.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -43,6 +44,27 @@ void add_errors(Page& page, const std::vector<Study>& studies) {
     page.table({"material", "tool alone", "ChainMail, default", "best offset, in hindsight",
                 "default, 40 sweeps"},
                rows);
+}
+
+void add_goals(Page& page, const std::vector<Study>& studies, const std::vector<Study>& regions) {
+    Errors frame{}, settled{};
+    std::string far;
+    for (const auto* const some : {&studies, &regions})
+        for (const Study& s : *some) {
+            const Errors one = s.scan_frame.errors.mean(), rest = s.scan_settled.errors.mean();
+            frame.mean = std::max(frame.mean, one.mean);
+            frame.p95 = std::max(frame.p95, one.p95);
+            settled.mean = std::max(settled.mean, rest.mean);
+            if (rest.mean > 1) far += (far.empty() ? "" : "; ") + s.name;
+        }
+    page.paragraph(
+        "The goal is a mean of 3 % and a p95 of 8 % after one frame, and a mean of 1 % at "
+        "rest. The largest ones of this run are " +
+        fixed_text(frame.mean, 1) + ", " + fixed_text(frame.p95, 1) + " and " +
+        fixed_text(settled.mean, 1) +
+        " %; above 1 % at rest: " + (far.empty() ? std::string("none") : far) +
+        ". In the scans a mean of 3 % is no evidence, since tissue that does not move "
+        "has 7 %: see *L2*.");
 }
 
 /// One frame of the elastic scan, and its equilibrium.
@@ -215,13 +237,15 @@ int main(int argc, char** argv) {
     page.heading(2, "The elastic scan");
     page.paragraph(
         "[The elastic scan](../../method/elastic.md) under the same loads. *One frame* is a push "
-        "from rest with its two iterations; *settled* is after sweeps until equilibrium. *L2* is "
+        "from rest with its two iterations, above ν = 0.47 three; *settled* is after sweeps until "
+        "equilibrium. *L2* is "
         "‖u − u_FEM‖ / ‖u_FEM‖ over all free nodes. The model turns its cells, and the reference "
         "does not: so the push is a thousandth of the load, and the displacement is multiplied by "
         "1000. Further differences from the reference: its cells are B-bar instead of trilinear; "
         "a cell has the mean modulus of its voxels, where a cell of the reference has the material "
         "at its centre (layers, ball); all cells have one Poisson's ratio, the largest one (lung "
         "and gas have 0.45 instead of 0.2).");
+    add_goals(page, studies, regions);
     add_elastic_scan(page, studies);
     add_elastic_scan(page, regions);
     page.heading(2, "Errors in scans");

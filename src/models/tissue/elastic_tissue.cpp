@@ -227,8 +227,8 @@ void ElasticTissue::stay(Tool& tool) const {
     }
 }
 
-/// Moves a tool along a way in strides: move(centre, shift) acts on it, and solves. A stride whose
-/// folds can't be smoothed is undone and halved.
+/// Moves a tool along a way in strides: move(centre, shift, is_last) acts on it, and solves. A stride
+/// whose folds cannot be smoothed is undone and halved.
 template <class Move>
 ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Move& move) {
     WayEnd end;
@@ -248,7 +248,7 @@ ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Mo
         }
         m_levels.copy_to(m_before);
         const Tool before = tool;
-        move(next, step * way.shift_mm);
+        move(next, step * way.shift_mm, end.fraction + step > 1 - 1e-9);
         if (m_levels.untangle(kLeastVolume)) {
             if (m_levels.was_tangled()) {
                 end.message = "tissue slips from the tool where it would fold";
@@ -307,12 +307,12 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
             .message = "the tool holds bone alone",
             .bone_mm = m_scan.grid.origin_mm + world_from_lattice_vector(m_scan.grid, *bone)};
     }
-    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift) {
+    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift, bool is_last) {
         gather(tool, push, centre);
-        (void)go_on(number, shift);
+        const bool goes_on = norm(go_on(number, shift)) < 0.1 * norm(shift);
         for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
         hold_all();
-        if (!tool.nodes.empty()) solve(stride_iterations());
+        if (!tool.nodes.empty()) solve(stride_iterations() - (goes_on && !is_last ? 1 : 0));
     });
     PushReport report = report_of(end, tool);
     if (tool.nodes.empty()) m_tools.erase(number);
@@ -374,7 +374,7 @@ Result<PushReport> ElasticTissue::do_drag_to(Vec3d offset_mm) {
     m_is_shown = m_settled = false;
     m_is_fresh = true;
     m_sweeps = 0;
-    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift) {
+    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift, bool) {
         const bool is_predicted = predict(shift);
         tool.centre_mm = centre;
         for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
@@ -403,11 +403,8 @@ bool ElasticTissue::predict(Vec3d shift_mm) {
     const bool is_smooth = m_step.has_value();
     const Vec3d aside = go_on(m_drag->tool, shift_mm);
     if (!is_smooth) return false;
-    if (norm(aside) > 0.1 * norm(shift_mm) && !m_levels.respond(m_drag->response, aside)) {
-        find_response();
-        (void)m_levels.respond(m_drag->response, aside);
-    }
-    return true;
+    // The response is lost when the windows move: to find it again takes longer than to go without.
+    return norm(aside) <= 0.1 * norm(shift_mm) || m_levels.respond(m_drag->response, aside);
 }
 
 void ElasticTissue::let_go() noexcept {
@@ -506,7 +503,7 @@ Result<SlideReport> ElasticTissue::do_slide(std::uint32_t number, const Push& pu
     m_is_fresh = true;
     m_sweeps = 0;
     m_step.reset();
-    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d) {
+    const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d, bool) {
         tool.centre_mm = centre;
         press(tool);
     });
