@@ -41,8 +41,8 @@ std::array<float, 6> inverse_across(const std::array<float, 6>& inverse, Vec3d n
     return across;
 }
 
-/// A squared Frobenius norm of G up to which det(I + G) is above a limit: it is at least (1 − g)³ for
-/// g < 1, since no singular value of I + G is below 1 − g.
+/// A squared Frobenius norm of G up to which det(I + G) is above a limit: it is at least (1 − g)³
+/// for g < 1, since no singular value of I + G is below 1 − g.
 float unfolded_below(float limit) {
     const float most = std::max(0.999F - std::cbrt(limit), 0.0F);  // with room for rounding
     return most * most;
@@ -310,7 +310,7 @@ float ElasticLevel::least_corner(std::size_t at, float limit, float scale) const
     return least;
 }
 
-/// Writes an upper bound of the squared Frobenius norm of the displacement gradient at the corners of
+/// Writes an upper bound of the squared Frobenius norm of displacement gradients at the corners of
 /// each cell of a row.
 void ElasticLevel::gradient_row(int j, int k, std::span<float> to) const {
     constexpr std::size_t kBlock = 64;

@@ -227,8 +227,8 @@ void ElasticTissue::stay(Tool& tool) const {
     }
 }
 
-/// Moves a tool along a way in strides: move(centre, shift, is_last) acts on it, and solves. A stride
-/// whose folds cannot be smoothed is undone and halved.
+/// Moves a tool along a way in strides: move(centre, shift, is_last) acts on it, and solves. If its
+/// folds can't be smoothed, a stride is undone and halved.
 template <class Move>
 ElasticTissue::WayEnd ElasticTissue::follow(const Way& way, Tool& tool, const Move& move) {
     WayEnd end;
