@@ -207,7 +207,7 @@ std::optional<Action> HapticSession::next_push_of(Scene& scene, bool is_free) {
     scene.describe(state);
     m_tried_mm = to;
     m_way_mm = to - m_pushed_mm;
-    const double scale = slides ? state.materials.scale : 1;
+    const double scale = scene.choice().model == "chainmail" ? state.materials.scale : 1;
     return PushCommand{.push = {.point_mm = m_pushed_mm,
                                 .push_mm = (1 / scale) * m_way_mm,
                                 .sphere_radius_mm = m_wish.radius_mm},
