@@ -300,6 +300,26 @@ TEST_F(Elastic, APictureShowsThePartsThatLagMost) {
     EXPECT_TRUE(tissue->approach_deformation(512).value());
 }
 
+TEST_F(Elastic, PicturesOfTissueAtRestEndWithTheExactOne) {
+    auto tissue = make(), exact = make();
+    for (auto* const one : {&tissue, &exact}) {
+        ASSERT_TRUE((*one)->push(kProbe, kWallPush).ok());
+        settle(**one);
+    }
+    ASSERT_TRUE(exact->update_deformation().ok());
+    int pictures = 1;
+    while (pictures < 1000 && !tissue->approach_deformation(4 * 512).value()) ++pictures;
+    EXPECT_GT(pictures, 2);
+    EXPECT_LT(pictures, 1000);
+    EXPECT_EQ(tissue->deformation().moved_box(), exact->deformation().moved_box());
+    const Vec3i size = m_scan.grid.size;
+    for (int k = 0; k < size.z; ++k)
+        for (int j = 0; j < size.y; ++j)
+            for (int i = 0; i < size.x; ++i)
+                ASSERT_EQ(tissue->deformation().displacement_mm({i, j, k}),
+                          exact->deformation().displacement_mm({i, j, k}));
+}
+
 TEST_F(Elastic, AThresholdOfBoneCountsWithoutATableOfModuli) {
     const Push push{.point_mm = {8, 6, 18}, .push_mm = {0, -1.5, 0}, .sphere_radius_mm = 2};
     EXPECT_EQ(make()->push(kProbe, push).value().limited_by, LimitedBy::Bone);

@@ -178,7 +178,10 @@ bool ShownDisplacement::show(const ElasticLevels& levels, const StiffnessMap& ma
     std::vector<Lag> lags = find_lags(levels, map, most, arena);
     const std::size_t found = lags.size() + m_is_sampled;  // others wait
     if (!all) {
-        std::erase_if(lags, [](const Lag& lag) { return lag.units < kStill; });
+        // Small ones wait until there is no other.
+        const auto is_shown = [](const Lag& lag) { return lag.units >= kStill; };
+        if (std::ranges::any_of(lags, is_shown))
+            std::erase_if(lags, [&](const Lag& lag) { return !is_shown(lag); });
         const auto last = lags.begin() + std::ptrdiff_t(std::min(most, lags.size()));
         std::partial_sort(lags.begin(), last, lags.end(), is_before);
         lags.erase(last, lags.end());

@@ -23,7 +23,7 @@ class ShownDisplacement {
     void edit(EditMap& bricks);
 
     /// Writes the bricks that lag most behind the lattices, of max_elements elements at most. Those
-    /// that lag by less than 0.02 mm are written only if there is no limit. Voxels of bone are at
+    /// that lag by less than 0.02 mm are written when no other lags. Voxels of bone are at
     /// rest, and so are bricks that move by less than 0.02 mm.
     /// @returns whether no brick lags. Throws std::bad_alloc, and nothing has changed
     bool show(const ElasticLevels& levels, const StiffnessMap& map, std::int64_t max_elements,
