@@ -40,11 +40,14 @@ function crossings(v: VolumeData, origin: Vec3, unit: Vec3, s: Surface): Crossin
         if (turns[turns.length - 1]?.above !== above) turns.push({ t, above });
         end = t;
     }
-    return turns.slice(1).flatMap(({ t, above }, i) => {
+    const found = turns.flatMap(({ t, above }, i) => {
         if (above !== s.rising) return [];
-        const sure = t - turns[i]!.t > least && (turns[i + 2]?.t ?? end) - t > least;
+        const before = turns[i - 1]?.t ?? t; // a wall may be in the step that enters the volume
+        const sure = t - before > least && (turns[i + 1]?.t ?? end) - t > least;
         return [{ t, sure }];
     });
+    // … or in the one that leaves it.
+    return [...found, { t: end + step / 2, sure: false }];
 }
 
 test('rays hit the surface where marching in tiny steps does', () => {
