@@ -21,7 +21,7 @@ using Index = Eigen::Index;
 constexpr double kBackGrowth = 0.5, kHeadGrowth = -0.2, kPitch = -0.4;
 constexpr double kSpacingMm = 58;          ///< of control points
 constexpr double kBorderMm = 6;            ///< of the lattice beyond the voxels' centres
-constexpr std::size_t kQuadrature = 2000;  ///< voxels that the integrals sum over
+constexpr std::size_t kQuadrature = 1500;  ///< voxels that the integrals sum over
 constexpr double kSupport = 1e-9;          ///< stiffness of coefficients that no voxel sees
 
 /// Values, first and second derivatives of the four cubic B-splines of a cell at t in 0…1.

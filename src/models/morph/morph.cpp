@@ -49,7 +49,8 @@ constexpr double kMargin = 0.1;    ///< of the lattice around the data, over the
 constexpr int kSoftenings = 8;     ///< rounds of softening before the field is flattened
 constexpr double kSoftening = 10;  ///< factor of λ at a fold
 constexpr double kFlattening = 0.1;
-constexpr std::size_t kInnerPoints = 160;                   ///< of a body, beside its surface
+// Of a body, beside its surface: chosen ones, of so many voxels.
+constexpr std::size_t kInnerPoints = 160, kInnerVoxels = 5000;
 constexpr double kBodySoftnessMm = 1;                       ///< λ of a body's samples
 const std::vector<double> kBodyWeights{0.003, 0.01, 0.03};  ///< of a body alone, by round
 const std::vector<double> kTrendWeights{0.003, 0.01};       ///< before points [1/mm²]
@@ -219,8 +220,11 @@ std::vector<PlatePoint> samples_of(const Parts& parts, const std::vector<BodyFie
         const Part& part = parts.list[p];
         const auto add = [&](Vec3d x) { samples.push_back({x, bodies[p].at(x), kBodySoftnessMm}); };
         for (const Vec3d& x : part.from.points) add(x);
-        for (const std::size_t n : morph::thinned(part.voxels_from, kInnerPoints))
-            add(part.voxels_from[n]);
+        std::vector<Vec3d> some;  // sorting all would take longer than the body
+        const std::size_t step = part.voxels_from.size() / kInnerVoxels + 1;
+        for (std::size_t n = step / 2; n < part.voxels_from.size(); n += step)
+            some.push_back(part.voxels_from[n]);
+        for (const std::size_t n : morph::thinned(some, kInnerPoints)) add(some[n]);
     }
     return samples;
 }
