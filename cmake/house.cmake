@@ -67,6 +67,7 @@ set(PLIANT_HOUSE
     "  4 elastic       the elastic scan: cells of voxels, nested lattices, multigrid"
     "  4 lattice       ChainMail's elements: a field with materials; elements at a tool"
     "  4 warp          one map for images, labels and points, there and back"
+    "  5 morph         an organ's motion between two phases, from its shapes and known points"
     "  5 propagate     the minimal move: heap, sweeps, a drag's fields, the permitted step"
     "  5 relax         the elastic return of pushed tissue, and imprints"
     "  5 catheter      a wire fed into a vessel; the scan that its wall carries"

@@ -140,7 +140,7 @@ if(PLIANT_BUILD_APP)
                              test_keyframes.cpp test_labels.cpp
                              test_materials.cpp
                              test_kinds_of_scans.cpp
-                             test_mesh.cpp
+                             test_mesh.cpp test_morph.cpp
                              test_outputs.cpp test_path.cpp
                              test_program.cpp test_readers.cpp test_serve.cpp
                              test_truth.cpp

@@ -28,6 +28,7 @@ void add_bench(CLI::App& app, BenchOptions& options);
 void add_vessel(CLI::App& app, VesselOptions& options);
 void add_haptics(CLI::App& app, HapticsOptions& options);
 void add_truth(CLI::App& app, TruthOptions& options);
+void add_morph(CLI::App& app, MorphOptions& options);
 void add_materials(CLI::App& app, MaterialsOptions& options);
 
 }  // namespace pliant::app

@@ -57,6 +57,7 @@ int run(int argc, char** argv) {
     HapticsOptions haptics;
     VesselOptions vessel;
     TruthOptions truth;
+    MorphOptions morph;
     MaterialsOptions materials;
     add_info(app, info);
     add_convert(app, convert);
@@ -73,6 +74,7 @@ int run(int argc, char** argv) {
     add_haptics(app, haptics);
     add_vessel(app, vessel);
     add_truth(app, truth);
+    add_morph(app, morph);
     add_materials(app, materials);
     app.footer("In the Python package there is also pliant study, for thousands of commands.");
     if (argc > 1 && std::string(argv[1]) == "study")
@@ -83,7 +85,7 @@ int run(int argc, char** argv) {
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
                          "', expected info, convert, phantom, deform, body, render, mesh, path, "
-                         "serve, replay, bench, fit, haptics, vessel, truth or materials");
+                         "serve, replay, bench, fit, haptics, vessel, truth, morph or materials");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -104,6 +106,7 @@ int run(int argc, char** argv) {
     if (app.got_subcommand("fit")) return run_fit(fit);
     if (app.got_subcommand("haptics")) return run_haptics(haptics);
     if (app.got_subcommand("vessel")) return run_vessel(vessel);
+    if (app.got_subcommand("morph")) return run_morph(morph);
     if (app.got_subcommand("materials")) return run_materials(materials);
     if (app.got_subcommand("truth"))
         return app.get_subcommand("truth")->got_subcommand("make") ? run_truth_make(truth.make)

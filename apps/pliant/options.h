@@ -343,6 +343,18 @@ struct TruthOptions {
     TruthScoreOptions score;
 };
 
+struct MorphOptions {
+    std::string from, to;       ///< label maps; empty: none
+    std::string points;         ///< table of known points
+    std::string predict;        ///< table of points to move
+    std::string axes = "auto";  ///< of both tables, or "lps", "ras"
+    std::string scan;           ///< moved by --volume; its grid is that of the fields
+    Record given;               ///< settings of MorphSettings
+    std::string out, displacement, transform, jacobian, volume, report;
+    bool raw = false;
+    int threads = 0;
+};
+
 struct MaterialsOptions {
     std::string name;  ///< empty: all
     bool json = false;
@@ -364,6 +376,7 @@ int run_fit(const FitOptions& options);
 int run_haptics(const HapticsOptions& options);
 int run_truth_make(const TruthMakeOptions& options);
 int run_truth_score(const TruthScoreOptions& options);
+int run_morph(const MorphOptions& options);
 int run_materials(const MaterialsOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput

@@ -4,6 +4,7 @@
 #include <pliant/core/version.h>
 
 #include "arrays.h"
+#include "morphs.h"
 
 NB_MODULE(_core, m) {
     m.doc() = "Pliant's library. Use it as `import pliant`.";
@@ -35,5 +36,6 @@ NB_MODULE(_core, m) {
     pliant::python::bind_gym(m);
     pliant::python::bind_catheter_gym(m);
     pliant::python::bind_truth(m);
+    pliant::python::bind_morph(m);
     pliant::python::finish_functions(m);
 }

@@ -3,6 +3,7 @@
 
 // Settings by keyword: the rows of the library's tables are the names, ranges and texts.
 
+#include <pliant/data/morph.h>
 #include <pliant/data/truth.h>
 #include <pliant/models/catheter.h>
 #include <pliant/models/fem.h>
@@ -125,10 +126,11 @@ nb::list settings_of(const std::string& model) {
     if (model == "organs") return rows_of(organ_file_rows());
     if (model == "organ") return rows_of(organ_rows());
     if (model == "truth") return rows_of(truth_rows());
+    if (model == "morph") return rows_of(morph_rows());
     const std::string names =
         "chainmail, elastic_scan, springs, body, network, catheter, wall, spring_solver, elastic, "
         "fit, "
-        "gauss_newton, annealing, organs, organ or truth";
+        "gauss_newton, annealing, organs, organ, truth or morph";
     raise({ErrorCode::InvalidArgument, "model: expected " + names + ", found " + model, "model",
            names, model});
 }
@@ -185,7 +187,7 @@ void bind_settings(nb::module_& m) {
           "    model: \"chainmail\", \"elastic_scan\", \"springs\", \"body\" or \"network\" for "
           "tissues; \"organs\", "
           "\"organ\"; \"catheter\", \"wall\"; \"spring_solver\"; \"elastic\"; \"fit\", "
-          "\"gauss_newton\", \"annealing\"; \"truth\".\n\n"
+          "\"gauss_newton\", \"annealing\"; \"truth\"; \"morph\".\n\n"
           "Returns:\n"
           "    One dictionary for each: name, default, unit, range and text.");
     m.def(

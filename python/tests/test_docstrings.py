@@ -78,7 +78,8 @@ def test_names_are_exported_once():
 @pytest.mark.parametrize(
     "model",
     ["chainmail", "elastic_scan", "springs", "body", "network", "catheter", "wall"]
-    + ["spring_solver", "elastic", "fit", "gauss_newton", "annealing", "organs", "organ", "truth"],
+    + ["spring_solver", "elastic", "fit", "gauss_newton", "annealing", "organs", "organ", "truth"]
+    + ["morph"],
 )
 def test_settings_have_rows(model):
     rows = pliant.settings_of(model)

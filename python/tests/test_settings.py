@@ -36,6 +36,7 @@ TABLES = {
     "make_organs": ["organs"],
     "make_organs_of_labels": ["organs"],
     "TruthMaker.__init__": ["truth"],
+    "morph": ["morph"],
 }
 # No rows: dictionaries and numbers beside a table; the guide, which `entry` says.
 BESIDE = {"run", "seed"}

@@ -68,3 +68,9 @@ def with_settings(scan: pliant.Volume, mesh: pliant.TriangleMesh) -> None:
     gym.EndoscopeEnv(offset=0.1, style="plain").arena.push(0, (0, 0, 0), (1, 0, 0), 2)
     gym.EndoscopeEnv(offsets=0.1)  # type: ignore[call-arg]
     truth.make_case(scan, kinds="slide", kind="slide")  # type: ignore[call-arg]
+
+
+def breathed(exhale: pliant.Volume, inhale: pliant.Volume) -> pliant.Volume:
+    motion = pliant.morph(exhale, inhale, from_mm=[(0, 0, 0)], to_mm=[(1, 2, 3)], prior="none")
+    assert motion.forward([(1, 1, 1)]).shape == (1, 3)
+    return motion.inverse_field(inhale, threads=1).apply_to_volume(exhale)

@@ -21,11 +21,12 @@
 using namespace pliant;
 
 extern const TaskArena arena;
-extern const Volume scan, volume, label_map;
+extern const Volume scan, volume, label_map, exhale, inhale;
 extern ChainMail tissue;
 extern LiveDeformation live;
 extern const Endoscope endoscope;
 extern const Vec3d point;
+extern const std::vector<Vec3d> known, found;
 extern Vec3d eye;
 extern const bool running, closed;
 extern const RelaxTool tip;

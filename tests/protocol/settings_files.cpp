@@ -4,6 +4,7 @@
 #include "protocol/settings_files.h"
 
 #include <pliant/chainmail.h>
+#include <pliant/data/morph.h>
 #include <pliant/data/truth.h>
 #include <pliant/mesh.h>
 #include <pliant/models/body_contact.h>
@@ -229,6 +230,7 @@ std::map<std::string, std::string> settings_tables() {
             {"server", table_of(server_rows())},
             {"depth", table_of(serve::depth_rows())},
             {"truth", table_of(truth_rows())},
+            {"morph", table_of(morph_rows())},
             {"relax", table_of(relax_rows())}};
 }
 
