@@ -58,6 +58,7 @@ int run(int argc, char** argv) {
     VesselOptions vessel;
     TruthOptions truth;
     MaterialsOptions materials;
+    ConformanceOptions conformance;
     add_info(app, info);
     add_convert(app, convert);
     add_phantom(app, phantom);
@@ -74,6 +75,7 @@ int run(int argc, char** argv) {
     add_vessel(app, vessel);
     add_truth(app, truth);
     add_materials(app, materials);
+    add_conformance(app, conformance);
     app.footer("In the Python package there is also pliant study, for thousands of commands.");
     if (argc > 1 && std::string(argv[1]) == "study")
         return bad_input(
@@ -83,7 +85,8 @@ int run(int argc, char** argv) {
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
                          "', expected info, convert, phantom, deform, body, render, mesh, path, "
-                         "serve, replay, bench, fit, haptics, vessel, truth or materials");
+                         "serve, replay, bench, fit, haptics, vessel, truth, materials or "
+                         "conformance");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -105,6 +108,7 @@ int run(int argc, char** argv) {
     if (app.got_subcommand("haptics")) return run_haptics(haptics);
     if (app.got_subcommand("vessel")) return run_vessel(vessel);
     if (app.got_subcommand("materials")) return run_materials(materials);
+    if (app.got_subcommand("conformance")) return run_conformance(conformance);
     if (app.got_subcommand("truth"))
         return app.get_subcommand("truth")->got_subcommand("make") ? run_truth_make(truth.make)
                                                                    : run_truth_score(truth.score);
