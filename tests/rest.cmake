@@ -134,7 +134,7 @@ if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp
                              ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
                              ../hub/read_frames.cpp ../hub/test_client.cpp
-                             ../support/scan_files.cpp test_body.cpp
+                             ../support/scan_files.cpp test_body.cpp test_conformance.cpp
                              test_crashes.cpp test_elastic.cpp test_ending.cpp
                              test_ending_movies.cpp test_failing_calls.cpp test_fit_mesh.cpp
                              test_keyframes.cpp test_labels.cpp

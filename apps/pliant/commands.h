@@ -30,5 +30,6 @@ void add_haptics(CLI::App& app, HapticsOptions& options);
 void add_truth(CLI::App& app, TruthOptions& options);
 void add_morph(CLI::App& app, MorphOptions& options);
 void add_materials(CLI::App& app, MaterialsOptions& options);
+void add_conformance(CLI::App& app, ConformanceOptions& options);
 
 }  // namespace pliant::app

@@ -59,6 +59,7 @@ int run(int argc, char** argv) {
     TruthOptions truth;
     MorphOptions morph;
     MaterialsOptions materials;
+    ConformanceOptions conformance;
     add_info(app, info);
     add_convert(app, convert);
     add_phantom(app, phantom);
@@ -76,6 +77,7 @@ int run(int argc, char** argv) {
     add_truth(app, truth);
     add_morph(app, morph);
     add_materials(app, materials);
+    add_conformance(app, conformance);
     app.footer("In the Python package there is also pliant study, for thousands of commands.");
     if (argc > 1 && std::string(argv[1]) == "study")
         return bad_input(
@@ -85,7 +87,8 @@ int run(int argc, char** argv) {
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
                          "', expected info, convert, phantom, deform, body, render, mesh, path, "
-                         "serve, replay, bench, fit, haptics, vessel, truth, morph or materials");
+                         "serve, replay, bench, fit, haptics, vessel, truth, morph, materials or "
+                         "conformance");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -108,6 +111,7 @@ int run(int argc, char** argv) {
     if (app.got_subcommand("vessel")) return run_vessel(vessel);
     if (app.got_subcommand("morph")) return run_morph(morph);
     if (app.got_subcommand("materials")) return run_materials(materials);
+    if (app.got_subcommand("conformance")) return run_conformance(conformance);
     if (app.got_subcommand("truth"))
         return app.get_subcommand("truth")->got_subcommand("make") ? run_truth_make(truth.make)
                                                                    : run_truth_score(truth.score);

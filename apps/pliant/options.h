@@ -360,6 +360,12 @@ struct MaterialsOptions {
     bool json = false;
 };
 
+struct ConformanceOptions {
+    std::vector<std::string> parts;  ///< empty: all
+    std::string html;                ///< empty: no page
+    bool json = false;
+};
+
 int run_info(const InfoOptions& options);
 int run_convert(const ConvertOptions& options);
 int run_phantom(const PhantomOptions& options);
@@ -378,6 +384,7 @@ int run_truth_make(const TruthMakeOptions& options);
 int run_truth_score(const TruthScoreOptions& options);
 int run_morph(const MorphOptions& options);
 int run_materials(const MaterialsOptions& options);
+int run_conformance(const ConformanceOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);

@@ -646,7 +646,7 @@ TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
 TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {
     for (const char* command :
          {"info", "convert", "phantom", "deform", "body", "render", "mesh", "path", "fit", "vessel",
-          "serve", "replay", "bench", "haptics", "materials", "morph"}) {
+          "serve", "replay", "bench", "haptics", "materials", "morph", "conformance"}) {
         const Finished done = run(std::string(command) + " --help");
         EXPECT_EQ(done.status, 0);
         EXPECT_NE(done.out.find("Example"), std::string::npos) << command;
