@@ -43,8 +43,8 @@
 #include <pliant/core/vec.h>
 #include <pliant/core/version.h>
 #include <pliant/data/gym.h>
-#include <pliant/data/scan_values.h>
 #include <pliant/data/morph.h>
+#include <pliant/data/scan_values.h>
 #include <pliant/data/session.h>
 #include <pliant/data/truth.h>
 #include <pliant/data/warp.h>
