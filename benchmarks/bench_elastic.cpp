@@ -37,7 +37,7 @@ ElasticSolver cube_solver(int side, const TaskArena& arena) {
 void elastic_drag(benchmark::State& state) {
     const int window = int(state.range(0));
     const TaskArena arena(int(state.range(1)));
-    const Phantom phantom = make_phantom({.name = "airway", .size = 192}, arena).value();
+    const Phantom phantom = make_phantom({.name = "airway", .size = {192, 192, 192}}, arena).value();
     ElasticScanSettings settings;
     settings.window_cells = window;
     auto made = make_elastic(phantom.volume, settings, arena);
@@ -69,7 +69,7 @@ void elastic_drag(benchmark::State& state) {
     }
     double nodes = 0;
     for (const NamedValue& figure : tissue.figures())
-        if (figure.name == "nodes") nodes = std::get<double>(figure.value);
+        if (figure.name == "nodes") nodes = double(std::get<std::int64_t>(figure.value));
     turns.count(nodes);
     state.counters["push_ms"] = median(push_s) * 1e3;
     state.counters["show_ms"] = median(show_s) * 1e3;
