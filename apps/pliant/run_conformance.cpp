@@ -31,7 +31,8 @@ struct Part {
 constexpr Part kParts[] = {{"patch", "Patch tests", patch_cases},
                            {"beams", "Beams", beam_cases},
                            {"membranes", "Membranes and plates", membrane_cases},
-                           {"solids", "Solids", solid_cases}};
+                           {"solids", "Solids", solid_cases},
+                           {"scan", "Elastic scan", scan_cases}};
 
 /// Relative to the expected value; absolute if that is 0.
 double deviation(const ConformanceCase& one, const ConformanceResult& result) {
@@ -128,8 +129,8 @@ bool conforms(const ConformanceCase& one, const ConformanceResult& result) {
 void add_conformance(CLI::App& app, ConformanceOptions& o) {
     auto* c = app.add_subcommand("conformance",
                                  "Compare the models with published and closed-form results");
-    c->add_option("PART", o.parts, "patch, beams, membranes or solids; all of them by default")
-        ->check(CLI::IsMember({"patch", "beams", "membranes", "solids"}));
+    c->add_option("PART", o.parts, "patch, beams, membranes, solids or scan; all by default")
+        ->check(CLI::IsMember({"patch", "beams", "membranes", "solids", "scan"}));
     c->add_option("--html", o.html, "write a page with all of them");
     c->add_flag("--json", o.json, "print JSON");
     c->footer(

@@ -4,6 +4,7 @@
 // `pliant conformance`: cases that must hold, results that must not, the page, and mistakes.
 // Covers: pliant/run_conformance.cpp, pliant/conformance_beams.cpp, pliant/conformance_solids.cpp.
 // Covers: pliant/conformance_membranes.cpp, pliant/conformance_thick_walls.cpp.
+// Covers: pliant/conformance_scan.cpp.
 
 #include <gtest/gtest.h>
 
@@ -47,6 +48,13 @@ TEST_F(ConformanceProgram, ElementsHoldTheirCases) {
     EXPECT_NE(page.find("30 cases"), page.npos);
     EXPECT_NE(page.find("<td class=no>outside"), page.npos);
     EXPECT_NE(page.find("twisted beam"), page.npos);
+}
+
+TEST_F(ConformanceProgram, TheElasticScanMovesARigidBall) {
+    ASSERT_EQ(run("conformance scan --json"), 0) << said();
+    const Json cases = Json::parse(out());
+    ASSERT_EQ(cases.size(), 2);
+    for (const Json& one : cases) EXPECT_EQ(one["results"][0]["conforms"], true) << one;
 }
 
 TEST_F(ConformanceProgram, AnUnknownPartOrFolderIsOneLine) {
