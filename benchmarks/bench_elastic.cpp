@@ -37,7 +37,8 @@ ElasticSolver cube_solver(int side, const TaskArena& arena) {
 void elastic_drag(benchmark::State& state) {
     const int window = int(state.range(0));
     const TaskArena arena(int(state.range(1)));
-    const Phantom phantom = make_phantom({.name = "airway", .size = {192, 192, 192}}, arena).value();
+    const Phantom phantom =
+        make_phantom({.name = "airway", .size = {192, 192, 192}}, arena).value();
     ElasticScanSettings settings;
     settings.window_cells = window;
     auto made = make_elastic(phantom.volume, settings, arena);
