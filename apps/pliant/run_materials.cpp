@@ -48,8 +48,11 @@ void print_property(const char* name, const std::string& text) {
 }
 
 std::string law_error_text(const LawError& error) {
-    return short_text(error.young_modulus_kpa, 3) + " kPa: " + fixed_text(error.percent, 0) +
-           " % RMS (tension " + fixed_text(error.tension_percent, 0) + " %, compression " +
+    const std::string exponent =
+        error.ogden_alpha == 2 ? "" : ", exponent " + fixed_text(error.ogden_alpha, 1);
+    return short_text(error.young_modulus_kpa, 3) + " kPa" + exponent + ": " +
+           fixed_text(error.percent, 0) + " % RMS (tension " +
+           fixed_text(error.tension_percent, 0) + " %, compression " +
            fixed_text(error.compression_percent, 0) + " %, shear " +
            fixed_text(error.shear_percent, 0) + " %)";
 }
@@ -68,16 +71,22 @@ void print_passport(const MaterialPassport& passport) {
     const LawError fit = fit_law(passport);
     print_property("law's error", law_error_text(law_error(passport, passport.young_modulus_kpa)));
     print_property("best fit", law_error_text(fit));
-    std::printf("\n%-12s %9s %9s %9s %9s   [kPa]\n", "load", "strain", "measured", "law", "fit");
+    print_property("Ogden's law",
+                   law_error_text(law_error(passport, passport.ogden_young_modulus_kpa,
+                                            passport.ogden_alpha)));
+    std::printf("\n%-12s %9s %9s %9s %9s %9s   [kPa]\n", "load", "strain", "measured", "law", "fit",
+                "Ogden");
     for (const StressPoint& point : passport.curve) {
-        const auto law = [&](double modulus_kpa) {
+        const auto law = [&](double modulus_kpa, double alpha) {
             return fixed_text(
-                neo_hookean_stress(modulus_kpa, passport.poisson_ratio, point.load, point.strain),
+                ogden_stress(modulus_kpa, passport.poisson_ratio, alpha, point.load, point.strain),
                 4);
         };
-        std::printf("%-12s %9s %9s %9s %9s\n", kLoads[std::size_t(point.load)],
+        std::printf("%-12s %9s %9s %9s %9s %9s\n", kLoads[std::size_t(point.load)],
                     fixed_text(point.strain, 5).c_str(), fixed_text(point.stress_kpa, 4).c_str(),
-                    law(passport.young_modulus_kpa).c_str(), law(fit.young_modulus_kpa).c_str());
+                    law(passport.young_modulus_kpa, 2).c_str(),
+                    law(fit.young_modulus_kpa, 2).c_str(),
+                    law(passport.ogden_young_modulus_kpa, passport.ogden_alpha).c_str());
     }
 }
 
@@ -85,7 +94,8 @@ void print_passport(const MaterialPassport& passport) {
 
 void add_materials(CLI::App& app, MaterialsOptions& o) {
     auto* c = app.add_subcommand("materials", "List measured tissues and phantom silicones");
-    c->add_option("NAME", o.name, "one of them, with its curve and the error of the law of bodies");
+    c->add_option("NAME", o.name,
+                  "one of them, with its curve and the errors of the laws of bodies");
     c->add_flag("--json", o.json, "one JSON array, or one object");
     c->footer("Example:\n  pliant materials cortex");
 }

@@ -137,6 +137,7 @@ Result<ElasticScanSettings> read_elastic_settings(const std::filesystem::path& p
 struct BodySettings {
     double young_modulus_pa = 15e3;
     double poisson_ratio = 0.45;
+    double ogden_alpha = 2;  ///< exponent of the stretches [Ogden1972]; 2: neo-Hookean
     double density_kg_m3 = 1000;
     double damping_per_s = 5;  ///< of velocities
     double fixed_hu = 300;     ///< nodes at a larger value of the scan don't move
@@ -148,7 +149,7 @@ struct BodySettings {
 };
 SettingRows<BodySettings> body_rows() noexcept;
 
-/// Makes neo-Hookean tetrahedra in a scan. A tool holds the nodes in its sphere, or, if there are
+/// Makes hyperelastic tetrahedra in a scan. A tool holds the nodes in its sphere, or, if there are
 /// none, the nodes of the tetrahedron around its point. It moves them in strides, with a time step
 /// each, and holds nodes that the sphere meets on its way as well. Without a node the tool moves
 /// freely. A tool that slides pushes the body's surface out of its sphere instead, until it is

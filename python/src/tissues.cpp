@@ -534,7 +534,7 @@ void bind_tissues(nb::module_& m) {
         typed("def make_body(scan: Volume, mesh: TetMesh, threads: int = 0, *, **settings) "
               "-> Tissue",
               body),
-        described("Neo-Hookean tetrahedra in a scan.\n\nArgs:\n    **settings", body));
+        described("Hyperelastic tetrahedra in a scan.\n\nArgs:\n    **settings", body));
 }
 
 }  // namespace pliant::python

@@ -45,7 +45,12 @@ TEST_F(MaterialsProgram, PrintsACurveBesideTheLaws) {
               text.npos)
         << text;
     // 4.45/3 (s − 1/s²) but for Poisson's ratio of 0.49, and 0.4151 measured.
-    EXPECT_NE(text.find("tension        0.10000    0.4151    0.4063    0.5863"), text.npos) << text;
+    EXPECT_NE(text.find("tension        0.10000    0.4151    0.4063    0.5863    0.32"), text.npos)
+        << text;
+    EXPECT_NE(text.find("Ogden's law  4.54 kPa, exponent -17.9: 7 % RMS (tension 16 %, compression "
+                        "2 %, shear 11 %)"),
+              text.npos)
+        << text;
     ASSERT_EQ(run("materials cortex --json"), 0);
     const Json json = Json::parse(out());
     const LawError fit = fit_law(*find_material("cortex"));
@@ -55,6 +60,9 @@ TEST_F(MaterialsProgram, PrintsACurveBesideTheLaws) {
     EXPECT_EQ(json["load"][47], "shear");
     EXPECT_EQ(json["stress_kpa"][47], 0.5435);
     EXPECT_TRUE(json["deviation_kpa"].is_null());
+    EXPECT_EQ(json["ogden_alpha"], find_material("cortex")->ogden_alpha);
+    EXPECT_EQ(json["ogden_stress_kpa"].size(), 48u);
+    EXPECT_NEAR(json["ogden_error_percent"].get<double>(), 6.9, 0.1);
 }
 
 TEST_F(MaterialsProgram, NamesAnUnknownMaterial) {

@@ -401,6 +401,40 @@ held_mm = [[-1, -1, -1], [21, 21, 1]]
     EXPECT_EQ(positions[5], (Vec3d{ours[15], ours[16], ours[17]}));
 }
 
+TEST_F(Organs, ABodyOfOgdensLawIsStifferInCompression) {
+    // A block of 20 mm between a held face and a sphere that pushes or pulls the other.
+    const auto force_of = [&](const std::string& law, double push_mm, std::uint64_t& hash) {
+        write(
+            "[[body]]\nname = \"a\"\nmesh = \"left.vtu\"\nheld_mm = [[-1, -1, -1], [1, 21, 21]]\n"
+            "young_modulus_pa = 4540\n" +
+            law);
+        const auto made = make_organs(*read(), m_arena);
+        EXPECT_TRUE(made.ok()) << made.error().message;
+        hash = made->hash;
+        auto tissue = make_tissue(*made, made->scan, m_arena).value();
+        const auto report = tissue->push(
+            kHand, {.point_mm = {20, 10, 10}, .push_mm = {push_mm, 0, 0}, .sphere_radius_mm = 11});
+        EXPECT_TRUE(report.ok() && report->status == PushStatus::Applied);
+        EXPECT_TRUE(tissue->advance({.max_steps = 200}).ok());
+        return tissue->force_n(kHand)->x;
+    };
+    std::uint64_t neo_hookean = 0, ogden = 0;
+    const double plain = -force_of("", -2, neo_hookean) / force_of("", 2, neo_hookean);
+    const std::string law = "law = \"ogden\"\n";
+    const double ratio = -force_of(law, -2, ogden) / force_of(law, 2, ogden);
+    EXPECT_NEAR(plain, 1.2, 0.2);
+    EXPECT_GT(ratio, 1.8 * plain);
+    EXPECT_NE(ogden, neo_hookean);
+    write("[[body]]\nname = \"a\"\nmesh = \"left.vtu\"\nlaw = \"ogden\"\nogden_alpha = 0.5\n");
+    const auto made = make_organs(*read(), m_arena);
+    ASSERT_TRUE(made.ok());
+    const auto tissue = make_tissue(*made, made->scan, m_arena);
+    ASSERT_FALSE(tissue.ok());
+    EXPECT_NE(tissue.error().message.find("a: solid 0: expected an Ogden exponent"),
+              std::string::npos)
+        << tissue.error().message;
+}
+
 TEST_F(Organs, ABoxThatHoldsNoNodeIsAnErrorAndABodyWithoutHeldNodesIsSaid) {
     for (const std::string law : {"solid", "distances", "springs"}) {
         const std::string body = "[[body]]\nmesh = \"left.vtu\"\nlaw = \"" + law + "\"\n";

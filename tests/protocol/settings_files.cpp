@@ -175,7 +175,7 @@ std::string with_source(double value, double deviation, std::string_view source)
 /// Material passports as rows of Markdown.
 std::string passport_table() {
     std::string text =
-        "| name | sample | E [kPa] | ν | density [kg/m³] | error of the law | limits |\n"
+        "| name | sample | E [kPa] | ν | density [kg/m³] | errors of the laws | limits |\n"
         "|---|---|---|---|---|---|---|\n";
     for (const MaterialPassport& passport : material_passports()) {
         std::string error;
@@ -183,7 +183,14 @@ std::string passport_table() {
             const LawError fit = fit_law(passport);
             error = fixed_text(law_error(passport, passport.young_modulus_kpa).percent, 0) +
                     " %; best fit, " + fixed_text(fit.young_modulus_kpa, 1) +
-                    " kPa: " + fixed_text(fit.percent, 0) + " %";
+                    " kPa: " + fixed_text(fit.percent, 0) + " %; Ogden, " +
+                    fixed_text(passport.ogden_young_modulus_kpa, 2) + " kPa, α " +
+                    short_text(passport.ogden_alpha) + ": " +
+                    fixed_text(
+                        law_error(passport, passport.ogden_young_modulus_kpa, passport.ogden_alpha)
+                            .percent,
+                        0) +
+                    " %";
         }
         const auto cell = [&](const std::string& value) { text += " " + value + " |"; };
         text += "|";

@@ -37,6 +37,7 @@ enum class BodyLaw {
     Solid,      ///< stable neo-Hookean [Smith2018, Macklin2021]
     Distances,  ///< edges and volumes, compliances from the moduli [Mueller2007, VesselPbd2016]
     Springs,    ///< a mass-spring network with volume energy (make_network); of a single body
+    Ogden,      ///< one term, stiffer in compression for a negative exponent [Ogden1972]
 };
 
 struct OrganSettings {
@@ -47,6 +48,7 @@ struct OrganSettings {
     BodyLaw law = BodyLaw::Solid;
     double young_modulus_pa = 15e3;
     double poisson_ratio = 0.45;
+    double ogden_alpha = -18;  ///< exponent of BodyLaw::Ogden; the default is that of brain cortex
     double density_kg_m3 = 1000;
     double held_back = 0;          ///< fraction of its depth, from the back, that doesn't move
     std::vector<Vec3d> held_mm{};  ///< opposite corners of boxes whose nodes don't move, in pairs

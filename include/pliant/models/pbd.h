@@ -62,11 +62,16 @@ struct PbdVolume {
     double stiffness = 1;
 };
 
-/// A stable neo-Hookean tetrahedron [Smith2018, Macklin2021]; needs PbdMethod::Compliance.
+/// A tetrahedron of the stable neo-Hookean law [Smith2018, Macklin2021], or of the one-term law of
+/// [Ogden1972], which a negative exponent makes stiffer in compression than in tension. Moduli are
+/// those at rest. Needs PbdMethod::Compliance.
 struct PbdSolid {
     std::array<std::int32_t, 4> nodes{};
     double young_modulus = 1e5;
     double poisson_ratio = 0.45;  ///< above 0 and below 0.5
+    /// Exponent of the stretches, 2 to 40 or −40 to −1; a negative one is below −(1 − 2ν)/ν.
+    /// 2 is the neo-Hookean law, tens of times as fast as any other exponent.
+    double ogden_alpha = 2;
 };
 
 /// Σ weight · position = target on all three axes. attachment_force() is the force on the body.
@@ -214,8 +219,9 @@ struct PbdMaterial {
     double volume_compliance = 0;  ///< of each tetrahedron
     double bend_compliance = 0;    ///< of each edge of the boundary
     bool edges = true, volumes = true, bends = false;
-    bool solids = false;  ///< neo-Hookean tetrahedra, best as the only constraints
+    bool solids = false;  ///< hyperelastic tetrahedra, best as the only constraints
     double young_modulus = 1e5, poisson_ratio = 0.45;
+    double ogden_alpha = 2;  ///< of PbdSolid; 2: neo-Hookean
 };
 /// Makes a particle of each node, with a quarter of its tetrahedra's mass. Each edge occurs once,
 /// in lexical order. Bends join two boundary triangles with a common edge.

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "pbd/ogden.h"
+
 namespace pliant {
 namespace {
 
@@ -67,6 +69,10 @@ constexpr auto kCoronaRadiata = curve_of({{0.0157, -0.0193, 0.0079},
                                           {0.1418, -0.6657, 0.2227},
                                           {0.1582, -0.7591, 0.2611}});
 
+/// Bisections of the sideways stretch: to rounding.
+constexpr int kHalvings = 64;
+constexpr double kAnyStrain = 1, kLargestExponent = 40, kExponentTolerance = 1e-3;
+
 /// Nearly incompressible: tetrahedra of linear shape lock closer to 0.5.
 constexpr double kIncompressible = 0.49;
 constexpr const char* kFigures = "published values, quoted as facts";
@@ -98,8 +104,10 @@ constexpr MaterialPassport kPassports[] = {
      .density_kg_m3 = 1040,
      .density_source = "Cardoso2012",
      .curve = kCortex,
+     .ogden_young_modulus_kpa = 4.54,
+     .ogden_alpha = -17.9,
      .limits = "at 10 % strain it is 2.8 times as stiff in compression as in tension; a "
-               "neo-Hookean law has a ratio of 1.2"},
+               "neo-Hookean law has a ratio of 1.2, Ogden's law one of 3.6"},
     {.name = "corona-radiata",
      .sample = "human brain, white matter, ex vivo: tension, compression and shear",
      .source = "Budday2017",
@@ -109,8 +117,10 @@ constexpr MaterialPassport kPassports[] = {
      .density_kg_m3 = 1040,
      .density_source = "Cardoso2012",
      .curve = kCoronaRadiata,
+     .ogden_young_modulus_kpa = 2.13,
+     .ogden_alpha = -23.4,
      .limits = "at 10 % strain it is 4.8 times as stiff in compression as in tension; a "
-               "neo-Hookean law has a ratio of 1.2"},
+               "neo-Hookean law has a ratio of 1.2, Ogden's law one of 5"},
     {.name = "liver",
      .sample = "human, 50 donors with normal histology, in vivo: transient elastography",
      .source = "Alsebaey2015",
@@ -229,11 +239,36 @@ double neo_hookean_stress(double young_modulus, double poisson_ratio, LoadCase l
     return mu * (s - j / (s * s));
 }
 
-LawError law_error(const MaterialPassport& passport, double young_modulus_kpa) noexcept {
+double ogden_stress(double young_modulus, double poisson_ratio, double alpha, LoadCase load,
+                    double strain) noexcept {
+    if (alpha == 2) return neo_hookean_stress(young_modulus, poisson_ratio, load, strain);
+    const double mu = young_modulus / (2 * (1 + poisson_ratio));
+    const auto slope = [&](double stretch) { return pbd::ogden_term(alpha, stretch).slope; };
+    if (load == LoadCase::Shear) {
+        // Stretches s, 1/s and 1 with s − 1/s = γ; dλ/dγ = ± λ/(s + 1/s).
+        const double s = 0.5 * strain + std::sqrt(1 + 0.25 * strain * strain);
+        return mu * (slope(s) * s - slope(1 / s) / s) / (s + 1 / s);
+    }
+    const double s = 1 + strain;
+    const double bulk = 2 * poisson_ratio / (1 - 2 * poisson_ratio) + 2 / alpha;
+    const auto pressure = [&](double sideways) {
+        return bulk * (s * sideways * sideways - 1) - 2 / alpha;
+    };
+    double low = 1e-3, high = 1e3;
+    for (int n = 0; n < kHalvings; ++n) {
+        const double middle = std::sqrt(low * high);
+        (slope(middle) + pressure(middle) * s * middle > 0 ? high : low) = middle;
+    }
+    const double sideways = std::sqrt(low * high);
+    return mu * (slope(s) + pressure(sideways) * sideways * sideways);
+}
+
+LawError law_error(const MaterialPassport& passport, double young_modulus_kpa,
+                   double ogden_alpha) noexcept {
     double errors[3] = {}, squares[3] = {};
     for (const StressPoint& point : passport.curve) {
-        const double law =
-            neo_hookean_stress(young_modulus_kpa, passport.poisson_ratio, point.load, point.strain);
+        const double law = ogden_stress(young_modulus_kpa, passport.poisson_ratio, ogden_alpha,
+                                        point.load, point.strain);
         errors[std::size_t(point.load)] += (law - point.stress_kpa) * (law - point.stress_kpa);
         squares[std::size_t(point.load)] += point.stress_kpa * point.stress_kpa;
     }
@@ -242,37 +277,77 @@ LawError law_error(const MaterialPassport& passport, double young_modulus_kpa) n
     };
     return {young_modulus_kpa,
             percent(errors[0] + errors[1] + errors[2], squares[0] + squares[1] + squares[2]),
-            percent(errors[0], squares[0]), percent(errors[1], squares[1]),
-            percent(errors[2], squares[2])};
+            percent(errors[0], squares[0]),
+            percent(errors[1], squares[1]),
+            percent(errors[2], squares[2]),
+            ogden_alpha};
 }
 
-LawError fit_law(const MaterialPassport& passport, double max_strain) noexcept {
-    // The law is proportional to the modulus.
+namespace {
+
+/// The modulus of least squares: laws are proportional to it. 0 without points.
+double best_modulus(const MaterialPassport& passport, double alpha, double max_strain) {
     double products = 0, squares = 0;
     for (const StressPoint& point : passport.curve) {
         const double size = std::abs(point.strain) * (point.load == LoadCase::Shear ? 0.5 : 1);
         if (size > max_strain) continue;
-        const double unit = neo_hookean_stress(1, passport.poisson_ratio, point.load, point.strain);
+        const double unit =
+            ogden_stress(1, passport.poisson_ratio, alpha, point.load, point.strain);
         products += unit * point.stress_kpa;
         squares += unit * unit;
     }
-    return squares > 0 ? law_error(passport, products / squares) : LawError{};
+    return squares > 0 ? products / squares : 0;
+}
+
+}  // namespace
+
+LawError fit_law(const MaterialPassport& passport, double max_strain) noexcept {
+    const double modulus = best_modulus(passport, 2, max_strain);
+    return modulus > 0 ? law_error(passport, modulus) : LawError{};
+}
+
+LawError fit_ogden(const MaterialPassport& passport) noexcept {
+    const auto with = [&](double alpha) {
+        return law_error(passport, best_modulus(passport, alpha, kAnyStrain), alpha);
+    };
+    if (passport.curve.empty()) return {};
+    // The error has one minimum, which golden sections enclose.
+    constexpr double kGolden = 0.6180339887498949;
+    double low = -kLargestExponent, high = -std::max(1.0, 1 / passport.poisson_ratio - 2);
+    while (high - low > kExponentTolerance) {
+        const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+        if (with(a).percent < with(b).percent)
+            high = b;
+        else
+            low = a;
+    }
+    return with(0.5 * (low + high));
 }
 
 Record record_of(const MaterialPassport& passport) {
     static constexpr const char* kLoads[] = {"tension", "compression", "shear"};
     std::vector<std::string> loads;
-    std::vector<double> strains, stresses;
-    for (const StressPoint& point : passport.curve) {
-        loads.push_back(kLoads[std::size_t(point.load)]);
-        strains.push_back(point.strain);
-        stresses.push_back(point.stress_kpa);
-    }
     const auto number_or_none = [](double number) {
         return number > 0 ? SettingValue(number) : SettingValue();
     };
     const LawError small = law_error(passport, passport.young_modulus_kpa);
     const LawError fit = fit_law(passport);
+    const LawError ogden =
+        passport.curve.empty()
+            ? LawError{}
+            : law_error(passport, passport.ogden_young_modulus_kpa, passport.ogden_alpha);
+    std::vector<double> strains, stresses, fitted, ogdens;
+    for (const StressPoint& point : passport.curve) {
+        const auto stress = [&](const LawError& law) {
+            return ogden_stress(law.young_modulus_kpa, passport.poisson_ratio, law.ogden_alpha,
+                                point.load, point.strain);
+        };
+        loads.push_back(kLoads[std::size_t(point.load)]);
+        strains.push_back(point.strain);
+        stresses.push_back(point.stress_kpa);
+        fitted.push_back(stress(fit));
+        ogdens.push_back(stress(ogden));
+    }
     return {{"name", std::string(passport.name)},
             {"sample", std::string(passport.sample)},
             {"source", std::string(passport.source)},
@@ -286,9 +361,15 @@ Record record_of(const MaterialPassport& passport) {
             {"load", std::move(loads)},
             {"strain", std::move(strains)},
             {"stress_kpa", std::move(stresses)},
+            {"fitted_stress_kpa", std::move(fitted)},
+            {"ogden_stress_kpa", std::move(ogdens)},
             {"error_percent", number_or_none(small.percent)},
             {"fitted_young_modulus_kpa", number_or_none(fit.young_modulus_kpa)},
-            {"fitted_error_percent", number_or_none(fit.percent)}};
+            {"fitted_error_percent", number_or_none(fit.percent)},
+            {"ogden_young_modulus_kpa", number_or_none(passport.ogden_young_modulus_kpa)},
+            {"ogden_alpha",
+             passport.curve.empty() ? SettingValue() : SettingValue(passport.ogden_alpha)},
+            {"ogden_error_percent", number_or_none(ogden.percent)}};
 }
 
 }  // namespace pliant

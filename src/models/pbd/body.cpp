@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "pbd/arithmetic.h"
+#include "pbd/ogden.h"
 #include "pbd/rollback.h"
 #include "pbd/solver.h"
 #include "pbd/volume_change.h"
@@ -284,7 +285,9 @@ std::vector<Vec3d> PbdBody::constraint_forces() const {
                 const pbd::SolidNumbers numbers = pbd::solid_numbers(parts, parts.solids[c]);
                 pbd::Solid<double> s{};
                 for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = numbers.inverse[n];
-                const auto g = pbd::solid_constraints(p, s);
+                const auto g = numbers.ogden_alpha == 0
+                                   ? pbd::solid_constraints(p, s)
+                                   : pbd::ogden_constraints(p, pbd::ogden_solid(numbers));
                 const double other = solver.multiplier(kind, std::int32_t(c), 1);
                 for (std::size_t n = 0; n < 4; ++n) {
                     add(nodes[n], lambda, g.gh[n]);

@@ -100,7 +100,8 @@ Result<PbdParts> pbd_of_mesh(const TetMesh& mesh, const PbdMaterial& material) {
         if (material.solids)
             parts.solids.push_back({.nodes = cell,
                                     .young_modulus = material.young_modulus,
-                                    .poisson_ratio = material.poisson_ratio});
+                                    .poisson_ratio = material.poisson_ratio,
+                                    .ogden_alpha = material.ogden_alpha});
     }
     for (const double mass : masses) parts.inverse_masses.push_back(mass > 0 ? 1 / mass : 0);
     if (material.edges) add_edges(mesh, material, parts);

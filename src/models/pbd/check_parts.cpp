@@ -57,6 +57,22 @@ struct Checker {
                             (found < 0 ? ": the tetrahedron is inverted" : ""));
     }
 
+    /// The volume constraint beside a negative exponent has a stiffness of λ + 2µ/α.
+    Status exponent(const PbdSolid& t) const {
+        const double alpha = t.ogden_alpha, nu = t.poisson_ratio;
+        if (!((alpha >= 2 && alpha <= 40) || (alpha >= -40 && alpha <= -1)))
+            return bad_part(
+                what, index,
+                "an Ogden exponent of 2 to 40, or −40 to −1, found " + short_text(alpha));
+        const double least = (1 - 2 * nu) / nu;
+        if (alpha < 0 && -alpha <= least)
+            return bad_part(what, index,
+                            "an Ogden exponent below " + short_text(-least) +
+                                " for a Poisson's ratio of " + short_text(nu) + ", found " +
+                                short_text(alpha));
+        return Ok{};
+    }
+
     Status operator()(const PbdDistance& d) const {
         if (const Status s = nodes(d.nodes); !s.ok()) return s;
         if (std::isnan(d.rest_length) || std::isinf(d.rest_length))
@@ -87,6 +103,7 @@ struct Checker {
             return bad_part(
                 what, index,
                 "a Poisson's ratio above 0 and below 0.5, found " + short_text(t.poisson_ratio));
+        if (const Status s = exponent(t); !s.ok()) return s;
         return volume(t.nodes);
     }
     Status operator()(const PbdAttachment& a) const {

@@ -32,7 +32,7 @@ inline constexpr int kPack = 16;
 inline constexpr int kKinds = 4;
 /// Properties of each PbdKind.
 inline constexpr int kCorners[kKinds] = {2, 4, 4, 4};
-inline constexpr int kNumbers[kKinds] = {2, 2, 2, 11};
+inline constexpr int kNumbers[kKinds] = {2, 2, 2, 12};
 inline constexpr int kMultipliers[kKinds] = {1, 1, 1, 2};
 
 /// Packs begin and begin + 1 share no particle, and so on until paired_end: both may be processed

@@ -6,6 +6,9 @@
 
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+
 #include "pbd/plan.h"
 
 namespace pliant::pbd {
@@ -34,6 +37,7 @@ struct ProjectArrays {
     /// last three corners with which the next sub-step begins, and that share.
     Real* forces;
     Real* moves;  ///< [particle][4]: displacements by these forces
+    bool ogden;   ///< a solid isn't neo-Hookean
 };
 
 /// Update of particles [particle][4]; the fourth component is the inverse mass in x and 0 in v:
@@ -57,6 +61,19 @@ struct Kernels {
     /// Sets the forces of the solids to those of the present shape.
     void (*recall)(const ProjectArrays<Real>& arrays, const Domain& domain);
 };
+
+/// Number of a solid that is its Ogden exponent, 0 if it is neo-Hookean.
+inline constexpr int kExponent = 11;
+/// Whether a pack of solids has one that isn't neo-Hookean.
+template <class Real>
+bool has_ogden(const ProjectArrays<Real>& arrays, std::int32_t pack) {
+    const Real* const exponents =
+        arrays.kinds[int(PbdKind::Solid)].numbers +
+        (std::size_t(pack) * kNumbers[int(PbdKind::Solid)] + kExponent) * kPack;
+    return std::any_of(exponents, exponents + kPack, [](Real alpha) { return alpha != 0; });
+}
+/// Projects the solids of a pack one by one, of either law; or recalls their forces.
+void project_solid_pack(const ProjectArrays<float>& arrays, std::int32_t pack, bool recall);
 
 template <class Real>
 Kernels<Real> plain_kernels();

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "pbd/arithmetic.h"
+#include "pbd/ogden.h"
 #include "pbd/project.h"
 
 namespace pliant::pbd {
@@ -26,30 +27,93 @@ struct Lane {
 
     std::uint32_t corner(int n) const { return arrays.corners[at(kCorners[Kind], n)]; }
     Real number(int n) const { return arrays.numbers[at(kNumbers[Kind], n)]; }
+    Real so_far(int n, bool first) const { return first ? Real(0) : multiplier(n); }
     Real& multiplier(int n) const { return arrays.multipliers[at(kMultipliers[Kind], n)]; }
     std::size_t at(int per_pack, int n) const {
         return (pack * std::size_t(per_pack) + std::size_t(n)) * kPack + lane;
     }
 };
 
+/// The same corner in double precision, in which Ogden's law is computed.
+template <class Real>
+Corner<double> widened(const Corner<Real>& c) {
+    return {{double(c.p.x), double(c.p.y), double(c.p.z)}, double(c.w)};
+}
+template <class Real>
+Triple<Real> narrowed(const Triple<double>& t) {
+    return {Real(t.x), Real(t.y), Real(t.z)};
+}
+
+template <class Real>
+OgdenSolid ogden_solid(const Lane<Real, int(PbdKind::Solid)>& lane) {
+    OgdenSolid s{};
+    for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = double(lane.number(n));
+    s.alpha = double(lane.number(kExponent));
+    return s;
+}
+
+template <class Real>
+void project_solid_lane(const ProjectArrays<Real>& a, const Lane<Real, int(PbdKind::Solid)>& lane,
+                        Corner<Real> (&p)[4]) {
+    Solid<Real> s{};
+    for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
+    s.h_compliance = lane.number(9) * a.compliance_scale;
+    s.e_compliance = lane.number(10) * a.compliance_scale;
+    s.h_multiplier = lane.so_far(0, a.first);
+    s.e_multiplier = lane.so_far(1, a.first);
+    project_solid(p, s);
+    lane.multiplier(0) = s.h_multiplier;
+    lane.multiplier(1) = s.e_multiplier;
+}
+
+template <class Real>
+void project_ogden_lane(const ProjectArrays<Real>& a, const Lane<Real, int(PbdKind::Solid)>& lane,
+                        Corner<Real> (&p)[4]) {
+    Corner<double> q[4];
+    for (int n = 0; n < 4; ++n) q[n] = widened(p[n]);
+    Solid<double> s{};
+    s.h_compliance = double(lane.number(9)) * double(a.compliance_scale);
+    s.e_compliance = double(lane.number(10)) * double(a.compliance_scale);
+    s.h_multiplier = double(lane.so_far(0, a.first));
+    s.e_multiplier = double(lane.so_far(1, a.first));
+    project_both(q, ogden_constraints(q, ogden_solid(lane)), s);
+    lane.multiplier(0) = Real(s.h_multiplier);
+    lane.multiplier(1) = Real(s.e_multiplier);
+    for (int n = 0; n < 4; ++n) p[n].p = narrowed<Real>(q[n].p);
+}
+
+template <class Real>
+Real work_warm_ogden(const ProjectArrays<Real>& a, const Lane<Real, int(PbdKind::Solid)>& lane,
+                     Corner<Real> (&p)[4], Balanced<Real>& forces, bool recall) {
+    Corner<double> q[4];
+    Balanced<double> f;
+    for (int n = 0; n < 4; ++n) {
+        q[n] = widened(p[n]);
+        f[n] = {double(forces[n].x), double(forces[n].y), double(forces[n].z)};
+    }
+    WarmSolid<double> s{};
+    s.h_stiffness = double(a.square_step) / double(lane.number(9));
+    s.e_stiffness = double(a.square_step) / double(lane.number(10));
+    const OgdenGradients c = ogden_gradients(q, ogden_solid(lane), s.e_stiffness);
+    const double share = recall ? recall_along(q, c.gradients, s, c.shear, f)
+                                : project_along(q, c.gradients, s, c.shear, f);
+    for (int n = 0; n < 4; ++n) {
+        p[n].p = narrowed<Real>(q[n].p);
+        forces[n] = narrowed<Real>(f[n]);
+    }
+    return Real(c.share * share);
+}
+
 template <class Real, int Kind, bool Compliant>
 void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
     constexpr int kCount = kCorners[Kind];
     Corner<Real> p[kCount];
     for (int n = 0; n < kCount; ++n) p[n] = load(a.particles + lane.corner(n));
-    const auto so_far = [&](int n) { return a.first ? Real(0) : lane.multiplier(n); };
     if constexpr (Kind == int(PbdKind::Solid)) {
-        Solid<Real> s{};
-        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
-        s.h_compliance = lane.number(9) * a.compliance_scale;
-        s.e_compliance = lane.number(10) * a.compliance_scale;
-        s.h_multiplier = so_far(0);
-        s.e_multiplier = so_far(1);
-        project_solid(p, s);
-        lane.multiplier(0) = s.h_multiplier;
-        lane.multiplier(1) = s.e_multiplier;
+        lane.number(kExponent) != 0 ? project_ogden_lane(a, lane, p)
+                                    : project_solid_lane(a, lane, p);
     } else {
-        Law<Real> law{lane.number(1), so_far(0)};
+        Law<Real> law{lane.number(1), lane.so_far(0, a.first)};
         if constexpr (Compliant) law.number = law.number * a.compliance_scale;
         if constexpr (Kind == int(PbdKind::Distance))
             project_distance<Compliant>(p[0], p[1], lane.number(0), law);
@@ -89,7 +153,9 @@ void work_warm_lane(const ProjectArrays<Real>& a, const Lane<Real, int(PbdKind::
     Balanced<Real> f;
     for (int n = 0; n < 3; ++n) f[n + 1] = {kept(3 * n), kept(3 * n + 1), kept(3 * n + 2)};
     balance(f);
-    Real share = recall ? recall_solid(p, s, f) : project_warm(p, s, f);
+    Real share = lane.number(kExponent) != 0 ? work_warm_ogden(a, lane, p, f, recall)
+                 : recall                    ? recall_solid(p, s, f)
+                                             : project_warm(p, s, f);
     if (!a.last) share = 1;
     for (int n = 0; n < 4; ++n) {
         store(p[n], a.particles + lane.corner(n));
@@ -164,5 +230,10 @@ Kernels<Real> plain_kernels() {
 }
 template Kernels<float> plain_kernels<float>();
 template Kernels<double> plain_kernels<double>();
+
+void project_solid_pack(const ProjectArrays<float>& a, std::int32_t pack, bool recall) {
+    const PackRange one{pack, pack, pack + 1};
+    recall ? work_warm_packs(a, one, true) : project_solids(a, one);
+}
 
 }  // namespace pliant::pbd

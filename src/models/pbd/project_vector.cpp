@@ -279,7 +279,11 @@ void project_warm_packs(const ProjectArrays<float>& a, PackRange range) {
 
 void recall(const ProjectArrays<float>& a, const Domain& domain) {
     const PackRange range = domain.packs[int(PbdKind::Solid)];
-    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
+    for (std::int32_t pack = range.begin; pack < range.end; ++pack) {
+        if (a.ogden && has_ogden(a, pack)) {
+            project_solid_pack(a, pack, true);
+            continue;
+        }
         for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
             const WarmLanes some(a, std::size_t(pack), lane);
             Corner<V> p[4];
@@ -288,11 +292,27 @@ void recall(const ProjectArrays<float>& a, const Domain& domain) {
             const V share = recall_solid(p, some.solid(), f);
             some.keep(p, f, share);
         }
+    }
+}
+
+using ProjectPacks = void(const ProjectArrays<float>&, PackRange);
+ProjectPacks* solids_projection(const ProjectArrays<float>& a) {
+    return a.forces ? project_warm_packs : project_packs<3, true>;
+}
+/// Packs with a solid of Ogden's law are processed by the scalar code.
+void project_mixed_packs(const ProjectArrays<float>& a, PackRange range) {
+    for (std::int32_t n = range.begin; n < range.end; ++n) {
+        const std::int32_t pack = a.backward ? range.begin + range.end - 1 - n : n;
+        if (has_ogden(a, pack))
+            project_solid_pack(a, pack, false);
+        else
+            solids_projection(a)(a, {pack, pack, pack + 1});
+    }
 }
 
 template <bool Compliant>
 void project_kinds(const ProjectArrays<float>& a, const Domain& domain) {
-    const auto project_solids = a.forces ? project_warm_packs : project_packs<3, true>;
+    ProjectPacks* const project_solids = a.ogden ? project_mixed_packs : solids_projection(a);
     if (a.backward) project_solids(a, domain.packs[3]);
     if (a.backward) project_packs<2, Compliant>(a, domain.packs[2]);
     if (a.backward) project_packs<1, Compliant>(a, domain.packs[1]);

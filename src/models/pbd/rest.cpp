@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pbd/arithmetic.h"
+#include "pbd/ogden.h"
 #include "pbd/solver.h"
 
 namespace pliant::pbd {
@@ -56,8 +57,12 @@ SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid) {
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
             s.inverse[3 * row + column] = inverse.columns[column][row];
-    s.h_compliance = 1 / (lambda * volume);
+    const double bulk = solid.ogden_alpha == 2
+                            ? lambda
+                            : mu * ogden_volume_stiffness(solid.ogden_alpha, lambda / mu);
+    s.h_compliance = 1 / (bulk * volume);
     s.e_compliance = 1 / (mu * volume);
+    s.ogden_alpha = solid.ogden_alpha == 2 ? 0 : solid.ogden_alpha;
     return s;
 }
 

@@ -243,7 +243,8 @@ class SolverOf final : public Solver {
                 break;
         }
         const SolidNumbers s = solid_numbers(m_parts, m_parts.solids[c]);
-        if (m_settings.warm_starts) {
+        to[kExponent] = s.ogden_alpha;
+        if (m_settings.warm_starts && s.ogden_alpha == 0) {
             const WarmSolid<double> w = warm_solid(s);
             for (const double number : {w.m00, w.m01, w.m02, w.m11, w.m12, w.m22, w.per_volume,
                                         w.h_stiffness, w.e_stiffness})
@@ -465,7 +466,8 @@ class SolverOf final : public Solver {
                                    backward,
                                    last,
                                    or_null(m_solid_forces),
-                                   or_null(m_moves)};
+                                   or_null(m_moves),
+                                   m_has_ogden};
         for (int kind = 0; kind < kKinds; ++kind)
             arrays.kinds[kind] = {m_packs->corners(kind), m_packs->numbers(kind),
                                   m_multipliers[kind].data()};
@@ -595,6 +597,8 @@ class SolverOf final : public Solver {
     const PbdSettings& m_settings;
     const Plan& m_plan;
     Kernels<Real> m_kernels;
+    const bool m_has_ogden = std::any_of(m_parts.solids.begin(), m_parts.solids.end(),
+                                         [](const PbdSolid& s) { return s.ogden_alpha != 2; });
     Vec3d m_origin{0, 0, 0};
     /// [particle][4]: x, y, z, inverse mass in m_x. m_before is the state before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;

@@ -57,6 +57,7 @@ std::unique_ptr<Solver> make_solver(const PbdParts& parts, const PbdSettings& se
 struct SolidNumbers {
     double inverse[9];  ///< row-major
     double h_compliance, e_compliance;
+    double ogden_alpha;  ///< 0: neo-Hookean
 };
 SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid);
 template <class V>

@@ -105,6 +105,10 @@ constexpr Setting<B> kBodyRows[] = {
                                 .range = {0, 0.499},
                                 .above_low = true,
                                 .text = "Poisson's ratio"}),
+    setting<&B::ogden_alpha>({.name = "ogden_alpha",
+                              .range = {-40, 40},
+                              .text = "exponent of the stretches in Ogden's law, −40 to −1 "
+                                      "(stiffer in compression) or 2 to 40; 2: neo-Hookean"}),
     setting<&B::density_kg_m3>(
         {.name = "density_kg_m3", .unit = "kg/m³", .range = {1, 1e5}, .text = "density"}),
     setting<&B::damping_per_s>({.name = "damping_per_s",
@@ -280,7 +284,8 @@ Result<std::unique_ptr<Tissue>> make_body(const Volume& scan, const TetMesh& mes
                                         .volumes = false,
                                         .solids = true,
                                         .young_modulus = settings.young_modulus_pa,
-                                        .poisson_ratio = settings.poisson_ratio});
+                                        .poisson_ratio = settings.poisson_ratio,
+                                        .ogden_alpha = settings.ogden_alpha});
         if (!parts) return parts.error();
         for (std::size_t n = 0; n < parts->positions.size(); ++n)
             if (value_at(scan, parts->positions[n]) > settings.fixed_hu)

@@ -414,6 +414,7 @@ std::uint64_t hash_of(const MadeOrgans& made) {
         for (const double number :
              {double(s.law), s.young_modulus_pa, s.poisson_ratio, s.density_kg_m3, s.held_back})
             add(number);
+        if (s.law == BodyLaw::Ogden) add(s.ogden_alpha);
         hash.add(std::span<const Vec3d>(s.held_mm));
         for (const int label : s.labels) add(label);
     }

@@ -152,12 +152,14 @@ Result<std::int64_t> add(const Organ& organ, const FixedPositions& fixed, PbdPar
                          TetMesh& mesh) {
     const OrganSettings& s = organ.settings;
     if (const Status checked = check_organ(organ); !checked.ok()) return checked.error();
-    auto own = pbd_of_mesh(organ.mesh, {.density = kGramsPerMm3 * s.density_kg_m3,
-                                        .edges = false,
-                                        .volumes = false,
-                                        .solids = true,
-                                        .young_modulus = s.young_modulus_pa,
-                                        .poisson_ratio = s.poisson_ratio});
+    auto own =
+        pbd_of_mesh(organ.mesh, {.density = kGramsPerMm3 * s.density_kg_m3,
+                                 .edges = false,
+                                 .volumes = false,
+                                 .solids = true,
+                                 .young_modulus = s.young_modulus_pa,
+                                 .poisson_ratio = s.poisson_ratio,
+                                 .ogden_alpha = s.law == BodyLaw::Ogden ? s.ogden_alpha : 2});
     if (!own) return within(organ.name, own.error());
     const HeldNodes held(s, fixed, own->positions);
     std::int64_t held_count = 0;
@@ -180,13 +182,22 @@ Result<std::int64_t> add(const Organ& organ, const FixedPositions& fixed, PbdPar
     return held_count;
 }
 
+std::string name_of(const OrganSettings& s) {
+    switch (s.law) {
+        case BodyLaw::Solid:
+            return "neo-Hookean";
+        case BodyLaw::Ogden:
+            return "Ogden's law with α " + short_text(s.ogden_alpha);
+        default:
+            return "edges and volumes";
+    }
+}
 /// Line about an organ: "liver: 54789 tetrahedra, neo-Hookean, 5 kPa, ν 0.45".
 std::string line_about(const Organ& organ, bool is_held) {
     const OrganSettings& s = organ.settings;
     return organ.name + ": " + std::to_string(organ.mesh.cells.size()) + " tetrahedra, " +
-           (s.law == BodyLaw::Solid ? "neo-Hookean" : "edges and volumes") + ", " +
-           short_text(1e-3 * s.young_modulus_pa) + " kPa, ν " + short_text(s.poisson_ratio) +
-           (is_held ? "" : ", no node held");
+           name_of(s) + ", " + short_text(1e-3 * s.young_modulus_pa) + " kPa, ν " +
+           short_text(s.poisson_ratio) + (is_held ? "" : ", no node held");
 }
 
 /// The organ that carries each voxel of the scan, by label.

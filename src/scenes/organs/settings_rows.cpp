@@ -22,9 +22,9 @@ constexpr Setting<O> kBodyRows[] = {
                          .text = "of the label volume: the voxels that it carries, and its mesh "
                                  "if there is no file"}),
     setting<&O::law>({.name = "law",
-                      .choices = "solid|distances|springs",
-                      .text = "neo-Hookean tetrahedra, edges and volumes, or a mass-spring "
-                              "network (a single body)"}),
+                      .choices = "solid|distances|springs|ogden",
+                      .text = "neo-Hookean tetrahedra, edges and volumes, a mass-spring network (a "
+                              "single body), or tetrahedra of Ogden's law"}),
     setting<&O::young_modulus_pa>(
         {.name = "young_modulus_pa", .unit = "Pa", .range = {1, 1e9}, .text = "Young's modulus"}),
     setting<&O::poisson_ratio>({.name = "poisson_ratio",
@@ -32,6 +32,10 @@ constexpr Setting<O> kBodyRows[] = {
                                 .above_low = true,
                                 .below_high = true,
                                 .text = "Poisson's ratio"}),
+    setting<&O::ogden_alpha>({.name = "ogden_alpha",
+                              .range = {-40, 40},
+                              .text = "exponent of the stretches in Ogden's law, −40 to −1 "
+                                      "(stiffer in compression) or 2 to 40"}),
     setting<&O::density_kg_m3>(
         {.name = "density_kg_m3", .unit = "kg/m³", .range = {1, 1e5}, .text = "density"}),
     setting<&O::held_back>({.name = "held_back",
