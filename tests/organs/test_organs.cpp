@@ -415,7 +415,7 @@ TEST_F(Organs, ABodyOfOgdensLawIsStifferInCompression) {
         const auto report = tissue->push(
             kHand, {.point_mm = {20, 10, 10}, .push_mm = {push_mm, 0, 0}, .sphere_radius_mm = 11});
         EXPECT_TRUE(report.ok() && report->status == PushStatus::Applied);
-        EXPECT_TRUE(tissue->advance({.max_steps = 200}).ok());
+        EXPECT_TRUE(tissue->advance({.max_steps = 60}).ok());
         return tissue->force_n(kHand)->x;
     };
     std::uint64_t neo_hookean = 0, ogden = 0;
