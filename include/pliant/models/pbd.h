@@ -70,7 +70,7 @@ struct PbdSolid {
     double young_modulus = 1e5;
     double poisson_ratio = 0.45;  ///< above 0 and below 0.5
     /// Exponent of the stretches, 2 to 40 or −40 to −1; a negative one is below −(1 − 2ν)/ν.
-    /// 2 is the neo-Hookean law, tens of times as fast as any other exponent.
+    /// 2 is the neo-Hookean law, several times as fast as any other exponent.
     double ogden_alpha = 2;
 };
 
