@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 
 #include "commands.h"
@@ -141,8 +142,12 @@ void add_conformance(CLI::App& app, ConformanceOptions& o) {
 int run_conformance(const ConformanceOptions& o) {
     const TaskArena arena;
     StagedFiles files;
-    const auto staged = files.stage(o.html.empty() ? "conformance.html" : o.html);
-    if (!staged.ok()) return bad_input(staged.error());
+    std::filesystem::path page;
+    if (!o.html.empty()) {
+        const auto staged = files.stage(o.html);
+        if (!staged.ok()) return bad_input(staged.error());
+        page = *staged;
+    }
     int case_count = 0, within = 0, all = 0;
     std::string body;
     Json json = Json::array();
@@ -174,8 +179,7 @@ int run_conformance(const ConformanceOptions& o) {
         std::printf("%d cases; %d of %d results are within the tolerance\n", case_count, within,
                     all);
     if (o.html.empty()) return kExitOk;
-    const Status written =
-        write_text(*staged, head_of(case_count, within, all) + body + "</html>\n");
+    const Status written = write_text(page, head_of(case_count, within, all) + body + "</html>\n");
     if (!written.ok()) return bad_input(written.error());
     const Status committed = files.commit();
     return committed.ok() ? kExitOk : bad_input(committed.error());

@@ -217,8 +217,8 @@ void ElasticLevels::hold(std::span<const HeldNode> nodes) {
 void ElasticLevels::renew(const Box3i& voxels) {
     for (auto& level : m_levels) {
         Box3i cells;
-        for (int a = 0; a < 3;
-             ++a) {  // with a corner in the box, or a node for whose sake it holds
+        // Those with a corner in the box and their neighbours, whose nodes may hold for its sake.
+        for (int a = 0; a < 3; ++a) {
             const int begin = (std::max(voxels.begin[a] - 1, 0) >> level->shift[a]) - 1;
             const int end = ((voxels.end[a] - 1) >> level->shift[a]) + 2;
             cells.begin[a] = std::max(begin - level->first[a], 0);
@@ -709,8 +709,8 @@ void ElasticLevels::scale(double factor) {
 }
 
 double ElasticLevels::largest_mm() const {
-    std::int32_t largest =
-        0;  // the bits of magnitudes have their order, and are compared in vectors
+    // The bits of magnitudes have their order, and are compared in vectors.
+    std::int32_t largest = 0;
     for (const auto& level : m_levels)
         for (const float* const u : level->u)
             for (std::size_t n = 0; n < level->array_size(); ++n)

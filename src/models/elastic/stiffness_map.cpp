@@ -186,11 +186,12 @@ void StiffnessMap::bone_row(int level, Vec3i first, int count, std::uint8_t* row
     std::fill_n(row, count, std::uint8_t(0));
     if (first.y < 0 || first.y >= nodes.y || first.z < 0 || first.z >= nodes.z) return;
     const int begin = std::max(first.x, 0), end = std::min(first.x + count, nodes.x);
+    if (begin >= end) return;
     std::uint8_t* const to = row + (begin - first.x);
     const std::size_t at = node_index(nodes, {begin, first.y, first.z});
     const auto* const values = std::get_if<0>(&m_volume.voxels);
     if (level > 0) {
-        std::copy_n(m_bone[std::size_t(level - 1)].data() + at, std::max(end - begin, 0), to);
+        std::copy_n(m_bone[std::size_t(level - 1)].data() + at, end - begin, to);
     } else if (values && m_labels.empty() && !(m_edits && !m_edits->all_edits().empty())) {
         const std::int16_t* const from = values->data() + at;
         for (int i = 0; i < end - begin; ++i) to[i] = double(from[i]) > m_held_above;

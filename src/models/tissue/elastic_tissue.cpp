@@ -25,6 +25,7 @@ constexpr int kResponseIterations = 4;  ///< for each axis, when a drag begins
 constexpr int kDragIterations = 1;
 constexpr double kFarthestStep = 2;  ///< of a tool that goes on, relative to the step before
 constexpr int kStrideIterations = 2, kSweepIterations = 2;
+constexpr double kAside = 0.1;  ///< part of a step beside the last one that is let pass
 constexpr double kNearlyIncompressible = 0.47;  ///< strides take one more above that ratio
 constexpr int kMostSweeps = 30;  ///< after a tool's motion: contacts may alternate for ever
 constexpr int kHalvings = 2;     ///< of a stride that would fold cells
@@ -309,7 +310,7 @@ Result<PushReport> ElasticTissue::do_push(std::uint32_t number, const Push& push
     }
     const WayEnd end = follow(way, tool, [&](Vec3d centre, Vec3d shift, bool is_last) {
         gather(tool, push, centre);
-        const bool goes_on = norm(go_on(number, shift)) < 0.1 * norm(shift);
+        const bool goes_on = norm(go_on(number, shift)) <= kAside * norm(shift);
         for (HeldNode& node : tool.nodes) node.displacement_mm = node.displacement_mm + shift;
         hold_all();
         if (!tool.nodes.empty()) solve(stride_iterations() - (goes_on && !is_last ? 1 : 0));
@@ -390,7 +391,7 @@ Result<PushReport> ElasticTissue::do_drag_to(Vec3d offset_mm) {
 /// @returns the part of the shift for which it has not moved: all of it where there is no last step
 Vec3d ElasticTissue::go_on(std::uint32_t tool, Vec3d shift_mm) {
     const std::optional<Step> last = std::exchange(m_step, Step{tool, shift_mm});
-    if (!last || last->tool != tool) return shift_mm;
+    if (!last || last->tool != tool || last->earlier.empty()) return shift_mm;
     const double square = dot(last->shift_mm, last->shift_mm);
     const double part =
         square > 0 ? std::clamp(dot(shift_mm, last->shift_mm) / square, 0.0, kFarthestStep) : 0.0;
@@ -404,7 +405,7 @@ bool ElasticTissue::predict(Vec3d shift_mm) {
     const Vec3d aside = go_on(m_drag->tool, shift_mm);
     if (!is_smooth) return false;
     // The response is lost when the windows move: to find it again takes longer than to go without.
-    return norm(aside) <= 0.1 * norm(shift_mm) || m_levels.respond(m_drag->response, aside);
+    return norm(aside) <= kAside * norm(shift_mm) || m_levels.respond(m_drag->response, aside);
 }
 
 void ElasticTissue::let_go() noexcept {
