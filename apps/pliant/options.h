@@ -344,12 +344,13 @@ struct TruthOptions {
 };
 
 struct MorphOptions {
-    std::string from, to;       ///< label maps; empty: none
-    std::string points;         ///< table of known points
-    std::string predict;        ///< table of points to move
-    std::string axes = "auto";  ///< of both tables, or "lps", "ras"
-    std::string scan;           ///< moved by --volume; its grid is that of the fields
-    Record given;               ///< settings of MorphSettings
+    std::string from, to;             ///< label maps; empty: none
+    std::string points;               ///< table of known points
+    std::string predict;              ///< table of points to move
+    std::string axes = "auto";        ///< of both tables, or "lps", "ras"
+    std::string scan;                 ///< moved by --volume; its grid is that of the fields
+    std::vector<std::string> moduli;  ///< LABEL=RATIO
+    Record given;                     ///< settings of MorphSettings
     std::string out, displacement, transform, jacobian, volume, report;
     bool raw = false;
     int threads = 0;

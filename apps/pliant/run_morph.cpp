@@ -8,10 +8,13 @@
 #include <pliant/core/text.h>
 #include <pliant/core/version.h>
 #include <pliant/data/morph.h>
+#include <pliant/mesh_files.h>
+#include <pliant/models/organs.h>
 #include <pliant/resample.h>
 #include <pliant/scan_files.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -36,6 +39,7 @@ namespace {
 
 struct MorphInputs {
     std::optional<Volume> from, to, scan;
+    std::vector<MorphModulus> moduli;
     std::optional<PointTable> known, asked;
     bool are_ras = false;  ///< the tables' points, as they were read
 };
@@ -134,7 +138,33 @@ std::string turn_points(const MorphOptions& o, MorphInputs& in) {
     return note;
 }
 
+Result<MorphModulus> modulus_from(const std::string& text) {
+    MorphModulus modulus;
+    const char *at = text.data(), *const end = at + text.size();
+    auto read = std::from_chars(at, end, modulus.label);
+    const bool has_label = read.ec == std::errc() && read.ptr != end && *read.ptr == '=';
+    if (has_label) read = std::from_chars(read.ptr + 1, end, modulus.relative);
+    if (!has_label || read.ec != std::errc() || read.ptr != end)
+        return invalid_option("--moduli: expected LABEL=RATIO, such as 7=20, found '" + text + "'");
+    return modulus;
+}
+
+/// A label map, or the inside of a closed surface.
+Result<Volume> read_shape(const std::string& name) {
+    if (!is_mesh_file(name)) return read_labels(name);
+    auto surface = read_surface(name);
+    if (!surface.ok()) return surface.error();
+    auto labels = labels_of_surface(*surface);
+    if (!labels.ok()) return renamed(labels.error(), name);
+    return labels;
+}
+
 Status read_inputs(const MorphOptions& o, MorphInputs& in, const TaskArena& arena) {
+    for (const std::string& text : o.moduli) {
+        const auto modulus = modulus_from(text);
+        if (!modulus.ok()) return modulus.error();
+        in.moduli.push_back(*modulus);
+    }
     if (!o.points.empty()) {
         auto table = read_point_table(o.points, true);
         if (!table.ok()) return table.error();
@@ -152,7 +182,7 @@ Status read_inputs(const MorphOptions& o, MorphInputs& in, const TaskArena& aren
         for (; begin < end; ++begin) {
             const auto& [name, to] = volumes[begin];
             if (name->empty()) continue;
-            auto volume = to == &in.scan ? read_volume(*name) : read_labels(*name);
+            auto volume = to == &in.scan ? read_volume(*name) : read_shape(*name);
             if (volume.ok())
                 *to = std::move(*volume);
             else
@@ -166,6 +196,7 @@ Status read_inputs(const MorphOptions& o, MorphInputs& in, const TaskArena& aren
 
 /// An error of the library under the names of the command line.
 Error named(const MorphOptions& o, const Error& error) {
+    if (error.field == "moduli") return renamed(error, "--moduli");
     if (error.field == "from") return renamed(error, o.from);
     if (error.field == "to") return renamed(error, o.to);
     if (error.field == "from_mm" || error.field == "to_mm")
@@ -269,8 +300,14 @@ void print_summary(const MorphReport& r, const std::string& note) {
 void add_morph(CLI::App& app, MorphOptions& o) {
     auto* c = app.add_subcommand(
         "morph", "Motion of an organ between two phases, from its shapes and known points");
-    c->add_option("FROM", o.from, "label map of the organ at the first phase");
-    c->add_option("TO", o.to, "label map at the second phase, on any grid");
+    c->add_option("FROM", o.from,
+                  "label map of the organ at the first phase, or a closed surface (VTP, STL, OBJ, "
+                  "PLY, VTK)");
+    c->add_option("TO", o.to, "the same at the second phase, on any grid");
+    c->add_option("--moduli", o.moduli,
+                  "Young's moduli of labels of FROM over that of the others: 7=20,8=0.5. A label "
+                  "that TO lacks, such as a tumour, is tissue of the part around it")
+        ->delimiter(',');
     c->add_option("--points", o.points,
                   "known points: CSV with the columns from_x_mm, from_y_mm, from_z_mm, to_x_mm, "
                   "to_y_mm, to_z_mm");
@@ -298,6 +335,7 @@ void add_morph(CLI::App& app, MorphOptions& o) {
         "  pliant morph exhale.nii.gz inhale.nii.gz --predict nodules.csv --out moved.csv\n"
         "  pliant morph exhale.nii.gz inhale.nii.gz --points known.csv --transform t.nrrd\n"
         "  pliant morph --points known.csv --scan ct.nrrd --volume moved.nrrd\n"
+        "  pliant morph liver_out.stl liver_in.stl --scan ct.nrrd --volume moved.nrrd\n"
         "docs/howto/morph.md describes the method and its errors on measured lungs.");
 }
 
@@ -327,6 +365,7 @@ int run_morph(const MorphOptions& o) {
         input.from = &*in.from;
         input.to = &*in.to;
     }
+    input.moduli = in.moduli;
     if (in.scan) input.grid = &in.scan->grid;
     const auto morph = Morph::create(input, settings, arena);
     if (!morph.ok()) return fail(named(o, morph.error()));

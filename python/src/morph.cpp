@@ -5,6 +5,10 @@
 
 #include <pliant/data/morph.h>
 
+#include <optional>
+#include <utility>
+#include <vector>
+
 #include "keywords.h"
 #include "morphs.h"
 #include "numbers.h"
@@ -18,20 +22,54 @@ std::vector<Vec3d> points_from(const nb::object& given, const char* name) {
     return Numbers<double, 3>(given, name).copied_vectors();
 }
 
+/// Label maps, of a volume or of the inside of a surface.
+struct Shape {
+    std::optional<Volume> filled{};
+    const Volume* labels = nullptr;
+
+    Shape(const nb::object& given, const char* name) {
+        if (given.is_none()) return;
+        if (nb::isinstance<TriangleMesh>(given)) {
+            auto made = labels_of_surface(nb::cast<const TriangleMesh&>(given));
+            if (!made.ok()) raise(renamed(made.error(), name));
+            filled = std::move(*made);
+        }
+        labels = filled ? &*filled
+                        : &object_in<PyVolume>(given, name, "a Volume or a TriangleMesh").volume;
+    }
+};
+
+std::vector<MorphModulus> moduli_from(const nb::object& given) {
+    std::vector<MorphModulus> moduli;
+    if (given.is_none()) return moduli;
+    const char* const kind = "a dict of labels and ratios, such as {7: 20.0}";
+    if (!nb::isinstance<nb::dict>(given)) raise_value("moduli", kind, given);
+    for (const auto& [label, relative] : nb::cast<nb::dict>(given)) {
+        MorphModulus one;
+        if (!nb::try_cast(label, one.label) || !nb::try_cast(relative, one.relative))
+            raise_value("moduli", kind, given);
+        moduli.push_back(one);
+    }
+    return moduli;
+}
+
 const Volume* volume_from(const nb::object& given, const char* name) {
     return given.is_none() ? nullptr : &object_in<PyVolume>(given, name, "a Volume").volume;
 }
 
 Morph morphed(const nb::object& from, const nb::object& to, const nb::object& from_mm,
-              const nb::object& to_mm, const nb::object& grid, int threads,
-              const nb::kwargs& settings) {
+              const nb::object& to_mm, const nb::object& grid, const nb::object& moduli,
+              int threads, const nb::kwargs& settings) {
     const std::vector<Vec3d> known = points_from(from_mm, "from_mm"),
                              found = points_from(to_mm, "to_mm");
     const Volume* const scan = volume_from(grid, "grid");
+    const Shape from_shape(from, "from_labels"), to_shape(to, "to_labels");
+    const std::vector<MorphModulus> relative = moduli_from(moduli);
     const MorphInput input{.from_mm = known,
                            .to_mm = found,
-                           .from = volume_from(from, "from_labels"),
-                           .to = volume_from(to, "to_labels"),
+                           .from = from_shape.labels,
+                           .to = to_shape.labels,
+                           .moduli = relative,
                            .grid = scan ? &scan->grid : nullptr};
     const auto wanted = settings_from<MorphSettings>(settings, morph_rows());
     const Arena arena(threads);
@@ -126,28 +164,33 @@ void bind_morph(nb::module_& m) {
                    std::to_string(self.report().parts) + " parts)";
         });
     const Keywords keywords = keywords_of(morph_rows());
-    m.def("morph", &morphed, nb::arg("from_labels") = nb::none(), nb::arg("to_labels") = nb::none(),
-          nb::arg("from_mm") = nb::none(), nb::arg("to_mm") = nb::none(),
-          nb::arg("grid") = nb::none(), nb::arg("threads") = 0, nb::arg("settings"),
-          typed("def morph(from_labels: Volume | None = None, to_labels: Volume | None = None, "
-                "from_mm: numpy.typing.ArrayLike | None = None, "
-                "to_mm: numpy.typing.ArrayLike | None = None, grid: Volume | None = None, "
-                "threads: int = 0, *, **settings) -> Morph",
-                keywords),
-          described(
-              "Motion of an organ between two phases, from its shapes, known points or both.\n\n"
-              "Example:\n"
-              "    >>> motion = pliant.morph(exhale, inhale, from_mm=known, to_mm=found)\n"
-              "    >>> motion.forward(points)\n\n"
-              "Args:\n"
-              "    from_labels: Label map of the first phase.\n"
-              "    to_labels: Label map of the second phase, on any grid.\n"
-              "    from_mm: Known points (n, 3) at the first phase [mm, LPS].\n"
-              "    to_mm: The same points at the second phase.\n"
-              "    grid: Scan whose voxels hold the nodes; None: from_labels.\n"
-              "    threads: 0: one for each core.\n"
-              "    **settings",
-              keywords));
+    m.def(
+        "morph", &morphed, nb::arg("from_labels") = nb::none(), nb::arg("to_labels") = nb::none(),
+        nb::arg("from_mm") = nb::none(), nb::arg("to_mm") = nb::none(),
+        nb::arg("grid") = nb::none(), nb::arg("moduli") = nb::none(), nb::arg("threads") = 0,
+        nb::arg("settings"),
+        typed("def morph(from_labels: Volume | TriangleMesh | None = None, "
+              "to_labels: Volume | TriangleMesh | None = None, "
+              "from_mm: numpy.typing.ArrayLike | None = None, "
+              "to_mm: numpy.typing.ArrayLike | None = None, grid: Volume | None = None, "
+              "moduli: dict[int, float] | None = None, threads: int = 0, *, **settings) -> Morph",
+              keywords),
+        described(
+            "Motion of an organ between two phases, from its shapes, known points or both.\n\n"
+            "Example:\n"
+            "    >>> motion = pliant.morph(exhale, inhale, from_mm=known, to_mm=found)\n"
+            "    >>> motion.forward(points)\n\n"
+            "Args:\n"
+            "    from_labels: Label map of the first phase, or a closed surface.\n"
+            "    to_labels: The same of the second phase, on any grid.\n"
+            "    from_mm: Known points (n, 3) at the first phase [mm, LPS].\n"
+            "    to_mm: The same points at the second phase.\n"
+            "    grid: Scan whose voxels hold the nodes; None: from_labels.\n"
+            "    moduli: Young's moduli of labels over that of the others: {7: 20}. A label that\n"
+            "        to_labels lacks, such as a tumour, is tissue of the part around it.\n"
+            "    threads: 0: one for each core.\n"
+            "    **settings",
+            keywords));
 }
 
 }  // namespace pliant::python

@@ -78,3 +78,38 @@ def test_bad_input_is_named():
         pliant.morph(first, first, prior="standing")
     with pytest.raises(pliant.Error, match="from_mm"):
         pliant.morph()
+
+
+def test_surfaces_give_what_their_label_maps_give():
+    def surface(centre):
+        """An octahedron."""
+        corners = numpy.vstack([numpy.eye(3), -numpy.eye(3)]) * 60 + centre
+        cells = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+        return pliant.TriangleMesh(corners, cells)
+
+    motion = pliant.morph(surface((0, 0, 0)), surface((8, -4, 2)))
+    assert motion.forward([[5, 5, 0]]) == pytest.approx(numpy.array([[13, 1, 2]]), abs=0.5)
+    open_surface = pliant.TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with pytest.raises(pliant.Error, match="from_labels: found 3 open edges"):
+        pliant.morph(open_surface, surface((0, 0, 0)))
+
+
+def test_a_stiff_label_is_strained_less():
+    first = ball((0, 0, 0)).array.copy()
+    x = (numpy.arange(48) - 23.5) * 3
+    first[:, :, x > 0] *= 2  # the half of larger x has label 2
+    labels = pliant.Volume(first, [3.0] * 3, [x[0]] * 3)
+    grown = ball((0, 0, 0), radius=50.0)
+
+    def strain(motion, at):
+        ends = motion.forward([[at - 5, 0, 0], [at + 5, 0, 0]])
+        return (ends[1, 0] - ends[0, 0]) / 10 - 1
+
+    motion = pliant.morph(labels, grown, moduli={2: 10})
+    uniform = pliant.morph(ball((0, 0, 0)), grown)
+    assert strain(motion, 20) < strain(uniform, 20) - 0.03
+    assert strain(motion, -20) > strain(uniform, -20) + 0.015
+    with pytest.raises(pliant.Error, match="moduli: expected labels of from"):
+        pliant.morph(labels, grown, moduli={3: 10})
+    with pytest.raises(pliant.Error, match="moduli: expected a dict"):
+        pliant.morph(labels, grown, moduli=10)

@@ -124,6 +124,37 @@ TEST_F(MorphTest, Points_that_lie_in_the_organ_as_ras_are_taken_so) {
     EXPECT_LT(off(predicted().at(1), "-100,-100,10,", {-107.5, -95, 12.5}), 0.4);
 }
 
+TEST_F(MorphTest, Closed_surfaces_are_shapes_and_labels_have_moduli) {
+    const auto octahedron = [](Vec3d c) {
+        std::string text = "OFF\n6 8 0\n";
+        for (int sign : {1, -1})
+            for (int a = 0; a < 3; ++a) {
+                Vec3d p = c;
+                p[a] += sign * 60;
+                for (int b = 0; b < 3; ++b) text += std::to_string(p[b]) + (b < 2 ? " " : "\n");
+            }
+        return text + "3 0 1 2\n3 1 3 2\n3 3 4 2\n3 4 0 2\n3 1 0 5\n3 3 1 5\n3 4 3 5\n3 0 4 5\n";
+    };
+    write("from.off", octahedron({100, 100, 0}));
+    write("to.off", octahedron({108, 95, 3}));
+    write("open.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    ASSERT_EQ(run("morph from.off to.off --predict query.csv --out out.csv"), 0) << said();
+    EXPECT_LT(off(predicted().at(1), "a,100,100,10,", {108, 95, 13}), 0.6);
+    ASSERT_EQ(run("morph from.nrrd to.nii.gz --moduli 1=5 --predict query.csv --out out.csv"), 0)
+        << said();
+    EXPECT_LT(off(predicted().at(1), "a,100,100,10,", {107.5, 95, 12.5}), 0.4);
+    const std::string tail = " --predict query.csv --out out.csv";
+    expect_bad("open.off to.off" + tail, "open.off: ");
+    expect_bad("from.nrrd to.nii.gz --moduli 4=5" + tail,
+               "--moduli: expected labels of from (1), found 4");
+    expect_bad("from.nrrd to.nii.gz --moduli 1=0" + tail,
+               "--moduli: expected 0.001 to 1000 of label 1, found 0");
+    expect_bad("from.nrrd to.nii.gz --moduli 1:5" + tail,
+               "--moduli: expected LABEL=RATIO, such as 7=20, found '1:5'");
+    expect_bad("--points known.csv --moduli 1=5" + tail,
+               "--moduli: expected label maps that have the labels, found none");
+}
+
 TEST_F(MorphTest, Bad_input_is_named_and_writes_nothing) {
     write("short.csv", "from_x_mm,from_y_mm,from_z_mm\n1,2,3\n4,5\n");
     write("text.csv", "from_x_mm,from_y_mm,from_z_mm\n1,2,x\n");

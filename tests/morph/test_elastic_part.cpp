@@ -28,7 +28,7 @@ Part ellipsoids(Vec3d radii_from, Vec3d centre_to, Vec3d radii_to) {
               [&](Vec3d x) {
                   return in_ellipsoid(x, {0, 0, 0}, radii_from);
               }),
-        shape(grid, [&](Vec3d x) { return in_ellipsoid(x, centre_to, radii_to); }), arena);
+        shape(grid, [&](Vec3d x) { return in_ellipsoid(x, centre_to, radii_to); }), {}, arena);
     return parts.value().list.at(0);
 }
 
@@ -47,6 +47,39 @@ TEST(ElasticPart, An_ellipsoid_that_grows_is_scaled_per_axis) {
         const Vec3d expected{3 + 0.2 * x.x, 0.1 * x.y, 0};
         EXPECT_LT(norm(field.at(x) - expected), 0.6);
     }
+}
+
+// A bar of two materials in series has the same stress everywhere, so strains are as 1 : 10.
+TEST(ElasticPart, The_soft_half_of_a_bar_is_stretched_more) {
+    constexpr double kHalf = 200, kLonger = 1.1;
+    const TaskArena arena(2);
+    const Grid grid{{120, 16, 16}, {4, 4, 4}, {-240, -32, -32}, kIdentity3};
+    const auto bar = [&](double half, bool has_halves) {
+        Volume labels = shape(grid, [&](Vec3d x) {
+            return std::abs(x.x) < half && std::abs(x.y) < 24 && std::abs(x.z) < 24;
+        });
+        auto& voxels = *std::get_if<0>(&labels.voxels);
+        for (std::size_t n = 0; has_halves && n < voxels.size(); ++n)
+            if (voxels[n] && grid.origin_mm.x + grid.spacing_mm.x * double(n % 120) > 0)
+                voxels[n] = 2;
+        return labels;
+    };
+    const MorphModulus moduli[] = {{2, 10}};
+    const auto parts =
+        morph::find_parts(bar(kHalf, true), bar(kLonger * kHalf, false), moduli, arena);
+    ElasticSettings plain = kPlain;
+    plain.bending_mm2 = 0;
+    Part part = parts.value().list.at(0);
+    const BodyField field = move_body(part, plain);
+    const auto strain = [](const BodyField& f, double x) {
+        return f.gradient({x, 0, 0}).columns[0].x;
+    };
+    part.moduli.clear();
+    const BodyField uniform = move_body(part, plain);
+    const double soft = strain(field, -100), stiff = strain(field, 100);
+    EXPECT_NEAR(soft / stiff, 10, 1);
+    EXPECT_NEAR(0.5 * (soft + stiff), strain(uniform, 0), 0.01);
+    EXPECT_NEAR(strain(uniform, -100), strain(uniform, 100), 0.002);
 }
 
 TEST(ElasticPart, The_gradient_is_that_of_the_field) {

@@ -130,7 +130,7 @@ Volume lungs(double front, double size) {
 TEST(Parts, The_heart_shows_the_front_of_lungs) {
     const TaskArena arena(2);
     for (const double front : {-1.0, 1.0}) {
-        const auto parts = morph::find_parts(lungs(front, 1), lungs(front, 1.05), arena);
+        const auto parts = morph::find_parts(lungs(front, 1), lungs(front, 1.05), {}, arena);
         ASSERT_TRUE(parts.ok());
         EXPECT_TRUE(parts->are_lungs);
         EXPECT_EQ(parts->back, -front);
@@ -142,7 +142,7 @@ TEST(Parts, The_heart_shows_the_front_of_lungs) {
         return in_ellipsoid(x, {-40, 0, 0}, {30, 40, 50}) ||
                in_ellipsoid(x, {40, 0, 0}, {30, 40, 50});
     });
-    const auto parts = morph::find_parts(balls, balls, arena);
+    const auto parts = morph::find_parts(balls, balls, {}, arena);
     ASSERT_TRUE(parts.ok());
     EXPECT_EQ(parts->list.size(), 2u);
     EXPECT_FALSE(parts->are_lungs);
@@ -155,16 +155,43 @@ TEST(Parts, Labels_of_both_maps_are_parts) {
     auto& voxels = std::get<0>(from.voxels);
     for (std::size_t n = 0; n < voxels.size() / 2; ++n) voxels[n] = std::int16_t(7 * voxels[n]);
     const TaskArena arena(1);
-    auto parts = morph::find_parts(from, to, arena);
+    auto parts = morph::find_parts(from, to, {}, arena);
     ASSERT_TRUE(parts.ok());
     EXPECT_EQ(parts->list.size(), 1u);  // label 1 alone
-    parts = morph::find_parts(from, from, arena);
+    parts = morph::find_parts(from, from, {}, arena);
     ASSERT_TRUE(parts.ok());
     EXPECT_EQ(parts->list.size(), 2u);
     const Volume empty = shape(grid, [](Vec3d) { return false; });
-    parts = morph::find_parts(from, empty, arena);
+    parts = morph::find_parts(from, empty, {}, arena);
     ASSERT_FALSE(parts.ok());
     EXPECT_EQ(parts.error().message, "to: expected a label of from (1, 7), found none");
+}
+
+TEST(Parts, Labels_with_a_modulus_belong_to_the_part_around_them) {
+    const TaskArena arena(2);
+    const Grid grid = cube_grid();
+    Volume from = shape(grid, [](Vec3d x) { return in_ellipsoid(x, {0, 0, 0}, {60, 40, 50}); });
+    const Volume to = from;
+    auto& voxels = *std::get_if<0>(&from.voxels);
+    const auto is_stiff = [](Vec3d x) { return in_ellipsoid(x, {20, 5, 0}, {15, 15, 15}); };
+    const Volume stiff = shape(grid, is_stiff);
+    for (std::size_t n = 0; n < voxels.size(); ++n)
+        if ((*std::get_if<0>(&stiff.voxels))[n]) voxels[n] = 7;
+    voxels[0] = 7;  // which no part reaches
+    const MorphModulus moduli[] = {{7, 30}};
+    const auto parts = morph::find_parts(from, to, moduli, arena);
+    ASSERT_TRUE(parts.ok());
+    ASSERT_EQ(parts->list.size(), 1u);
+    const Part& part = parts->list[0];
+    EXPECT_EQ(part.voxels_from.size(), part.voxels_to.size());
+    ASSERT_EQ(part.moduli.size(), part.voxels_from.size());
+    for (std::size_t n = 0; n < part.moduli.size(); ++n)
+        EXPECT_EQ(part.moduli[n], is_stiff(part.voxels_from[n]) ? 30 : 1);
+    EXPECT_EQ(morph::find_parts(to, to, moduli, arena).error().message,
+              "moduli: expected labels of from (1), found 7");
+    const MorphModulus liquid[] = {{7, 0}};
+    EXPECT_EQ(morph::find_parts(from, to, liquid, arena).error().message,
+              "moduli: expected 0.001 to 1000 of label 7, found 0");
 }
 
 TEST(Slide, Gaps_of_a_moved_ball_are_its_shift_along_the_normals) {
@@ -173,7 +200,7 @@ TEST(Slide, Gaps_of_a_moved_ball_are_its_shift_along_the_normals) {
     const auto ball = [&](Vec3d c) {
         return shape(grid, [=](Vec3d x) { return in_ellipsoid(x, c, {45, 45, 45}); });
     };
-    const auto parts = morph::find_parts(ball({0, 0, 0}), ball(shift), TaskArena(1));
+    const auto parts = morph::find_parts(ball({0, 0, 0}), ball(shift), {}, TaskArena(1));
     ASSERT_TRUE(parts.ok());
     const Part& part = parts->list.at(0);
     morph::Moved moved{part.from.points, part.from.normals};

@@ -29,6 +29,7 @@
 #include <pliant/core/record.h>
 #include <pliant/core/tasks.h>
 #include <pliant/core/vec.h>
+#include <pliant/mesh.h>
 #include <pliant/result.h>
 #include <pliant/volume.h>
 
@@ -56,6 +57,12 @@ struct MorphSettings {
 };
 SettingRows<MorphSettings> morph_rows() noexcept;
 
+/// Young's modulus of a label over that of the others, whose modulus is 1.
+struct MorphModulus {
+    int label = 0;
+    double relative = 1;  ///< 0.001…1000
+};
+
 /// Points, or label maps, or both. Nothing is kept.
 struct MorphInput {
     std::span<const Vec3d> from_mm{}, to_mm{};  ///< pairs of known points [mm, LPS]
@@ -63,6 +70,9 @@ struct MorphInput {
     /// the organ if both have it. One label may consist of two lungs, which are separated.
     const Volume* from = nullptr;
     const Volume* to = nullptr;
+    /// Of labels of `from`. A label that `to` lacks, such as vessels or a tumour, is stiff or soft
+    /// tissue within the part that surrounds it.
+    std::span<const MorphModulus> moduli{};
     const Grid* grid = nullptr;  ///< whose voxels hold the nodes; null: that of `from`, or one
                                  ///< around the points
 };
@@ -80,12 +90,16 @@ struct MorphReport {
     double solve_ms = 0;
 };
 
+/// The inside of a closed surface as a label map, 1 on 0, with voxels along the world's axes.
+/// @returns InvalidArgument for a surface that isn't closed; LimitExceeded for 400 million voxels
+Result<Volume> labels_of_surface(const TriangleMesh& surface, double spacing_mm = 2) noexcept;
+
 /// Thread safety: immutable.
 class Morph {
   public:
     /// @returns InvalidArgument that names the field for unequal numbers of points, label maps
-    ///          without a common label, or a motion whose affine part is folded; LimitExceeded for
-    ///          more than 2000 points
+    ///          without a common label, a modulus without its label, or a motion whose affine part
+    ///          is folded; LimitExceeded for more than 2000 points
     static Result<Morph> create(const MorphInput& input, const MorphSettings& settings,
                                 const TaskArena& arena) noexcept;
     ~Morph();

@@ -97,9 +97,10 @@ class System {
         m_load.setZero(3 * count);
     }
 
-    /// Adds a point of the integrals. @param excess  dilation of the eigenstrain
-    /// @param pitch  its shear strain
-    void add_point(const Basis& basis, double share, double excess, double pitch) {
+    /// Adds a point of the integrals. @param share  of the part, times the modulus
+    /// @param at_rest  share times the modulus times the local scale of rest strains
+    /// @param excess  dilation of the eigenstrain @param pitch  its shear strain
+    void add_point(const Basis& basis, double share, double at_rest, double excess, double pitch) {
         const std::array<std::array<double, 64>, 3> d{
             basis.derivative(1, 0, 0), basis.derivative(0, 1, 0), basis.derivative(0, 0, 1)};
         constexpr int kSecond[6][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 2},
@@ -125,13 +126,24 @@ class System {
                         share * ((lambda + 1) * dp[i] * dq[i] + trace);
             }
             for (int i = 0; i < 3; ++i)
-                m_load[i * m_count + basis.at[q]] += share * 3 * m_kappa * excess * dq[i];
-            m_load[m_count + basis.at[q]] += share * 2 * pitch * dq[2];
-            m_load[2 * m_count + basis.at[q]] += share * 2 * pitch * dq[1];
+                m_load[i * m_count + basis.at[q]] += at_rest * 3 * m_kappa * excess * dq[i];
+            m_load[m_count + basis.at[q]] += at_rest * 2 * pitch * dq[2];
+            m_load[2 * m_count + basis.at[q]] += at_rest * 2 * pitch * dq[1];
         }
     }
 
-    /// Adds the forces that hold coefficients at rest.
+    /// Adds the forces that stretch a point along the axes at rest.
+    void add_stretch(const Basis& basis, double at_rest, Vec3d stretch) {
+        const double trace = stretch.x + stretch.y + stretch.z;
+        for (int i = 0; i < 3; ++i) {
+            const auto d = basis.derivative(i == 0, i == 1, i == 2);
+            const double stress = (m_kappa - 2.0 / 3.0) * trace + 2 * stretch[i];
+            for (std::size_t q = 0; q < 64; ++q)
+                m_load[i * m_count + basis.at[q]] += at_rest * stress * d[q];
+        }
+    }
+
+    /// Adds the forces that hold coefficients at rest, of a uniform body.
     void add_rest(const Vector& rest) {
         m_load += m_stiffness.selfadjointView<Eigen::Lower>() * rest;
     }
@@ -212,14 +224,33 @@ BodyField move_body(const Part& part, const ElasticSettings& settings) {
     const double nu = settings.poisson_ratio;
     System system(Index(count), 2 * (1 + nu) / (3 * (1 - 2 * nu)), settings.bending_mm2);
     const std::size_t samples = std::min(kQuadrature, part.voxels_from.size());
+    const auto voxel_of = [&](std::size_t n) {
+        return (2 * n + 1) * part.voxels_from.size() / (2 * samples);
+    };
+    const auto modulus_of = [&](std::size_t n) {
+        return part.moduli.empty() ? 1 : part.moduli[voxel_of(n)];
+    };
+    // Under one stress, tissue is strained in proportion to its compliance; the mean is that of a.
+    double compliance = 1;
+    if (!part.moduli.empty()) {
+        compliance = 0;
+        for (std::size_t n = 0; n < samples; ++n)
+            compliance += 1 / (double(samples) * modulus_of(n));
+    }
+    Vec3d stretch{0, 0, 0};  // of a
+    for (int a = 0; a < 3; ++a)
+        if (from.deviation[a] > 0) stretch[a] = to.deviation[a] / from.deviation[a] - 1;
     const double prior = settings.back == 0 ? 0 : 1;
     for (std::size_t n = 0; n < samples; ++n) {
-        const Vec3d x = part.voxels_from[(2 * n + 1) * part.voxels_from.size() / (2 * samples)];
+        const Vec3d x = part.voxels_from[voxel_of(n)];
         Vec3d t = x - from.centre;
         for (int a = 0; a < 3; ++a) t[a] = from.deviation[a] > 0 ? t[a] / from.deviation[a] : 0;
-        system.add_point(Basis(x, low, kSpacingMm, field.m_count), 1 / double(samples),
+        const Basis basis(x, low, kSpacingMm, field.m_count);
+        const double at_rest = 1 / double(samples) / compliance;
+        system.add_point(basis, modulus_of(n) / double(samples), at_rest,
                          prior * growth * (kBackGrowth * settings.back * t.y + kHeadGrowth * t.z),
                          kPitch * settings.back * growth);
+        if (!part.moduli.empty()) system.add_stretch(basis, at_rest, stretch);
     }
     // The rest shape: B-splines are affine where their coefficients are.
     Vector u(Index(3 * count));
@@ -232,7 +263,7 @@ BodyField move_body(const Part& part, const ElasticSettings& settings) {
             u[Index(std::size_t(a) * count + n)] = (x - from.centre[a]) * scale + to.centre[a] - x;
         }
     }
-    system.add_rest(u);
+    if (part.moduli.empty()) system.add_rest(u);
     std::vector<Basis> surface;
     for (const Vec3d& x : part.from.points) surface.emplace_back(x, low, kSpacingMm, field.m_count);
     const auto take = [&] {

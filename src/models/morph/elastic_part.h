@@ -5,12 +5,13 @@
 //
 // In units of its shear modulus the displacement u minimises
 //
-//   <2 |dev(ε − r)|² + κ tr(ε − r)² + β |∇∇(u − a)|²> + w <(n · u − g)²>,
+//   <m (2 |dev(ε − r)|² + κ tr(ε − r)² + β |∇∇(u − a)|²)> + w <(n · u − g)²>,
 //   κ = 2 (1 + ν) / (3 (1 − 2 ν)),
 //
-// where <> are means over the part and over the constraints. a is the affine map to the rest shape:
-// the centroids coincide, each axis is scaled by the ratio of the standard deviations of the
-// voxels. r is the strain of a, and an eigenstrain if the prior of lungs is used: with
+// where <> are means over the part and over the constraints, m is the relative modulus. a is
+// the affine map to the rest shape: the centroids coincide, each axis is scaled by the ratio of the
+// standard deviations of the voxels. r is the strain of a, and an eigenstrain if the prior of lungs
+// is used; where moduli differ, it is divided by m <1/m>: tissue under one stress. With
 // s = (V_to / V_from)^(1/3) − 1, and y, z in standard deviations from the centroid, y to the back
 // and z to the head,
 //

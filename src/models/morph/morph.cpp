@@ -78,6 +78,8 @@ Status check_input(const MorphInput& in) {
     if (const Status s = check_points(in); !s.ok()) return s;
     if (!in.from != !in.to)
         return expected_error(in.from ? "to" : "from", "label maps of both phases", "one");
+    if (!in.from && !in.moduli.empty())
+        return expected_error("moduli", "label maps that have the labels", "none");
     if (in.from_mm.empty() && !in.from)
         return expected_error("from_mm", "a known point or label maps", "neither");
     if (in.grid)
@@ -363,7 +365,7 @@ Result<Morph> Morph::create(const MorphInput& input, const MorphSettings& settin
         if (const Status s = check_input(input); !s.ok()) return s.error();
         Parts parts;
         if (input.from) {
-            auto found = morph::find_parts(*input.from, *input.to, arena);
+            auto found = morph::find_parts(*input.from, *input.to, input.moduli, arena);
             if (!found.ok()) return found.error();
             parts = std::move(*found);
         }

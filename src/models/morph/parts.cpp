@@ -161,6 +161,47 @@ std::set<int> labels_in(const Sampled& map) {
     return labels;
 }
 
+/// Gives voxels of the labels to the parts that reach them first, face by face.
+void join(Sampled& map, const std::set<int>& labels, const std::vector<int>& parts) {
+    if (labels.empty()) return;
+    const Vec3i size = map.grid.size;
+    const std::ptrdiff_t step[3] = {1, size.x, std::ptrdiff_t(size.x) * size.y};
+    std::vector<std::size_t> edge, next;
+    for (std::size_t n = 0; n < map.labels.size(); ++n)
+        if (std::binary_search(parts.begin(), parts.end(), map.labels[n])) edge.push_back(n);
+    for (; !edge.empty(); std::swap(edge, next)) {
+        next.clear();
+        for (const std::size_t n : edge) {
+            const Vec3i at{int(n % std::size_t(size.x)), int(n / std::size_t(size.x)) % size.y,
+                           int(n / std::size_t(step[2]))};
+            for (int a = 0; a < 3; ++a)
+                for (const int side : {-1, 1}) {
+                    if (at[a] + side < 0 || at[a] + side >= size[a]) continue;
+                    const auto m = std::size_t(std::ptrdiff_t(n) + side * step[a]);
+                    if (!labels.count(map.labels[m])) continue;
+                    map.labels[m] = map.labels[n];
+                    next.push_back(m);
+                }
+        }
+    }
+}
+
+/// Moduli of a part's voxels by the labels of a map.
+std::vector<double> moduli_at(const std::vector<Vec3d>& voxels, const Sampled& map,
+                              std::span<const MorphModulus> moduli) {
+    std::vector<double> found;
+    found.reserve(voxels.size());
+    for (const Vec3d& p : voxels) {
+        const Vec3d at = voxel_from_world(map.grid, p);
+        const int label = map.labels[voxel_index(
+            map.grid, {int(std::lround(at.x)), int(std::lround(at.y)), int(std::lround(at.z))})];
+        const auto own = std::find_if(moduli.begin(), moduli.end(),
+                                      [&](const MorphModulus& m) { return m.label == label; });
+        found.push_back(own == moduli.end() ? 1 : own->relative);
+    }
+    return found;
+}
+
 std::string list_of(const std::set<int>& labels) {
     std::string text;
     for (const int label : labels) {
@@ -172,7 +213,8 @@ std::string list_of(const std::set<int>& labels) {
 
 }  // namespace
 
-Result<Parts> find_parts(const Volume& from, const Volume& to, const TaskArena& arena) {
+Result<Parts> find_parts(const Volume& from, const Volume& to, std::span<const MorphModulus> moduli,
+                         const TaskArena& arena) {
     if (const Status s = check_volume(from, "from"); !s.ok()) return s.error();
     if (const Status s = check_volume(to, "to"); !s.ok()) return s.error();
     Sampled maps[2];
@@ -188,6 +230,18 @@ Result<Parts> find_parts(const Volume& from, const Volume& to, const TaskArena& 
                           std::back_inserter(labels));
     if (labels.empty())
         return expected_error("to", "a label of from (" + list_of(at_from) + ")", list_of(at_to));
+    std::set<int> inside;  // labels within parts
+    for (const MorphModulus& one : moduli) {
+        if (!at_from.count(one.label))
+            return expected_error("moduli", "labels of from (" + list_of(at_from) + ")",
+                                  std::to_string(one.label));
+        if (!(one.relative >= 1e-3 && one.relative <= 1e3))
+            return expected_error("moduli", "0.001 to 1000 of label " + std::to_string(one.label),
+                                  toml_text(one.relative));
+        if (!at_to.count(one.label)) inside.insert(one.label);
+    }
+    const Sampled original = moduli.empty() ? Sampled{} : maps[0];
+    join(maps[0], inside, labels);
     std::vector<Mask> masks[2];
     both([&](std::size_t n) {
         for (const int label : labels) masks[n].push_back(mask_of(maps[n], label));
@@ -202,6 +256,8 @@ Result<Parts> find_parts(const Volume& from, const Volume& to, const TaskArena& 
             parts.list[std::size_t(begin)] =
                 part_of(masks[0][std::size_t(begin)], masks[1][std::size_t(begin)]);
     });
+    if (!moduli.empty())
+        for (Part& part : parts.list) part.moduli = moduli_at(part.voxels_from, original, moduli);
     // A piece that is too small has no surface after the smoothing.
     std::erase_if(parts.list, [](const Part& part) {
         return part.from.points.size() < 12 || part.sample_to.size() < 12;

@@ -15,6 +15,7 @@
 
 #include <pliant/core/tasks.h>
 #include <pliant/core/vec.h>
+#include <pliant/data/morph.h>
 #include <pliant/result.h>
 #include <pliant/volume.h>
 
@@ -37,6 +38,7 @@ struct Surface {
 
 struct Part {
     std::vector<Vec3d> voxels_from, voxels_to;  ///< centres [mm, LPS]
+    std::vector<double> moduli;                 ///< of voxels_from, relative; empty: 1
     double volume_from_mm3 = 0, volume_to_mm3 = 0;
     Surface from;                        ///< sample of the surface: points that slide
     Surface to;                          ///< the whole surface
@@ -49,9 +51,11 @@ struct Parts {
     double back = 0;         ///< of lungs: 1 if y grows to the back, −1 if it grows to the front
 };
 
-/// @returns InvalidArgument that names from or to for an invalid map, and maps without a common
-///          label
-Result<Parts> find_parts(const Volume& from, const Volume& to, const TaskArena& arena);
+/// @param moduli  of labels of `from`; one that `to` lacks joins the part that is nearest in it
+/// @returns InvalidArgument that names from, to or moduli for an invalid map, maps without a common
+///          label, and a modulus without its label
+Result<Parts> find_parts(const Volume& from, const Volume& to, std::span<const MorphModulus> moduli,
+                         const TaskArena& arena);
 
 /// The two largest pieces of a mask, along x, or the mask itself.
 std::vector<Mask> split(const Mask& mask);
