@@ -89,3 +89,12 @@ results_endoscope() {
         npm run --silent measure endoscope)
     say "done: docs/results/endoscope/README.md"
 }
+
+# Measures the figures of docs/credibility with the programs of `./dev test`.
+evidence() { # [RUN…]
+    need_packages build test
+    configure gcc -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=ON
+    compile gcc
+    "$root/tools/check_evidence" --measure "$@"
+    say "done: docs/credibility"
+}
