@@ -89,12 +89,12 @@ unless_passed() { # NAME [INPUT…] -- COMMAND…
 }
 
 # With the Python module: one configuration, one compilation.
-compile_with_gcc() {
+compile_with_gcc() { # [cmake --build arguments…]
     local python=$root/build/python-build/bin/python
     environment build
     configure gcc -DPLIANT_BUILD_TESTS=ON -DPLIANT_BUILD_PYTHON=ON -DPython_EXECUTABLE="$python" \
         -Dnanobind_DIR="$("$python" -m nanobind --cmake_dir)"
-    compile gcc
+    compile gcc "$@"
 }
 
 tests_run_by=()  # a command that runs the given one
@@ -268,6 +268,13 @@ compile_alone() {
     compile alone
 }
 
+# Each file says its licence, by itself or in REUSE.toml.
+licences() {
+    environment licences
+    "$root/build/python-licences/bin/reuse" --root "$root" lint --quiet ||
+        fail "licences: ./build/python-licences/bin/reuse lint says what is missing"
+}
+
 run_tests() { # [--all] [--sanitize]
     local all=no sanitize=no argument
     for argument in "$@"; do
@@ -307,6 +314,8 @@ run_tests() { # [--all] [--sanitize]
 
 # Steps that the short run leaves out. A failure doesn't end the run; its end names all of them.
 run_the_rest() {
+    rest "licences: REUSE" licences
+    rest "docs: site, links" docs
     rest "gcc: long tests" test_long
     rest "research: build, tests" test_research
     rest "clang: build without warnings, tests" compile_and_test_with_clang
