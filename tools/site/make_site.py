@@ -29,7 +29,10 @@ SECTIONS = (
     ("Reference", ("reference/", "references.md")),
     ("C++", ("api/cpp/", "project/examples/")),
     ("Python", ("api/python/",)),
-    ("Developers", ("developers/", "project/about", "project/c", "project/h", "project/t")),
+    (
+        "Developers",
+        ("developers/", "project/about", "project/c", "project/h", "project/s", "project/t"),
+    ),
 )
 SECTION = re.compile(r"^(Args|Returns|Raises|Example|Examples|Yields|Attributes|Note):$")
 # Python files whose names a user imports, beside the compiled module.
@@ -49,6 +52,7 @@ class Site:
             "CHANGELOG.md",
             "CONTRIBUTING.md",
             "HACKING.md",
+            "SECURITY.md",
             "THIRD_PARTY.md",
         ):
             self.pages[name] = f"project/{name.lower()}"
