@@ -4,6 +4,7 @@
 # What `cmake --install` puts down: the library's components with the headers, a package that
 # find_package(pliant) finds, and the program. The table of components and the recipes go along, so
 # that those who use the library find the same third-party packages in the same way as this build.
+# The component `program` is what runs alone, `dev` is for those who build with the library.
 
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -11,21 +12,25 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/pliant)
 
 foreach(component IN LISTS PLIANT_BUILT)
     install(TARGETS pliant_${component} EXPORT pliant-${component}
-            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev
+            LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT program
+                    NAMELINK_COMPONENT dev)
     if(component STREQUAL io)
         install(TARGETS pliant_decoder EXPORT pliant-io
-                RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/pliant)
+                RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/pliant COMPONENT program)
     endif()
-    install(EXPORT pliant-${component} NAMESPACE pliant:: DESTINATION ${package_dir})
+    install(EXPORT pliant-${component} NAMESPACE pliant:: DESTINATION ${package_dir}
+            COMPONENT dev)
     foreach(recipe IN LISTS PLIANT_${component}_RECIPES)
-        install(FILES cmake/recipes/${recipe}.cmake DESTINATION ${package_dir}/recipes)
+        install(FILES cmake/recipes/${recipe}.cmake DESTINATION ${package_dir}/recipes
+                COMPONENT dev)
     endforeach()
 endforeach()
-install(DIRECTORY include/pliant DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+install(DIRECTORY include/pliant DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
         FILES_MATCHING PATTERN "*.h")
 if(PLIANT_RESEARCH)
     install(DIRECTORY research/include/pliant DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-            FILES_MATCHING PATTERN "*.h")
+            COMPONENT dev FILES_MATCHING PATTERN "*.h")
 endif()
 
 set(PLIANT_LINKS_RECIPES ON)
@@ -39,12 +44,15 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/pliant-config-version.cma
 install(FILES cmake/house.cmake
               ${PROJECT_BINARY_DIR}/pliant-config.cmake
               ${PROJECT_BINARY_DIR}/pliant-config-version.cmake
-        DESTINATION ${package_dir})
+        DESTINATION ${package_dir} COMPONENT dev)
 
 if(PLIANT_BUILD_APP)
-    install(TARGETS pliant_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    install(TARGETS pliant_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+    # Manual pages and completions, where `./dev package` has made them.
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/descriptions/ DESTINATION ${CMAKE_INSTALL_DATADIR}
+            COMPONENT program OPTIONAL)
 endif()
-install(FILES LICENSE THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 # Shared libraries are found beside each other, and from the program's folder.
 if(BUILD_SHARED_LIBS AND NOT DEFINED CMAKE_INSTALL_RPATH)

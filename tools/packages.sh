@@ -15,6 +15,8 @@ packages_of() {
         test) echo clang libgtest-dev ;;
         wheel) echo python3-dev python3-venv ;;
         study) echo openmpi-bin ;;
+        package) echo dpkg-dev file python3 ;;
+        package-try) echo mmdebstrap ;;
         lint) echo clang-format-14 ;;
         fuzz) echo libclang-rt-dev ;;
         bench) echo libbenchmark-dev libembree-dev time ;;
