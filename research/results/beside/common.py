@@ -91,8 +91,8 @@ class Variant:
 def compare(variants, repeats=5, out=None, log=print, levels=LEVELS):
     """Runs all variants once, then those that are fastest to a level again, interleaved.
 
-    Runs of more than LONG_S seconds are not repeated. Returns rows: program, and for each level (settings, processor and wall time, set-up) or None;
-    the smallest error of the program.
+    Runs of more than LONG_S seconds are not repeated. Returns rows: program, and for each level
+    (settings, processor and wall time, set-up) or None; the smallest error of the program.
     """
     first = {}
     for v in variants:
@@ -174,7 +174,7 @@ def table(rows, levels=LEVELS, base="Pliant"):
                 cells.append(f"{milliseconds(hit['cpu'])} ({milliseconds(hit['setup'])}){ratio}")
         best = f"{row['best'][0]:.2g} %"
         lines.append(f"| {row['program']} | {' | '.join(cells)} | {best} |")
-    lines += ["", "Fastest settings, with the wall time of the solution and the number of runs:", ""]
+    lines += ["", "Fastest settings, with the wall time and the number of runs:", ""]
     for row in rows:
         for level in levels:
             hit = row["levels"][level]

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A clamped rod of length 1 m and EI = 1 N m2: bent by a force, and laid on a floor by its weight.
 
-    RESULTS_BESIDE=…/results_beside python rod.py [bent|laid]   # writes rod-bent.json, rod-laid.json
+    RESULTS_BESIDE=…/results_beside python rod.py [bent|laid]    # writes rod-….json
 
 Bent: a vertical force of 5 N at the end, which moves down by 71 % of the length. The solution is
 the inextensible elastica, integrated to 1e-12; laid: a weight of 75 N/m, and a floor without
@@ -151,15 +151,16 @@ def mujoco_rod(laid, reference, elements, dt, steps, half, damping, solimp):
         edge = 1 / (elements - 0.5) if half else 1 / elements
         first = -edge / 2 if half else 0.0
         young = 4 / (np.pi * RADIUS**4)
+        floor = f'<geom type="plane" pos="0 0 {-DROP - RADIUS}" size="9 9 1" friction="0 0 0"/>'
         xml = f"""<mujoco>
           <option timestep="{dt}" integrator="discrete" solver="Newton" tolerance="1e-6"
                   gravity="0 0 {-WEIGHT * laid}"/>
           <worldbody>
-            {f'<geom type="plane" pos="0 0 {-DROP - RADIUS}" size="9 9 1" friction="0 0 0"/>' * laid}
+            {floor * laid}
             <flexcomp name="r" type="grid" dim="1" count="{elements + 1} 1 1"
                 spacing="{edge} 1 1" pos="{first + edge * elements / 2} 0 0" radius="{RADIUS}"
                 mass="{(elements + 1) / elements}">
-              <contact selfcollide="none" condim="1" {'' if laid else 'contype="0" conaffinity="0"'}/>
+              <contact selfcollide="none" condim="1" contype="{laid:d}" conaffinity="{laid:d}"/>
               <edge equality="true" solref="{2 * dt} 1" solimp="{solimp}"/>
               <elasticity young="{young}" poisson="0.3" damping="{damping}" section="circle"/>
               <pin id="0 1"/>
@@ -197,8 +198,10 @@ def variants(laid, reference):
                                       damping=5, iterations=2, rounds=8))  # fmt: skip
         else:
             for dt, steps, iterations in ((0.01, 300, 2), (0.05, 60, 2), (0.1, 30, 8)):
-                out.append(pliant_rod(laid, reference, segments=n, dt=dt, steps=steps,
-                                      ramp=steps // 4, damping=5, iterations=iterations))  # fmt: skip
+                out.append(
+                    pliant_rod(laid, reference, segments=n, dt=dt, steps=steps, ramp=steps // 4,
+                               damping=5, iterations=iterations)
+                )  # fmt: skip
         damping = 0.05 if laid else 0.6
         for solimp, half in zip(SOLIMP, (False, True), strict=True):
             for dt, steps in ((0.004, 640), (0.02, 192)):
