@@ -16,6 +16,7 @@ import matplotlib.pyplot as plt
 
 SETUPS = {
     "block-0.3-3.0": "block, pressed by a patch, 10 %",
+    "contact": "block, pressed by a ball",
     "beam": "cantilever under its weight",
     "rod-bent": "rod bent by a force",
     "rod-laid": "rod laid on a floor",
@@ -30,7 +31,7 @@ def main():
     """One panel for each set-up, with the smallest errors of each program by time."""
     folder = Path(sys.argv[1])
     found = [name for name in SETUPS if (folder / f"{name}.json").exists()]
-    figure, panels = plt.subplots(1, len(found), figsize=(4.2 * len(found), 3.6), squeeze=False)
+    figure, panels = plt.subplots(1, len(found), figsize=(3.6 * len(found), 3.6), squeeze=False)
     for panel, name in zip(panels[0], found, strict=True):
         files = sorted(folder.glob(f"{name}*.json"))
         rows = [r for f in files for r in json.loads(f.read_text(encoding="utf-8"))["rows"]]
