@@ -44,5 +44,7 @@ ConformanceCases scan_cases(const TaskArena& arena);
 // Models in real time.
 ConformanceCases chainmail_cases(const TaskArena& arena);
 ConformanceCases spring_cases(const TaskArena& arena);
+ConformanceCases body_cases(const TaskArena& arena);
+ConformanceCases rod_cases(const TaskArena& arena);
 
 }  // namespace pliant::app

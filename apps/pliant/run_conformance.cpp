@@ -36,7 +36,9 @@ constexpr Part kParts[] = {{"patch", "Patch tests", patch_cases},
                            {"solids", "Solids", solid_cases},
                            {"scan", "Elastic scan", scan_cases},
                            {"chainmail", "ChainMail", chainmail_cases},
-                           {"springs", "Springs", spring_cases}};
+                           {"springs", "Springs", spring_cases},
+                           {"bodies", "Bodies", body_cases},
+                           {"rods", "Rods", rod_cases}};
 
 std::vector<std::string> part_names() {
     std::vector<std::string> names;

@@ -6,6 +6,7 @@
 // Covers: pliant/conformance_membranes.cpp, pliant/conformance_thick_walls.cpp.
 // Covers: pliant/conformance_scan.cpp, pliant/conformance_thermal.cpp.
 // Covers: pliant/conformance_chainmail.cpp, pliant/conformance_springs.cpp.
+// Covers: pliant/conformance_bodies.cpp, pliant/conformance_rods.cpp.
 
 #include <gtest/gtest.h>
 
@@ -125,6 +126,72 @@ TEST_F(ConformanceProgram, SpringsHoldWhatTheyCan) {
                              "creep of a Kelvin link", "relaxation of a Maxwell link",
                              "hysteresis of a Voigt link", "first mode of a chain of 20 links"})
         EXPECT_EQ(failures(case_of(cases, name)), 0) << name;
+}
+
+TEST_F(ConformanceProgram, BodiesHoldTheirLawsWithWarmStarts) {
+    ASSERT_EQ(run("conformance bodies --json"), 0) << said();
+    const Json cases = Json::parse(out());
+    ASSERT_EQ(cases.size(), 9);
+    // The closed forms of test_ogden.cpp's Uniaxial, at 10 kPa and 0.45, and 4.54 kPa and 0.49.
+    for (const auto& [name, stress] :
+         {std::pair("neo-Hookean cube in tension, stretch 1.2", 1703.4),
+          {"neo-Hookean cube in compression, stretch 0.8", -2494.6},
+          {"cube of Ogden's law, exponent -17.9 in tension, stretch 1.1", 325.7},
+          {"cube of Ogden's law, exponent -17.9 in compression, stretch 0.9", -1172.3}}) {
+        const Json& one = case_of(cases, name);
+        EXPECT_NEAR(one["expected"], stress, 0.1) << name;
+        EXPECT_EQ(one["results"][0]["conforms"], true) << name;
+        EXPECT_EQ(one["results"][1]["conforms"], true) << name;
+    }
+    EXPECT_EQ(
+        case_of(cases, "neo-Hookean cube in compression, stretch 0.8")["results"][2]["conforms"],
+        false);
+    for (const char* friction : {"0.2", "0.6"})
+        EXPECT_EQ(failures(case_of(
+                      cases, std::string("block on a slope of 0.4 rad, friction ") + friction)),
+                  0);
+    // Tetrahedra lock, less in smaller cells.
+    const Json& beam = case_of(cases, "cantilever under its weight");
+    EXPECT_NEAR(beam["expected"], 6.542, 0.001);
+    EXPECT_EQ(beam["results"][0]["conforms"], false);
+    EXPECT_LT(beam["results"][0]["value"], beam["results"][1]["value"]);
+}
+
+TEST_F(ConformanceProgram, RodsApproachTheirElastica) {
+    ASSERT_EQ(run("conformance rods --json"), 0) << said();
+    const Json cases = Json::parse(out());
+    for (const Json& one : cases) {
+        const Json& results = one["results"];
+        const double expected = one["expected"];
+        const auto error = [&](const Json& result) {
+            return std::abs(result["value"].get<double>() - expected);
+        };
+        EXPECT_LE(error(results.back()), error(results.front()) + 1e-6) << one;
+    }
+    // By elliptic integrals, on another way than the case.
+    const auto of = [&](const char* what) {
+        return case_of(cases, std::string("elastica, tip on a wall at ") + what);
+    };
+    EXPECT_NEAR(of("60 degrees, P L^2/EI 0.5")["expected"], 0.5 * 20 / (95.8 * 95.8) * 0.5, 1e-9);
+    for (const auto& [what, aside] : {std::pair("60 degrees, P L^2/EI 0.5", 0.931312),
+                                      {"45 degrees, P L^2/EI 1", 0.877568},
+                                      {"20 degrees, P L^2/EI 1.5", 0.630858}}) {
+        const std::string name = std::string("elastica, tip on a wall at ") + what;
+        bool found = false;
+        for (const Json& one : cases)
+            if (one["name"] == name &&
+                one["quantity"] == "tip from the guide along the wall [mm]") {
+                found = true;
+                EXPECT_NEAR(one["expected"], 95.8 * aside, 1e-3) << name;
+                EXPECT_EQ(one["results"].back()["conforms"], true) << name;
+            }
+        EXPECT_TRUE(found) << name;
+    }
+    EXPECT_EQ(failures(case_of(cases, "wire bent to a circle")), 0);
+    EXPECT_EQ(failures(case_of(cases, "torsion of a wire whose hooked tip lies in a slot")), 0);
+    const Json& column = case_of(cases, "column, both ends clamped, 20 degrees after buckling");
+    EXPECT_NEAR(column["expected"], 40.086, 0.001);
+    EXPECT_EQ(column["results"][0]["conforms"], false);
 }
 
 TEST_F(ConformanceProgram, AnUnknownPartOrFolderIsOneLine) {
