@@ -160,7 +160,13 @@ TEST_F(ConformanceProgram, BodiesHoldTheirLawsWithWarmStarts) {
 TEST_F(ConformanceProgram, RodsApproachTheirElastica) {
     ASSERT_EQ(run("conformance rods --json"), 0) << said();
     const Json cases = Json::parse(out());
+    ASSERT_EQ(cases.size(), 14);
     for (const Json& one : cases) {
+        // The closed form of a helix has no ends.
+        if (one["name"] == "column in a tube, buckled to a helix") {
+            EXPECT_EQ(failures(one), 0) << one;
+            continue;
+        }
         const Json& results = one["results"];
         const double expected = one["expected"];
         const auto error = [&](const Json& result) {
