@@ -38,7 +38,13 @@ ConformanceCases patch_cases(const TaskArena& arena);
 ConformanceCases beam_cases(const TaskArena& arena);
 ConformanceCases membrane_cases(const TaskArena& arena);
 ConformanceCases solid_cases(const TaskArena& arena);
+ConformanceCases thermal_cases(const TaskArena& arena);
 // Tissue on a scan's voxels.
 ConformanceCases scan_cases(const TaskArena& arena);
+// Models in real time.
+ConformanceCases chainmail_cases(const TaskArena& arena);
+ConformanceCases spring_cases(const TaskArena& arena);
+ConformanceCases body_cases(const TaskArena& arena);
+ConformanceCases rod_cases(const TaskArena& arena);
 
 }  // namespace pliant::app

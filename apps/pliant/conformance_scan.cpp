@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "conformance.h"
-#include "conformance_solids.h"
+#include "conformance_value.h"
 
 namespace pliant::app {
 namespace {

@@ -5,16 +5,9 @@
 
 #include <array>
 #include <cmath>
-#include <utility>
 
 namespace pliant::app {
 namespace {
-
-template <class T>
-T value_of(Result<T> result) {
-    if (!result.ok()) throw ConformanceFailure{result.error().message};
-    return std::move(result).value();
-}
 
 /// Area vector of a face, half the cross product of its diagonals [mm²].
 Vec3d area_of(const HexMesh& mesh, const HexFace& face) {
@@ -62,10 +55,11 @@ void MappedSolid::pull(const Where& where, Vec3d force_n) {
 }
 
 ElasticSolution solve(const MappedSolid& solid, const ElasticMaterial& material, HexElement element,
-                      const TaskArena& arena) {
-    const auto solver = value_of(ElasticSolver::create(
-        ElasticSolid{solid.mesh, {material}}, solid.supports, {.element = element}, arena));
-    return value_of(solver.solve(solid.loads));
+                      const TaskArena& arena, ElasticMethod method) {
+    const auto solver =
+        computed(ElasticSolver::create(ElasticSolid{solid.mesh, {material}}, solid.supports,
+                                       {.element = element, .method = method}, arena));
+    return computed(solver.solve(solid.loads));
 }
 
 Vec3d mean_displacement(const MappedSolid& solid, const ElasticSolution& solution,
@@ -83,7 +77,7 @@ Vec3d mean_displacement(const MappedSolid& solid, const ElasticSolution& solutio
 SymmetricTensor stress_at(const MappedSolid& solid, const ElasticSolution& solution,
                           const ElasticMaterial& material, HexElement element, std::int32_t node,
                           const TaskArena& arena) {
-    const auto states = value_of(elastic_states(ElasticSolid{solid.mesh, {material}},
+    const auto states = computed(elastic_states(ElasticSolid{solid.mesh, {material}},
                                                 solution.displacement_mm, element, arena));
     const double root = std::sqrt(3.0);
     SymmetricTensor sum;

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "conformance_value.h"
+
 namespace pliant::app {
 
 /// Gives the position of a place in the unit cube.
@@ -39,7 +41,7 @@ struct MappedSolid {
 
 /// @throws ConformanceFailure if the elements have no solution
 ElasticSolution solve(const MappedSolid& solid, const ElasticMaterial& material, HexElement element,
-                      const TaskArena& arena);
+                      const TaskArena& arena, ElasticMethod method = ElasticMethod::Cholesky);
 
 /// Mean displacement of the nodes of a part [mm].
 Vec3d mean_displacement(const MappedSolid& solid, const ElasticSolution& solution,
@@ -50,10 +52,6 @@ Vec3d mean_displacement(const MappedSolid& solid, const ElasticSolution& solutio
 SymmetricTensor stress_at(const MappedSolid& solid, const ElasticSolution& solution,
                           const ElasticMaterial& material, HexElement element, std::int32_t node,
                           const TaskArena& arena);
-
-struct ConformanceFailure {
-    std::string message;
-};
 
 inline constexpr double kMPa = 1e6;                           ///< [Pa]
 inline constexpr std::array<bool, 3> kAll{true, true, true};  ///< axes

@@ -199,6 +199,7 @@ ConformanceCases solid_cases(const TaskArena& arena) {
     }
     add_half_space(cases, arena);
     add_order(cases, arena);
+    for (ConformanceCase& one : thermal_cases(arena)) cases.push_back(std::move(one));
     return cases;
 }
 

@@ -14,10 +14,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "commands.h"
 #include "conformance.h"
-#include "conformance_solids.h"
+#include "conformance_value.h"
 #include "json.h"
 #include "output_text.h"
 
@@ -33,7 +34,17 @@ constexpr Part kParts[] = {{"patch", "Patch tests", patch_cases},
                            {"beams", "Beams", beam_cases},
                            {"membranes", "Membranes and plates", membrane_cases},
                            {"solids", "Solids", solid_cases},
-                           {"scan", "Elastic scan", scan_cases}};
+                           {"scan", "Elastic scan", scan_cases},
+                           {"chainmail", "ChainMail", chainmail_cases},
+                           {"springs", "Springs", spring_cases},
+                           {"bodies", "Bodies", body_cases},
+                           {"rods", "Rods", rod_cases}};
+
+std::vector<std::string> part_names() {
+    std::vector<std::string> names;
+    for (const Part& part : kParts) names.emplace_back(part.name);
+    return names;
+}
 
 /// Relative to the expected value; absolute if that is 0.
 double deviation(const ConformanceCase& one, const ConformanceResult& result) {
@@ -130,8 +141,9 @@ bool conforms(const ConformanceCase& one, const ConformanceResult& result) {
 void add_conformance(CLI::App& app, ConformanceOptions& o) {
     auto* c = app.add_subcommand("conformance",
                                  "Compare the models with published and closed-form results");
-    c->add_option("PART", o.parts, "patch, beams, membranes, solids or scan; all by default")
-        ->check(CLI::IsMember({"patch", "beams", "membranes", "solids", "scan"}));
+    std::string list;
+    for (const std::string& name : part_names()) list += name + ", ";
+    c->add_option("PART", o.parts, list + "all by default")->check(CLI::IsMember(part_names()));
     c->add_option("--html", o.html, "write a page with all of them");
     c->add_flag("--json", o.json, "print JSON");
     c->footer(
