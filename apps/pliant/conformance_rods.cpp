@@ -362,10 +362,10 @@ void add_helix(ConformanceCases& cases, const TaskArena& arena) {
     const double force = 4 * kBend * strain / (kGap * kGap),
                  contact = kGap * force * force / (4 * kBend) * length;
     ConformanceCase axial{"column in a tube, buckled to a helix", "force of the hand [N]",
-                          "4 EI e / r^2, e the shortening, r the gap", force, 0.1};
+                          "4 EI e / r^2, e the shortening, r the gap", force, 0.05};
     ConformanceCase across{"column in a tube, buckled to a helix",
                            "sum of the contact forces on the side [N]", "r F^2 L / (4 EI)", contact,
-                           0.1};
+                           0.05};
     for (const double segment : {6.0, 3.0}) {
         auto settings = wire_settings(700, segment, kBend);
         settings.catheter.tip_mm = 60;

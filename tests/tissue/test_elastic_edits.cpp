@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Cuts, carving and walls that touch in the elastic scan.
-// Covers: tissue/elastic_tissue.cpp, elastic/levels.cpp, elastic/level.cpp.
+// Covers: tissue/elastic_tissue.cpp, tissue/elastic_tissue_edits.cpp, elastic/levels.cpp,
+// elastic/level.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/check_tissue.h>

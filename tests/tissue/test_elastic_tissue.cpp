@@ -142,6 +142,38 @@ TEST_F(Elastic, ADragIsNearEquilibriumAtEachStep) {
     EXPECT_EQ(frames->drag_to(offset).error().message, "drag: expected a grab before it");
 }
 
+// Tissue ahead of the tool evades, however long its strides are. The top has a held patch, and a
+// sphere that is nearly plane pushes the bottom up by more than a voxel, which was one stride.
+TEST_F(Elastic, ALongPushIsManyShortOnes) {
+    constexpr double kEdge = 2.5, kRadius = 1e5, kWay = 3;
+    Volume scan;
+    scan.grid = {{25, 25, 13}, {kEdge, kEdge, kEdge}};
+    std::vector<std::int16_t> voxels;
+    for (int k = 0; k < 13; ++k)
+        for (int j = 0; j < 25; ++j)
+            for (int i = 0; i < 25; ++i)
+                voxels.push_back(k == 12 && std::max(std::abs(i - 12), std::abs(j - 12)) <= 4 ? 900
+                                                                                              : 40);
+    scan.voxels = std::move(voxels);
+    ElasticScanSettings settings;
+    settings.held_sides = {};
+    const auto moved = [&](int pushes) {
+        auto tissue = std::move(make_elastic(scan, settings, m_arena)).value();
+        const double part = kWay / pushes;
+        for (int n = 0; n < pushes; ++n)
+            EXPECT_TRUE(tissue
+                            ->push(kProbe, {.point_mm = {30, 30, 0.01 - kRadius + n * part},
+                                            .push_mm = {0, 0, part},
+                                            .sphere_radius_mm = kRadius})
+                            .ok());
+        settle(*tissue);
+        return displacement(*tissue, {12, 12, 6}).z;
+    };
+    const double many = moved(6);
+    EXPECT_GT(many, 1);
+    EXPECT_NEAR(moved(1), many, 0.005 * kWay);
+}
+
 TEST_F(Elastic, ALongPushFoldsNoTissue) {
     auto tissue = make();
     Push push = kWallPush;

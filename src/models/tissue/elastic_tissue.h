@@ -107,7 +107,7 @@ class ElasticTissue final : public OwnTissue {
     template <class Visit>
     void visit_near(Vec3d centre_mm, double radius_mm, const Visit& visit) const;
     std::vector<HeldNode> nodes_at(const Push& push, Vec3d centre_mm, bool or_around) const;
-    void gather(Tool& tool, const Push& push, Vec3d centre_mm);
+    void gather(Tool& tool, const Push& push, Vec3d centre_mm, Vec3d shift_mm);
     void look_at(const Way& way);
     template <class Move>
     WayEnd follow(const Way& way, Tool& tool, const Move& move);
