@@ -60,6 +60,8 @@ lint() {
     tools/check_files
     tools/check_evidence --self-test
     tools/check_evidence
+    tools/mutate_code --self-test
+    tools/mutate_code --check
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
     find include src apps tests examples benchmarks python research \

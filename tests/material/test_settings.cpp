@@ -4,6 +4,11 @@
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "material/material.h"
 #include "material/settings.h"
 #include "support/temporary_folder.h"
 
@@ -187,6 +192,63 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
     EXPECT_FALSE(read_chainmail_settings(folder.path()).ok());
 }
 
+TEST(Settings, ANumberIsTakenBetweenItsEndsOnly) {
+    constexpr double kNone = -1;  // of an upper end
+    const struct {
+        const char *table, *key;
+        double low, high, step;
+    } ends[] = {
+        {"material", "offset", 0, 1, 1e-6},
+        {"material", "factor", 0, 100, 1e-6},
+        {"material", "smallest_bone_mm3", 0, kNone, 1e-6},
+        {"material", "max_movement_mm", 0, 500, 1e-6},
+        {"material", "yield", 0, 1, 1e-6},
+        {"push", "scale", 1e-9, 1000, 1e-9},
+        {"lattice", "brick_size", 2, 32, 1},
+        {"lattice", "max_elements", 1, kNone, 1},
+        {"history", "max_steps", 0, 100'000, 1},
+        {"history", "max_mb", 0, 1'000'000, 1},
+        {"air", "compress", 0.01, 1, 1e-6},
+        {"air", "stretch", 0.01, 500, 1e-6},
+        {"air", "shear", 0.01, 500, 1e-6},
+        {"[label]", "offset", 0, 1, 1e-6},
+        {"[label]", "max_movement_mm", 0, 500, 1e-6},
+        {"[label]", "yield", 0, 1, 1e-6},
+        {"[label]", "factor", 0, 100, 1e-6},
+        {"[label]", "compress", 0, 1, 1e-6},
+        {"[label]", "stretch", 0, 100, 1e-6},
+        {"[label]", "shear", 0, 100, 1e-6},
+    };
+    const TemporaryFolder folder;
+    for (const auto& end : ends) {
+        const auto takes = [&](double value) {
+            std::ostringstream text;
+            text.precision(17);
+            text << '[' << end.table << "]\n";
+            if (end.table[0] == '[') text << "values = 1\n";
+            text << end.key << " = " << value << '\n';
+            return read_chainmail_settings(folder.write("a.toml", text.str())).ok();
+        };
+        SCOPED_TRACE(std::string(end.table) + ' ' + end.key);
+        EXPECT_TRUE(takes(end.low));
+        EXPECT_FALSE(takes(end.low - end.step));
+        EXPECT_TRUE(takes(end.high == kNone ? 1e9 : end.high));
+        EXPECT_TRUE(end.high == kNone || !takes(end.high + end.step));
+    }
+    const auto takes = [&](const char* text) {
+        return read_chainmail_settings(folder.write("a.toml", text)).ok();
+    };
+    EXPECT_TRUE(takes("[material]\nrange_percent = [0, 100]"));
+    EXPECT_FALSE(takes("[material]\nrange_percent = [-1, 100]"));
+    EXPECT_TRUE(takes("[[label]]\nvalues = [-32768, 65535]"));
+    EXPECT_FALSE(takes("[[label]]\nvalues = -32769"));
+    EXPECT_FALSE(takes("[[label]]\nvalues = 65536"));
+    EXPECT_TRUE(takes("[[label]]\nvalues = 1\nelastic = [0.001, 0]"));
+    EXPECT_FALSE(takes("[[label]]\nvalues = 1\nelastic = [5, -0.001]"));
+    EXPECT_TRUE(takes("[[label]]\nvalues = 1\nelastic = [5, 0.499]"));
+    EXPECT_TRUE(takes("[lattice]\nbounded = true\n[air]\ncompress = 0\nstretch = 0\nshear = 0"));
+}
+
 TEST(Settings, AFileForAScanKeepsTheScansDefaultsWhereItSaysNothing) {
     ValueDefaults mr;
     mr.kind = ValueKind::Magnetic;
@@ -214,6 +276,24 @@ TEST(Settings, AFileForAScanKeepsTheScansDefaultsWhereItSaysNothing) {
     EXPECT_EQ(own.air_threshold_hu, 5);
     EXPECT_EQ(own.bone_threshold_hu, 7);
     EXPECT_EQ(read("bone threshold=1400\n").air_threshold_hu, 120);  // Divod's lines
+}
+
+TEST(Settings, RowsOfMaterialsAreThoseOfTissueAndAir) {
+    std::vector<std::string_view> expected, found;
+    for (const auto& row : chainmail_rows())
+        if (row.table == "material" || row.table == "air") expected.push_back(row.name);
+    for (const auto& row : chainmail_material_rows()) found.push_back(row.name);
+    EXPECT_EQ(found, expected);
+    EXPECT_EQ(found.front(), "law");
+    EXPECT_EQ(found.back(), "air_shear");
+}
+
+TEST(LookupScale, NumbersStandForValuesAndBack) {
+    const LookupScale of_ct, of_floats{.per_value = 4, .shift = -10};
+    EXPECT_EQ(of_ct.value_of(-37), -37);
+    EXPECT_EQ(of_ct.position_of(-37.5), -37.5);
+    EXPECT_EQ(of_floats.value_of(2), 3);
+    EXPECT_EQ(of_floats.position_of(3.5), 4);
 }
 
 TEST(Settings, DraegersLawIsTheThesis) {

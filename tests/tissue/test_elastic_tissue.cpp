@@ -156,16 +156,20 @@ TEST_F(Elastic, ALongPushIsManyShortOnes) {
                                                                                               : 40);
     scan.voxels = std::move(voxels);
     ElasticScanSettings settings;
+    settings.moduli_kpa = {{-1000, 0}, {-500, 5}};
+    settings.held_above_hu = 500;
     settings.held_sides = {};
+    settings.window_cells = 512;
     const auto moved = [&](int pushes) {
         auto tissue = std::move(make_elastic(scan, settings, m_arena)).value();
         const double part = kWay / pushes;
-        for (int n = 0; n < pushes; ++n)
-            EXPECT_TRUE(tissue
-                            ->push(kProbe, {.point_mm = {30, 30, 0.01 - kRadius + n * part},
-                                            .push_mm = {0, 0, part},
-                                            .sphere_radius_mm = kRadius})
-                            .ok());
+        for (int n = 0; n < pushes; ++n) {
+            const auto report =
+                tissue->push(kProbe, {.point_mm = {30, 30, 0.01 - kRadius + n * part},
+                                      .push_mm = {0, 0, part},
+                                      .sphere_radius_mm = kRadius});
+            EXPECT_EQ(report->step_fraction, 1) << report->message;
+        }
         settle(*tissue);
         return displacement(*tissue, {12, 12, 6}).z;
     };
