@@ -58,6 +58,8 @@ lint() {
     tools/check_links
     tools/check_files --self-test
     tools/check_files
+    tools/mutate_code --self-test
+    tools/mutate_code --check
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
     find include src apps tests examples benchmarks python research \
