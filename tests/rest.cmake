@@ -10,7 +10,9 @@ foreach(check IN ITEMS check_layers check_bibliography check_files check_documen
     add_test(NAME ${check}_self_test COMMAND ${PROJECT_SOURCE_DIR}/tools/${check} --self-test)
 endforeach()
 pliant_test(material SOURCES test_passports.cpp test_settings.cpp test_small_bones.cpp)
-pliant_test(field SOURCES ../support/count_allocations.cpp test_deformation.cpp)
+pliant_test(field
+    SOURCES ../support/count_allocations.cpp test_bricks.cpp test_deformation.cpp
+            test_trilinear_cell.cpp)
 pliant_test(base
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_input_file.cpp
             test_memory_budget.cpp
