@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Air as a material, and the two artefacts of [Draeger2005, 5.2] that it removes.
-// Covers: material/material.cpp.
+// Covers: material/material.cpp, material/material_map.cpp, material/air.h, material/air_bits.h.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>

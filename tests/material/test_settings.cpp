@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 
+#include <sstream>
+
 #include "material/settings.h"
 #include "support/temporary_folder.h"
 
@@ -185,6 +187,63 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
     ASSERT_FALSE(missing.ok());
     EXPECT_NE(missing.error().message.find("none.toml"), std::string::npos);
     EXPECT_FALSE(read_chainmail_settings(folder.path()).ok());
+}
+
+TEST(Settings, ANumberIsTakenBetweenItsEndsOnly) {
+    constexpr double kNone = -1;  // of an upper end
+    const struct {
+        const char *table, *key;
+        double low, high, step;
+    } ends[] = {
+        {"material", "offset", 0, 1, 1e-6},
+        {"material", "factor", 0, 100, 1e-6},
+        {"material", "smallest_bone_mm3", 0, kNone, 1e-6},
+        {"material", "max_movement_mm", 0, 500, 1e-6},
+        {"material", "yield", 0, 1, 1e-6},
+        {"push", "scale", 1e-9, 1000, 1e-9},
+        {"lattice", "brick_size", 2, 32, 1},
+        {"lattice", "max_elements", 1, kNone, 1},
+        {"history", "max_steps", 0, 100'000, 1},
+        {"history", "max_mb", 0, 1'000'000, 1},
+        {"air", "compress", 0.01, 1, 1e-6},
+        {"air", "stretch", 0.01, 500, 1e-6},
+        {"air", "shear", 0.01, 500, 1e-6},
+        {"[label]", "offset", 0, 1, 1e-6},
+        {"[label]", "max_movement_mm", 0, 500, 1e-6},
+        {"[label]", "yield", 0, 1, 1e-6},
+        {"[label]", "factor", 0, 100, 1e-6},
+        {"[label]", "compress", 0, 1, 1e-6},
+        {"[label]", "stretch", 0, 100, 1e-6},
+        {"[label]", "shear", 0, 100, 1e-6},
+    };
+    const TemporaryFolder folder;
+    for (const auto& end : ends) {
+        const auto takes = [&](double value) {
+            std::ostringstream text;
+            text.precision(17);
+            text << '[' << end.table << "]\n";
+            if (end.table[0] == '[') text << "values = 1\n";
+            text << end.key << " = " << value << '\n';
+            return read_chainmail_settings(folder.write("a.toml", text.str())).ok();
+        };
+        SCOPED_TRACE(std::string(end.table) + ' ' + end.key);
+        EXPECT_TRUE(takes(end.low));
+        EXPECT_FALSE(takes(end.low - end.step));
+        EXPECT_TRUE(takes(end.high == kNone ? 1e9 : end.high));
+        EXPECT_TRUE(end.high == kNone || !takes(end.high + end.step));
+    }
+    const auto takes = [&](const char* text) {
+        return read_chainmail_settings(folder.write("a.toml", text)).ok();
+    };
+    EXPECT_TRUE(takes("[material]\nrange_percent = [0, 100]"));
+    EXPECT_FALSE(takes("[material]\nrange_percent = [-1, 100]"));
+    EXPECT_TRUE(takes("[[label]]\nvalues = [-32768, 65535]"));
+    EXPECT_FALSE(takes("[[label]]\nvalues = -32769"));
+    EXPECT_FALSE(takes("[[label]]\nvalues = 65536"));
+    EXPECT_TRUE(takes("[[label]]\nvalues = 1\nelastic = [0.001, 0]"));
+    EXPECT_FALSE(takes("[[label]]\nvalues = 1\nelastic = [5, -0.001]"));
+    EXPECT_TRUE(takes("[[label]]\nvalues = 1\nelastic = [5, 0.499]"));
+    EXPECT_TRUE(takes("[lattice]\nbounded = true\n[air]\ncompress = 0\nstretch = 0\nshear = 0"));
 }
 
 TEST(Settings, AFileForAScanKeepsTheScansDefaultsWhereItSaysNothing) {
