@@ -131,6 +131,38 @@ void expect_pieces(std::uint64_t seed) {
     ::testing::Test::RecordProperty("bone", bone);
 }
 
+TEST(SmallBones, AreLookedForInTheBlocksOfABoxOnly) {
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const Grid grid{.size = {random.whole(9, 33), random.whole(9, 33), random.whole(9, 33)}};
+        std::vector<bool> is_bone(voxel_count(grid), false);
+        for (int n = 0; n < 3; ++n)
+            is_bone[voxel_index(grid,
+                                {random.whole(1, grid.size.x - 2), random.whole(1, grid.size.y - 2),
+                                 random.whole(1, grid.size.z - 2)})] = true;
+        const SmallBones bones(grid, 100, [&](int y, int z, BoneElement* row) {
+            for (int x = 0; x < grid.size.x; ++x)
+                row[x] = is_bone[voxel_index(grid, {x, y, z})] ? BoneElement::ByValue
+                                                               : BoneElement::None;
+            return true;
+        });
+        ASSERT_FALSE(bones.empty());
+        for (int n = 0; n < 40; ++n) {
+            Box3i box, blocks;  // with the whole blocks of 8³ around it
+            for (int a = 0; a < 3; ++a) {
+                box.begin[a] = random.whole(0, grid.size[a] - 1);
+                box.end[a] = random.whole(box.begin[a] + 1, grid.size[a]);
+                blocks.begin[a] = box.begin[a] / 8 * 8;
+                blocks.end[a] = std::min((box.end[a] + 7) / 8 * 8, grid.size[a]);
+            }
+            bool any = false;
+            for_each_in(blocks, [&](Vec3i p) { any |= is_bone[voxel_index(grid, p)]; });
+            ASSERT_EQ(bones.may_be_in(box), any);
+        }
+    }
+}
+
 TEST(SmallBones, AreThePiecesThatAPlainSearchFinds) {
     for (std::uint64_t seed = 1; seed <= 120; ++seed) expect_pieces(seed);
 }
