@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Scans of any range of values: the same tissue in other numbers moves in the same way.
-// Covers: material/settings_rows.cpp, material/limit_units.h, pliant/chainmail.h.
+// Covers: material/material.cpp, material/settings_rows.cpp, pliant/chainmail.h.
 
 #include <gtest/gtest.h>
 #include <pliant/resample.h>

@@ -6,6 +6,7 @@
 
 #include <sstream>
 
+#include "material/material.h"
 #include "material/settings.h"
 #include "support/temporary_folder.h"
 
@@ -273,6 +274,14 @@ TEST(Settings, AFileForAScanKeepsTheScansDefaultsWhereItSaysNothing) {
     EXPECT_EQ(own.air_threshold_hu, 5);
     EXPECT_EQ(own.bone_threshold_hu, 7);
     EXPECT_EQ(read("bone threshold=1400\n").air_threshold_hu, 120);  // Divod's lines
+}
+
+TEST(LookupScale, NumbersStandForValuesAndBack) {
+    const LookupScale of_ct, of_floats{.per_value = 4, .shift = -10};
+    EXPECT_EQ(of_ct.value_of(-37), -37);
+    EXPECT_EQ(of_ct.position_of(-37.5), -37.5);
+    EXPECT_EQ(of_floats.value_of(2), 3);
+    EXPECT_EQ(of_floats.position_of(3.5), 4);
 }
 
 TEST(Settings, DraegersLawIsTheThesis) {
