@@ -5,6 +5,8 @@
 #include <pliant/chainmail.h>
 
 #include <sstream>
+#include <string_view>
+#include <vector>
 
 #include "material/material.h"
 #include "material/settings.h"
@@ -274,6 +276,16 @@ TEST(Settings, AFileForAScanKeepsTheScansDefaultsWhereItSaysNothing) {
     EXPECT_EQ(own.air_threshold_hu, 5);
     EXPECT_EQ(own.bone_threshold_hu, 7);
     EXPECT_EQ(read("bone threshold=1400\n").air_threshold_hu, 120);  // Divod's lines
+}
+
+TEST(Settings, RowsOfMaterialsAreThoseOfTissueAndAir) {
+    std::vector<std::string_view> expected, found;
+    for (const auto& row : chainmail_rows())
+        if (row.table == "material" || row.table == "air") expected.push_back(row.name);
+    for (const auto& row : chainmail_material_rows()) found.push_back(row.name);
+    EXPECT_EQ(found, expected);
+    EXPECT_EQ(found.front(), "law");
+    EXPECT_EQ(found.back(), "air_shear");
 }
 
 TEST(LookupScale, NumbersStandForValuesAndBack) {
