@@ -281,6 +281,28 @@ TEST(BrickSearch, VisitsEachBrickWithAnElementInTheBoxOnce) {
     }
 }
 
+TEST(BrickSearch, FindsTheBrickOfAnElementFarFromItsRestPosition) {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const WritableField field = random_field(random, random.whole(2, 8), false);
+        const BrickSearch search(field);
+        field.for_each_brick([&](const FieldBrick& brick) {
+            for (int n = 0; n < field.elements_per_brick(); ++n) {
+                const Vec3i e = field.element_of(brick.coord, n);
+                const Vec3<Fixed> u = field.displacement_at(e);
+                if (u == Vec3<Fixed>{0, 0, 0}) continue;
+                const Position p = moved_position(rest_position(field.grid(), e), u);
+                bool is_found = false;
+                search.for_each_brick({p, p}, [&](Vec3i coord, const PositionBox&) {
+                    is_found |= coord == brick.coord;
+                });
+                ASSERT_TRUE(is_found);
+            }
+        });
+    }
+}
+
 TEST(Tetrahedra, WeightsGiveThePointBackAndEndAtTheCellsFaces) {
     for (std::uint64_t seed = 1; seed <= 300; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));

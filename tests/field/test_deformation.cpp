@@ -185,6 +185,68 @@ TEST(Deformation, IsResampledLikeTheChainMailThatItWasCopiedFrom) {
     }
 }
 
+TEST(Deformation, ItsStateIsACountOverAllElementsAndCells) {
+    std::int64_t folded = 0;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const TaskArena arena(2);
+        Volume scan;
+        scan.grid = random_grid(random);
+        scan.grid.direction = kIdentity3;
+        scan.voxels = std::vector<std::int16_t>(voxel_count(scan.grid));
+        ByHand tissue(scan, arena);
+        const Box3i box = random_box(random);
+        const double most_mm = random.real(0.2, 1);
+        ASSERT_TRUE(tissue.moved.displace(box, [&](Vec3i) { return random.vector(most_mm); }).ok());
+        std::vector<std::uint8_t> flags;
+        for_each_of(box, [&](Vec3i) {
+            flags.push_back(std::uint8_t(random.whole(0, 30) ? 0 : random.whole(1, 15)));
+        });
+        if (seed % 2) {
+            ASSERT_TRUE(tissue.moved.edit(box, flags).ok());
+        }
+        const Deformation& moved = tissue.moved;
+        DeformationState expected;
+        const Vec3i around{2, 2, 2};
+        for_each_of({box.begin - around, box.end + around}, [&](Vec3i e) {
+            const double mm = norm(moved.displacement_mm(e));
+            expected.moved_elements += mm > 0;
+            expected.max_movement_mm = std::max(expected.max_movement_mm, mm);
+            expected.carved_elements += moved.is_void(e);
+            std::array<Vec3d, 8> p;
+            bool is_torn = false;
+            for (int c = 0; c < 8; ++c) {
+                const Vec3i offset{c & 1, c >> 1 & 1, c >> 2};
+                for (int a = 0; a < 3; ++a) {
+                    p[std::size_t(c)][a] =
+                        scan.grid.spacing_mm[a] * offset[a] + moved.displacement_mm(e + offset)[a];
+                    is_torn |= offset[a] == 0 && !moved.is_linked(e + offset, a);
+                }
+            }
+            bool is_folded = false;
+            for (int c = 0; c < 8; ++c) {
+                Mat3d edges;  // at this corner, each towards a higher index
+                for (int a = 0; a < 3; ++a)
+                    edges.columns[a] = p[std::size_t(c | 1 << a)] - p[std::size_t(c & ~(1 << a))];
+                is_folded |= determinant(edges) <= 0;
+            }
+            expected.folded_cells += is_folded && !is_torn;
+        });
+        if (seed % 2)
+            for (const std::uint8_t f : flags)
+                for (const int cut : {kCutX, kCutY, kCutZ}) expected.cut_links += (f & cut) != 0;
+        const DeformationState state = state_of(tissue).value();
+        folded += state.folded_cells;
+        EXPECT_EQ(state.folded_cells, expected.folded_cells);
+        EXPECT_EQ(state.moved_elements, expected.moved_elements);
+        EXPECT_EQ(state.carved_elements, expected.carved_elements);
+        EXPECT_EQ(state.cut_links, expected.cut_links);
+        EXPECT_NEAR(state.max_movement_mm, expected.max_movement_mm, 1e-12);
+    }
+    EXPECT_GT(folded, 100);
+}
+
 TEST(Deformation, TakesNoMoreThan14BytesAnElement) {
     Volume scan;
     scan.grid.size = {64, 64, 64};

@@ -3,7 +3,7 @@
 
 // Small parts of the resampler separately: the planes that reject points, and the list of open
 // boxes. Each may be too large, but must not miss anything.
-// Covers: resample/open_voxels.cpp, resample/strip_*.cpp.
+// Covers: field/trilinear_cell.h, resample/open_voxels.cpp, resample/strip_*.cpp.
 
 #include <gtest/gtest.h>
 
