@@ -293,11 +293,26 @@ TEST(BrickSearch, FindsTheBrickOfAnElementFarFromItsRestPosition) {
                 const Vec3<Fixed> u = field.displacement_at(e);
                 if (u == Vec3<Fixed>{0, 0, 0}) continue;
                 const Position p = moved_position(rest_position(field.grid(), e), u);
-                bool is_found = false;
-                search.for_each_brick({p, p}, [&](Vec3i coord, const PositionBox&) {
-                    is_found |= coord == brick.coord;
-                });
-                ASSERT_TRUE(is_found);
+                PositionBox own;
+                const auto is_found_at = [&](Position at) {
+                    bool is_found = false;
+                    search.for_each_brick({at, at}, [&](Vec3i coord, const PositionBox& box) {
+                        if (coord != brick.coord) return;
+                        is_found = true;
+                        own = box;
+                    });
+                    return is_found;
+                };
+                ASSERT_TRUE(is_found_at(p));
+                // Boxes are closed.
+                const Position low = own.low, high = own.high;
+                ASSERT_TRUE(is_found_at(low) && is_found_at(high));
+                for (int a = 0; a < 3; ++a) {
+                    Position below = low, above = high;
+                    below[a] -= 1;
+                    above[a] += 1;
+                    ASSERT_FALSE(is_found_at(below) || is_found_at(above));
+                }
             }
         });
     }
