@@ -338,6 +338,26 @@ TEST_F(Elastic, APictureShowsThePartsThatLagMost) {
     EXPECT_TRUE(tissue->approach_deformation(512).value());
 }
 
+// A picture that was shown on the way leaves nothing behind.
+TEST_F(Elastic, ThePictureIsThatOfTheTissueAlone) {
+    auto seen = make(), unseen = make();
+    for (int round = 0; round < 3; ++round) {
+        for (auto* const tissue : {seen.get(), unseen.get()}) {
+            ASSERT_TRUE(tissue->push(kProbe, kWallPush).ok());
+            for (int n = 0; n < 12; ++n) {
+                if (n == 3) tissue->release(kProbe);
+                ASSERT_TRUE(tissue->sweep().ok());
+                if (tissue != seen.get()) continue;
+                ASSERT_TRUE(tissue->update_deformation().ok());
+            }
+        }
+        EXPECT_EQ(seen->hash(), unseen->hash()) << "round " << round;
+        unseen = make();
+        ASSERT_TRUE(seen->reset().ok());
+        seen->sweep().value();
+    }
+}
+
 TEST_F(Elastic, PicturesOfTissueAtRestEndWithTheExactOne) {
     auto tissue = make(), exact = make();
     for (auto* const one : {&tissue, &exact}) {

@@ -70,9 +70,13 @@ void ShownDisplacement::measure(const ElasticLevels& levels, const StiffnessMap&
     const int index = m_field.find_brick(lag.coord);
     Fixed largest = 0, difference = 0;
     for (const Fixed u : filled) largest = std::max(largest, std::abs(u));
-    lag.units = 0;
+    // The picture is a function of the lattices alone: not of which bricks were shown before.
+    if (largest <= kStill) {
+        std::fill(filled.begin(), filled.end(), Fixed{0});
+        largest = 0;
+    }
     if (index < 0) {
-        if (largest >= kStill) lag.units = largest;
+        lag.units = largest;
         return;
     }
     for (std::size_t a = 0; a < 3; ++a) {
