@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace pliant::test {
 namespace {
@@ -158,7 +160,7 @@ TEST_F(Elastic, ALongPushIsManyShortOnes) {
     ElasticScanSettings settings;
     settings.moduli_kpa = {{-1000, 0}, {-500, 5}};
     settings.held_above_hu = 500;
-    settings.held_sides = {};
+    settings.held_sides = std::vector<std::string>{};  // none
     settings.window_cells = 512;
     const auto moved = [&](int pushes) {
         auto tissue = std::move(make_elastic(scan, settings, m_arena)).value();
