@@ -175,5 +175,24 @@ TEST(Follow, WhatItCannotFollowIsRefusedAndChangesNothing) {
     EXPECT_FALSE(tissue_of(volume, arena, bounded).follow(voxel_box(volume.grid), still).ok());
 }
 
+TEST(Follow, EachElementsMovementLimitCounts) {
+    const TaskArena arena(1);
+    for (const Vec3i tight : {Vec3i{0, 0, 0}, Vec3i{11, 11, 11}, Vec3i{5, 6, 7}}) {
+        Volume volume = block({12, 12, 12});
+        (*std::get_if<0>(&volume.voxels))[voxel_index(volume.grid, tight)] = 50;
+        ChainMailSettings settings = plain(0.3);
+        settings.custom_law = [](int value) {
+            return ElementLimits{
+                {.3, .3, .3}, {.3, .3, .3}, {.3, .3, .3}, value == 50 ? 1.0 : 100.0, false};
+        };
+        ChainMail tissue = tissue_of(volume, arena, settings);
+        const auto report = tissue.follow(voxel_box(volume.grid), [](Vec3d) {
+            return Vec3d{0, 4, 0};
+        });
+        ASSERT_TRUE(report.ok());
+        EXPECT_NEAR(report->fraction, 0.25, 1e-5);
+    }
+}
+
 }  // namespace
 }  // namespace pliant::test

@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <climits>
+
 #include "chainmail/history_kernel.h"
 #include "chainmail/tissues.h"
 
@@ -331,6 +333,60 @@ TEST_F(HistoryTest, OtherThingsAreExchangedInTheOrderTheyWereDone) {
     history.redo();
     EXPECT_EQ(setting, 3);
     EXPECT_GE(history.bytes(), 2 * sizeof(Number));
+}
+
+TEST_F(HistoryTest, AStepsNameCountsByItsLength) {
+    Lattice lattice(volume, {[](int) { return ElementLimits{}; }}, 8, false);
+    PlasticRest rest;
+    History history(lattice, rest, arena, 10, 1'000'000);
+    int setting = 1;
+    std::vector<std::size_t> bytes;
+    for (const std::string& name : {std::string("a"), std::string(31, 'b'), std::string(9, 'c')}) {
+        history.begin(name);
+        history.add(std::make_unique<Number>(setting, 2));
+        history.end();
+        bytes.push_back(history.bytes());
+    }
+    EXPECT_EQ(bytes[1] - bytes[0], bytes[0] + 30);
+    EXPECT_EQ(bytes[2] - bytes[1], bytes[0] + 8);
+    EXPECT_GT(bytes[0], sizeof(Number));
+}
+
+TEST(HistoryCodec, MoreBytesThanAnIntCountsAreRefused) {
+    const Bytes some(8);
+    Bytes raw(8);
+    constexpr std::size_t kMore = std::size_t(INT_MAX) + 1;  // none of them is looked at
+    EXPECT_FALSE(unpack(std::span<const std::byte>(some.data(), kMore), raw));
+    EXPECT_FALSE(unpack(some, std::span<std::byte>(raw.data(), kMore)));
+}
+
+TEST_F(HistoryTest, ACancelledStepRestoresEachComponent) {
+    Lattice lattice(volume, {[](int) { return ElementLimits{}; }}, 8, false);
+    PlasticRest rest;
+    History history(lattice, rest, arena, 10, 1'000'000);
+    Random random(kHistorySeed);
+    const auto write = [&] {
+        const int index = lattice.ensure_brick({1, 1, 1});
+        Brick& brick = lattice.brick(index);
+        lattice.before_move(brick);
+        for (Fixed* const u : brick.u)
+            for (int n = 0; n < 512; ++n) u[n] = random.whole(-999, 999);
+        lattice.update_bounds(index);
+        return std::vector<std::vector<Fixed>>{{brick.u[0], brick.u[0] + 512},
+                                               {brick.u[1], brick.u[1] + 512},
+                                               {brick.u[2], brick.u[2] + 512}};
+    };
+    history.begin("first");
+    const auto first = write();
+    history.end();
+    history.begin("second");
+    const std::uint64_t made = lattice.made_count();
+    const auto second = write();
+    EXPECT_NE(first, second);
+    history.cancel(made);
+    const Brick& brick = lattice.brick(lattice.find_brick({1, 1, 1}));
+    for (std::size_t a = 0; a < 3; ++a)
+        EXPECT_EQ(std::vector<Fixed>(brick.u[a], brick.u[a] + 512), first[a]);
 }
 
 }  // namespace

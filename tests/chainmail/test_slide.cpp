@@ -207,5 +207,18 @@ TEST(Slide, ABadPathIsRefusedAndChangesNothing) {
     EXPECT_EQ(tissue.state().moved_elements, 0);
 }
 
+TEST(Slide, AThinSphereMovesASurfaceAsFarAsItsLowestPoint) {
+    const Volume volume = volume_of({24, 24, 32}, [](Vec3i e) { return e.z < 16 ? 40 : -1000; });
+    const TaskArena arena(1);
+    ChainMail tissue = tissue_of(volume, arena);
+    constexpr double kThin_mm = 0.6;
+    const auto report = slide_sphere(
+        tissue, {.point_mm = {12, 12, 18}, .push_mm = {0, 0, -3}, .sphere_radius_mm = kThin_mm});
+    ASSERT_TRUE(report.ok());
+    // As above: the surface is at 15 + 540/1040, and the sphere ends at z = 15.
+    const Vec3d u = tissue.displacement_mm({12, 12, 15});
+    EXPECT_NEAR(u.z, -(kThin_mm + 540 / 1040.0), 1 / 16.0);
+}
+
 }  // namespace
 }  // namespace pliant::test

@@ -7,6 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <tuple>
+
 #include "base/hash.h"
 #include "chainmail/instances.h"
 #include "material/settings.h"
@@ -290,6 +293,47 @@ TEST_F(StateFileTest, OpenGroupStopsLoading) {
     EXPECT_NE(error_of(saved).find("open group"), std::string::npos);
     saved.end_group();
     EXPECT_EQ(error_of(saved), "");
+}
+
+TEST(ImprintFault, EachSideOfAnElementIsLookedAt) {
+    const TaskArena arena(1);
+    const Volume scan = block({16, 16, 16});
+    const auto law = [](int) {
+        return ElementLimits{{.3, .3, .3}, {.3, .3, .3}, {.3, .3, .3}, 30, false};
+    };
+    const Vec3i element{7, 7, 7};  // with neighbours in its brick and in others
+    for (int linked = -1; linked < 6; ++linked) {
+        SCOPED_TRACE(linked);
+        Lattice lattice(scan, {law}, 8, false);
+        // All of its links are cut, but for one.
+        std::map<std::tuple<int, int, int>, BrickEdits> edits;
+        for (int side = 0; side < 6; ++side) {
+            if (side == linked) continue;
+            Vec3i low = element;
+            if (side % 2 == 0) --low[side / 2];
+            const Vec3i coord = lattice.brick_of(low);
+            BrickEdits& of_brick = edits[{coord.x, coord.y, coord.z}];
+            of_brick.resize(512);
+            of_brick[std::size_t(lattice.index_in_brick(low, coord))] |=
+                std::uint8_t(kCutX << side / 2);
+        }
+        for (auto& [at, of_brick] : edits)
+            lattice.set_edits({std::get<0>(at), std::get<1>(at), std::get<2>(at)},
+                              std::move(of_brick));
+        for (const double share : {0.99, 1.01}) {
+            Imprint imprint;
+            for (auto& component : imprint) component.assign(512, 0);
+            const Vec3i coord = lattice.brick_of(element);
+            for (auto& component : imprint)
+                component[std::size_t(lattice.index_in_brick(element, coord))] =
+                    units_from_mm(share * 0.3);
+            PlasticRest rest;
+            rest.set(lattice, coord, std::move(imprint));
+            const bool fails = share > 1 && linked >= 0;
+            EXPECT_EQ(find_imprint_fault(lattice, rest),
+                      fails ? "an imprint is outside of a link's limits" : "");
+        }
+    }
 }
 
 }  // namespace

@@ -307,5 +307,153 @@ TEST(Levels, AStateOfOtherSizesIsRefused) {
     EXPECT_TRUE(levels.copy_from(state));
 }
 
+TEST(Levels, TheResidualFallsFourfoldOnCellsThatAreLongAlongAnyAxis) {
+    const TaskArena arena(1);
+    for (int axis = 0; axis < 3; ++axis) {
+        SCOPED_TRACE("axis " + std::to_string(axis));
+        Vec3i size{29, 26, 27};
+        Vec3d spacing{0.7, 0.7, 0.7};
+        size[axis] = 12;
+        spacing[axis] = 2;
+        const Volume scan = body(size, spacing, 4);
+        const StiffnessMap map(scan, held_settings(0.2), arena);
+        ElasticLevels levels(map, kWhole, false, arena);
+        levels.hold(ball(map, {size.x / 2.0, size.y / 2.0, size.z / 2.0}, 3, {0.6, -0.3, 0.8}));
+        const double first = levels.start();
+        double residual = first;
+        for (int n = 0; n < 6; ++n) residual = levels.iterate();
+        EXPECT_LT(residual, std::pow(0.25, 6) * first);
+    }
+}
+
+TEST(Levels, WindowsLieAroundTheirPlaceAndWithinTheScan) {
+    const TaskArena arena(1);
+    // 64 cells of the finest level, whose nodes must be at even places; each window has 8 cells.
+    const Volume scan = scan_of({65, 65, 65}, {1, 1, 1}, [](Vec3i) { return 300; });
+    const StiffnessMap map(scan, plain_settings(0.4), arena);
+    ElasticLevels levels(map, 8, true, arena);
+    EXPECT_EQ(levels.finest(), (Box3i{{28, 28, 28}, {37, 37, 37}})) << "the scan's middle";
+    levels.focus({-50, 100, 32});
+    EXPECT_EQ(levels.finest(), (Box3i{{0, 56, 28}, {9, 65, 37}}));
+    levels.focus({100, 20, -3});
+    EXPECT_EQ(levels.finest(), (Box3i{{56, 16, 0}, {65, 25, 9}}));
+    levels.focus({32, 32, 32});
+    EXPECT_EQ(levels.finest(), (Box3i{{28, 28, 28}, {37, 37, 37}}));
+    // Slices that are four times as far apart are not joined on the first two coarser levels: each
+    // window has two cells less along z than the one around it.
+    const Volume slices = scan_of({81, 81, 60}, {1, 1, 4}, [](Vec3i) { return 300; });
+    const StiffnessMap of_slices(slices, plain_settings(0.4), arena);
+    EXPECT_EQ(of_slices.shift(2), (Vec3i{2, 2, 0}));
+    const ElasticLevels flat(of_slices, 8, true, arena);
+    EXPECT_EQ(flat.finest().end - flat.finest().begin, (Vec3i{9, 9, 5}));
+}
+
+TEST(Levels, NewPartsOfAMovedWindowHaveTheCoarserDisplacement) {
+    const TaskArena arena(1);
+    const Volume scan = body({57, 54, 50}, {1, 1, 1}, 2);
+    const StiffnessMap map(scan, plain_settings(0.45), arena);
+    for (const Vec3d to : {Vec3d{34, 19, 25}, {22, 33, 21}}) {
+        ElasticLevels levels(map, 24, true, arena);
+        levels.focus({28, 27, 25});
+        levels.hold(ball(map, {28, 27, 25}, 4, {0.5, -0.4, 1}));
+        solve(levels, 1, 3);
+        (void)levels.start();
+        const Box3i before = levels.finest();
+        std::vector<Vec3d> old;
+        const auto for_each_voxel = [&](const auto& visit) {
+            for (int k = 8; k < 40; ++k)
+                for (int j = 6; j < 47; ++j)
+                    for (int i = 9; i < 48; ++i) visit(Vec3i{i, j, k});
+        };
+        for_each_voxel([&](Vec3i at) { old.push_back(displacement(levels, at)); });
+        levels.focus(to);
+        std::size_t n = 0;
+        int count = 0;
+        for_each_voxel([&](Vec3i at) {
+            const Vec3d was = old[n++];
+            if (!contains(levels.finest(), at)) return;
+            count += !contains(before, at);
+            ASSERT_LT(norm(displacement(levels, at) - was), 1e-5)
+                << at.x << " " << at.y << " " << at.z;
+        });
+        EXPECT_GT(count, 1000);
+    }
+}
+
+TEST(Levels, AStateOfWiderWindowsIsRefused) {
+    const TaskArena arena(1);
+    const Volume scan = body({57, 54, 50}, {1, 1, 1}, 2);
+    const StiffnessMap map(scan, held_settings(0.45), arena);
+    ElasticLevels levels(map, 16, true, arena), same(map, 16, true, arena);
+    const ElasticLevels wider(map, 24, true, arena);
+    std::vector<double> state;
+    wider.copy_to(state);
+    EXPECT_FALSE(levels.copy_from(state));
+    same.focus({20, 20, 20});
+    same.copy_to(state);
+    EXPECT_TRUE(levels.copy_from(state));
+    EXPECT_EQ(levels.finest(), same.finest());
+}
+
+TEST(Levels, CellsOfAStateThatTouchLieInTheirWindow) {
+    const TaskArena arena(1);
+    const Volume scan = body({29, 26, 31}, {1, 1, 1}, 4);
+    const StiffnessMap map(scan, held_settings(0.45), arena);
+    ElasticLevels levels(map, 16, true, arena);
+    std::vector<double> rest;
+    levels.copy_to(rest);
+    const auto count = std::size_t(map.level_count());
+    for (std::size_t n = rest.size() - count; n < rest.size(); ++n) ASSERT_EQ(rest[n], 0);
+    const auto takes = [&](Vec3d cell, double u) {
+        std::vector<double> state(rest.begin(), rest.end() - std::ptrdiff_t(count));
+        state.push_back(1);
+        for (int a = 0; a < 3; ++a) state.push_back(cell[a]);
+        state.insert(state.end(), 23, 0);
+        state.push_back(u);
+        state.insert(state.end(), count - 1, 0);
+        return levels.copy_from(state);
+    };
+    const Vec3i nodes = levels.finest().end - levels.finest().begin;
+    const Vec3d last{nodes.x - 2.0, nodes.y - 2.0, nodes.z - 2.0};
+    EXPECT_TRUE(takes(last, 0));
+    EXPECT_TRUE(takes({0, 0, 0}, 500));
+    EXPECT_FALSE(takes({0, 0, 0}, 501));
+    for (int a = 0; a < 3; ++a) {
+        Vec3d beyond = last, before{0, 0, 0};
+        beyond[a] += 1;
+        before[a] = -1;
+        EXPECT_FALSE(takes(beyond, 0));
+        EXPECT_FALSE(takes(before, 0));
+    }
+}
+
+TEST(Levels, GoingBackIsByAPartOfTheDistance) {
+    const TaskArena arena(1);
+    const Volume scan = body({29, 26, 31}, {1, 1, 1}, 4);
+    const StiffnessMap map(scan, held_settings(0.45), arena);
+    ElasticLevels levels(map, 16, true, arena);
+    std::vector<double> rest;
+    levels.copy_to(rest);
+    levels.hold(ball(map, {14, 13, 15}, 3, {1.5, 0.25, -0.5}));
+    solve(levels, 1, 2);
+    const double largest = levels.largest_mm();
+    EXPECT_GE(largest, 1.5);
+    EXPECT_EQ(levels.go_back(rest, 0), largest);
+    EXPECT_EQ(levels.go_back(rest, 0.5), largest);
+    EXPECT_NEAR(levels.largest_mm(), largest / 2, 1e-6);
+    EXPECT_NEAR(levels.go_back(rest, 1), largest / 2, 1e-6);
+    EXPECT_EQ(levels.largest_mm(), 0);
+}
+
+TEST(Levels, MemoryIsThatOfTheNodes) {
+    const TaskArena arena(1);
+    const Volume scan = body({57, 54, 50}, {1, 1, 1}, 2);
+    const StiffnessMap map(scan, held_settings(0.45), arena);
+    const ElasticLevels levels(map, kWhole, true, arena);
+    const std::int64_t floats = 32 * levels.node_count();  // without padding
+    EXPECT_GT(levels.bytes(), 4 * floats);
+    EXPECT_LT(levels.bytes(), 2 * 4 * floats);
+}
+
 }  // namespace
 }  // namespace pliant::test
