@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "field/cell_block.h"
@@ -245,6 +246,23 @@ TEST(FieldCells, CornersGapsAndBoundsAreThoseOfPlainLoops) {
                         1e-12);
         });
     }
+}
+
+TEST(FieldCells, WriteNothingBeyondThemselves) {
+    Random random(5);
+    const Volume volume = values(random, {18, 15, 12});
+    Lattice lattice(volume, {draeger_law({})}, 4, false);
+    displace(lattice, voxel_box(volume.grid), [&](Vec3d) { return random.vector(1); });
+    struct Guarded {
+        FieldCells cells;
+        std::array<std::uint64_t, 4> beyond;
+    };
+    constexpr std::uint64_t kMark = 0x123456789abcdef0;
+    const std::unique_ptr<Guarded> made(
+        new Guarded{FieldCells(lattice), {kMark, kMark, kMark, kMark}});
+    std::array<Vec3d, 8> points;
+    for_each_in(voxel_box(volume.grid), [&](Vec3i cell) { made->cells.corners(cell, points); });
+    for (const std::uint64_t mark : made->beyond) EXPECT_EQ(mark, kMark);
 }
 
 TEST(FindSource, AUnitCellIsClosedAtBothEndsOfEachAxis) {
