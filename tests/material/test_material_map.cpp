@@ -3,7 +3,7 @@
 
 // The table of materials against its law, number by number, and the materials of elements against
 // a plain count of the air around each of them.
-// Covers: material/material.cpp, material/material_map.cpp, material/air.h.
+// Covers: material/air.h, material/labels.cpp, material/material.cpp, material/material_map.cpp.
 
 #include "material/material_map.h"
 
@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -143,6 +144,24 @@ TEST(MaterialTable, HasTheHalvesOfTheLaw) {
         EXPECT_EQ(table.movements()[kVoidMaterial], INT32_MAX);
         EXPECT_FALSE(table[kVoidMaterial].fixed);
     }
+}
+
+TEST(MaterialMap, LabelsAtTheEndsOfTheirRangeHaveTheirMaterial) {
+    Volume volume, labels;
+    volume.grid.size = labels.grid.size = {6, 1, 1};
+    volume.voxels = std::vector<std::int16_t>(6, 40);
+    // Values beyond the range, and NaN, are no labels.
+    labels.voxels = std::vector<float>{
+        -32768, 65535, -32769, 65536, std::numeric_limits<float>::quiet_NaN(), 0};
+    ChainMailSettings settings;
+    settings.labels = std::make_shared<const Volume>(labels);
+    settings.label_materials = {
+        {.values = {-32768}, .law = LabelLaw::Constant, .stretch = {1, 2, 3}},
+        {.values = {65535}, .law = LabelLaw::Constant, .stretch = {4, 5, 6}}};
+    const MaterialMap map(volume, settings);
+    const Vec3d own = draeger_limits(settings, 40).stretch;
+    const Vec3d expected[] = {{1, 2, 3}, {4, 5, 6}, own, own, own, own};
+    for (int x = 0; x < 6; ++x) EXPECT_EQ(map.limits_at({x, 0, 0}).stretch, expected[x]) << x;
 }
 
 TEST(MaterialMap, AirAndItsSkinAreThoseOfACount) {
