@@ -9,7 +9,8 @@ foreach(check IN ITEMS check_layers check_bibliography check_files check_documen
         check_symbols unless_passed)
     add_test(NAME ${check}_self_test COMMAND ${PROJECT_SOURCE_DIR}/tools/${check} --self-test)
 endforeach()
-pliant_test(material SOURCES test_passports.cpp test_settings.cpp test_small_bones.cpp)
+pliant_test(material
+    SOURCES test_material_map.cpp test_passports.cpp test_settings.cpp test_small_bones.cpp)
 pliant_test(field
     SOURCES ../support/count_allocations.cpp test_bricks.cpp test_deformation.cpp
             test_trilinear_cell.cpp)

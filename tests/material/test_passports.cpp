@@ -152,6 +152,52 @@ TEST(MaterialPassports, HaveTheOgdenLawOfLeastSquares) {
     EXPECT_NEAR(fit_ogden(*find_material("corona-radiata")).percent, 9.31, 0.02);
 }
 
+/// A passport whose curve is that of a law of modulus 1.
+struct Synthetic {
+    std::vector<StressPoint> points;
+    MaterialPassport passport;
+
+    Synthetic(double nu, double alpha, const std::vector<double>& strains) {
+        for (const double strain : strains) {
+            const LoadCase load = strain > 0 ? LoadCase::Tension : LoadCase::Compression;
+            points.push_back({load, strain, ogden_stress(1, nu, alpha, load, strain)});
+        }
+        passport.poisson_ratio = nu;
+        passport.curve = points;
+    }
+    Synthetic(const Synthetic&) = delete;
+};
+
+TEST(OgdenFit, FindsTheLawOfACurveAndStaysWhereTheLawIsStable) {
+    const std::vector<double> strains{-0.2, -0.1, -0.05, 0.05, 0.1, 0.2};
+    for (const double nu : {0.1, 0.2, 0.3, 0.45}) {
+        const double weakest = std::max(1.0, (1 - 2 * nu) / nu);  // −α of λ + 2µ/α = 0
+        for (const double alpha : {-30.0, -12.0}) {
+            const Synthetic inside(nu, alpha, strains);
+            EXPECT_NEAR(fit_ogden(inside.passport).ogden_alpha, alpha, 1e-3) << nu;
+            EXPECT_NEAR(fit_ogden(inside.passport).young_modulus_kpa, 1, 1e-3) << nu;
+        }
+        const Synthetic beyond(nu, 2, strains);
+        EXPECT_NEAR(fit_ogden(beyond.passport).ogden_alpha, -weakest, 1e-3) << nu;
+    }
+}
+
+TEST(OgdenFit, HasNoModulusWhereTheLawHasNoStress) {
+    const StressPoint rest{LoadCase::Shear, 0, 2};
+    MaterialPassport passport;
+    passport.poisson_ratio = 0.45;
+    passport.curve = {&rest, 1};
+    EXPECT_EQ(fit_ogden(passport).young_modulus_kpa, 0);
+    EXPECT_EQ(fit_ogden(passport).percent, 100);
+    EXPECT_EQ(fit_law(passport).percent, 0);
+}
+
+TEST(NeoHookeanFit, TakesThePointsUpToAStrain) {
+    const Synthetic curve(0.45, 2, {1, 1.5});
+    EXPECT_NEAR(fit_law(curve.passport, 1).young_modulus_kpa, 1, 1e-12);
+    EXPECT_EQ(fit_law(curve.passport, 0.99).young_modulus_kpa, 0);
+}
+
 /// Error [%] at a modulus, computed point by point.
 double error_percent(const MaterialPassport& passport, double modulus, int load = -1) {
     double error = 0, square = 0;

@@ -74,6 +74,31 @@ TEST(LiveDeformation, RandomPushesGiveTheBitsOfTheOneShotForm) {
     }
 }
 
+TEST(LiveDeformation, TheBoxesAfterANewStartHoldWhatIsRestored) {
+    Random random(9);
+    const TaskArena arena(1);
+    const Volume volume = noise(random, {36, 30, 28}, {1, 1, 1});
+    const auto make = [&] {
+        return std::move(ChainMail::create(volume, {.bone_threshold_hu = 2000}, arena)).value();
+    };
+    ChainMail first = make(), second = make();
+    LiveDeformation live = LiveDeformation::create(first).value();
+    // In the first brick, in the last one, and between them.
+    for (const Vec3d place : {Vec3d{3, 3, 3}, Vec3d{33, 27, 26}, Vec3d{17, 14, 13}}) {
+        ASSERT_TRUE(
+            first.push({.point_mm = place, .push_mm = {2, 1, 1}, .sphere_radius_mm = 2}).ok());
+        ASSERT_TRUE(live.update().ok());
+    }
+    const Volume before = live.volume();
+    ASSERT_NE(before.at({3, 3, 3}), volume.at({3, 3, 3}));
+    live.start_over(second);
+    EXPECT_EQ(live.volume().voxels, volume.voxels);
+    const LiveUpdate update = live.update().value();
+    EXPECT_EQ(live.volume().voxels, volume.voxels);
+    EXPECT_EQ(count_changes(before, live.volume(), update.boxes), 0);
+    EXPECT_TRUE(live.update().value().boxes.empty());
+}
+
 TEST(LiveDeformation, WritesToABufferOfTheHost) {
     Random random(3);
     const TaskArena arena(2);

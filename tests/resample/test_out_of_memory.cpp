@@ -128,6 +128,24 @@ TEST(OutOfMemory, AnUpdateThatSucceedsAfterFailedOnesShowsAllOfTheDeformation) {
     }
 }
 
+// Also in the short run: the allocation that fails is of the update that fills them.
+TEST(LiveDeformation, SaysThatSourcesCantBeKept) {
+    const TaskArena arena(1);
+    Shown shown(arena);
+    deform(shown.scan.lattice(), 2);
+    bool keeps = true;
+    {
+        const FailingAllocation failing(0);
+        keeps = shown.live.keep_sources(true);
+    }
+    EXPECT_FALSE(keeps);
+    EXPECT_FALSE(shown.live.keeps_sources());
+    EXPECT_TRUE(shown.live.keep_sources(true));
+    EXPECT_TRUE(shown.live.keeps_sources());
+    EXPECT_FALSE(shown.live.keep_sources(false));
+    EXPECT_FALSE(shown.live.keeps_sources());
+}
+
 TEST(OutOfMemory, SourcesThatCantBeKeptLeaveThePicture) {
     const TaskArena arena(1);
     Shown shown(arena);
