@@ -17,7 +17,7 @@ packages_of() {
         study) echo openmpi-bin ;;
         package) echo dpkg-dev file python3 ;;
         package-try) echo mmdebstrap ;;
-        lint) echo clang-format-14 ;;
+        lint) echo clang-format-14 python3 ;;
         fuzz) echo libclang-rt-dev ;;
         bench) echo libbenchmark-dev libembree-dev time ;;
         # Node from elsewhere brings its npm, and Debian's conflicts with it.
