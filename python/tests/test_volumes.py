@@ -192,12 +192,21 @@ def test_series_of_a_folder_are_a_table(rng, tmp_path):
         pliant.list_series(tmp_path / "no_such")
 
 
+def random_nifti_direction(rng):
+    """No half turn nearly: within a float's rounding, readers differ in what they call one."""
+    while True:
+        direction = random_direction(rng)
+        rotation = direction * [1, 1, numpy.linalg.det(direction)]
+        if numpy.trace(rotation) > -0.999:
+            return direction
+
+
 def random_nifti(rng, kind, has_sform, has_qform):
     """An image whose sform and qform differ."""
     image = kind(rng.integers(-1000, 1000, (6, 5, 4)).astype(numpy.int16), None)
     for place, has in ((image.set_sform, has_sform), (image.set_qform, has_qform)):
         affine = numpy.eye(4)
-        affine[:3, :3] = random_direction(rng) * numpy.exp(rng.uniform(-2, 2, 3))
+        affine[:3, :3] = random_nifti_direction(rng) * numpy.exp(rng.uniform(-2, 2, 3))
         affine[:3, 3] = rng.normal(size=3) * 10.0 ** rng.integers(0, 4)
         place(affine, code=int(rng.integers(1, 5)) if has else 0)
     return image

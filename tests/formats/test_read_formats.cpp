@@ -4,6 +4,7 @@
 // Good files of every kind: their numbers are known, and so is where they lie.
 // Covers: formats/data_stream.cpp, formats/*_header.cpp, formats/nrrd_fields.cpp.
 
+#include "support/random.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
@@ -275,6 +276,26 @@ TEST(ReadNifti, TheSformCountsIfThereIsOne) {
             expect_small_values(folder.write("half" + name, file.bytes()),
                                 sform ? kNifti : (qform_code > 0 ? half_turn : unplaced));
         }
+}
+
+TEST(ReadNifti, RoundedHalfTurnsAreHalfTurns) {
+    const TemporaryFolder folder;
+    test::Random random(6);
+    for (int n = 0; n < 100; ++n) {
+        const Vec3d axis = normalized(random.vector(1));
+        NiftiFile file;
+        file.qform_code = 1;
+        file.sform_code = 0;
+        file.qform = {float(axis.x), float(axis.y), float(axis.z), 4, 5, 6};
+        const auto volume = read_volume(folder.write("a.nii", file.bytes()));
+        ASSERT_TRUE(volume.ok()) << volume.error().message;
+        const Vec3d units[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        for (std::size_t a = 0; a < 3; ++a) {
+            const Vec3d turned = 2 * dot(axis, units[a]) * axis - units[a];
+            const Vec3d expected{-turned.x, -turned.y, turned.z};
+            EXPECT_LT(norm(volume->grid.direction.columns[a] - expected), 1e-6);
+        }
+    }
 }
 
 TEST(ReadNifti, AShearedSformIsAnErrorWhateverTheQform) {

@@ -273,9 +273,11 @@ void take_sform(const NiftiFields& fields, Grid& grid) {
 void take_qform(const NiftiFields& fields, Grid& grid) {
     const auto& q = fields.qform;
     const double b = q[0], c = q[1], d = q[2], squares = b * b + c * c + d * d;
-    // A quaternion that rounding has made longer than 1 is a half turn about its axis.
-    const double a = squares < 1 ? std::sqrt(1 - squares) : 0;
-    const double scale = squares < 1 ? 1 : 1 / squares;
+    // Rounding to float moves the squares of a half turn by up to 1e-7: NIfTI's own library takes
+    // anything shorter, or longer, for a half turn about its axis.
+    const bool half_turn = 1 - squares < 1e-7;
+    const double a = half_turn ? 0 : std::sqrt(1 - squares);
+    const double scale = half_turn ? 1 / squares : 1;
     const auto turned = [&](Vec3d v) {
         const Vec3d u{b, c, d};
         return scale * ((a * a - squares) * v + 2 * dot(u, v) * u + 2 * a * cross(u, v));
