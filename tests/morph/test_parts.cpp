@@ -192,6 +192,9 @@ TEST(Parts, Labels_with_a_modulus_belong_to_the_part_around_them) {
     const MorphModulus liquid[] = {{7, 0}};
     EXPECT_EQ(morph::find_parts(from, to, liquid, arena).error().message,
               "moduli: expected 0.001 to 1000 of label 7, found 0");
+    const MorphModulus twice[] = {{7, 2}, {7, 3}};
+    EXPECT_EQ(morph::find_parts(from, to, twice, arena).error().message,
+              "moduli: expected one modulus of each label, found two of label 7");
 }
 
 TEST(Slide, Gaps_of_a_moved_ball_are_its_shift_along_the_normals) {

@@ -230,8 +230,11 @@ Result<Parts> find_parts(const Volume& from, const Volume& to, std::span<const M
                           std::back_inserter(labels));
     if (labels.empty())
         return expected_error("to", "a label of from (" + list_of(at_from) + ")", list_of(at_to));
-    std::set<int> inside;  // labels within parts
+    std::set<int> inside, seen;  // labels within parts, labels with moduli
     for (const MorphModulus& one : moduli) {
+        if (!seen.insert(one.label).second)
+            return expected_error("moduli", "one modulus of each label",
+                                  "two of label " + std::to_string(one.label));
         if (!at_from.count(one.label))
             return expected_error("moduli", "labels of from (" + list_of(at_from) + ")",
                                   std::to_string(one.label));
