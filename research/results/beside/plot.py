@@ -31,7 +31,8 @@ def main():
     """One panel for each set-up, with the smallest errors of each program by time."""
     folder = Path(sys.argv[1])
     found = [name for name in SETUPS if (folder / f"{name}.json").exists()]
-    figure, panels = plt.subplots(1, len(found), figsize=(3.6 * len(found), 3.6), squeeze=False)
+    figure, panels = plt.subplots(1, len(found), figsize=(3.6 * len(found), 3.8), squeeze=False)
+    curves = {}
     for panel, name in zip(panels[0], found, strict=True):
         files = sorted(folder.glob(f"{name}*.json"))
         rows = [r for f in files for r in json.loads(f.read_text(encoding="utf-8"))["rows"]]
@@ -44,13 +45,15 @@ def main():
                     front.append((seconds, error))
             colour = COLOURS[row["program"].split(",")[0]]
             style = STYLES.get(row["program"], "o")
-            panel.plot(*zip(*front), "-" + style, color=colour, label=row["program"], markersize=3)
+            curves[row["program"]], = panel.plot(
+                *zip(*front), "-" + style, color=colour, markersize=3
+            )
         for level in (5, 2, 1):
             panel.axhline(level, color="grey", linewidth=0.5)
         panel.set(xscale="log", yscale="log", title=SETUPS[name], xlabel="processor time [s]")
         panel.set(ylabel="error, L2 [%]", ylim=(0.1, 120))
-        panel.legend(fontsize=7)
-    figure.tight_layout()
+    figure.legend(curves.values(), curves, loc="lower center", ncols=len(curves), fontsize=8)
+    figure.tight_layout(rect=(0, 0.07, 1, 1))
     figure.savefig(sys.argv[2], dpi=80)
 
 
