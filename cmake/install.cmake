@@ -54,6 +54,24 @@ if(PLIANT_BUILD_APP)
 endif()
 install(FILES LICENSE THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
+# What the build is made of, as SPDX; written when it is installed, with that time's date.
+function(pliant_install_contents component folder)
+    find_package(Python3 QUIET COMPONENTS Interpreter)
+    if(NOT Python3_Interpreter_FOUND)
+        return()
+    endif()
+    set(file ${PROJECT_BINARY_DIR}/pliant.spdx.json)
+    set(page)
+    if(PLIANT_BUILD_VIEWER)
+        set(page ${PROJECT_SOURCE_DIR}/viewer/package-lock.json)
+    endif()
+    install(CODE "execute_process(COMMAND \"${Python3_EXECUTABLE}\"
+        \"${PROJECT_SOURCE_DIR}/tools/package/sbom.py\" ${PROJECT_VERSION} \"${file}\" ${page}
+        COMMAND_ERROR_IS_FATAL ANY)" COMPONENT ${component})
+    install(FILES ${file} DESTINATION ${folder} COMPONENT ${component})
+endfunction()
+pliant_install_contents(program ${CMAKE_INSTALL_DOCDIR})
+
 # Shared libraries are found beside each other, and from the program's folder.
 if(BUILD_SHARED_LIBS AND NOT DEFINED CMAKE_INSTALL_RPATH)
     foreach(component IN LISTS PLIANT_COMPONENTS)

@@ -60,6 +60,8 @@ lint() {
     tools/check_files
     tools/check_evidence --self-test
     tools/check_evidence
+    tools/api_list --self-test
+    tools/package/sbom.py --self-test
     tools/mutate_code --self-test
     tools/mutate_code --check
     local formatter=$clang_format

@@ -9,7 +9,7 @@ readonly most_wheel_mb=25
 
 # Makes a virtual environment with the packages of a list, anew if the list has changed. Another
 # shell that does so is waited for.
-environment() { # NAME [FOLDER]
+environment() { # NAME [FOLDER [PYTHON]]
     local list=$root/python/requirements/$1.txt folder=${2:-$root/build/python-$1} lock
     mkdir -p "$(dirname "$folder")"
     exec {lock}>"$folder.lock"
@@ -17,37 +17,70 @@ environment() { # NAME [FOLDER]
     cmp -s "$list" "$folder/requirements.txt" && return
     say "virtual environment ${folder#"$root/"}"
     rm -rf "$folder"
-    python3 -m venv "$folder"
+    "${3:-python3}" -m venv "$folder"
     "$folder/bin/pip" install -q --disable-pip-version-check -r "$list"
     cp "$list" "$folder/requirements.txt"
 }
 
-# With the compiler and the warnings of the build that ccache may have.
-wheel() {
+# One wheel for each interpreter; that of Python 3.12 or newer is for all later ones.
+wheel() { # [PYTHON…]
+    local python
     need_packages build wheel
     build_viewer
-    environment build
-    local bin=$root/build/python-build/bin raw wheel
     rm -rf "$root/build/wheels" "$root/build/dist"
+    for python in "${@:-python3}"; do
+        wheel_of "$python"
+    done
+}
+
+# With the compiler and the warnings of the build that ccache may have.
+wheel_of() { # PYTHON
+    local folder=$root/build/python-build bin wheel
+    command -v "$1" >/dev/null || fail "wheel: expected an interpreter of Python, found '$1'"
+    [[ $1 == python3 ]] || folder+=-$(basename "$1")
+    environment build "$folder" "$1"
+    bin=$folder/bin
+    rm -rf "$root/build/wheels"
+    SOURCE_DATE_EPOCH=$(git -C "$root" log -1 --format=%ct 2>/dev/null || echo 315532800)
+    export SOURCE_DATE_EPOCH  # the same bits for the same commit
     (cd "$root" && CXX=g++ PATH=$bin:$PATH \
         "$bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
         --config-settings cmake.define.PLIANT_WARNINGS_AS_ERRORS=ON -w build/wheels .)
-    raw=("$root"/build/wheels/*.whl)
-    PATH=$bin:$PATH "$bin/auditwheel" repair -w "$root/build/dist" "${raw[0]}" >/dev/null 2>&1
-    wheel=("$root"/build/dist/*.whl)
-    PATH=$bin:$PATH "$bin/auditwheel" show "${wheel[0]}" | sed -n '/is consistent/,$p'
-    (($(stat -c %s "${wheel[0]}") <= most_wheel_mb << 20)) ||
-        fail "wheel: expected at most $most_wheel_mb MB, found $(du -h "${wheel[0]}")"
-    say "build/dist/${wheel[0]##*/}, $(($(stat -c %s "${wheel[0]}") >> 10)) KiB"
+    PATH=$bin:$PATH "$bin/auditwheel" repair -w "$root/build/dist" "$root"/build/wheels/*.whl \
+        >/dev/null 2>&1
+    # shellcheck disable=SC2012  # names without blanks
+    wheel=$(ls -t "$root"/build/dist/*.whl | head -n 1)
+    PATH=$bin:$PATH "$bin/auditwheel" show "$wheel" | sed -n '/is consistent/,$p'
+    (($(stat -c %s "$wheel") <= most_wheel_mb << 20)) ||
+        fail "wheel: expected at most $most_wheel_mb MB, found $(du -h "$wheel")"
+    say "build/dist/${wheel##*/}, $(($(stat -c %s "$wheel") >> 10)) KiB"
 }
 
-# The module of build/gcc, without a wheel: its tests but the long ones, and its types.
+# The module of build/gcc, without a wheel.
+install_module() {
+    rm -rf "$root/build/python-module"
+    cmake --install "$root/build/gcc" --prefix "$root/build/python-module" --component python \
+        >/dev/null
+    cp -r "$root"/python/pliant/. "$root/build/python-module/pliant/"
+}
+
+api_list() { # --check|--write
+    "$root/tools/api_list" "$1" "$root/build/python-module/pliant" "$root/build/gcc/pliant"
+}
+
+api() {
+    need_packages build test lint wheel
+    compile_with_gcc
+    install_module
+    api_list --write
+}
+
+# The module's names, its tests but the long ones, and its types.
 test_module() {
     environment test
     local python=$root/build/python-test/bin/python module=$root/build/python-module
-    rm -rf "$module"
-    cmake --install "$root/build/gcc" --prefix "$module" --component python >/dev/null
-    cp -r "$root"/python/pliant/. "$module/pliant/"
+    install_module
+    api_list --check
     local inputs=("$module" "$root/python/tests" "$root/python/examples" "$root/docs")
     export PYTHONPATH=$module MYPYPATH=$module PYTHONDONTWRITEBYTECODE=1
     unless_passed python "${inputs[@]}" -- env -C "$root/python/tests" \

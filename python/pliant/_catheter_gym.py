@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy
@@ -29,6 +29,8 @@ from pliant._error import Error
 from pliant._vessels import Vessel, vessel_from
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from pliant._settings import CatheterSettings
 
 OBSERVATIONS = ("fluoro", "tracking2d", "target2d", "state", "guide")

@@ -8,7 +8,7 @@ import dataclasses
 import functools
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -29,6 +29,8 @@ from pliant._error import Error
 from pliant._lumen_tree import LumenEnd, ends_of_paths, path_to
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from pliant._settings import WallSettings
 
 Vector = tuple[float, float, float]

@@ -20,7 +20,7 @@ import dataclasses
 import functools
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy
@@ -45,6 +45,8 @@ from pliant._lumen_tree import LumenEnd, find_lumen_ends
 from pliant._vessels import Vessel, find_vessel
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from pliant._settings import EndoscopeSettings
 
 OBSERVATIONS = ("rgb", "depth", "normals", "flow", "state", "guide")

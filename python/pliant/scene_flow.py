@@ -22,7 +22,7 @@ import pathlib
 import struct
 import zlib
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy
 import numpy.typing
@@ -32,6 +32,8 @@ from pliant._error import Error
 from pliant._lumen_tree import LumenEnd, find_lumen_ends
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from pliant._settings import SequenceSettings
 
 Array = numpy.typing.NDArray[Any]

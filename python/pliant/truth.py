@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy
 import numpy.typing
@@ -30,6 +30,8 @@ from pliant._core import (
 from pliant._error import Error
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from pliant._settings import TruthSettings
 
 __all__ = [

@@ -19,9 +19,8 @@ import os
 import pathlib
 import re
 import sys
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any
 
 from pliant._core import version
 from pliant._error import Error
@@ -31,6 +30,14 @@ from pliant.study._keys import canonical, digest, number_of, one_line, plain, re
 from pliant.study._kinds import KINDS, Kind
 from pliant.study._parameters import combinations, expected, known, whole
 from pliant.study._work import refuse_in_items
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+if TYPE_CHECKING:
+    from typing import Self
 
 Function = Callable[..., Any]
 _LARGEST_FILE = 16 << 20
