@@ -64,6 +64,10 @@ lint() {
     tools/package/sbom.py --self-test
     tools/mutate_code --self-test
     tools/mutate_code --check
+    if find changes -name '*.md' -printf '%f\n' |
+        grep -vE '^\+[a-z0-9-]+\.(added|changed|deprecated|removed|fixed|security)\.md$'; then
+        fail "changes/: expected +NAME.KIND.md (CONTRIBUTING.md), found the above"
+    fi
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
     find include src apps tests examples benchmarks python research \

@@ -83,10 +83,14 @@ TEST(SettingsFiles, AllFilesNameTheSameVersion) {
     EXPECT_EQ(version, std::to_string(PLIANT_VERSION_MAJOR) + "." +
                            std::to_string(PLIANT_VERSION_MINOR) + "." +
                            std::to_string(PLIANT_VERSION_PATCH));
-    for (const auto& [name, words] :
-         std::map<const char*, std::string>{{"CITATION.cff", "\nversion: " + version + "\n"},
-                                            {"viewer/package.json", "\"" + version + "\""},
-                                            {"CHANGELOG.md", "\n## [" + version + "]"}})
+    for (const auto& [name, words] : std::map<const char*, std::string>{
+             {"CITATION.cff", "\nversion: " + version + "\n"},
+             {"viewer/package.json", "\"" + version + "\""},
+             {"codemeta.json", "\"" + version + "\""},
+             {"packaging/vcpkg/pliant/vcpkg.json", "\"" + version + "\""},
+             {"packaging/conda/recipe.yaml", "version: \"" + version + "\""},
+             {"packaging/homebrew/pliant.rb", "version \"" + version + "\""},
+             {"CHANGELOG.md", "\n## [" + version + "]"}})
         EXPECT_NE(text_in(fs::path(PLIANT_SOURCE_DIR) / name).find(words), std::string::npos)
             << name << ": expected version " << version;
 }
