@@ -305,6 +305,31 @@ TEST(Carve, ElementsInsideTheToolNowBecomeVoid) {
     EXPECT_LE(tissue.state().max_violation_mm, 0);
 }
 
+TEST(Carve, AChannelThroughManyBricksIsUndoneAndRedone) {
+    const TaskArena arena(2);
+    const Volume volume = block({40, 24, 24});
+    ChainMail tissue = bounded_tissue(volume, arena);
+    const auto voids = [&] {
+        std::vector<bool> found;
+        for_each_element(volume.grid,
+                         [&](Vec3i e) { found.push_back(lattice_of(tissue).is_void(e)); });
+        return found;
+    };
+    const auto whole = voids();
+    ASSERT_TRUE(tissue.carve({.from_mm = {3, 4, 5}, .to_mm = {36, 17, 14}, .radius_mm = 2}).ok());
+    const auto once = voids();
+    ASSERT_TRUE(tissue.carve({.from_mm = {3, 17, 5}, .to_mm = {36, 6, 19}, .radius_mm = 1.5}).ok());
+    const auto twice = voids();
+    EXPECT_GT(std::count(twice.begin(), twice.end(), true),
+              std::count(once.begin(), once.end(), true));
+    ASSERT_TRUE(tissue.undo().ok());
+    EXPECT_EQ(voids(), once);
+    ASSERT_TRUE(tissue.undo().ok());
+    EXPECT_EQ(voids(), whole);
+    ASSERT_TRUE(tissue.redo().ok() && tissue.redo().ok());
+    EXPECT_EQ(voids(), twice);
+}
+
 TEST(Carve, BoneCanBeCarvedUnlessItIsSpared) {
     const TaskArena arena(1);
     Volume volume = block({16, 16, 16});

@@ -360,6 +360,96 @@ TEST(HistoryCodec, MoreBytesThanAnIntCountsAreRefused) {
     EXPECT_FALSE(unpack(some, std::span<std::byte>(raw.data(), kMore)));
 }
 
+/// A lattice with a history, whose bricks get random displacements.
+struct WrittenLattice {
+    Lattice lattice;
+    PlasticRest rest;
+    History history;
+    Random random{kHistorySeed};
+
+    WrittenLattice(const Volume& volume, const TaskArena& arena)
+        : lattice(volume, {[](int) { return ElementLimits{}; }}, 8, false),
+          history(lattice, rest, arena, 10, 1'000'000) {}
+    void write(Vec3i coord) {
+        const int index = lattice.ensure_brick(coord);
+        Brick& brick = lattice.brick(index);
+        lattice.before_move(brick);
+        for (Fixed* const u : brick.u)
+            for (int n = 0; n < 512; ++n) u[n] = random.whole(-999, 999);
+        lattice.update_bounds(index);
+    }
+    /// Of all bricks; 0 at rest.
+    std::vector<Fixed> displacements() const {
+        std::vector<Fixed> found;
+        for (int n = 0; n < 27; ++n) {
+            const int index = lattice.find_brick({n % 3, n / 3 % 3, n / 9});
+            for (std::size_t a = 0; a < 3; ++a)
+                for (int e = 0; e < 512; ++e)
+                    found.push_back(index < 0 ? 0 : lattice.brick(index).u[a][e]);
+        }
+        return found;
+    }
+};
+
+TEST_F(HistoryTest, AStepGoesOnAfterASafeguardThatWasCancelled) {
+    WrittenLattice written(volume, arena);
+    const auto at_rest = written.displacements();
+    written.history.begin("group");
+    written.write({0, 0, 0});
+    const auto before = written.displacements();
+    const std::uint64_t made = written.lattice.made_count();
+    written.history.open_safeguard();
+    for (const Vec3i coord : {Vec3i{0, 0, 0}, {1, 0, 0}, {2, 1, 0}}) written.write(coord);
+    written.history.cancel_safeguard(made);
+    EXPECT_EQ(written.displacements(), before);
+    written.write({1, 1, 1});
+    const auto after = written.displacements();
+    written.history.end();
+    written.history.undo();
+    EXPECT_EQ(written.displacements(), at_rest);
+    written.history.redo();
+    EXPECT_EQ(written.displacements(), after);
+}
+
+TEST_F(HistoryTest, SafeguardsThatCloseArePartsOfTheStep) {
+    WrittenLattice written(volume, arena);
+    const auto at_rest = written.displacements();
+    written.history.begin("group");
+    for (int n = 0; n < 3; ++n) {
+        written.history.open_safeguard();
+        for (int x = 0; x < 3; ++x) written.write({x, n, n});
+        written.write({1, 1, 1});
+        written.history.close_safeguard();
+    }
+    const auto after = written.displacements();
+    written.history.end();
+    EXPECT_EQ(written.history.undo_steps(), 1);
+    written.history.undo();
+    EXPECT_EQ(written.displacements(), at_rest);
+    written.history.redo();
+    EXPECT_EQ(written.displacements(), after);
+}
+
+TEST_F(HistoryTest, AStepThatIsSetAsideGoesOnWhenItIsReopened) {
+    WrittenLattice written(volume, arena);
+    const auto at_rest = written.displacements();
+    written.history.begin("drag");
+    written.write({0, 0, 0});
+    written.history.set_aside();
+    EXPECT_TRUE(written.history.has_aside());
+    written.history.reopen();
+    EXPECT_FALSE(written.history.has_aside());
+    written.write({1, 0, 0});
+    written.history.set_aside();
+    const auto after = written.displacements();
+    EXPECT_EQ(written.history.settle(), 0);
+    EXPECT_EQ(written.history.undo_steps(), 1);
+    written.history.undo();
+    EXPECT_EQ(written.displacements(), at_rest);
+    written.history.redo();
+    EXPECT_EQ(written.displacements(), after);
+}
+
 TEST_F(HistoryTest, ACancelledStepRestoresEachComponent) {
     Lattice lattice(volume, {[](int) { return ElementLimits{}; }}, 8, false);
     PlasticRest rest;

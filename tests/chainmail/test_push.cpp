@@ -248,6 +248,20 @@ TEST(PushOutside, BoundsAreSaidAndRasIsTried) {
         bounds +
             "-25, 65.5, 28; did you mean 25,-65.5,28, which is the point if it was given in RAS?");
     EXPECT_EQ(message({25, -65, 28}), "pushed");
+    // Of an oblique scan, corners of the box lie outside: voxels are said, from side to side.
+    volume.grid = {{11, 11, 5}, {1, 1, 1}, {0, 0, 0}, {{{0.6, 0.8, 0}, {-0.8, 0.6, 0}, {0, 0, 1}}}};
+    auto oblique = ChainMail::create(volume, {}, arena);
+    ASSERT_TRUE(oblique.ok());
+    const WorldBox box = centre_bounds(volume.grid);
+    for (const Vec3d corner : {Vec3d{box.low_mm.x, box.low_mm.y, 2},
+                               {box.high_mm.x, box.high_mm.y, 2},
+                               {box.low_mm.x, box.high_mm.y, 0},
+                               {box.high_mm.x, box.low_mm.y, 4}}) {
+        const auto done = oblique->push({.point_mm = corner, .push_mm = {1, 0, 0}});
+        ASSERT_FALSE(done.ok());
+        EXPECT_NE(done.error().message.find(", i 0…10, j 0…10, k 0…4 voxels, found"), -1ul)
+            << done.error().message;
+    }
 }
 
 TEST_F(PushTest, BadInputIsNamedAndChangesNothing) {

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Covers: chainmail/carve.cpp.
+
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 
@@ -81,6 +83,26 @@ TEST(Plastic, APushBeyondItLeavesTheImprintThatTheYieldLimitSays) {
     EXPECT_TRUE(settle(tissue));
     EXPECT_EQ(tissue.hash(), hash);
     EXPECT_EQ(tissue.state().max_violation_mm, 0);
+}
+
+TEST(Plastic, CarvedElementsLoseTheirImprintAndTheirNeighboursDoNot) {
+    const TaskArena arena(1);
+    const Volume volume = block({24, 24, 24}, 0);
+    ChainMail tissue = tissue_of(volume, yielding(0.2, 0.25), arena);
+    ASSERT_TRUE(tissue.push_elements({{{12, 12, 12}}}, {1, 0, 0}).ok());
+    std::vector<Vec3d> before;
+    for_each_element(volume.grid, [&](Vec3i e) { before.push_back(tissue.imprint_mm(e)); });
+    ASSERT_TRUE(
+        tissue.carve({.from_mm = {13, 12, 12}, .to_mm = {13, 12, 12}, .radius_mm = 0.5}).ok());
+    EXPECT_EQ(tissue.state().carved_elements, 1);
+    int kept = 0;
+    for_each_element(volume.grid, [&](Vec3i e) {
+        const bool is_void = lattice_of(tissue).is_void(e);
+        const Vec3d expected = is_void ? Vec3d{0, 0, 0} : before[voxel_index(volume.grid, e)];
+        EXPECT_EQ(tissue.imprint_mm(e), expected);
+        kept += expected != Vec3d{0, 0, 0};
+    });
+    EXPECT_GT(kept, 50);
 }
 
 TEST(Plastic, PushesToTheSamePlaceDoNotDeepenTheImprint) {

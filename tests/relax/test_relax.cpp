@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Covers: relax/energy.cpp.
+// Covers: relax/energy.cpp, chainmail/chainmail_face.cpp.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
@@ -497,6 +497,9 @@ TEST(Relax, OptionsThatMakeNoSenseAreNamed) {
               "relax: over_relaxation: expected 1 to 1.95, found 2");
     EXPECT_EQ(message({.tools = {{{0, 0, 0}, {0, 0, 0}, 0}}}),
               "relax: tools: radius_mm: expected more than 0, up to 100000, found 0");
+    EXPECT_EQ(message({.tools = {{{0, 0, 0}, {0, 0, 0}, 100001}}}),
+              "relax: tools: radius_mm: expected more than 0, up to 100000, found 100001");
+    EXPECT_EQ(message({.budget_ms = 0, .tools = {{{0, 0, 0}, {0, 0, 0}, 100000}}}), "");
     EXPECT_EQ(message({.tools = {{{0, 0, 0}, {NAN, 0, 0}, 1}}}),
               "relax: tools: expected positions up to 100000 mm from the origin, found nan");
     EXPECT_EQ(message({}), "");
