@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "base/hash.h"
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/instances.h"
 #include "material/settings.h"
 #include "support/temporary_folder.h"
@@ -83,6 +84,39 @@ TEST_F(StateFileTest, StateComesBackBitForBitWithItsSettings) {
     const Push next{.point_mm = middle() + Vec3d{-2, 0, 0}, .push_mm = {-3, 1, 1}};
     ASSERT_TRUE(loaded.push(next).ok() && saved.push(next).ok());
     EXPECT_EQ(loaded.hash(), saved.hash()) << "what comes after differs";
+}
+
+TEST_F(StateFileTest, CarvedBricksOfMoreThanOneRecordComeBack) {
+    const Volume large = noisy_block({40, 40, 40}, kStateFileSeed);
+    ChainMail saved = tissue_of(large, {.brick_size = 5});
+    const Vec3d from = world_from_voxel(large.grid, {2, 3, 4});
+    for (const Vec3d to : {Vec3d{37, 35, 33}, Vec3d{36, 4, 37}, Vec3d{3, 36, 30}})
+        ASSERT_TRUE(saved.carve({from, world_from_voxel(large.grid, to), 1.5}).ok());
+    ASSERT_GT(ChainMailInside::of(saved).lattice.all_edits().size(), 20u);
+    ASSERT_TRUE(saved.save_state(file).ok());
+    ChainMail loaded = tissue_of(large);
+    ASSERT_EQ(error_of(loaded), "");
+    EXPECT_EQ(ChainMailInside::of(loaded).lattice.all_edits(),
+              ChainMailInside::of(saved).lattice.all_edits());
+}
+
+TEST_F(StateFileTest, BricksTooFarAwayAreDamageOnEachSide) {
+    const auto law = [](int) { return ElementLimits{}; };
+    constexpr int kFarthest = (1 << 24) / 8;
+    for (int side = 0; side < 6; ++side)
+        for (const int beyond : {0, 1}) {
+            Lattice far(volume, {law}, 8, false), read(volume, {law}, 8, false);
+            Vec3i coord{0, 0, 0};
+            coord[side / 2] = (side % 2 ? -1 : 1) * (kFarthest + beyond);
+            const int index = far.ensure_brick(coord);
+            far.brick(index).u[0][0] = 1000;
+            far.update_bounds(index);
+            const Bytes bytes = encode_state({}, far, {});
+            auto reader = StateReader::open("far", bytes);
+            ASSERT_TRUE(reader.ok() && reader->read_header().ok());
+            PlasticRest imprints;
+            EXPECT_EQ(reader->read_lattice(read, imprints, 1000).ok(), beyond == 0) << side;
+        }
 }
 
 TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
