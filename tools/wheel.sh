@@ -36,7 +36,7 @@ wheel() { # [PYTHON…]
 # With the compiler and the warnings of the build that ccache may have.
 wheel_of() { # PYTHON
     local folder=$root/build/python-build bin wheel
-    command -v "$1" >/dev/null || fail "wheel: expected an interpreter of Python, found '$1'"
+    "$1" -c '' 2>/dev/null || fail "wheel: expected an interpreter of Python, found '$1'"
     [[ $1 == python3 ]] || folder+=-$(basename "$1")
     environment build "$folder" "$1"
     bin=$folder/bin
