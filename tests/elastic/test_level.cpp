@@ -8,7 +8,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "elastic/lattices.h"
@@ -94,6 +97,44 @@ TEST(Level, CellsAreFoldedByTheirDeterminants) {
             folded += int(found.size());
         }
         EXPECT_GT(folded, 0);
+    }
+}
+
+TEST(Level, ANodeLiesInTheMeanOfItsParents) {
+    const TaskArena arena(1);
+    for (const Vec3d spacing_mm : {Vec3d{1, 1, 1}, Vec3d{1, 1, 3}}) {
+        const Volume scan = scan_of({17, 19, 21}, spacing_mm, [](Vec3i) { return 1000; });
+        const StiffnessMap map(scan, plain_settings(0.4), arena);
+        const ElasticLevel fine(map, 0, {1, 2, 3}, {9, 8, 7}, arena);
+        const ElasticLevel coarse(map, 1, {0, 0, 0}, map.cells(1) + Vec3i{1, 1, 1}, arena);
+        std::map<std::size_t, Vec3i> at_index;
+        for (int n = 0; n < coarse.nodes.x * coarse.nodes.y * coarse.nodes.z; ++n) {
+            const Vec3i local{n % coarse.nodes.x, n / coarse.nodes.x % coarse.nodes.y,
+                              n / coarse.nodes.x / coarse.nodes.y};
+            at_index[coarse.index(local)] = local;
+        }
+        for (int n = 0; n < fine.nodes.x * fine.nodes.y * fine.nodes.z; ++n) {
+            const Vec3i local{n % fine.nodes.x, n / fine.nodes.x % fine.nodes.y,
+                              n / fine.nodes.x / fine.nodes.y};
+            double weights = 0;
+            int first_ones = 0;
+            Vec3d mean{0, 0, 0};
+            std::set<std::size_t> parents;
+            coarse.with_parents(fine, local, [&](std::size_t at, float weight, bool is_first) {
+                ASSERT_TRUE(at_index.contains(at));
+                parents.insert(at);
+                weights += double(weight);
+                first_ones += is_first;
+                for (int a = 0; a < 3; ++a)
+                    mean[a] += double(weight) * ((coarse.first[a] + at_index[at][a])
+                                                 << (coarse.shift[a] - fine.shift[a]));
+            });
+            EXPECT_EQ(weights, 1);
+            EXPECT_EQ(first_ones, 1);
+            const auto count = double(parents.size());
+            EXPECT_EQ(count, std::exp2(std::round(std::log2(count))));
+            for (int a = 0; a < 3; ++a) EXPECT_EQ(mean[a], fine.first[a] + local[a]);
+        }
     }
 }
 

@@ -445,6 +445,35 @@ TEST(Levels, GoingBackIsByAPartOfTheDistance) {
     EXPECT_EQ(levels.largest_mm(), 0);
 }
 
+TEST(Levels, AResponseIsTheSolutionOfHeldNodesThatMove) {
+    const TaskArena arena(2);
+    const Vec3i size{33, 33, 33};
+    const Volume scan = body(size, {1, 1, 1}, 11);
+    const StiffnessMap map(scan, held_settings(0.4), arena);
+    const Vec3d centre{16, 16, 16}, shift{0.3, -0.2, 0.1};
+    for (const int window : {kWhole, 12}) {
+        ElasticLevels levels(map, window, false, arena), solved(map, window, false, arena);
+        std::vector<Vec3i> voxels;
+        for (const HeldNode& node : ball(map, centre, 3, {})) voxels.push_back(node.node);
+        levels.focus(centre);
+        levels.hold(ball(map, centre, 3, {0, 0, 0}));
+        HeldResponse response;
+        levels.find_response(voxels, 30, response);
+        ASSERT_TRUE(levels.respond(response, shift));
+        solved.focus(centre);
+        solved.hold(ball(map, centre, 3, shift));
+        solve(solved, 1, 30);
+        EXPECT_LT(distance(levels, solved, size), 0.01) << window;
+        if (window == kWhole) continue;
+        const Vec3d before = displacement(levels, {20, 16, 16});
+        levels.focus({4, 16, 16});
+        const Vec3d moved = displacement(levels, {20, 16, 16});
+        EXPECT_FALSE(levels.respond(response, shift));
+        EXPECT_EQ(displacement(levels, {20, 16, 16}), moved);
+        EXPECT_GT(norm(before), 0.01);
+    }
+}
+
 TEST(Levels, MemoryIsThatOfTheNodes) {
     const TaskArena arena(1);
     const Volume scan = body({57, 54, 50}, {1, 1, 1}, 2);
