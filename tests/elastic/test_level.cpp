@@ -176,6 +176,21 @@ TEST(Level, FarMovedNodesAreUntangledByMoreOfTheirNeighbours) {
             for (int i = 0; i < 20; ++i) ASSERT_GT(window.least_determinant({i, j, k}), 0.0999);
 }
 
+TEST(Level, CellsAtEachSideOfTheWindowAreUntangled) {
+    for (int side = 0; side < 6; ++side) {
+        Window window({7, 7, 7}, {1, 1, 1}, 1);
+        ElasticLevel& level = window.level();
+        Vec3i corner{3, 3, 3};
+        Vec3d into{0, 0, 0};
+        corner[side / 2] = side % 2 ? 0 : 6;
+        into[side / 2] = side % 2 ? 1.5 : -1.5;
+        window.set(corner, into);
+        ASSERT_TRUE(level.untangle(window.map(), 0.1F));
+        for (int n = 0; n < 216; ++n)
+            ASSERT_GT(window.least_determinant({n % 6, n / 6 % 6, n / 36}), 0.0999) << side;
+    }
+}
+
 TEST(Level, NodesThatNeverMoveCanKeepACellFolded) {
     auto settings = plain_settings(0.4);
     settings.held_sides = {"-x"};
