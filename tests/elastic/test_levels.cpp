@@ -474,6 +474,38 @@ TEST(Levels, AResponseIsTheSolutionOfHeldNodesThatMove) {
     }
 }
 
+TEST(Levels, NodesThatMoveAlongAnyAxisCount) {
+    const TaskArena arena(1);
+    const Volume scan = scan_of({17, 17, 17}, {1, 1, 1}, [](Vec3i) { return 1000; });
+    const StiffnessMap map(scan, held_settings(0.4), arena);
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3d shift{0, 0, 0};
+        shift[axis] = -0.5;
+        const auto held = ball(map, {8, 8, 8}, 3, shift);
+        ElasticLevels levels(map, kWhole, false, arena);
+        levels.focus({8, 8, 8});
+        levels.hold(held);
+        EXPECT_EQ(levels.moved_voxels(0.4), std::int64_t(held.size())) << axis;
+        EXPECT_EQ(levels.moved_voxels(0.5), 0) << axis;
+    }
+}
+
+TEST(Levels, VoxelsThatAreNoNodesHaveNoForce) {
+    const TaskArena arena(1);
+    const Volume scan = scan_of({49, 49, 49}, {1, 1, 1}, [](Vec3i) { return 1000; });
+    const StiffnessMap map(scan, held_settings(0.4), arena);
+    ElasticLevels levels(map, 12, false, arena);
+    levels.focus({24, 24, 24});
+    levels.hold(ball(map, {24, 24, 24}, 2, {0.5, 0, 0}));
+    solve(levels, 1, 5);
+    const Vec3i voxels[] = {{26, 24, 24}, {3, 5, 7}, {45, 24, 24}};
+    const auto forces = levels.forces_un(voxels);
+    ASSERT_EQ(forces.size(), 3u);
+    EXPECT_GT(norm(forces[0]), 0);
+    EXPECT_EQ(forces[1], (Vec3d{0, 0, 0}));
+    EXPECT_EQ(forces[2], (Vec3d{0, 0, 0}));
+}
+
 TEST(Levels, MemoryIsThatOfTheNodes) {
     const TaskArena arena(1);
     const Volume scan = body({57, 54, 50}, {1, 1, 1}, 2);
