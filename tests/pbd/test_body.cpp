@@ -291,8 +291,8 @@ TEST(Body, AtRestTheForcesOfTheLawBalanceTheLoad) {
     EXPECT_LT(few, hanging_block(8, 15e3, 10, false).balance());
 }
 
-// Loads of particles that are their weights act as gravity does, also where sub-steps begin with the
-// last forces.
+// Loads of particles that are their weights act as gravity does, also where sub-steps begin with
+// the last forces.
 TEST(Body, LoadsActAsGravity) {
     const TaskArena arena(1);
     for (const PbdPrecision precision : {PbdPrecision::Float, PbdPrecision::Double})
