@@ -59,11 +59,13 @@ TEST_F(ConformanceProgram, ElementsHoldTheirCases) {
     EXPECT_NE(page.find("twisted beam"), page.npos);
 }
 
-TEST_F(ConformanceProgram, TheElasticScanMovesARigidBall) {
+TEST_F(ConformanceProgram, TheElasticScanMovesARigidBallAndFeelsHertzForce) {
     ASSERT_EQ(run("conformance scan --json"), 0) << said();
     const Json cases = Json::parse(out());
-    ASSERT_EQ(cases.size(), 2);
-    for (const Json& one : cases) EXPECT_EQ(one["results"][0]["conforms"], true) << one;
+    ASSERT_EQ(cases.size(), 4);
+    for (const Json& one : cases) EXPECT_EQ(one["results"].back()["conforms"], true) << one;
+    EXPECT_NEAR(case_of(cases, "rigid sphere on a bonded layer, Poisson's ratio 0.30")["expected"],
+                0.06947, 1e-5);
 }
 
 int failures(const Json& one) {
@@ -131,7 +133,7 @@ TEST_F(ConformanceProgram, SpringsHoldWhatTheyCan) {
 TEST_F(ConformanceProgram, BodiesHoldTheirLawsWithWarmStarts) {
     ASSERT_EQ(run("conformance bodies --json"), 0) << said();
     const Json cases = Json::parse(out());
-    ASSERT_EQ(cases.size(), 9);
+    ASSERT_EQ(cases.size(), 16);
     // The closed forms of test_ogden.cpp's Uniaxial, at 10 kPa and 0.45, and 4.54 kPa and 0.49.
     for (const auto& [name, stress] :
          {std::pair("neo-Hookean cube in tension, stretch 1.2", 1703.4),
@@ -155,6 +157,24 @@ TEST_F(ConformanceProgram, BodiesHoldTheirLawsWithWarmStarts) {
     EXPECT_NEAR(beam["expected"], 6.542, 0.001);
     EXPECT_EQ(beam["results"][0]["conforms"], false);
     EXPECT_LT(beam["results"][0]["value"], beam["results"][1]["value"]);
+    const Json& cook = case_of(cases, "Cook's membrane, neo-Hookean, 8 mm thick");
+    EXPECT_EQ(failures(cook), 2);
+    EXPECT_LT(cook["results"][0]["value"], cook["results"][1]["value"]);
+    EXPECT_EQ(cook["results"][2]["conforms"], true);
+    // Near incompressibility tetrahedra lock, less in smaller cells.
+    for (const char* nu : {"0.30", "0.45", "0.49"}) {
+        const Json& tube =
+            case_of(cases, std::string("thick tube under inner pressure, Poisson's ratio ") + nu);
+        EXPECT_EQ(tube["results"][0]["conforms"], false) << nu;
+        EXPECT_LT(tube["results"][0]["value"], tube["results"][1]["value"]) << nu;
+        EXPECT_LT(tube["results"][1]["value"], tube["expected"]) << nu;
+    }
+    // Hertz' force needs small cells; large compression doesn't.
+    EXPECT_EQ(failures(case_of(cases, "two spheres, each pressed by 20 % of its radius")), 0);
+    const Json& touch = case_of(cases, "two spheres, each pressed by 1 % of its radius");
+    EXPECT_NEAR(touch["expected"], 0.14652, 1e-5);
+    EXPECT_EQ(touch["results"].back()["conforms"], true);
+    EXPECT_EQ(failures(case_of(cases, "rigid sphere on a bonded layer")), 1);
 }
 
 TEST_F(ConformanceProgram, RodsApproachTheirElastica) {

@@ -291,6 +291,46 @@ TEST(Body, AtRestTheForcesOfTheLawBalanceTheLoad) {
     EXPECT_LT(few, hanging_block(8, 15e3, 10, false).balance());
 }
 
+// Loads of particles that are their weights act as gravity does, also where sub-steps begin with
+// the last forces.
+TEST(Body, LoadsActAsGravity) {
+    const TaskArena arena(1);
+    for (const PbdPrecision precision : {PbdPrecision::Float, PbdPrecision::Double})
+        for (const bool warm : {false, true}) {
+            PbdParts parts =
+                made(pbd_of_mesh(five_tet_block({2, 2, 4}, 5), {.density = 1e-3,
+                                                                .edges = false,
+                                                                .volumes = false,
+                                                                .solids = true,
+                                                                .young_modulus = 1e4}));
+            std::vector<std::int32_t> particles;
+            std::vector<Vec3d> forces;
+            for (std::size_t n = 0; n < parts.positions.size(); ++n) {
+                double& w = parts.inverse_masses[n];
+                if (parts.positions[n].z == 0) {
+                    w = 0;
+                    continue;
+                }
+                particles.push_back(std::int32_t(n));
+                forces.push_back({9810 / w, 0, 0});
+            }
+            const auto body_in = [&](Vec3d gravity) {
+                return made(PbdBody::create(parts, {.time_step = 1.0 / 60,
+                                                    .sub_steps = 30,
+                                                    .gravity = gravity,
+                                                    .damping = 20,
+                                                    .precision = precision,
+                                                    .warm_starts = warm}));
+            };
+            PbdBody heavy = body_in({9810, 0, 0}), loaded = body_in({0, 0, 0});
+            ASSERT_TRUE(loaded.load(particles, forces).ok());
+            for (PbdBody* body : {&heavy, &loaded}) ASSERT_TRUE(body->step(60, arena).ok());
+            for (const std::int32_t n : particles)
+                EXPECT_LT(norm(heavy.position(n) - loaded.position(n)), 1e-3) << n;
+            EXPECT_GT(heavy.position(particles.back()).x - 10, 0.5);
+        }
+}
+
 // The top of a block is put back after each sub-step, as contact does it. The next sub-step is then
 // that of a body which remembers its forces, or of one that has found them by trials.
 TEST(Body, TrialsFindTheForcesOfTheLastSubStep) {

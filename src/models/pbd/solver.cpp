@@ -279,7 +279,7 @@ class SolverOf final : public Solver {
                 const Real push = Real(h() * load.force[int(c)]) * m_x[load.at + 3];
                 m_v[load.at + c] += push;
                 m_x[load.at + c] += arrays.h * push;
-                m_before[load.at + c] = m_x[load.at + c];
+                m_before[load.at + c] += arrays.h * push;  // without the moves of warm starts
             }
     }
     void project_all(const TaskArena& arena) {
