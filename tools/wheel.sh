@@ -22,7 +22,7 @@ environment() { # NAME [FOLDER [PYTHON]]
     cp "$list" "$folder/requirements.txt"
 }
 
-# One wheel for each interpreter; that of Python 3.12 or newer is for all later ones.
+# One wheel for each interpreter.
 wheel() { # [PYTHON…]
     local python
     need_packages build wheel
