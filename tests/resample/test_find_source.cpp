@@ -12,6 +12,7 @@
 #include <optional>
 #include <random>
 
+#include "resample/find_source.h"
 #include "resample/lattices.h"
 #include "resample/material_points.h"
 #include "support/random.h"
@@ -105,6 +106,24 @@ TEST(FindSource, ThreeRoomsFindTheMaterialPointToTheirPromise) {
         }
     }
     EXPECT_GT(moved, 600);
+}
+
+/// Cells at rest, none of which is in a gap.
+struct CellsAtRest {
+    bool corners(Vec3i, std::array<Vec3d, 8>&) const { return false; }
+    bool is_whole(Vec3i) const { return true; }
+};
+
+TEST(FindSource, AWalkReachesEachCellAtRest) {
+    for (int n = 0; n < 27; ++n) {
+        const Vec3d point{n % 3 - 0.5, n / 3 % 3 - 0.5, n / 9 - 0.5};
+        for (const Vec3d from : {point, Vec3d{3.5, 0.5, 0.5}, Vec3d{0.5, -4.5, 9.5}}) {
+            CellsAtRest cells;
+            const auto found = walk_to_source(cells, point, from);
+            ASSERT_TRUE(found.has_value()) << n;
+            EXPECT_EQ(*found, point);
+        }
+    }
 }
 
 TEST(FindSource, APointBesideAFaceIsNotMovedOntoIt) {
