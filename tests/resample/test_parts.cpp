@@ -54,7 +54,7 @@ TEST(CellPlanes, HoldEveryPointOfTheCellAndSeeOffMostOthers) {
 }
 
 TEST(OpenBoxes, GiveBackExactlyWhatIsOpenWithinABox) {
-    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const int size = random.whole(3, 9);
