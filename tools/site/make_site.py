@@ -32,11 +32,7 @@ SECTIONS = (
         ("reference/", "references.md"),
         (("C++", ("api/cpp/", "project/examples/")), ("Python", ("api/python/",))),
     ),
-    (
-        "Developers",
-        ("developers/", "project/about", "project/c", "project/h", "project/s", "project/t"),
-        (),
-    ),
+    ("Developers", ("developers/", "project/"), ()),
 )
 SECTION = re.compile(r"^(Args|Returns|Raises|Example|Examples|Yields|Attributes|Note):$")
 # Python files whose names a user imports, beside the compiled module.
@@ -192,7 +188,7 @@ class Site:
         lines, listed = ["nav:"], set()
 
         def add(indent, beginnings):
-            these = [page for page in pages if page.startswith(beginnings)]
+            these = [p for p in pages if p.startswith(beginnings) and p not in listed]
             lines.extend(f"{indent}- {page}" for page in these)
             listed.update(these)
 
