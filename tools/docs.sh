@@ -19,7 +19,8 @@ docs() {
 
 pictures() { # [NAME…]
     need_packages build test wheel
-    compile_with_gcc --target pliant_app pliant_python
+    compile_with_gcc --target pliant_app pliant_decoder pliant_python pliant_python_stub \
+        pliant_python_settings
     environment pictures
     local module=$root/build/python-module
     rm -rf "$module"
