@@ -21,18 +21,18 @@ from references import CITATION, bibliography_page, keys_of
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
 FENCE = re.compile(r"^( *)(```+)")
 PICTURES = {".png", ".jpg", ".svg", ".webp"}
+# Title, the beginnings of its pages' names, and its subsections.
 SECTIONS = (
-    ("Start", ("index.md", "hello.md")),
-    ("How to", ("howto/",)),
-    ("Method", ("method/",)),
-    ("Results", ("credibility/", "results/", "project/research/")),
-    ("Reference", ("reference/", "references.md")),
-    ("C++", ("api/cpp/", "project/examples/")),
-    ("Python", ("api/python/",)),
+    ("Start here", ("index.md", "hello.md", "faq.md"), ()),
+    ("How to", ("howto/",), ()),
+    ("Method", ("method/",), ()),
+    ("Results", ("results/", "credibility/", "project/research/"), ()),
     (
-        "Developers",
-        ("developers/", "project/about", "project/c", "project/h", "project/s", "project/t"),
+        "Reference",
+        ("reference/", "references.md"),
+        (("C++", ("api/cpp/", "project/examples/")), ("Python", ("api/python/",))),
     ),
+    ("Developers", ("developers/", "project/"), ()),
 )
 SECTION = re.compile(r"^(Args|Returns|Raises|Example|Examples|Yields|Attributes|Note):$")
 # Python files whose names a user imports, beside the compiled module.
@@ -185,13 +185,20 @@ class Site:
         index = (self.root / "docs/index.md").read_text(encoding="utf-8")
         pages = [str(page.relative_to(self.folder)) for page in self.folder.rglob("*.md")]
         pages.sort(key=lambda page: (index.find(f"({page}") % (1 << 30), page))
-        sections = {
-            title: [p for p in pages if p.startswith(folders)] for title, folders in SECTIONS
-        }
-        lines = ["nav:"]
-        for title, listed in sections.items():
-            lines += [f"  - {title}:"] + [f"      - {page}" for page in listed]
-        left = set(pages) - {page for listed in sections.values() for page in listed}
+        lines, listed = ["nav:"], set()
+
+        def add(indent, beginnings):
+            these = [p for p in pages if p.startswith(beginnings) and p not in listed]
+            lines.extend(f"{indent}- {page}" for page in these)
+            listed.update(these)
+
+        for title, beginnings, parts in SECTIONS:
+            lines.append(f"  - {title}:")
+            add("      ", beginnings)
+            for part, names in parts:
+                lines.append(f"      - {part}:")
+                add("          ", names)
+        left = set(pages) - listed
         if left:
             sys.exit(f"site: in no section: {', '.join(sorted(left))}")
         return "\n".join(lines) + "\n"
