@@ -261,6 +261,20 @@ TEST(Deformation, TakesNoMoreThan14BytesAnElement) {
     EXPECT_LE(state_of(tissue)->bytes_per_resident_element, 14);
 }
 
+TEST(Deformation, EachEditedElementCountsInTheHash) {
+    std::set<std::uint64_t> hashes;
+    constexpr int kSide = 10;  // more than a brick
+    for (int n = 0; n < kSide * kSide * kSide; ++n) {
+        auto deformation = Deformation::create({.size = {kSide, kSide, kSide}}).value();
+        const Vec3i e{n % kSide, n / kSide % kSide, n / kSide / kSide};
+        const std::uint8_t edits[] = {kVoid};
+        ASSERT_TRUE(deformation.edit({e, e + Vec3i{1, 1, 1}}, edits).ok());
+        hashes.insert(deformation.hash());
+    }
+    hashes.insert(Deformation::create({.size = {kSide, kSide, kSide}})->hash());
+    EXPECT_EQ(hashes.size(), std::size_t(kSide * kSide * kSide + 1));
+}
+
 TEST(Deformation, BadInputIsRefusedInOneLineAndChangesNothing) {
     EXPECT_EQ(Deformation::create({.size = {4, 0, 4}}).error().message,
               "deformation: expected a grid of at least one voxel along each axis, found 0");

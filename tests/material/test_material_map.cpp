@@ -18,6 +18,7 @@
 
 #include "field/fixed_point.h"
 #include "material/air.h"
+#include "material/labels.h"
 #include "support/random.h"
 #include "volume/boxes.h"
 
@@ -146,6 +147,31 @@ TEST(MaterialTable, HasTheHalvesOfTheLaw) {
     }
 }
 
+TEST(MaterialTable, HoldsAsManyMaterialsAsItsNumbersCanName) {
+    const auto limits_of = [](int value) {
+        ElementLimits limits;
+        limits.max_movement_mm = 1 + double(value + 32767) / 1024;
+        return limits;
+    };
+    // A material for each value, and that of void elements: no number is left.
+    const MaterialTable known({limits_of, constant_law(limits_of(7))}, {}, {1, 1, 1});
+    EXPECT_TRUE(known.fits());
+    EXPECT_EQ(known.id(1, 40), known.id(0, 7));
+    EXPECT_NE(known.id(0, 40), known.id(0, 7));
+    const MaterialTable further({limits_of, constant_law(limits_of(32768))}, {}, {1, 1, 1});
+    EXPECT_FALSE(further.fits());
+}
+
+TEST(Labels, LawsAreNamedByTheirTables) {
+    ChainMailSettings settings;
+    settings.label_materials = {{.values = {1}}, {.values = {2}}, {.values = {3}}};
+    settings.label_materials[1].along_direction = true;  // three laws
+    EXPECT_EQ(law_name(settings, 0), "[material]");
+    EXPECT_EQ(law_name(settings, 1), "[[label]] 1");
+    for (const int law : {2, 3, 4}) EXPECT_EQ(law_name(settings, law), "[[label]] 2");
+    EXPECT_EQ(law_name(settings, 5), "[[label]] 3");
+}
+
 TEST(MaterialMap, LabelsAtTheEndsOfTheirRangeHaveTheirMaterial) {
     Volume volume, labels;
     volume.grid.size = labels.grid.size = {6, 1, 1};
@@ -210,7 +236,7 @@ TEST(MaterialMap, AirAndItsSkinAreThoseOfACount) {
             }
             return map.table().other_id(skin);
         };
-        for (const int size : {8, random.whole(2, 9)}) {
+        for (const int size : {8, random.whole(2, 7), random.whole(9, 14)}) {
             const Vec3i last = volume.grid.size - Vec3i{1, 1, 1};
             std::vector<MaterialId> ids(std::size_t(size) * std::size_t(size) * std::size_t(size));
             const Box3i bricks{{-1, -1, -1},
