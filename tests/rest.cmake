@@ -159,6 +159,12 @@ if(PLIANT_BUILD_APP)
         PLIANT_APPS_DATA="${CMAKE_CURRENT_SOURCE_DIR}/apps/data")
     add_dependencies(test_apps pliant_app failing_calls)
 endif()
+# Each fifth call of two quick commands fails; all of them with `./dev faults`.
+if(PLIANT_BUILD_APP AND NOT PLIANT_SANITIZE)
+    add_test(NAME faults COMMAND ${PROJECT_SOURCE_DIR}/tools/faults info convert --every 5
+             --program $<TARGET_FILE:pliant_app> --shim $<TARGET_FILE:failing_calls>)
+    set_tests_properties(faults PROPERTIES LABELS long)
+endif()
 # README's and the documents' command lines. With sanitizers they would take minutes; the rooms'
 # tests cover the same code.
 if(PLIANT_BUILD_APP AND NOT PLIANT_SANITIZE)

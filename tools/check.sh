@@ -62,6 +62,7 @@ lint() {
     tools/check_evidence
     tools/mutate_code --self-test
     tools/mutate_code --check
+    tools/faults --self-test
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
     find include src apps tests examples benchmarks python research \

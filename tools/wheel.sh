@@ -41,13 +41,19 @@ wheel() {
     say "build/dist/${wheel[0]##*/}, $(($(stat -c %s "${wheel[0]}") >> 10)) KiB"
 }
 
-# The module of build/gcc, without a wheel: its tests but the long ones, and its types.
-test_module() {
-    environment test
-    local python=$root/build/python-test/bin/python module=$root/build/python-module
+# The module of build/gcc, without a wheel: build/python-module.
+install_module() {
+    local module=$root/build/python-module
     rm -rf "$module"
     cmake --install "$root/build/gcc" --prefix "$module" --component python >/dev/null
     cp -r "$root"/python/pliant/. "$module/pliant/"
+}
+
+# Its tests but the long ones, and its types.
+test_module() {
+    environment test
+    local python=$root/build/python-test/bin/python module=$root/build/python-module
+    install_module
     local inputs=("$module" "$root/python/tests" "$root/python/examples" "$root/docs")
     export PYTHONPATH=$module MYPYPATH=$module PYTHONDONTWRITEBYTECODE=1
     unless_passed python "${inputs[@]}" -- env -C "$root/python/tests" \
