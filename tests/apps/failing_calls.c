@@ -430,10 +430,22 @@ int socketpair(int domain, int type, int protocol, int ends[2]) {
 OF_FILE("bind", bind, (int file, const struct sockaddr* address, socklen_t length),
         (file, address, length))
 OF_FILE("listen", listen, (int file, int waiting), (file, waiting))
-OF_FILE("accept", accept, (int file, struct sockaddr* address, socklen_t* length),
-        (file, address, length))
-OF_FILE("accept", accept4, (int file, struct sockaddr* address, socklen_t* length, int flags),
-        (file, address, length, flags))
+// An aborted connection is no longer waiting.
+static int failed_accept(int connection) {
+    if (connection >= 0) syscall(SYS_close, connection);
+    errno = s_errno;
+    return -1;
+}
+int accept(int file, struct sockaddr* address, socklen_t* length) {
+    BEHIND(accept);
+    if (fails_on("accept", "accept", file) == 0) return behind(file, address, length);
+    return failed_accept(s_errno == ECONNABORTED ? behind(file, address, length) : -1);
+}
+int accept4(int file, struct sockaddr* address, socklen_t* length, int flags) {
+    BEHIND(accept4);
+    if (fails_on("accept", "accept4", file) == 0) return behind(file, address, length, flags);
+    return failed_accept(s_errno == ECONNABORTED ? behind(file, address, length, flags) : -1);
+}
 
 // Threads.
 
