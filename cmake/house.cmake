@@ -96,7 +96,7 @@ set(PLIANT_HOUSE
 
 # Public headers by room, where they don't have the same name.
 set(PLIANT_PUBLIC_HEADERS
-    "base      files image record result tasks text tool vec version"
+    "base      files image output_file record result tasks text tool vec version"
     "mesh      cut_mesh"
     "volume    scan_values"
     "field     deformation moving_scan"

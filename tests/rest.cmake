@@ -16,7 +16,7 @@ pliant_test(field
             test_trilinear_cell.cpp)
 pliant_test(base
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_input_file.cpp
-            test_memory_budget.cpp
+            test_memory_budget.cpp test_output_file.cpp
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
@@ -158,6 +158,12 @@ if(PLIANT_BUILD_APP)
         PLIANT_FAILING_CALLS="$<TARGET_FILE:failing_calls>"
         PLIANT_APPS_DATA="${CMAKE_CURRENT_SOURCE_DIR}/apps/data")
     add_dependencies(test_apps pliant_app failing_calls)
+endif()
+# Each fifth call of two quick commands fails; all of them with `./dev faults`.
+if(PLIANT_BUILD_APP AND NOT PLIANT_SANITIZE)
+    add_test(NAME faults COMMAND ${PROJECT_SOURCE_DIR}/tools/faults info convert --every 5
+             --program $<TARGET_FILE:pliant_app> --shim $<TARGET_FILE:failing_calls>)
+    set_tests_properties(faults PROPERTIES LABELS long)
 endif()
 # README's and the documents' command lines. With sanitizers they would take minutes; the rooms'
 # tests cover the same code.

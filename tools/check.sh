@@ -64,6 +64,7 @@ lint() {
     tools/package/sbom.py --self-test
     tools/mutate_code --self-test
     tools/mutate_code --check
+    tools/faults --self-test
     if find changes -name '*.md' -printf '%f\n' |
         grep -vE '^\+[a-z0-9-]+\.(added|changed|deprecated|removed|fixed|security)\.md$'; then
         fail "changes/: expected +NAME.KIND.md (CONTRIBUTING.md), found the above"

@@ -4,11 +4,11 @@
 #include "camera_path.h"
 
 #include <pliant/core/files.h>
+#include <pliant/core/output_file.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace pliant::app {
@@ -166,11 +166,9 @@ Status write_camera_path(const std::string& file, const std::vector<Vec3d>& poin
     StagedFiles staged;
     const auto target = staged.stage(file);
     if (!target) return target.error();
-    std::ofstream stream(*target, std::ios::binary);
-    stream << document.dump(1) << "\n";
-    stream.close();
-    if (!stream)
-        return Error{ErrorCode::Unwritable, file + ": can't be written; is the disk full?"};
+    OutputFile out(*target, file);
+    out.write(document.dump(1) + "\n");
+    if (const Status s = out.close(); !s) return s;
     return staged.commit();
 }
 

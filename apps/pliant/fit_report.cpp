@@ -3,10 +3,10 @@
 
 #include "fit_report.h"
 
+#include <pliant/core/output_file.h>
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
-#include <fstream>
 
 namespace pliant::app {
 namespace {
@@ -172,11 +172,9 @@ void print_warnings(const std::vector<std::string>& warnings) {
 }
 
 Status write_report(const std::filesystem::path& path, const Json& report) {
-    std::ofstream file(path, std::ios::binary);
-    file << report.dump(2) << '\n';
-    file.close();
-    if (file) return Ok{};
-    return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
+    OutputFile file(path);
+    file.write(report.dump(2) + '\n');
+    return file.close();
 }
 
 }  // namespace pliant::app

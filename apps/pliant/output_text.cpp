@@ -3,8 +3,8 @@
 
 #include "output_text.h"
 
+#include <pliant/core/output_file.h>
 #include <cstdio>
-#include <fstream>
 
 namespace pliant::app {
 
@@ -15,11 +15,9 @@ std::string hex_of(std::uint64_t hash) {
 }
 
 Status write_text(const std::filesystem::path& path, const std::string& text) {
-    std::ofstream stream(path, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (stream) return Ok{};
-    return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+    OutputFile file(path, path.filename().string());
+    file.write(text);
+    return file.close();
 }
 
 }  // namespace pliant::app

@@ -7,6 +7,7 @@
 
 #include <pliant/chainmail.h>
 #include <pliant/core/files.h>
+#include <pliant/core/output_file.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/view/haptics.h>
@@ -17,7 +18,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <optional>
 #include <thread>
 #include <tuple>
@@ -244,12 +244,9 @@ struct HapticsOutputs {
             if (const Status s = write_haptic_recording(record, collected.records); !s)
                 return about_option("--record", s.error());
         if (!out.empty()) {
-            std::ofstream stream(out, std::ios::binary);
-            stream << report.dump(2) << '\n';
-            stream.close();
-            if (!stream)
-                return Error{ErrorCode::Unwritable,
-                             "--out: " + out.string() + ": can't be written"};
+            OutputFile file(out, "--out: " + out.string());
+            file.write(report.dump(2) + '\n');
+            if (const Status s = file.close(); !s) return s;
         }
         return files.commit();
     }

@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <pliant/core/files.h>
+#include <pliant/core/output_file.h>
 #include <pliant/serve.h>
 #include <poll.h>
 #include <signal.h>
@@ -18,7 +19,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <new>
 #include <optional>
 
@@ -77,9 +77,9 @@ class Browser {
         m_folder = own;
         const fs::path file = m_folder / "open.html";
         {
-            std::ofstream page(file);  // in a private folder of this user
-            page << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << link
-                 << "\"><a href=\"" << link << "\">Pliant</a>\n";
+            OutputFile page(file);  // in a private folder of this user
+            page.write("<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" + link +
+                       "\"><a href=\"" + link + "\">Pliant</a>\n");
         }
         std::string name = "xdg-open", argument = file.string();
         char* const arguments[] = {name.data(), argument.data(), nullptr};

@@ -56,15 +56,10 @@ std::string exact(double value) {
 Status TextFile::open(const std::string& file, StagedFiles& staged) {
     const auto path = staged.stage(file);
     if (!path) return path.error();
-    m_file = file;
-    m_out.open(*path, std::ios::binary);
-    if (!m_out) return Error{ErrorCode::Unwritable, file + ": can't be written"};
-    return Ok{};
+    return m_out.emplace(*path, file).status();
 }
 Status TextFile::close() {
-    m_out.close();
-    if (!m_out) return Error{ErrorCode::Unwritable, m_file + ": can't be written"};
-    return Ok{};
+    return m_out->close();
 }
 
 std::string csv_names() {

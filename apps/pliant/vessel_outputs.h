@@ -7,12 +7,13 @@
 #pragma once
 
 #include <pliant/core/files.h>
+#include <pliant/core/output_file.h>
 #include <pliant/mesh.h>
 #include <pliant/mesh_files.h>
 #include <pliant/models/catheter.h>
 
 #include <filesystem>
-#include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,13 +27,12 @@ class TextFile {
   public:
     /// @returns Unwritable
     Status open(const std::string& file, StagedFiles& staged);
-    bool is_open() const { return m_out.is_open(); }
-    void line(const std::string& text) { m_out << text << '\n'; }
+    bool is_open() const { return m_out.has_value(); }
+    void line(const std::string& text) { m_out->write(text + '\n'); }
     Status close();
 
   private:
-    std::string m_file;
-    std::ofstream m_out;
+    std::optional<OutputFile> m_out;
 };
 
 std::string csv_names();

@@ -117,11 +117,12 @@ std::error_code write_journal(const fs::path& folder, const char* name, const Jo
     const std::string text = text_of(journal);
     const fs::path unfinished = folder / kUnfinished;
     before_step();
-    const Descriptor file = open_file(unfinished, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    Descriptor file = open_file(unfinished, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (!file.is_open()) return {errno, std::generic_category()};
     before_step();
     if (const int error = write_all(file.number(), text.data(), text.size()))
         return {error, std::generic_category()};
+    if (const int error = file.close()) return {error, std::generic_category()};
     if (const auto error = sync_to_disk(unfinished)) return error;
     before_step();
     if (std::rename(unfinished.c_str(), (folder / name).c_str()) != 0)
@@ -365,6 +366,15 @@ Status prepare(std::vector<Moves>& all, bool keeps) {
     return Ok{};
 }
 
+/// All is in place, but not the folder on the disk.
+void tell_unsynced(const Moves& of, const std::error_code& error) noexcept {
+    try {
+        tell((of.folder->parent() / of.moves.front().name).string() +
+             ": is written, but may be lost if the power fails now (" + error.message() + ")");
+    } catch (...) {  // out of memory
+    }
+}
+
 Status write_journals(const std::vector<Moves>& all) {
     std::error_code error;
     const auto whole = [&](const Folder* folder) {
@@ -394,8 +404,6 @@ Status commit(std::vector<Moves>& all) {
         for (const Move& move : of->moves) paths.push_back(paths_of(of->folder->path(), move));
     const fs::path &folder = all.front().folder->path(), redo_file = folder / kRedo,
                    undo_file = folder / kUndo;
-    std::vector<fs::path> parents;
-    for (const Moves& of : all) parents.push_back(of.folder->parent());
 
     const Commit under_way;
     if (has_journal)
@@ -421,7 +429,8 @@ Status commit(std::vector<Moves>& all) {
                          ", and the next run that writes beside it puts them in order";
         return fault;
     }
-    for (const fs::path& parent : parents) static_cast<void>(sync_to_disk(parent));
+    for (const Moves& of : all)
+        if (const auto error = sync_to_disk(of.folder->parent())) tell_unsynced(of, error);
     if (has_journal) remove_file(redo_file);
     return Ok{};
 }

@@ -110,7 +110,10 @@ Result<std::uint64_t> bytes_beyond(const fs::path& path, const ImageHeader& head
     for (const fs::path& file : header.data.files) {
         const auto start = find_data_start(path, header, file);
         if (!start) return start.error();
-        beyond += InputFile(file).size() - *start - bytes_per_file(header);
+        const InputFile opened(file);
+        if (Status status = opened.status(); !status)
+            return file == path ? status.error() : about_data_file(path, file, status.error());
+        beyond += opened.size() - *start - bytes_per_file(header);
     }
     return beyond;
 }

@@ -51,7 +51,8 @@ LabelPath split_path(const fs::path& path) {
     if (at == text.npos) return {path, {}};
     const auto layer = whole_number_from(text.substr(at + 1));
     if (!layer || *layer < 0) return {path, {}};
-    if (const auto type = type_of(path); type && *type == fs::file_type::regular) return {path, {}};
+    const auto type = type_of(path);
+    if (!type || *type == fs::file_type::regular) return {path, {}};
     return {text.substr(0, at), layer};
 }
 
@@ -125,7 +126,9 @@ void keep_layer(KeyValues& keys, std::int64_t layer) {
 
 Result<Volume> read_labels(const fs::path& path, const ReadOptions& options, ReadNotes* notes) {
     const LabelPath label = split_path(path);
-    if (const auto type = type_of(label.file); type && *type == fs::file_type::regular)
+    const auto type = type_of(label.file);
+    if (!type) return type.error();
+    if (*type == fs::file_type::regular)
         if (Status status = check_map(label); !status) return status.error();
     ReadOptions of_layer = options;
     if (label.layer) of_layer.frame = label.layer;

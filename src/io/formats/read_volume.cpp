@@ -349,8 +349,8 @@ Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, Rea
     said = {};
     try {
         const auto type = type_of(path);
-        if (type && *type == fs::file_type::directory)
-            return read_dicom_folder(path, options, said);
+        if (!type) return type.error();
+        if (*type == fs::file_type::directory) return read_dicom_folder(path, options, said);
         if (Status status = check_file(path); !status) return status.error();
         return read_image_file(path, options, said);
     } catch (const std::bad_alloc&) {

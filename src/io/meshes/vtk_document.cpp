@@ -4,11 +4,11 @@
 #include "meshes/vtk_document.h"
 
 #include <pliant/core/files.h>
+#include <pliant/core/output_file.h>
 
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <fstream>
 #include <vector>
 
 namespace pliant::mesh {
@@ -83,10 +83,9 @@ Status write_file(const std::filesystem::path& target, std::string_view bytes) {
     StagedFiles staged;
     const auto path = staged.stage(target);
     if (!path) return path.error();
-    std::ofstream file(*path, std::ios::binary);
-    file.write(bytes.data(), std::streamsize(bytes.size()));
-    file.close();
-    if (!file) return Error{ErrorCode::Unwritable, target.string() + ": can't be written"};
+    OutputFile file(*path, target.string());
+    file.write(bytes);
+    if (Status s = file.close(); !s) return s;
     return staged.commit();
 }
 

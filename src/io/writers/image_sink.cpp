@@ -34,10 +34,11 @@ void ImageSink::write(const void* bytes, std::size_t count) {
 }
 
 void ImageSink::write_at(std::uint64_t offset, std::string_view text) {
-    errno = 0;
-    if (m_error == 0 &&
-        pwrite(m_file.number(), text.data(), text.size(), off_t(offset)) != ssize_t(text.size()))
-        m_error = errno ? errno : ENOSPC;
+    if (m_error) return;
+    if (::lseek(m_file.number(), off_t(offset), SEEK_SET) < 0)
+        m_error = errno;
+    else
+        m_error = write_all(m_file.number(), text.data(), text.size());
 }
 
 void ImageSink::open(const fs::path& path) {

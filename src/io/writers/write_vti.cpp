@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <pliant/core/files.h>
+#include <pliant/core/output_file.h>
 #include <pliant/core/text.h>
 #include <pliant/scan_files.h>
 #include <pliant/volume.h>
 
 #include <bit>
-#include <fstream>
 
 namespace pliant {
 namespace {
@@ -50,18 +50,17 @@ Status write_vti(const std::filesystem::path& path, const Volume& volume, const 
     StagedFiles staged;
     const auto target = staged.stage(path);
     if (!target) return target.error();
-    std::ofstream file(*target, std::ios::binary);
-    file << header_of(volume, name);
+    OutputFile file(*target, path.string());
+    file.write(header_of(volume, name));
     std::visit(
         [&](const auto& voxels) {
             const std::uint64_t length = voxels.size() * sizeof(*voxels.data());
-            file.write(reinterpret_cast<const char*>(&length), sizeof length);
-            file.write(reinterpret_cast<const char*>(voxels.data()), std::streamsize(length));
+            file.write({reinterpret_cast<const char*>(&length), sizeof length});
+            file.write({reinterpret_cast<const char*>(voxels.data()), std::size_t(length)});
         },
         volume.voxels);
-    file << "\n</AppendedData>\n</VTKFile>\n";
-    file.close();
-    if (!file) return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
+    file.write("\n</AppendedData>\n</VTKFile>\n");
+    if (Status s = file.close(); !s) return s;
     return staged.commit();
 }
 

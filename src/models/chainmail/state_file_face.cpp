@@ -5,8 +5,7 @@
 // present one, which is replaced once nothing can fail any more.
 
 #include <pliant/core/files.h>
-
-#include <fstream>
+#include <pliant/core/output_file.h>
 
 #include "base/errors.h"
 #include "base/hash.h"
@@ -138,10 +137,9 @@ Status ChainMail::Impl::save_state(const std::filesystem::path& path) const {
     StagedFiles files;
     const auto staged = files.stage(path);
     if (!staged.ok()) return staged.error();
-    std::ofstream stream(*staged, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-    stream.close();
-    if (!stream) return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
+    OutputFile file(*staged, path.string());
+    file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (const Status s = file.close(); !s.ok()) return s;
     return files.commit();
 }
 

@@ -3,10 +3,10 @@
 
 #include <pliant/own_tissue.h>
 
-#include <fstream>
-
 #include "base/errors.h"
 #include "base/state_frame.h"
+
+#include <pliant/core/output_file.h>
 
 namespace pliant {
 namespace {
@@ -25,11 +25,9 @@ Status save_numbers(const std::filesystem::path& path, std::uint64_t kind,
     StagedFiles files;
     const auto staged = files.stage(path);
     if (!staged.ok()) return staged.error();
-    std::ofstream stream(*staged, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-    stream.close();
-    if (!stream)
-        return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+    OutputFile file(*staged, path.filename().string());
+    file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (const Status s = file.close(); !s.ok()) return s;
     return files.commit();
 }
 

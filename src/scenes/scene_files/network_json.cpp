@@ -9,12 +9,13 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "base/errors.h"
+
+#include <pliant/core/output_file.h>
 
 namespace pliant {
 namespace {
@@ -432,10 +433,9 @@ Status write_network(const std::filesystem::path& path, const NetworkFile& netwo
         StagedFiles files;
         const auto staged = files.stage(path);
         if (!staged.ok()) return staged.error();
-        std::ofstream file(*staged, std::ios::binary);
-        file << text;
-        file.close();
-        if (!file) return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
+        OutputFile file(*staged, path.string());
+        file.write(text);
+        if (const Status s = file.close(); !s.ok()) return s;
         return files.commit();
     });
 }

@@ -4,13 +4,13 @@
 #include "session/session_log.h"
 
 #include <fcntl.h>
+#include <pliant/core/output_file.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <system_error>
 
 #include "base/errors.h"
@@ -317,9 +317,9 @@ Status SessionLog::check_path() const {
 
 Status write_session(const std::filesystem::path& path, const SessionPart& part,
                      const SessionMark& mark) {
-    std::ofstream out(path, std::ios::binary);
+    OutputFile out(path, path.filename().string());
     std::uint64_t chain = 0;
-    out << session_line(chain, text_of(part.scene));
+    out.write(session_line(chain, text_of(part.scene)));
     std::string rest;  // of a line that continues in the next piece
     std::array<char, 1 << 16> piece;
     for (std::uint64_t at = part.begin; at < part.end;) {
@@ -338,14 +338,12 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
             const std::string_view line(rest.data() + begin, end - begin);
             const auto text = portable(line.substr(std::min(kChecksumDigits + 1, line.size())));
             if (!text.ok()) return text.error();
-            out << session_line(chain, *text);
+            out.write(session_line(chain, *text));
         }
         rest.erase(0, begin);
     }
-    out << session_line(chain, text_of(SessionRecord(mark)));
-    out.close();
-    if (out) return Ok{};
-    return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+    out.write(session_line(chain, text_of(SessionRecord(mark))));
+    return out.close();
 }
 
 }  // namespace pliant::serve

@@ -3,11 +3,11 @@
 
 #include "gym/endoscope_scope.h"
 
+#include <pliant/core/output_file.h>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 
 #include <stdlib.h>
@@ -438,11 +438,10 @@ Status Scope::load(std::span<const std::byte> bytes) {
         const TemporaryFile file;
         if (!file.is_there())
             return Error{ErrorCode::Unwritable, "expected a folder for temporary files"};
-        std::ofstream stream(file.path(), std::ios::binary);
-        stream.write(reinterpret_cast<const char*>(bytes.data() + sizeof(Head)),
-                     std::streamsize(head.tissue_bytes));
-        stream.close();
-        if (!stream) return Error{ErrorCode::Unwritable, "expected room for a temporary file"};
+        OutputFile state(file.path(), "a temporary file");
+        state.write({reinterpret_cast<const char*>(bytes.data() + sizeof(Head)),
+                     std::size_t(head.tissue_bytes)});
+        if (const Status s = state.close(); !s.ok()) return s;
         if (const Status s = m_tissue->load_state(file.path()); !s.ok()) return s;
         m_seen_version = ~std::uint64_t(0);
     }

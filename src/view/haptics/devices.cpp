@@ -4,6 +4,7 @@
 // Built-in devices, and the syntax of device names.
 
 #include <pliant/core/files.h>
+#include <pliant/core/output_file.h>
 #include <pliant/core/text.h>
 #include <pliant/view/haptics.h>
 #include <pliant/view/haptics_device.h>
@@ -12,7 +13,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <sstream>
 
@@ -305,17 +305,15 @@ Status write_haptic_recording(const std::filesystem::path& path,
     StagedFiles files;
     const auto staged = files.stage(path);
     if (!staged.ok()) return staged.error();
-    std::ofstream stream(*staged, std::ios::binary);
-    stream << "# pliant haptics: time_ns x y z [mm] roll [rad], of the device\n";
+    OutputFile file(*staged, path.filename().string());
+    file.write("# pliant haptics: time_ns x y z [mm] roll [rad], of the device\n");
     for (const HapticRecord& r : records) {
-        stream << std::to_string(r.time_ns);
+        file.write(std::to_string(r.time_ns));
         for (const double value : {r.device_mm.x, r.device_mm.y, r.device_mm.z, r.roll_rad})
-            stream << ' ' << text_of(value);
-        stream << '\n';
+            file.write(' ' + text_of(value));
+        file.write("\n");
     }
-    stream.close();
-    if (!stream)
-        return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+    if (const Status s = file.close(); !s.ok()) return s;
     return files.commit();
 }
 
