@@ -4,6 +4,7 @@
 #include "fit_report.h"
 
 #include <pliant/core/output_file.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cstdio>

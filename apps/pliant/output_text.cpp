@@ -4,6 +4,7 @@
 #include "output_text.h"
 
 #include <pliant/core/output_file.h>
+
 #include <cstdio>
 
 namespace pliant::app {

@@ -174,6 +174,40 @@ TEST(Field, BricksHaveNeighboursBoundsAndAreDroppedAtRest) {
     }
 }
 
+TEST(Field, EditsAreKeptWhereThereAreAny) {
+    WritableField field(Grid{.size = {40, 8, 8}}, 8);
+    const std::size_t none = field.resident_bytes();
+    for (const std::uint8_t flag : {kCutX, kVoid}) {
+        BrickEdits edits(512, 0);
+        edits[511] = flag;
+        field.set_edits({2, 0, 0}, edits);
+        field.set_edits({0, 0, 0}, edits);
+        EXPECT_EQ(field.all_edits().size(), 2u);
+        EXPECT_EQ(field.resident_bytes(), none + 1024);
+        field.set_edits({2, 0, 0}, BrickEdits(512, 0));
+        EXPECT_EQ(field.all_edits().size(), 1u);
+        EXPECT_EQ(field.edits_of({2, 0, 0}), nullptr);
+        field.set_edits({0, 0, 0}, BrickEdits(512, 0));
+        EXPECT_EQ(field.resident_bytes(), none);
+    }
+}
+
+TEST(Field, DropsTheStillBricksThatWereMadeSinceACount) {
+    for (const int older : {0, 1, 3}) {
+        WritableField field(Grid{.size = {40, 8, 8}}, 8);
+        for (int n = 0; n < older; ++n) (void)field.ensure_brick({n, 0, 0});
+        const std::uint64_t count = field.made_count();
+        const std::size_t bytes = field.resident_bytes();
+        for (int n = 0; n < 4; ++n) (void)field.ensure_brick({n, 1, 0});
+        EXPECT_EQ(field.resident_brick_count(), older + 4);
+        EXPECT_GT(field.resident_bytes(), bytes + 4 * 3 * 512 * sizeof(Fixed) - 1);
+        field.drop_made_since(count);
+        EXPECT_EQ(field.resident_brick_count(), older);
+        EXPECT_EQ(field.resident_bytes(), bytes);
+        for (int n = 0; n < older; ++n) EXPECT_GE(field.find_brick({n, 0, 0}), 0);
+    }
+}
+
 TEST(CellBlock, HoldsTheElementsOfABrickAndTheNextLayer) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));

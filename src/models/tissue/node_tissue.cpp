@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/core/output_file.h>
 #include <pliant/own_tissue.h>
 
 #include "base/errors.h"
 #include "base/state_frame.h"
-
-#include <pliant/core/output_file.h>
 
 namespace pliant {
 namespace {

@@ -4,6 +4,7 @@
 // The file of an identified network. Its numbers are columns: one array per property, in the order
 // of the nodes, links or cells, since objects per link would be ten times as long.
 
+#include <pliant/core/output_file.h>
 #include <pliant/models/network_file.h>
 #include <pliant/models/scene_files.h>
 
@@ -14,8 +15,6 @@
 #include <utility>
 
 #include "base/errors.h"
-
-#include <pliant/core/output_file.h>
 
 namespace pliant {
 namespace {

@@ -4,6 +4,7 @@
 #include "gym/endoscope_scope.h"
 
 #include <pliant/core/output_file.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
