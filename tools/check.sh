@@ -306,6 +306,7 @@ run_tests() { # [--all] [--sanitize]
     step "gcc: build without warnings" compile_with_gcc
     step "gcc: tests" test_short
     step "python: module, types" test_module
+    step "slicer: its client beside the program" test_slicer_client
     step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer_short "$root/build/gcc/pliant"
@@ -333,6 +334,7 @@ run_the_rest() {
     rest "python: wheel, empty environment, tests" test_wheel
     rest "python: beside large packages, notebooks" test_beside_large_packages
     rest "python: studies on engines and stores" test_studies
+    rest "slicer: the extension beside VTK" test_slicer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         rest "page: all in a browser" test_viewer "$root/build/gcc/pliant"
     fi

@@ -92,6 +92,25 @@ test_module() {
         "$python" -m mypy --strict --cache-dir="$root/build/mypy" use_types.py
 }
 
+# The extension for 3D Slicer, without VTK: its client beside the program of build/gcc.
+test_slicer_client() {
+    environment test
+    local folder=$root/integrations/slicer
+    export PLIANT_PROGRAM=$root/build/gcc/pliant PYTHONDONTWRITEBYTECODE=1
+    unless_passed slicer "$folder" "$PLIANT_PROGRAM" -- env -C "$folder/tests" \
+        "$root/build/python-test/bin/python" -m pytest -q -p no:cacheprovider -n "$(nproc)" \
+        test_client.py
+}
+
+# All of it, with VTK.
+test_slicer() {
+    environment slicer "${PLIANT_CACHE:-$root/build}/python-slicer"
+    (cd "$root/integrations/slicer/tests" &&
+        PLIANT_PROGRAM=$root/build/gcc/pliant PYTHONDONTWRITEBYTECODE=1 \
+            "${PLIANT_CACHE:-$root/build}/python-slicer/bin/python" -m pytest -q \
+            -p no:cacheprovider .)
+}
+
 # Installs the wheel alone into an empty environment, and tests it beside the packages that it
 # works with.
 test_wheel() {

@@ -24,7 +24,7 @@ PICTURES = {".png", ".jpg", ".svg", ".webp"}
 # Title, the beginnings of its pages' names, and its subsections.
 SECTIONS = (
     ("Start here", ("index.md", "hello.md", "faq.md"), ()),
-    ("How to", ("howto/",), ()),
+    ("How to", ("howto/", "project/integrations/"), ()),
     ("Method", ("method/",), ()),
     ("Results", ("results/", "credibility/", "project/research/"), ()),
     (
@@ -57,9 +57,11 @@ class Site:
         ):
             self.pages[name] = f"project/{name.lower()}"
         self.pages["README.md"] = "project/about.md"
-        for page in sorted(root.glob("research/**/README.md")) + sorted(
-            root.glob("examples/*/README.md")
-        ):
+        for page in [
+            page
+            for pattern in ("research/**", "examples/*", "integrations/*")
+            for page in sorted(root.glob(pattern + "/README.md"))
+        ]:
             name = str(page.relative_to(root))
             self.pages[name] = "project/" + name
         for header in self.headers:
