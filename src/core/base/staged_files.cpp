@@ -152,8 +152,11 @@ Result<fs::path> followed(const fs::path& target) {
 std::error_code sync_file_system(const fs::path& folder) {
     staging::before_step();
     const Descriptor opened = open_file(folder, O_RDONLY);
-    if (!opened.is_open() || (::syncfs(opened.number()) != 0 && errno != ENOSYS))
-        return {errno, std::generic_category()};
+    if (!opened.is_open()) return {errno, std::generic_category()};
+    int result = -1;
+    do result = ::syncfs(opened.number());
+    while (result != 0 && errno == EINTR);
+    if (result != 0 && errno != ENOSYS) return {errno, std::generic_category()};
     return {};
 }
 
@@ -313,8 +316,13 @@ Result<fs::path> StagedFiles::stage_folder(const fs::path& target) {
             if (parent.empty()) parent = ".";
             if (fs::symlink_status(parent, error).type() != fs::file_type::not_found) break;
         } while (parent.has_relative_path() && parent != ".");
-        if (fs::status(parent, error).type() != fs::file_type::directory ||
-            fs::symlink_status(parent / *made.begin(), error).type() != fs::file_type::not_found)
+        const auto above = fs::status(parent, error).type();
+        if (above == fs::file_type::none)
+            return unwritable(target, "can't be made (" + error.message() + ")");
+        const auto own = fs::symlink_status(parent / *made.begin(), error).type();
+        if (own == fs::file_type::none)
+            return unwritable(target, "can't be made (" + error.message() + ")");
+        if (above != fs::file_type::directory || own != fs::file_type::not_found)
             return unwritable(target, "can't be made, expected a folder");
         auto slot = m_impl->add(parent, target, {});
         if (!slot) return slot;
