@@ -7,7 +7,8 @@
   sbom.py --self-test
 
 Third-party libraries come from the table of THIRD_PARTY.md, their versions from dpkg where there
-is one. The date is SOURCE_DATE_EPOCH, so the same sources have the same file.
+is one. The date is SOURCE_DATE_EPOCH, which makes the same file of the same sources; else the present
+one.
 """
 
 import base64
@@ -19,6 +20,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -137,7 +139,7 @@ def document(version: str, libraries: list[dict], page: list[dict]) -> dict:
             }
         )
     when = datetime.datetime.fromtimestamp(
-        int(os.environ.get("SOURCE_DATE_EPOCH", 0)), datetime.timezone.utc
+        int(os.environ.get("SOURCE_DATE_EPOCH", time.time())), datetime.timezone.utc
     )
     digest = hashlib.sha256(json.dumps(packages, sort_keys=True).encode()).hexdigest()
     return {
