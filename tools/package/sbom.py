@@ -7,8 +7,8 @@
   sbom.py --self-test
 
 Third-party libraries come from the table of THIRD_PARTY.md, their versions from dpkg where there
-is one. The date is SOURCE_DATE_EPOCH, which makes the same file of the same sources; else the present
-one.
+is one. The date is SOURCE_DATE_EPOCH, which makes the same file of the same sources; else the
+present one.
 """
 
 import base64
