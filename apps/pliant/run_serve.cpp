@@ -76,11 +76,10 @@ class Browser {
         if (error || !::mkdtemp(own.data())) return;
         m_folder = own;
         const fs::path file = m_folder / "open.html";
-        {
-            OutputFile page(file);  // in a private folder of this user
-            page.write("<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" + link +
-                       "\"><a href=\"" + link + "\">Pliant</a>\n");
-        }
+        OutputFile page(file);  // in a private folder of this user
+        page.write("<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" + link +
+                   "\"><a href=\"" + link + "\">Pliant</a>\n");
+        if (!page.close()) return;  // the user has the link
         std::string name = "xdg-open", argument = file.string();
         char* const arguments[] = {name.data(), argument.data(), nullptr};
         posix_spawn_file_actions_t actions;

@@ -360,6 +360,22 @@ TEST(HistoryCodec, MoreBytesThanAnIntCountsAreRefused) {
     EXPECT_FALSE(unpack(some, std::span<std::byte>(raw.data(), kMore)));
 }
 
+TEST_F(HistoryTest, StepThatEndsWhereMovedTissueBeganIsNoStep) {
+    const auto rigid = [](int) { return ElementLimits{.max_movement_mm = 100}; };
+    ChainMailSettings settings;
+    settings.custom_law = rigid;
+    settings.bounded = true;
+    ChainMail tissue = tissue_of(volume, arena, settings);
+    push(tissue, {1, 0.5, -0.25});
+    for (const Vec3d way : {Vec3d{1, 0, 0}, {0, 2, 0}, {0, 0, -1}, {0.5, 0.5, 0.5}}) {
+        tissue.begin_group("there and back");
+        push(tissue, way);
+        push(tissue, -way);
+        tissue.end_group();
+        EXPECT_EQ(tissue.undo_steps(), 1);
+    }
+}
+
 /// A lattice with a history, whose bricks get random displacements.
 struct WrittenLattice {
     Lattice lattice;

@@ -28,7 +28,7 @@ class OutputFile {
     void write(std::string_view bytes);
     /// @returns Unwritable, which names the file
     Status status() const;
-    /// Writes the rest and closes the file. @returns status()
+    /// Writes the rest and closes the file; without it, the rest is missing. @returns status()
     Status close();
 
   private:
