@@ -45,6 +45,7 @@ std::string make_nameless(SaveKind kind, const FileWriter& write, Descriptor& fi
     if (failure.empty() && !file.is_open())
         failure = std::string(name_of(kind)) + ": can't be read";
     fs::remove_all(folder, error);
+    if (error) fs::remove_all(folder, error);  // again: it has the scan, and nobody else removes it
     if (const auto at = failure.find(folder + "/"); at != std::string::npos)
         failure.erase(at, folder.size() + 1);
     return failure;
