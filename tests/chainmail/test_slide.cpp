@@ -11,7 +11,9 @@
 #include <cmath>
 #include <limits>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/tissues.h"
+#include "lattice/tool_touch.h"
 
 namespace pliant::test {
 namespace {
@@ -145,6 +147,44 @@ TEST(Slide, AToolBetweenTheVoxelsIsStopped) {
             EXPECT_LT(report->end_mm.x, 11.25 * h.x);
             EXPECT_EQ(tissue.state().moved_elements, 0);
         }
+}
+
+/// To one of 27 points of a cube around the origin.
+Vec3d direction_to(int n) {
+    const Vec3d d{n % 3 - 1.0, n / 3 % 3 - 1.0, n / 9 - 1.0};
+    return norm(d) > 0 ? normalized(d) : d;
+}
+
+TEST(Slide, ABallWithinBoneEndsAtTheNearestFreePlace) {
+    // Bone up to a plane beyond the ball's centre, across each direction to a cube's faces, edges
+    // and corners. Places are tried in twelve shells up to the radius and a voxel: 4 mm.
+    const TaskArena arena(1);
+    for (int n = 0; n < 27; ++n) {
+        const Vec3d across = direction_to(n);
+        if (n == 13) continue;
+        const Volume volume = volume_of({25, 25, 25}, [&](Vec3i e) {
+            return dot(Vec3d{e.x - 12.0, e.y - 12.0, e.z - 12.0}, across) <= 1.9 ? 1000
+                                                                                 : int(kAirHu);
+        });
+        ChainMail tissue = tissue_of(volume, arena);
+        const auto report = slide_sphere(
+            tissue,
+            {.point_mm = {12, 12, 12}, .push_mm = {0, 0, -1}, .sphere_radius_mm = kRadius_mm});
+        ASSERT_TRUE(report.ok());
+        SCOPED_TRACE("direction " + std::to_string(n));
+        const auto is_in_bone = [&](Vec3d mm) {
+            return shows_tissue(lattice_of(tissue), volume, mm, {-500});
+        };
+        EXPECT_FALSE(is_in_bone(report->end_mm));
+        const Vec3d way = report->end_mm - Vec3d{12, 12, 12};
+        EXPECT_GT(dot(way, across), 0);
+        const double shell = 3 * norm(way);
+        EXPECT_NEAR(shell, std::round(shell), 1e-9);
+        for (int nearer = 1; nearer < int(std::round(shell)); ++nearer)
+            for (int m = 0; m < 27; ++m)
+                EXPECT_TRUE(is_in_bone(Vec3d{12, 12, 12} + (nearer / 3.0) * direction_to(m)));
+        EXPECT_FALSE(report->ends_in_tissue);
+    }
 }
 
 TEST(Slide, TheSameBitsForEverySolverBrickSizeAndNumberOfThreads) {

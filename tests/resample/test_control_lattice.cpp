@@ -236,6 +236,27 @@ TEST(ControlLattice, UpdatesOnAnyNumberOfThreadsGiveTheBitsOfTheOneShotForm) {
     }
 }
 
+TEST(ControlLattice, EachNodeAloneMovesItsTentAndNothingElse) {
+    const TaskArena arena(1);
+    Instance instance;
+    instance.grid = {.first = {3, 1, 2}, .cell = {8, 9, 7}, .size = {3, 4, 3}};
+    instance.volume = make_volume({24, 32, 20}, {1, 1, 1}, [](Vec3d p) { return float(p.x); });
+    const std::size_t nodes = dense_count(instance.grid.size);
+    const Box3i region{{3, 1, 2}, {20, 29, 17}};
+    for (std::size_t moved = 0; moved < nodes; ++moved) {
+        SCOPED_TRACE("node " + std::to_string(moved));
+        instance.shifts.assign(nodes, Vec3d{0, 0, 0});
+        instance.shifts[moved] = {0.5, -1, 0.25};
+        const auto lattice = make_lattice(instance, arena);
+        ASSERT_TRUE(lattice->place(instance.displacements_mm()).ok());
+        for_each_voxel(instance.volume.grid, [&](Vec3i p) {
+            const Vec3d at{double(p.x), double(p.y), double(p.z)};
+            const Vec3d tent = contains(region, p) ? instance.shift_at(at) : Vec3d{0, 0, 0};
+            EXPECT_LT(norm(lattice->deformation().displacement_mm(p) - tent), 1e-5) << p.y;
+        });
+    }
+}
+
 TEST(ControlLattice, FindsTheMaterialWhereItIsNow) {
     const TaskArena arena(1);
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {

@@ -76,8 +76,7 @@ void write_displacements(WritableField& field, const Box3i& box, std::span<const
     const std::uint64_t made = field.made_count();
     try {
         for_each_brick_of(field, box, [&](Vec3i coord, const Box3i& part) {
-            parts.emplace_back(-1, part);
-            parts.back().first = field.ensure_brick(coord);
+            parts.emplace_back(field.ensure_brick(coord), part);
         });
         for (const auto& [index, part] : parts) bricks.push_back(index);
     } catch (...) {
