@@ -490,6 +490,24 @@ TEST(Levels, NodesThatMoveAlongAnyAxisCount) {
     }
 }
 
+TEST(Levels, TheMovedBoxReachesTheScansBorders) {
+    const TaskArena arena(1);
+    const Volume scan = scan_of({17, 17, 17}, {1, 1, 1}, [](Vec3i) { return 1000; });
+    const StiffnessMap map(scan, plain_settings(0.4), arena);
+    for (const int side : {0, 16}) {
+        const Vec3d corner{double(side), double(side), double(side)};
+        const auto held = ball(map, corner, 3, {0.5, 0.5, 0.5});
+        ElasticLevels levels(map, kWhole, false, arena);
+        levels.focus(corner);
+        levels.hold(held);
+        const Box3i box = levels.moved_box(0.1);
+        for (int a = 0; a < 3; ++a) {
+            EXPECT_EQ(box.begin[a], side == 0 ? 0 : 13);
+            EXPECT_EQ(box.end[a], side == 0 ? 4 : 17);
+        }
+    }
+}
+
 TEST(Levels, VoxelsThatAreNoNodesHaveNoForce) {
     const TaskArena arena(1);
     const Volume scan = scan_of({49, 49, 49}, {1, 1, 1}, [](Vec3i) { return 1000; });

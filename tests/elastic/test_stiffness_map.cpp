@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <memory>
 #include <tuple>
 
 #include "elastic/lattices.h"
@@ -174,6 +175,29 @@ TEST(Map, NodesAreBoneByTheDefinitionOnEachLevel) {
                         << level << ": " << node.x << " " << node.y << " " << node.z;
                 });
         }
+}
+
+TEST(Map, LabelsHoldByTheirLaw) {
+    const TaskArena arena(1);
+    Random random(3);
+    const Volume scan =
+        scan_of({17, 17, 17}, {1, 1, 1}, [&](Vec3i) { return random.whole(0, 1) ? 2000 : 300; });
+    const Volume labels =
+        scan_of(scan.grid.size, {1, 1, 1}, [&](Vec3i) { return random.whole(0, 4); });
+    auto settings = plain_settings(0.4);
+    settings.held_above_hu = 1000;
+    settings.labels = std::make_shared<const Volume>(labels);
+    settings.label_materials = {{.values = {1}, .law = LabelLaw::Immobile},
+                                {.values = {2}, .law = LabelLaw::Constant},
+                                {.values = {3}},
+                                {.values = {4}, .bone_threshold_hu = 200}};
+    const StiffnessMap map(scan, settings, arena);
+    for_each_in(scan.grid.size, [&](Vec3i p) {
+        const int label = int(labels.at(p));
+        const bool expected = label == 1 || label == 4 || (label != 2 && scan.at(p) > 1000);
+        ASSERT_EQ(map.is_bone(p), expected) << label << ": " << scan.at(p);
+        ASSERT_EQ(map.is_held(0, p), expected) << label << ": " << scan.at(p);
+    });
 }
 
 TEST(Map, AHeldSideHoldsItsNodesOnEachLevel) {

@@ -257,6 +257,43 @@ TEST(ControlLattice, EachNodeAloneMovesItsTentAndNothingElse) {
     }
 }
 
+TEST(ControlLattice, EachSideOfACutFollowsItsOwnNodes) {
+    const TaskArena arena(1);
+    for (int across = 0; across < 3; ++across) {
+        SCOPED_TRACE(across);
+        Instance instance;
+        instance.grid = {.first = {0, 0, 0}, .cell = {4, 4, 4}, .size = {4, 4, 4}};
+        instance.volume = make_volume({13, 13, 13}, {1, 1, 1}, [](Vec3d p) { return float(p.x); });
+        // The sides go apart, by more where a voxel lies farther along the other two axes.
+        const auto shift_of = [&](Vec3i p) {
+            const double by = 1 + 0.1 * p[(across + 1) % 3] + 0.03 * p[(across + 2) % 3];
+            Vec3d shift{0, 0, 0};
+            shift[across] = p[across] > 6 ? by : -by;
+            return shift;
+        };
+        for (int k = 0; k < 4; ++k)
+            for (int j = 0; j < 4; ++j)
+                for (int i = 0; i < 4; ++i)
+                    instance.shifts.push_back(shift_of({4 * i, 4 * j, 4 * k}));
+        const auto on_plane = [&](double u, double v) {
+            Vec3d p{u, u, u};
+            p[across] = 6.5;
+            p[(across + 2) % 3] = v;
+            return p;
+        };
+        const auto lattice = make_lattice(instance, arena);
+        const std::vector<CutTriangle> plane{
+            {on_plane(-50, -50), on_plane(50, -50), on_plane(-50, 50)},
+            {on_plane(50, 50), on_plane(50, -50), on_plane(-50, 50)}};
+        ASSERT_TRUE(lattice->set_cuts(plane).ok());
+        ASSERT_TRUE(lattice->place(instance.displacements_mm()).ok());
+        for_each_voxel(instance.volume.grid, [&](Vec3i p) {
+            EXPECT_LT(norm(lattice->deformation().displacement_mm(p) - shift_of(p)), 1e-5)
+                << p.x << " " << p.y << " " << p.z;
+        });
+    }
+}
+
 TEST(ControlLattice, FindsTheMaterialWhereItIsNow) {
     const TaskArena arena(1);
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
