@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -160,6 +162,10 @@ VesselWall closed_tube(double radius, double end, int cells, const TaskArena& ar
 constexpr double kRadius = 0.5;  ///< of the wire [mm]
 /// Distance of its axis from a wall that it touches: contact keeps its surface 0.05 mm off.
 constexpr double kApart = kRadius + 0.05;
+constexpr double kTube = 3;  ///< radius of a bent tube [mm]
+constexpr double kInside =
+    0.2;  ///< of the guide's end lies the node at which a wire is clamped [mm]
+constexpr double kNudge_deg = 0.5;  ///< bend of a tip's rest shape, as an imperfection
 
 CatheterSettings wire_settings(double length, double segment, double bend) {
     CatheterSettings s;
@@ -198,6 +204,7 @@ class Feed {
         wait_or_move(0, int(std::lround(seconds / m_scene.settings().time_step_s)), bend_deg,
                      deg / seconds);
     }
+    void rig(const std::optional<TipRig>& rig) { computed(m_scene.rig_tip(rig)); }
     const CatheterScene& scene() const { return m_scene; }
     CatheterMeasures measures() const { return m_scene.quick_measures(); }
 
@@ -418,6 +425,148 @@ void add_torsion(ConformanceCases& cases, const TaskArena& arena) {
     cases.push_back(std::move(one));
 }
 
+/// Where a small bend of a twisted wire begins to grow: turn of the hand [rad] and torque [N mm].
+/// The rate of growth is measured at turns of one part each, and its zero is interpolated.
+/// @param feed  a wire at rest whose tip is held
+/// @param aside  measures the bend
+struct Buckling {
+    double turn = 0, torque = 0;
+};
+Buckling buckling_of(Feed& feed, const std::function<double(Vec3d)>& aside, double part) {
+    const auto size = [&] {
+        double largest = 0;
+        for (const Vec3d& x : feed.scene().wire_positions())
+            largest = std::max(largest, std::abs(aside(x)));
+        return largest;
+    };
+    Buckling before;
+    double rate_before = 0;
+    for (int n = 1; n <= 60; ++n) {
+        feed.turn(part * 180 / pi, 0.05, 0);
+        feed.wait(0.05, kNudge_deg);
+        feed.wait(0.05);
+        const double start = size();
+        feed.wait(0.05);
+        const double rate = std::log(size() / start);
+        const Buckling now{n * part, feed.measures().torque_n_mm};
+        if (rate > 0 && n > 1) {
+            const double share = rate_before / (rate_before - rate);
+            return {before.turn + share * part,
+                    before.torque + share * (now.torque - before.torque)};
+        }
+        before = now;
+        rate_before = rate;
+    }
+    throw ConformanceFailure{"a twisted wire has not buckled"};
+}
+
+// Both ends are clamped, and one may move along the axis: M L / EI = 2 x with tan x = x.
+void add_twisted_column(ConformanceCases& cases, const TaskArena& arena) {
+    constexpr double kLength = 96, kBend = 20, kRoot = 4.493409457909064;
+    ConformanceCase one{"straight wire, twisted until it buckles, ends clamped (Greenhill)",
+                        "critical torque of the hand, M L / EI", "2 x, tan x = x", 2 * kRoot, 0.02};
+    for (const double segment : {6.0, 3.0, 1.5}) {
+        auto settings = wire_settings(120, segment, kBend);
+        settings.catheter.tip_mm = 0.5 * kLength;
+        settings.catheter.damping_per_s = 400;
+        settings.entry.position_mm = {0, 0, 50};
+        Feed feed(room(100, 100, 250, arena), settings, arena);
+        feed.feed(kLength - kInside, 400);
+        feed.rig(TipRig{.hold = TipHold{.position_mm = feed.scene().tip_mm(), .slides = true}});
+        const Buckling found = buckling_of(
+            feed, [](Vec3d x) { return std::hypot(x.x, x.y); }, 2 * kRoot / 20.5);
+        one.results.push_back({"wire", segments_of(segment), found.torque * kLength / kBend});
+    }
+    cases.push_back(std::move(one));
+}
+
+// A straight wire, bent to a ring that is closed with a twist, leaves its plane.
+void add_twisted_ring(ConformanceCases& cases, const TaskArena& arena) {
+    constexpr double kLength = 120, kBend = 20, kTwist = 25;
+    ConformanceCase one{"ring, twisted until it leaves its plane (Michell, Zajac)",
+                        "critical twist times GJ / EI", "2 pi sqrt 3", 2 * pi * std::sqrt(3.0),
+                        0.02};
+    for (const double segment : {6.0, 3.0, 1.5}) {
+        auto settings = wire_settings(150, segment, kBend);
+        settings.catheter.twist_n_mm2 = kTwist;
+        settings.catheter.tip_mm = 0.25 * kLength;
+        settings.catheter.damping_per_s = 400;
+        settings.entry.position_mm = {0, 0, 100};
+        Feed feed(room(100, 100, 300, arena), settings, arena);
+        feed.feed(kLength - kInside, 400);
+        constexpr int kParts = 60;
+        for (int n = 1; n <= kParts; ++n) {
+            const double angle = 2 * pi * n / kParts, radius = kLength / angle;
+            feed.rig(TipRig{
+                .hold = TipHold{.position_mm = Vec3d{radius * (1 - std::cos(angle)), 0,
+                                                     100 - kInside + radius * std::sin(angle)},
+                                .frame = rotation_by({0, angle, 0})}});
+            feed.wait(0.01);
+        }
+        feed.wait(0.2);
+        const Buckling found = buckling_of(
+            feed, [](Vec3d x) { return x.y; }, 2 * pi * std::sqrt(3.0) * kBend / kTwist / 20.5);
+        one.results.push_back({"wire", segments_of(segment), found.turn * kTwist / kBend});
+    }
+    cases.push_back(std::move(one));
+}
+
+/// A tube of radius 3 that goes straight, then along an arc in the plane of x and z, then straight.
+std::vector<CentrePoint> bent_tube(double straight, double arc_radius, double angle, double end) {
+    constexpr double kStep = 2;
+    std::vector<CentrePoint> points;
+    const auto add = [&](Vec3d at) { points.push_back({at, kTube}); };
+    const auto on_arc = [&](double a) {
+        return Vec3d{arc_radius * (1 - std::cos(a)), 0, straight + arc_radius * std::sin(a)};
+    };
+    for (double z = 0; z < straight; z += kStep) add({0, 0, z});
+    const int parts = int(angle * arc_radius / kStep);
+    for (int n = 0; n < parts; ++n) add(on_arc(angle * n / parts));
+    const Vec3d ahead{std::sin(angle), 0, std::cos(angle)};
+    for (double way = 0; way <= end; way += kStep) add(on_arc(angle) + way * ahead);
+    return points;
+}
+
+// A force draws on the tip of a wire that lies on the inner side of a bend.
+void add_capstan(ConformanceCases& cases, const TaskArena& arena) {
+    constexpr double kRadius_mm = 40, kStraight = 20, kBeyond = 40, kLoad = 1, kBend = 5;
+    for (const double deg : {90.0, 180.0})
+        for (const double friction : {0.1, 0.3}) {
+            const double angle = deg * pi / 180;
+            char name[120];
+            std::snprintf(name, sizeof name, "capstan, %g degrees, friction %g", deg, friction);
+            ConformanceCase one{name, "force of the hand that draws it back, over that on the tip",
+                                "exp(mu a) (Euler, Eytelwein)", std::exp(friction * angle), 0.03};
+            for (const double segment : {3.0, 1.5}) {
+                auto settings = wire_settings(300, segment, kBend);
+                settings.catheter.friction = friction;
+                settings.catheter.contact_mm_per_n = 0;
+                settings.entry.position_mm = {kTube - kApart - 0.05, 0, 1};
+                Feed feed(
+                    computed(swept_tube(bent_tube(kStraight, kRadius_mm, angle, kBeyond + 20), {})),
+                    settings, arena);
+                const double all = kStraight + angle * kRadius_mm + kBeyond;
+                for (double inserted = 2; inserted < all; inserted += 1) {
+                    const Vec3d ahead = rotated(feed.scene().tip_frame(), {0, 0, 1});
+                    feed.rig(TipRig{.force_n = kLoad * ahead});
+                    feed.feed(inserted, 200);
+                }
+                feed.rig(TipRig{.force_n = kLoad * Vec3d{std::sin(angle), 0, std::cos(angle)}});
+                feed.feed(all, 50);
+                feed.wait(0.3);
+                feed.feed(all - 5, 20);
+                constexpr int kParts = 100;
+                double force = 0;
+                for (int n = 1; n <= kParts; ++n) {
+                    feed.feed(all - 5 - 0.05 * n, 20);
+                    force -= feed.measures().force_n / kParts;
+                }
+                one.results.push_back({"wire", segments_of(segment), force / kLoad});
+            }
+            cases.push_back(std::move(one));
+        }
+}
+
 }  // namespace rods
 }  // namespace
 
@@ -429,6 +578,9 @@ ConformanceCases rod_cases(const TaskArena& arena) {
     add_columns(cases, arena);
     add_helix(cases, arena);
     add_torsion(cases, arena);
+    add_twisted_column(cases, arena);
+    add_twisted_ring(cases, arena);
+    add_capstan(cases, arena);
     return cases;
 }
 

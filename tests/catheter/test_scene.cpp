@@ -575,6 +575,10 @@ TEST(CatheterScene, SaysWhatIsWrong) {
     CatheterScene good = made(CatheterScene::create(wall, settings()));
     EXPECT_FALSE(good.command({.insert_mm_s = std::nan("")}).ok());
     EXPECT_FALSE(good.command({.insert_mm_s = 2000}).ok());
+    EXPECT_FALSE(good.rig_tip(TipRig{.moment_n_mm = {0, std::nan(""), 0}}).ok());
+    EXPECT_FALSE(good.rig_tip(TipRig{.hold = TipHold{.frame = {1, 1, 0, 0}}}).ok());
+    EXPECT_TRUE(good.rig_tip(TipRig{}).ok());
+    EXPECT_TRUE(good.rig_tip({}).ok());
 }
 
 TEST(CatheterSettings, HaveDifferentNames) {

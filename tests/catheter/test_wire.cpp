@@ -125,6 +125,107 @@ TEST(Wire, FrictionIsCoulombs) {
         }
 }
 
+// Surfaces that give way, however much, leave the friction as it is: also where a step's way, 2 µm,
+// is a fraction of what they give, 50 µm. A wall goes with the wire until friction is complete.
+TEST(Wire, FrictionIsCoulombsOnSoftSurfacesAndWalls) {
+    const double h = 2e-4, load = 500, speed = 10, friction = 0.4;
+    for (const double wall : {0.0, 2e-5, 1e-4}) {
+        Wire wire(straight(20), 30);
+        const double surface = 1e-4 - wall;
+        double inserted = 30, push = 0, drag = 0;
+        for (int n = 1; n <= 3000; ++n) {
+            inserted += h * speed;
+            wire.feed(inserted, 0);
+            wire.predict(h);
+            WireContact c[2] = {load_on(19, 1, {-load, 0, 0}, {0, 0, 0}), {}};
+            c[1].segment = 19;
+            c[1].along = 1;
+            c[1].normal = {1, 0, 0};
+            c[1].compliance = 1e-4;
+            c[1].wall_compliance = wall;
+            begin_friction(c[1], friction, wire, h);
+            for (int i = 0; i < 4; ++i) {
+                if (i > 0) {
+                    c[1].pushed = c[1].force.x;
+                    c[1].dragged = {0, c[1].force.y, c[1].force.z};
+                    c[1].yielded = -wall * c[1].force - Vec3d{surface * c[1].pushed, 0, 0};
+                }
+                wire.solve(c);
+            }
+            wire.finish();
+            if (n <= 2000) continue;
+            push += c[1].force.x / 1000;
+            drag -= c[1].force.z / 1000;
+        }
+        std::printf("wall %g mm/uN: push %.2f, drag %.2f uN\n", wall, push, drag);
+        EXPECT_NEAR(push, load, 0.04 * load);
+        const double most = wall > 0 ? h * speed / wall : load;  // the wall has gone as far
+        EXPECT_NEAR(drag, std::min(friction * push, most), 0.05 * drag);
+    }
+}
+
+/// Until it rests. @pre damped
+void settle(Wire& wire, int steps) {
+    for (int n = 0; n < steps; ++n) {
+        wire.predict(1e-3);
+        for (int i = 0; i < 3; ++i) wire.solve({});
+        wire.finish();
+    }
+}
+
+TEST(Wire, ALoadedTipBendsTurnsAndTwistsItAsABeam) {
+    WireSettings s = straight(40);
+    s.bend[0] *= 2;  // clamped at the first node
+    s.twist[0] *= 2;
+    const double length = 80, bend = 5e6, twist = 4e6, rest = 2;  // of the last half segment [mm]
+    {
+        Wire wire(s, length);
+        const double force = 20;
+        wire.rig_tip(catheter::WireRig{.force = {force, 0, 0}});
+        settle(wire, 3000);
+        const double by = force * length * length * length / (3 * bend);
+        EXPECT_NEAR(wire.positions().back().x, by, 0.02 * by);
+        EXPECT_NEAR(wire.base_force().x, force, 1e-3 * force);
+    }
+    {
+        Wire wire(s, length);
+        const double moment = 5000;
+        wire.rig_tip(catheter::WireRig{.moment = {0, moment, 0}});
+        settle(wire, 3000);
+        const double angle = moment * (length - rest / 2) / bend;
+        EXPECT_NEAR(rotation_vector(wire.tip_frame()).y, angle, 1e-3 * angle);
+        EXPECT_NEAR(norm(wire.base_moment()), moment, 1e-3 * moment);
+    }
+    {
+        Wire wire(s, length);
+        const double moment = 20'000;
+        wire.rig_tip(catheter::WireRig{.moment = {0, 0, moment}});
+        settle(wire, 3000);
+        const double angle = moment * (length - rest / 2) / twist;
+        EXPECT_NEAR(rotation_vector(wire.tip_frame()).z, angle, 1e-3 * angle);
+    }
+}
+
+TEST(Wire, AHeldTipStaysAndSlidesOnlyWhereItMay) {
+    const Rotation frame = rotation_by({0, 0.3, 0.2});
+    for (const bool slides : {false, true}) {
+        Wire wire(straight(40), 80);
+        const Vec3d place{6, 1, 78}, along = rotated(frame, {0, 0, 1});
+        wire.rig_tip(
+            catheter::WireRig{.force = -50.0 * along, .hold = TipHold{place, frame, slides}});
+        settle(wire, 3000);
+        const Vec3d off = wire.positions().back() - place;
+        EXPECT_LT(norm(off - dot(off, along) * along), 1e-4);
+        EXPECT_EQ(std::abs(dot(off, along)) > 0.01, slides) << dot(off, along);
+        const Rotation q = wire.tip_frame();
+        EXPECT_LT(norm(rotation_vector(Rotation{frame.w, -frame.x, -frame.y, -frame.z} * q)), 1e-6);
+        // Let go, it springs back.
+        wire.rig_tip({});
+        settle(wire, 3000);
+        EXPECT_LT(norm(wire.positions().back() - Vec3d{0, 0, 80}), 1e-3);
+    }
+}
+
 // A quarter turn around a cylinder, with a known force on the tip: the base's force is e^(µ π/2)
 // times that during withdrawal, and 1/e^(µ π/2) times during feeding (Euler-Eytelwein).
 TEST(Wire, FrictionRoundACylinderIsTheCapstans) {

@@ -120,6 +120,20 @@ struct CatheterCommand {
     friend bool operator==(const CatheterCommand&, const CatheterCommand&) = default;
 };
 
+/// Holds the tip in a place, with its frame (CatheterScene::tip_frame), by springs of 10⁴ N/mm and
+/// 10⁶ N mm/rad.
+struct TipHold {
+    Vec3d position_mm{0, 0, 0};  ///< [mm, LPS]
+    Rotation frame{};
+    bool slides = false;  ///< freely along the frame's third axis
+};
+
+/// What acts on the tip beside the wall, as in a test rig or in a snare.
+struct TipRig {
+    Vec3d force_n{0, 0, 0}, moment_n_mm{0, 0, 0};  ///< of constant direction [LPS]
+    std::optional<TipHold> hold{};
+};
+
 struct CatheterMeasures {
     std::int64_t steps = 0;
     double time_s = 0;
@@ -168,6 +182,9 @@ class CatheterScene {
     /// @returns InvalidArgument if a component isn't finite
     Status command(const CatheterCommand& command) noexcept;
     const CatheterCommand& hand() const;  ///< the last command
+    /// Loads or holds the tip until the next call, or lets it go. No part of state(), as settings.
+    /// @returns InvalidArgument if a component isn't finite
+    Status rig_tip(const std::optional<TipRig>& rig) noexcept;
     /// Advances by `count` time steps. The wire stops at the end of its length and where it is
     /// fully withdrawn.
     /// @returns LimitExceeded if a position is no longer finite or memory runs out: earlier steps

@@ -23,6 +23,8 @@ using pbd::unit;
 
 /// Limit of a rotation in one Newton step [rad]; only a wire far from rest reaches it.
 constexpr double kMaxTurn = 0.5;
+/// Springs of a held tip: it gives way by 10⁻⁴ mm to 1 N, and by 10⁻⁶ rad to 1 N mm.
+constexpr double kHold = 1e10, kHoldTurn = 1e12;  // [µN/mm], [µN mm]
 
 }  // namespace
 
@@ -177,6 +179,25 @@ void RodWire::add_contact(WireContact& c) {
     m_chain.add_right(k - 1, 0, a * c.force);
 }
 
+/// Loads the tip, and holds it by springs.
+void RodWire::add_rig(std::size_t last) {
+    const std::size_t k = last - std::size_t(m_first);
+    m_chain.add_right(k, 0, m_rig->force);
+    m_chain.add_right(k, 3, m_rig->moment);
+    if (!m_rig->hold) return;
+    const Rotation frame = m_rig->hold->frame;
+    Vec3d way = m_rig->hold->position_mm - m_x[last + 1];
+    m_chain.diagonal[k].add_same(0, 0, kHold);
+    if (m_rig->hold->slides) {
+        const Vec3d along = rotated(frame, {0, 0, 1});
+        way = way - dot(way, along) * along;
+        m_chain.diagonal[k].add_outer(0, 0, -kHold, along);
+    }
+    m_chain.add_right(k, 0, kHold * way);
+    m_chain.diagonal[k].add_same(3, 3, kHoldTurn);
+    m_chain.add_right(k, 3, kHoldTurn * turn_of(frame * inverse_of(m_q[last])));
+}
+
 void RodWire::solve(std::span<WireContact> contacts) {
     const auto first = std::size_t(m_first);
     if (first >= m_count) return;
@@ -193,6 +214,7 @@ void RodWire::solve(std::span<WireContact> contacts) {
         add_joint(i);
     }
     for (WireContact& c : contacts) add_contact(c);
+    if (m_rig) add_rig(m_count - 1);
     m_chain.solve();
     for (std::size_t i = first; i < m_count; ++i) {
         m_x[i + 1] = m_x[i + 1] + m_chain.solution(i - first, 0);

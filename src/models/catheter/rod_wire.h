@@ -14,16 +14,29 @@
 
 #pragma once
 
+#include <pliant/models/catheter.h>
+
+#include <optional>
+
 #include "catheter/chain.h"
 #include "catheter/wire.h"
 
 namespace pliant::catheter {
+
+/// Loads and hold of the tip, beside contact.
+struct WireRig {
+    Vec3d force{0, 0, 0};   ///< [µN]
+    Vec3d moment{0, 0, 0};  ///< [µN mm]
+    std::optional<TipHold> hold{};
+};
 
 class RodWire : public Wire {
   public:
     /// Straight, with all but `inserted_mm` in the guide.
     RodWire(const WireSettings& settings, double inserted_mm);
 
+    /// Sets what acts on the tip from the next step on.
+    void rig_tip(const std::optional<WireRig>& rig) { m_rig = rig; }
     /// Sets the rest shape of the tip: total bends towards the first and the second axis.
     void bend_tip(double first_rad, double second_rad);
     void predict(double h);
@@ -48,10 +61,12 @@ class RodWire : public Wire {
     void add_joint(std::size_t i);
     double touch(WireContact& c) const;
     void add_contact(WireContact& c);
+    void add_rig(std::size_t last);
     Vec3d stretch_force(std::size_t i) const;
     Rotation before(std::size_t i) const;
     Vec3d bend_moment(std::size_t i, Vec3d turned) const;
 
+    std::optional<WireRig> m_rig;
     double m_inertia = 0;
     std::vector<Vec3d> m_predicted_x, m_spin, m_rest;
     std::vector<double> m_mass;

@@ -191,6 +191,26 @@ const CatheterCommand& CatheterScene::hand() const {
     return m_impl->command;
 }
 
+Status CatheterScene::rig_tip(const std::optional<TipRig>& rig) noexcept {
+    if (!rig) {
+        m_impl->wire.rig_tip({});
+        return Ok{};
+    }
+    return attempt([&]() -> Status {
+        const TipHold held = rig->hold.value_or(TipHold{});
+        const Rotation& q = held.frame;
+        const double size = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+        for (const Vec3d& v : {rig->force_n, rig->moment_n_mm, held.position_mm})
+            if (!is_finite(v)) return invalid("tip: expected numbers, found " + text_of(v));
+        if (!(std::abs(size - 1) < 1e-6))
+            return invalid("tip: frame: expected a rotation of length 1, found " + text_of(size));
+        m_impl->wire.rig_tip(catheter::WireRig{.force = kMicronewtonsPerNewton * rig->force_n,
+                                               .moment = kMicronewtonsPerNewton * rig->moment_n_mm,
+                                               .hold = rig->hold});
+        return Ok{};
+    });
+}
+
 Status CatheterScene::step(std::int32_t count, const TaskArena& arena) noexcept {
     for (std::int32_t n = 0; n < count; ++n)
         if (const Status s = m_impl->step(arena); !s.ok()) return s;

@@ -207,7 +207,8 @@ void WallContact::find_compliances(double h) {
             const double weight = std::abs(b.weight);
             soft += weight * b.inverse_mass * std::max(weight, m_share[std::size_t(b.particle)]);
         }
-        m_contacts[c].compliance = m_settings.compliance + h * h * soft;
+        m_contacts[c].wall_compliance = h * h * soft;
+        m_contacts[c].compliance = m_settings.compliance + m_contacts[c].wall_compliance;
     }
 }
 
@@ -235,6 +236,7 @@ void WallContact::yield(double h) {
     for (std::size_t c = 0; c < m_contacts.size(); ++c) {
         WireContact& contact = m_contacts[c];
         contact.pushed = dot(contact.force, contact.normal);
+        contact.dragged = contact.force - contact.pushed * contact.normal;
         // The surfaces' compliance allows this remaining gap.
         contact.yielded = (-m_settings.compliance * contact.pushed) * contact.normal;
         for (const Bearing& b : bearings(c)) {

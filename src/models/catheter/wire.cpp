@@ -14,10 +14,11 @@ double WireContact::touch(Vec3d position, Vec3d slid) {
     const double push = pushed + depth / compliance;
     if (!(push > 0)) return 0;
     slid = slid - dot(slid, normal) * normal;
-    const double drag =
-        std::min(1 / compliance, friction * push / std::max(norm(slid), sticking_mm));
-    force = push * normal - drag * slid;
-    return drag;
+    const double drag = friction * push / std::max(norm(slid), sticking_mm);
+    // The wall has gone with the last friction, and goes with the difference to the new one.
+    const double in_series = drag / (1 + drag * wall_compliance);
+    force = push * normal - in_series * (slid - wall_compliance * dragged);
+    return in_series;
 }
 
 Wire::Wire(const WireSettings& settings, double inserted_mm)

@@ -41,17 +41,19 @@ struct WireSettings {
 /// unilateral spring, with Coulomb friction.
 struct WireContact {
     std::int32_t segment = 0;
-    double along = 0;        ///< 0…1
-    Vec3d normal{0, 0, 0};   ///< towards the free side
-    Vec3d lever{0, 0, 0};    ///< from the axis to the contact point
-    double least = 0;        ///< lower bound of normal · (position on the axis)
-    double compliance = 0;   ///< [mm/µN]
+    double along = 0;       ///< 0…1
+    Vec3d normal{0, 0, 0};  ///< towards the free side
+    Vec3d lever{0, 0, 0};   ///< from the axis to the contact point
+    double least = 0;       ///< lower bound of normal · (position on the axis)
+    double compliance = 0;  ///< of the surfaces and of the wall [mm/µN]
+    double wall_compliance = 0;
     double friction = 0;     ///< Coulomb friction coefficient
     Vec3d sticks{0, 0, 0};   ///< position on the axis without sliding and rotation
     double sticking_mm = 0;  ///< friction grows with the sliding distance up to here
     Vec3d force{0, 0, 0};    ///< on the wire [µN], after solve
-    // State of the last iteration: normal force, and displacement of the wall.
+    // State of the last iteration: normal force, friction, and displacement of the wall by both.
     double pushed = 0;
+    Vec3d dragged{0, 0, 0};
     Vec3d yielded{0, 0, 0};
 
     /// Computes the force. Friction is complete from a sliding distance of `sticking_mm` on.
