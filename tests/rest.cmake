@@ -15,7 +15,8 @@ pliant_test(field
     SOURCES ../support/count_allocations.cpp test_bricks.cpp test_deformation.cpp
             test_trilinear_cell.cpp)
 pliant_test(base
-    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_input_file.cpp
+    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_hypot.cpp
+            test_input_file.cpp
             test_memory_budget.cpp test_output_file.cpp
             test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
             test_tasks.cpp test_text.cpp test_text_input.cpp)

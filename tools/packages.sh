@@ -19,6 +19,8 @@ packages_of() {
         package-try) echo mmdebstrap ;;
         lint) echo clang-format-14 python3 ;;
         fuzz) echo libclang-rt-dev ;;
+        machine-riscv64) echo g++-riscv64-linux-gnu qemu-user-static mmdebstrap lld-19 ;;
+        machine-*) echo "g++-${1#*-}-linux-gnu" qemu-user-static mmdebstrap ;;
         bench) echo libbenchmark-dev libembree-dev time ;;
         # Node from elsewhere brings its npm, and Debian's conflicts with it.
         viewer) command -v node >/dev/null && command -v npm >/dev/null || echo nodejs npm ;;

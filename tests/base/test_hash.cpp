@@ -4,6 +4,7 @@
 #include "base/hash.h"
 
 #include <gtest/gtest.h>
+#include <pliant/core/vec.h>
 
 #include <set>
 #include <vector>
@@ -48,6 +49,21 @@ TEST(Hash64, KeepsItsGoldenValue) {
     Hash64 hash;
     hash.add_word(42);
     EXPECT_EQ(hash.value(), 0xc5abfb1f2f93f45bULL);
+}
+
+template <class T>
+std::uint64_t hash_of_numbers(const std::vector<T>& numbers) {
+    Hash64 hash;
+    hash.add(std::span<const T>(numbers));
+    return hash.value();
+}
+
+TEST(Hash64, OfNumbersIsTheSameForEachByteOrder) {
+    EXPECT_EQ(hash_of({1, 2, 3, 4, 5, 6, 7, 8, 9}), 0x94506e6856509dfdULL);
+    EXPECT_EQ(hash_of_numbers<std::int16_t>({1, -2, 300, 4, -500}), 0x32fa49c69299973eULL);
+    EXPECT_EQ(hash_of_numbers<float>({1.5F, -2, 3}), 0x43ec8fcf6529c0f1ULL);
+    EXPECT_EQ(hash_of_numbers<double>({1.5, -2}), 0x73b3c958b20bc2ebULL);
+    EXPECT_EQ(hash_of_numbers<Vec3f>({{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}), 0x717967ccc463aba1ULL);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 // Values of DICOM pixels: empty elements, floats, deflated files.
 // Covers: formats/dicom_input.cpp, formats/dicom_pixels.cpp.
 
+#include "base/byte_order.h"
 #include "support/damaged_scan.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
@@ -40,6 +41,7 @@ std::string deflated(DicomFile file) {
     const std::string bytes = file.bytes();
     std::uint32_t meta = 0;
     std::memcpy(&meta, &bytes[140], sizeof meta);
+    meta = little_endian(meta);
     const std::string body = test::zlibbed(bytes.substr(144 + meta));
     return bytes.substr(0, 144 + meta) + body.substr(2, body.size() - 6);
 }

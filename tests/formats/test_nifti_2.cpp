@@ -4,6 +4,7 @@
 // NIfTI-2: the fields of NIfTI-1 at other offsets, with doubles and 64-bit numbers.
 // Covers: formats/nifti_header.cpp.
 
+#include "base/byte_order.h"
 #include "support/damaged_scan.h"
 #include "support/random.h"
 #include "support/scan_files.h"
@@ -40,6 +41,7 @@ struct Nifti2File {
     std::string bytes() const {
         std::string header(544, '\0');
         const auto put = [&](std::size_t at, auto value) {
+            value = little_endian(value);
             char* const place = &header[at];
             std::memcpy(place, &value, sizeof value);
             if (big_endian) std::reverse(place, place + sizeof value);

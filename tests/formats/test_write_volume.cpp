@@ -3,6 +3,7 @@
 
 // Covers: writers/nrrd_writer.cpp, writers/write_volume.cpp.
 
+#include "base/byte_order.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
@@ -103,7 +104,8 @@ TEST(WriteVolume, TheHeaderIsWhatOtherProgramsExpect) {
     for (const char* line :
          {"NRRD000", "\ntype: short\n", "\ndimension: 3\n", "\nspace: left-posterior-superior\n",
           "\nsizes: 6 5 4\n", "\nspace directions: (-0.5,0,0) (0,0,1) (0,2,0)\n",
-          "\nkinds: domain domain domain\n", "\nendian: little\n", "\nencoding: raw\n",
+          "\nkinds: domain domain domain\n",
+          kIsBigEndian ? "\nendian: big\n" : "\nendian: little\n", "\nencoding: raw\n",
           "\nspace origin: (10,-20,30.25)\n", "\nmodality:=CT\n"})
         EXPECT_NE(header.find(line), header.npos) << line << "missing in\n" << header;
 }

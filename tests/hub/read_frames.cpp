@@ -7,6 +7,8 @@
 
 #include <cstring>
 
+#include "base/byte_order.h"
+
 namespace pliant::serve {
 namespace {
 
@@ -14,7 +16,7 @@ template <class T>
 T get(std::string_view bytes, std::size_t at) {
     T value{};
     std::memcpy(&value, bytes.data() + at, sizeof value);
-    return value;
+    return little_endian(value);
 }
 Vec3f get_vector(std::string_view bytes, std::size_t at) {
     return {get<float>(bytes, at), get<float>(bytes, at + 4), get<float>(bytes, at + 8)};
@@ -63,6 +65,7 @@ std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame) {
         if (frame.size() != h->payload_bytes) return {};
         std::memcpy(halves.data(), frame.data(), frame.size());
     }
+    for (std::uint16_t& half : halves) half = little_endian(half);
     return halves;
 }
 

@@ -266,8 +266,12 @@ int TestClient::wait_for_close() {
 }
 
 std::uint32_t murmur3(const std::vector<std::uint16_t>& halves) {
-    const auto* bytes = reinterpret_cast<const unsigned char*>(halves.data());
-    const std::size_t size = halves.size() * 2;
+    std::vector<unsigned char> bytes;
+    for (const std::uint16_t half : halves) {
+        bytes.push_back(half & 0xff);
+        bytes.push_back(half >> 8);
+    }
+    const std::size_t size = bytes.size();
     const auto turn = [](std::uint32_t v, int by) { return v << by | v >> (32 - by); };
     std::uint32_t h = 0;
     std::size_t n = 0;

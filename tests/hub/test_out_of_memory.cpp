@@ -16,6 +16,7 @@
 #include <optional>
 #include <thread>
 
+#include "base/byte_order.h"
 #include "hub/hub.h"
 #include "hub/random_session.h"
 #include "protocol/limits.h"
@@ -268,7 +269,7 @@ class Line : public Outlet {
         std::memcpy(&format, frame.data() + 6, sizeof(format));
         std::memcpy(&step, frame.data() + 8, sizeof(step));
         if (FrameType(frame[4]) == FrameType::Box && (frame[5] & kFrameLastOfStep) != 0)
-            say(0, SeenMessage{step, format});
+            say(0, SeenMessage{little_endian(step), little_endian(format)});
     }
 
     Hub& m_hub;

@@ -19,6 +19,7 @@
 #include <functional>
 #include <set>
 
+#include "base/byte_order.h"
 #include "hub/test_client.h"
 #include "hub/vessel_frames.h"
 #include "protocol/half.h"
@@ -417,7 +418,7 @@ struct Copy {
         EXPECT_LE(at + sizeof value, bytes.size());
         if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
         at += sizeof value;
-        return value;
+        return little_endian(value);
     }
     static Vec3f take_place(const std::string& bytes, std::size_t& at) {
         Vec3f p;

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <string>
 
+#include "base/byte_order.h"
 #include "meshes/file_numbers.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
@@ -120,7 +121,7 @@ template <class T>
 std::string bytes(std::initializer_list<double> values, bool big_endian = false) {
     std::string text;
     for (const double v : values) {
-        const T value = T(v);
+        const T value = little_endian(T(v));
         char copy[sizeof value];
         std::memcpy(copy, &value, sizeof value);
         for (std::size_t b = 0; b < sizeof value; ++b)

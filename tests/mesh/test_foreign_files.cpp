@@ -14,6 +14,7 @@
 #include <cstring>
 #include <string>
 
+#include "base/byte_order.h"
 #include "meshes/file_numbers.h"
 #include "support/random.h"
 #include "support/temporary_folder.h"
@@ -25,9 +26,10 @@ std::string complaint(const auto& result) {
     return result.ok() ? std::string() : result.error().message;
 }
 
-/// Numbers in the machine's byte order, which is little-endian.
+/// Little-endian numbers.
 template <class T>
-std::string bytes(const std::vector<T>& values) {
+std::string bytes(std::vector<T> values) {
+    for (T& value : values) value = little_endian(value);
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 

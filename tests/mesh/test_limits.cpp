@@ -11,6 +11,7 @@
 
 #include <string>
 
+#include "base/byte_order.h"
 #include "base/memory_budget.h"
 #include "support/count_allocations.h"
 #include "support/temporary_folder.h"
@@ -83,7 +84,8 @@ std::string zlib_vtp(std::uint32_t points) {
     uLongf size = uLongf(packed.size());
     compress(reinterpret_cast<Bytef*>(packed.data()), &size,
              reinterpret_cast<const Bytef*>(zeros.data()), bytes);
-    const std::uint32_t head[4] = {1, bytes, 0, std::uint32_t(size)};
+    const std::uint32_t head[4] = {little_endian(1U), little_endian(bytes), 0,
+                                   little_endian(std::uint32_t(size))};
     return "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\" byte_order=\"LittleEndian\" "
            "header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"><PolyData>"
            "<Piece NumberOfPoints=\"" +

@@ -34,6 +34,7 @@ std::string line(const char* name, const char* separator, const std::string& val
 
 template <class T>
 void put(std::string& header, std::size_t at, T value, bool big_endian) {
+    value = little_endian(value);
     char* const bytes = &header[at];
     std::memcpy(bytes, &value, sizeof value);
     if (big_endian) std::reverse(bytes, bytes + sizeof value);

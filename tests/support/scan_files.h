@@ -5,6 +5,8 @@
 
 #pragma once
 
+#include "base/byte_order.h"
+
 #include <array>
 #include <cstdint>
 #include <string>
@@ -15,7 +17,9 @@ namespace pliant::test {
 /// Little-endian bytes of numbers.
 template <class T>
 std::string packed(const std::vector<T>& values) {
-    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+    std::vector<T> ordered;
+    for (const T value : values) ordered.push_back(little_endian(value));
+    return {reinterpret_cast<const char*>(ordered.data()), ordered.size() * sizeof(T)};
 }
 /// The same in the other byte order.
 std::string swapped(std::string bytes, std::size_t size);

@@ -16,6 +16,7 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
@@ -28,6 +29,7 @@
 #include <streambuf>
 #include <vector>
 
+#include "base/byte_order.h"
 #include "decoder/sandbox.h"
 #include "formats/pixel_messages.h"
 
@@ -100,6 +102,9 @@ PixelStatus decode_or_throw(const PixelRequest& request, std::span<char> dicom,
         format.GetSamplesPerPixel() != 1 || format.GetBitsAllocated() != 8 * bytes)
         return PixelStatus::Undecodable;
     is_signed = format.GetPixelRepresentation() != 0;
+    // GDCM's are in the machine's byte order.
+    for (std::size_t n = 0; kIsBigEndian && n < length; n += bytes)
+        std::reverse(&pixels[n], &pixels[n] + bytes);
     if (bytes < request.bytes_per_pixel)
         widen(pixels, count, bytes, request.bytes_per_pixel, is_signed);
     return PixelStatus::Decoded;

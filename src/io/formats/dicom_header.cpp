@@ -3,6 +3,7 @@
 
 #include "formats/dicom_slice.h"
 
+#include "base/byte_order.h"
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/text.h"
@@ -206,7 +207,7 @@ Status check_pixels(const DicomSlice& slice, bool in_fragments, std::size_t fram
 std::optional<double> pixel_number(const DicomWalk& tags, std::uint32_t tag, bool is_signed) {
     const auto number = [](const std::string& bytes, auto value) {
         std::memcpy(&value, bytes.data(), sizeof value);
-        return double(value);
+        return double(little_endian(value));
     };
     const std::string bytes = tags.bytes_of_number(tag);
     if (tag == kFloatPadding || tag == kFloatPaddingLimit)

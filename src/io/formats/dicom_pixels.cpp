@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/byte_order.h"
 #include "base/errors.h"
 #include "base/memory_budget.h"
 #include "base/text.h"
@@ -305,6 +306,14 @@ std::size_t count_top_bits(std::span<const std::uint8_t> bytes, int bytes_per_pi
     return count;
 }
 
+/// The n-th of little-endian numbers.
+template <class Stored>
+Stored stored_at(std::span<const std::uint8_t> bytes, std::size_t n) {
+    Stored stored;
+    std::memcpy(&stored, &bytes[n * sizeof(Stored)], sizeof stored);
+    return little_endian(stored);
+}
+
 }  // namespace
 
 DicomPixelReader::DicomPixelReader(const std::vector<DicomSlice>& slices,
@@ -442,8 +451,7 @@ void DicomPixelReader::find_padding(const DicomSlice& slice, const Number& numbe
     m_is_padding.resize(m_bytes.size() / sizeof(Stored));
     double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
     for (std::size_t n = 0; n < m_is_padding.size(); ++n) {
-        Stored stored;
-        std::memcpy(&stored, &m_bytes[n * sizeof(Stored)], sizeof stored);
+        const auto stored = stored_at<Stored>(m_bytes, n);
         const auto value = double(number(stored));
         bool is_padding = value >= padding->low && value <= padding->high;
         if constexpr (std::is_same_v<Stored, std::uint16_t>)
@@ -466,9 +474,7 @@ void DicomPixelReader::add_as(const DicomSlice& slice, Component component, cons
                               VoxelBuilder& voxels) {
     std::vector<Value> values(m_bytes.size() / sizeof(Stored));
     for (std::size_t n = 0; n < values.size(); ++n) {
-        Stored stored;
-        std::memcpy(&stored, &m_bytes[n * sizeof(Stored)], sizeof stored);
-        values[n] = rescale(stored);
+        values[n] = rescale(stored_at<Stored>(m_bytes, n));
     }
     const auto air = Value(slice.padding_value());
     for (std::size_t n = 0; n < m_is_padding.size(); ++n) {

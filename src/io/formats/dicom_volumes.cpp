@@ -66,9 +66,10 @@ Volumes volumes_by_number(const std::vector<DicomSlice>& slices,
     std::vector<std::size_t> kept;
     for (std::size_t number = 0; number < count; ++number)
         if (counts_volumes(number, slices, positions)) kept.push_back(number);
-    std::map<std::vector<std::uint32_t>, std::vector<std::size_t>> volumes;
+    // Signed: on big-endian machines GCC 12 compares only the first bytes of unsigned numbers.
+    std::map<std::vector<std::int64_t>, std::vector<std::size_t>> volumes;
     for (std::size_t n = 0; n < slices.size(); ++n) {
-        std::vector<std::uint32_t> key;
+        std::vector<std::int64_t> key;
         for (const std::size_t number : kept) key.push_back(slices[n].numbers[number]);
         volumes[key].push_back(n);
     }

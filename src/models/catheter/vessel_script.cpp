@@ -7,6 +7,8 @@
 
 #include <numbers>
 
+#include "base/hypot.h"
+
 namespace pliant {
 
 VesselScript::VesselScript(const VesselFile& file, const std::vector<Vec3d>& way)
@@ -100,14 +102,14 @@ void WayPilot::steer(const CatheterScene& scene, CatheterCommand& command) {
     const Vec3d wish = at(progress_mm(tip) + m_ahead) - tip;
     const Vec3d local{dot(wish, rotated(q, {1, 0, 0})), dot(wish, rotated(q, {0, 1, 0})),
                       dot(wish, rotated(q, {0, 0, 1}))};
-    const double across = std::hypot(local.x, local.y);
+    const double across = hypot(local.x, local.y);
     if (!(across > 1e-9)) return;
     const double off = std::atan2(across, local.z) * 180 / std::numbers::pi;
     // Slow like a hand: the error is corrected over some tenths of a second.
     const double share = m_gain * off * scene.settings().time_step_s * 10;
     m_first += share * local.x / across;
     m_second += share * local.y / across;
-    const double size = std::hypot(m_first, m_second);
+    const double size = hypot(m_first, m_second);
     if (size > m_most) {
         m_first *= m_most / size;
         m_second *= m_most / size;

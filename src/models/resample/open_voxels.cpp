@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/byte_order.h"
+
 namespace pliant {
 namespace {
 
@@ -18,10 +20,10 @@ constexpr RowBits kEachByte = 0x0101010101010101u;
 /// @param yes  new state of voxels whose bit is set; others can't change
 void open_row(Open* open, int count, RowBits bits, Open yes) {
     // Eight bits become eight bytes: byte i keeps bit i of its copy, and a set bit becomes 1.
-    static_assert(std::endian::native == std::endian::little);
     for (; count >= 8; count -= 8, open += 8, bits >>= 8) {
         const RowBits kept = (bits & 0xff) * kEachByte & 0x8040201008040201u;
-        const RowBits bytes = ((kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & kEachByte) * RowBits(yes);
+        const RowBits bytes =
+            little_endian(((kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & kEachByte) * RowBits(yes));
         std::memcpy(open, &bytes, 8);
     }
     for (int x = 0; x < count; ++x) open[x] = bits >> x & 1 ? yes : Open::Never;

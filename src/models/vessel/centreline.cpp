@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/hypot.h"
 #include "mesh/box_tree.h"
 #include "vessel/wall.h"
 
@@ -33,7 +34,7 @@ double distance_to(const Segment& s, Vec3d p) {
     const double y = std::sqrt(std::max(0.0, dot(way, way) - x * x));
     const double slope = narrowing / std::sqrt(length * length - narrowing * narrowing);
     const double t = std::clamp((x - y * slope) / length, 0.0, 1.0);
-    return std::hypot(x - t * length, y) - (s.from.radius_mm - t * narrowing);
+    return hypot(x - t * length, y) - (s.from.radius_mm - t * narrowing);
 }
 
 Status check(const Centreline& centreline) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <span>
 
+#include "base/byte_order.h"
 #include "protocol/half.h"
 
 namespace pliant::serve {
@@ -24,6 +25,7 @@ std::uint16_t half_or_zero(float mm) {
 
 template <class T>
 void put_raw(std::string& bytes, T value) {
+    value = little_endian(value);
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 void put_raw_position(std::string& bytes, Vec3d p) {

@@ -5,18 +5,17 @@
 
 #include <lz4.h>
 
-#include <bit>
 #include <cstring>
 
+#include "base/byte_order.h"
 #include "protocol/half.h"
 
 namespace pliant::serve {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "frames are written as they lie");
-
 template <class T>
 void put(std::string& bytes, std::size_t at, T value) {
+    value = little_endian(value);
     std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 void put_vector(std::string& bytes, std::size_t at, Vec3f v) {
@@ -54,6 +53,11 @@ std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header
 
 std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, FrameHeader header,
                       bool pack) {
+    std::vector<std::uint16_t> swapped;
+    if constexpr (kIsBigEndian) {
+        for (const std::uint16_t half : halves) swapped.push_back(little_endian(half));
+        halves = swapped;
+    }
     header.type = FrameType::Box;
     header.box = box;
     header.payload_bytes = std::uint32_t(halves.size() * sizeof halves[0]);

@@ -9,6 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/byte_order.h"
+
 namespace pliant::serve {
 namespace {
 
@@ -66,7 +68,7 @@ void Murmur32::add(std::span<const std::byte> bytes) {
     for (; bytes.size() >= 4; bytes = bytes.subspan(4)) {
         std::uint32_t word = 0;
         std::memcpy(&word, bytes.data(), 4);
-        m_state = mix_word(m_state, word);
+        m_state = mix_word(m_state, little_endian(word));
     }
     std::uint32_t tail = 0;
     for (std::size_t n = 0; n < bytes.size(); ++n) tail |= std::uint32_t(bytes[n]) << (8 * n);
@@ -87,6 +89,8 @@ std::uint32_t checksum_of_halves(const Volume& volume) {
     buffer.reserve(kPart + std::size_t(volume.grid.size.x));
     Murmur32 sum;
     const auto hash = [&](std::size_t count) {
+        if constexpr (kIsBigEndian)
+            for (std::size_t n = 0; n < count; ++n) buffer[n] = little_endian(buffer[n]);
         sum.add(std::as_bytes(std::span(buffer).first(count)));
         buffer.erase(buffer.begin(), buffer.begin() + std::ptrdiff_t(count));
     };

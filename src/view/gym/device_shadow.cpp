@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/hypot.h"
 #include "render/camera.h"
 #include "render/detector.h"
 
@@ -34,7 +35,7 @@ double distance_to_segment(double x, double y, const Projected& a, const Project
     const double dx = b.right_mm - a.right_mm, dy = b.up_mm - a.up_mm;
     const double px = x - a.right_mm, py = y - a.up_mm, square = dx * dx + dy * dy;
     const double along = square > 0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0;
-    return std::hypot(px - along * dx, py - along * dy);
+    return pliant::hypot(px - along * dx, py - along * dy);
 }
 
 }  // namespace
@@ -66,7 +67,7 @@ void XRay::add_wire(std::span<const Vec3d> wire, double radius_mm, double water_
         if (a.scale == 0 || b.scale == 0) continue;
         const double scale = std::max(a.scale, b.scale), reach = radius_mm * scale + pixel;
         const double dx = b.right_mm - a.right_mm, dy = b.up_mm - a.up_mm;
-        const double length = std::hypot(dx, dy);
+        const double length = pliant::hypot(dx, dy);
         // Pixel (x, y) has its middle at ((x + ½ − width/2) pixel, (height/2 − y − ½) pixel).
         const auto column = [&](double mm) {
             return int(std::clamp(mm / pixel + 0.5 * m_width - 0.5, -1.0, double(m_width)));

@@ -13,6 +13,7 @@
 
 #include <cmath>
 
+#include "base/hypot.h"
 #include "render/camera.h"
 #include "render/section.h"
 #include "render/volume_or_air.h"
@@ -129,7 +130,7 @@ void outline_tool(Image& picture, const Volume& scan, const FourUp& settings, Ve
         if (radius_px == 0) return;
         const Pixel at = plane.pixel_of(centre_mm);
         outline(picture, corner, width, height,
-                [&](int x, int y) { return std::hypot(x - at.x, y - at.y) < radius_px; });
+                [&](int x, int y) { return hypot(x - at.x, y - at.y) < radius_px; });
     });
 }
 

@@ -13,6 +13,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/hypot.h"
 #include "render/camera.h"
 #include "render/canvas.h"
 
@@ -115,7 +116,7 @@ class Canvas {
             const Vec3d a = m_sheet.position(wire.points_mm[n - 1]),
                         b = m_sheet.position(wire.points_mm[n]);
             if (!is_finite(a) || !is_finite(b)) continue;
-            const int count = std::max(1, int(std::hypot(b.x - a.x, b.y - a.y) / 1.5));
+            const int count = std::max(1, int(hypot(b.x - a.x, b.y - a.y) / 1.5));
             for (int k = 0; k <= count; ++k) ball(a + (double(k) / count) * (b - a), radius, wire);
         }
     }
