@@ -16,7 +16,7 @@ packages_of() {
         wheel) echo python3-dev python3-venv ;;
         study) echo openmpi-bin ;;
         package) echo dpkg-dev file python3 ;;
-        package-try) echo mmdebstrap ;;
+        bare) echo mmdebstrap distro-info-data ;;
         lint) echo clang-format-14 python3 ;;
         fuzz) echo libclang-rt-dev ;;
         machine-riscv64) echo g++-riscv64-linux-gnu qemu-user-static mmdebstrap lld-19 ;;

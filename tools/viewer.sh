@@ -25,22 +25,25 @@ install_node_modules() {
         fail "npm could not fetch the page's packages; without the page: PLIANT_BUILD_VIEWER=OFF"
 }
 
-# Bundles the page where a source is newer than the last bundle.
+# Bundles the page where a source is newer than the last bundle. A bundle that is up to date needs
+# neither Node nor npm.
 build_viewer() {
     [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]] || return 0
-    need_node
-    install_node_modules
     local bundle=$root/viewer/dist/licenses.txt  # written last
     if [[ -f $bundle && -z $(find "$root/viewer/src" "$root/viewer/build.mjs" \
         "$root/viewer/package-lock.json" -newer "$bundle" -print -quit) ]]; then
         return 0
     fi
+    need_node
+    install_node_modules
     say "bundling the page"
     (cd "$root/viewer" && npm run --silent build)
 }
 
 # Bundle and types.
 check_viewer() {
+    need_node
+    install_node_modules
     build_viewer
     (cd "$root/viewer" && npm run --silent check)
     echo "viewer: types hold"

@@ -22,7 +22,7 @@ environment() { # NAME [FOLDER [PYTHON]]
     cp "$list" "$folder/requirements.txt"
 }
 
-# One wheel for each interpreter.
+# One wheel for each interpreter, tried.
 wheel() { # [PYTHON…]
     local python
     need_packages build wheel
@@ -33,7 +33,7 @@ wheel() { # [PYTHON…]
     done
 }
 
-# With the compiler and the warnings of the build that ccache may have.
+# With the compiler, the warnings and the units of the build that ccache may have.
 wheel_of() { # PYTHON
     local folder=$root/build/python-build bin wheel
     "$1" -c '' 2>/dev/null || fail "wheel: expected an interpreter of Python, found '$1'"
@@ -45,7 +45,8 @@ wheel_of() { # PYTHON
     export SOURCE_DATE_EPOCH  # the same bits for the same commit
     (cd "$root" && CXX=g++ PATH=$bin:$PATH \
         "$bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
-        --config-settings cmake.define.PLIANT_WARNINGS_AS_ERRORS=ON -w build/wheels .)
+        --config-settings cmake.define.PLIANT_WARNINGS_AS_ERRORS=ON \
+        --config-settings cmake.define.CMAKE_UNITY_BUILD_BATCH_SIZE=0 -w build/wheels .)
     PATH=$bin:$PATH "$bin/auditwheel" repair -w "$root/build/dist" "$root"/build/wheels/*.whl \
         >/dev/null 2>&1
     # shellcheck disable=SC2012  # names without blanks
@@ -54,6 +55,18 @@ wheel_of() { # PYTHON
     (($(stat -c %s "$wheel") <= most_wheel_mb << 20)) ||
         fail "wheel: expected at most $most_wheel_mb MB, found $(du -h "$wheel")"
     say "build/dist/${wheel##*/}, $(($(stat -c %s "$wheel") >> 10)) KiB"
+    try_wheel "$1" "$wheel"
+}
+
+# Installs it alone into an empty environment, without the variables of this shell.
+try_wheel() { # PYTHON WHEEL
+    local empty
+    empty=$(mktemp -d)
+    "$1" -m venv "$empty/python"
+    "$empty/python/bin/pip" install -q --disable-pip-version-check "$2"
+    (cd "$empty" && env -i python/bin/python "$root/tools/package/try_wheel.py") ||
+        fail "wheel: see above what ${2##*/} could not do in an empty environment"
+    rm -rf "$empty"
 }
 
 # The module of build/gcc, without a wheel.
@@ -111,26 +124,18 @@ test_slicer() {
             -p no:cacheprovider .)
 }
 
-# Installs the wheel alone into an empty environment, and tests it beside the packages that it
-# works with.
+# Tests the wheel beside the packages that it works with.
 test_wheel() {
     wheel
     environment test
-    local empty wheels=("$root"/build/dist/*.whl) bin=$root/build/python-test/bin
-    empty=$(mktemp -d)
-    # shellcheck disable=SC2064
-    trap "rm -rf '$empty'" EXIT
-    python3 -m venv "$empty"
-    "$empty/bin/pip" install -q --disable-pip-version-check "${wheels[0]}"
-    (cd "$empty" && env -i "$empty/bin/python" -c \
-        'import pliant; print("empty environment: pliant", pliant.__version__)')
+    local wheels=("$root"/build/dist/*.whl) bin=$root/build/python-test/bin
     "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "${wheels[0]}"
     "$bin/pip" list --disable-pip-version-check 2>/dev/null | grep -iE 'pliant|numpy|itk|nibabel'
     (cd "$root/python/tests" &&
         "$bin/python" -m pytest -q -p no:cacheprovider --ignore=large -n "$(nproc)" .)
     # pliant's own code, and a user's.
-    (cd "$root/python/tests" && "$bin/mypy" --strict --cache-dir="$empty/mypy" -p pliant &&
-        "$bin/mypy" --strict --cache-dir="$empty/mypy" use_types.py)
+    local types=("$bin/mypy" --strict --cache-dir="$root/build/mypy-wheel")
+    (cd "$root/python/tests" && "${types[@]}" -p pliant && "${types[@]}" use_types.py)
 }
 
 # Beside the packages that people use it with, which take gigabytes: PLIANT_CACHE names a folder

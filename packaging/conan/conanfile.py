@@ -6,6 +6,7 @@ import pathlib
 import re
 
 from conan import ConanFile
+from conan.errors import ConanInvalidConfiguration
 from conan.tools.build import check_min_cppstd
 from conan.tools.cmake import CMake, CMakeDeps, CMakeToolchain, cmake_layout
 from conan.tools.files import copy
@@ -51,6 +52,8 @@ class Pliant(ConanFile):
     def validate(self):
         """C++20 on Linux."""
         check_min_cppstd(self, 20)
+        if self.settings.os != "Linux":
+            raise ConanInvalidConfiguration(f"expected Linux, found {self.settings.os}")
 
     def layout(self):
         """Conan's own."""

@@ -231,8 +231,8 @@ void project_packs(const ProjectArrays<float>& a, PackRange range) {
 
 /// Lanes of solids with warm starts.
 struct WarmLanes : Lanes<int(PbdKind::Solid), true> {
-    HWY_INLINE WarmLanes(const ProjectArrays<float>& a, std::size_t pack, std::size_t lane)
-        : Lanes(a, pack, lane), a(a), kept(a.forces + pack * kWarm * kPack + lane) {}
+    HWY_INLINE WarmLanes(const ProjectArrays<float>& all, std::size_t pack, std::size_t lane)
+        : Lanes(all, pack, lane), a(all), kept(all.forces + pack * kWarm * kPack + lane) {}
     HWY_INLINE WarmSolid<V> solid() const {
         const V step2 = hn::Set(D(), a.square_step);
         return {number(0), number(1), number(2),         number(3),        number(4),
