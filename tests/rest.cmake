@@ -9,6 +9,11 @@ foreach(check IN ITEMS check_layers check_bibliography check_files check_documen
         check_symbols unless_passed)
     add_test(NAME ${check}_self_test COMMAND ${PROJECT_SOURCE_DIR}/tools/${check} --self-test)
 endforeach()
+find_program(ABIDIFF abidiff)
+if(ABIDIFF)
+    add_test(NAME abi_self_test COMMAND ${PROJECT_SOURCE_DIR}/tools/abi --self-test)
+    set_tests_properties(abi_self_test PROPERTIES LABELS long)
+endif()
 pliant_test(material
     SOURCES test_material_map.cpp test_passports.cpp test_settings.cpp test_small_bones.cpp)
 pliant_test(field

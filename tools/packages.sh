@@ -12,7 +12,7 @@ packages_of() {
                 libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev \
                 zlib1g-dev liblz4-dev libboost-dev libssl-dev libeigen3-dev libpugixml-dev
             ;;
-        test) echo clang libgtest-dev universal-ctags ;;
+        test) echo clang libgtest-dev universal-ctags abigail-tools ;;
         wheel) echo python3-dev python3-venv ;;
         study) echo openmpi-bin ;;
         package) echo dpkg-dev file python3 ;;
