@@ -21,6 +21,15 @@
 namespace pliant::test {
 namespace {
 
+/// Value of a header field of a response; empty if it has none.
+std::string field_of(const std::string& response, const std::string& name) {
+    const std::string head = response.substr(0, response.find("\r\n\r\n") + 2);
+    const std::size_t line = head.find("\r\n" + name + ": ");
+    if (line == std::string::npos) return {};
+    const std::size_t begin = line + 2 + name.size() + 2;
+    return head.substr(begin, head.find("\r\n", begin) - begin);
+}
+
 class HostileTest : public ::testing::Test {
   protected:
     void SetUp() override {
@@ -85,8 +94,15 @@ TEST_F(HostileTest, StrangersStayOutside) {
     RawConnection browser(port());
     const std::string page = browser.get("/", own_host());
     EXPECT_TRUE(page.starts_with("HTTP/1.1 200")) << page.substr(0, 100);
-    EXPECT_NE(page.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
-    EXPECT_NE(page.find("; frame-ancestors 'none'\r\n"), std::string::npos);
+    const std::string port_text = std::to_string(port());
+    EXPECT_EQ(field_of(page, "Content-Security-Policy"),
+              "default-src 'none'; script-src 'self'; style-src 'self'; "
+              "img-src 'self' blob: data:; connect-src 'self' ws://127.0.0.1:" +
+                  port_text + " ws://localhost:" + port_text +
+                  "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    EXPECT_EQ(field_of(page, "X-Content-Type-Options"), "nosniff");
+    EXPECT_EQ(field_of(page, "Referrer-Policy"), "no-referrer");
+    EXPECT_EQ(field_of(page, "Cross-Origin-Resource-Policy"), "same-origin");
     EXPECT_EQ(page.find(token), std::string::npos);
     EXPECT_TRUE(browser.get("/app.js", own_host()).starts_with("HTTP/1.1 200"));
     EXPECT_TRUE(browser.get("/../../etc/passwd", own_host()).starts_with("HTTP/1.1 404"));

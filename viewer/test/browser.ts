@@ -129,6 +129,13 @@ export function keepTissue(): void {
     if (!localStorage.getItem(key)) localStorage.setItem(key, wish);
 }
 
+/// Reports what the content security policy refuses as an error of the page. Runs in the page.
+export function reportRefused(): void {
+    document.addEventListener('securitypolicyviolation', (event) =>
+        console.error(`policy: ${event.effectiveDirective} refused ${event.blockedURI}`),
+    );
+}
+
 export interface Visit {
     readonly page: Page;
     readonly errors: string[];
@@ -151,6 +158,7 @@ export async function visit(
             return route.fulfill({ path: join(folder, name) });
         });
     await context.addInitScript(keepTissue);
+    await context.addInitScript(reportRefused);
     const page = await context.newPage();
     const errors: string[] = [];
     page.on('pageerror', (error) => errors.push(String(error)));

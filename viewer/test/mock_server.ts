@@ -25,10 +25,10 @@ const kTypes: Record<string, string> = {
     txt: 'text/plain',
 };
 const kFeatures = ['save', 'open', 'overlay', 'path', 'rest', 'labels', 'marks', 'follow'];
-// The same policy as the real server's.
+// The real server's policy, which tests/hub/test_hostile.cpp has too.
 const kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; " +
-    "img-src 'self' blob: data:; connect-src 'self'; worker-src blob:";
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; " +
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 // eslint-disable-next-line @typescript-eslint/no-explicit-any
 type Message = Record<string, any>;

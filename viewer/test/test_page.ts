@@ -345,3 +345,53 @@ test('the tour is shown once, has four steps, and can be skipped', async () => {
     assert.deepEqual(first.errors, []);
     await first.page.context().close();
 });
+
+test('the content security policy refuses foreign code, styles and connections', async () => {
+    const stranger = await visit(browser, served.link);
+    assert.deepEqual(stranger.errors, []);
+    const ran = await stranger.page.evaluate(async () => {
+        const trap = window as unknown as { ran: string[] };
+        trap.ran = [];
+        const script = document.createElement('script');
+        script.textContent = 'window.ran.push("script")';
+        document.body.append(script);
+        const button = document.createElement('button');
+        button.setAttribute('onclick', 'window.ran.push("handler")');
+        document.body.append(button);
+        button.click();
+        const style = document.createElement('style');
+        style.textContent = 'body { outline-width: 7px }';
+        document.head.append(style);
+        if (getComputedStyle(document.body).outlineWidth === '7px') trap.ran.push('style');
+        const image = new Image();
+        image.src = 'http://192.0.2.1/picture.png'; // no machine has this address
+        await new Promise((resolve) => (image.onerror = image.onload = resolve));
+        await fetch('http://192.0.2.1/').then(
+            () => trap.ran.push('fetch'),
+            () => undefined,
+        );
+        try {
+            trap.ran.push(String(new Function('return "eval"')()));
+        } catch {
+            // as it should be
+        }
+        return trap.ran;
+    });
+    assert.deepEqual(ran, []);
+    const refused = (): string[] =>
+        stranger.errors
+            .flatMap((error) => /^policy: (\S+)/.exec(error)?.[1] ?? [])
+            .sort();
+    const expected = [
+        'connect-src',
+        'img-src',
+        'script-src',
+        'script-src-attr',
+        'script-src-elem',
+        'style-src-elem',
+    ];
+    for (let n = 0; n < 50 && refused().length < expected.length; ++n)
+        await stranger.page.waitForTimeout(100); // events come after the refusals
+    assert.deepEqual(refused(), expected);
+    await stranger.page.context().close();
+});

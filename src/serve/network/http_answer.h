@@ -17,11 +17,9 @@ inline void set_common_fields(boost::beast::http::fields& fields, const OwnOrigi
     namespace http = boost::beast::http;
     fields.set(http::field::server, "pliant");
     fields.set("Content-Security-Policy",
-               "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: "
-               "data:; media-src 'self' blob:; worker-src 'self' blob:; connect-src 'self' " +
-                   own.websockets() +
-                   "; object-src 'none'; base-uri 'none'; form-action 'none'; "
-                   "frame-ancestors " +
+               "default-src 'none'; script-src 'self'; style-src 'self'; "
+               "img-src 'self' blob: data:; connect-src 'self' " +
+                   own.websockets() + "; base-uri 'none'; form-action 'none'; frame-ancestors " +
                    own.frames());
     if (own.has_tls()) fields.set("Strict-Transport-Security", "max-age=31536000");
     fields.set("X-Content-Type-Options", "nosniff");
