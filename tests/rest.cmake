@@ -150,18 +150,22 @@ if(PLIANT_BUILD_APP)
                              test_kinds_of_scans.cpp
                              test_mesh.cpp test_morph.cpp
                              test_outputs.cpp test_path.cpp
-                             test_program.cpp test_readers.cpp test_serve.cpp
+                             test_program.cpp test_readers.cpp test_release_0_2.cpp test_serve.cpp
                              test_truth.cpp
                              test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json pliant_lz4
                 INPUTS $<TARGET_FILE:pliant_app> $<TARGET_FILE:pliant_decoder>
-                       $<TARGET_FILE:failing_calls> ${CMAKE_CURRENT_SOURCE_DIR}/apps/data)
+                       $<TARGET_FILE:failing_calls> ${CMAKE_CURRENT_SOURCE_DIR}/apps/data
+                       ${CMAKE_CURRENT_SOURCE_DIR}/data)
     add_library(failing_calls MODULE apps/failing_calls.c)
     target_link_libraries(failing_calls PRIVATE ${CMAKE_DL_LIBS})
     target_compile_definitions(test_apps PRIVATE
         PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>"
         PLIANT_FAILING_CALLS="$<TARGET_FILE:failing_calls>"
         PLIANT_APPS_DATA="${CMAKE_CURRENT_SOURCE_DIR}/apps/data")
+    set_source_files_properties(apps/test_release_0_2.cpp PROPERTIES
+        SKIP_UNITY_BUILD_INCLUSION ON
+        COMPILE_DEFINITIONS PLIANT_RELEASES="${CMAKE_CURRENT_SOURCE_DIR}/data")
     add_dependencies(test_apps pliant_app failing_calls)
 endif()
 # Each fifth call of two quick commands fails; all of them with `./dev faults`.

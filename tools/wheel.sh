@@ -81,7 +81,8 @@ test_module() {
     local python=$root/build/python-test/bin/python module=$root/build/python-module
     install_module
     api_list --check
-    local inputs=("$module" "$root/python/tests" "$root/python/examples" "$root/docs")
+    local inputs=("$module" "$root/python/tests" "$root/python/examples" "$root/docs"
+        "$root/tests/data")
     export PYTHONPATH=$module MYPYPATH=$module PYTHONDONTWRITEBYTECODE=1
     unless_passed python "${inputs[@]}" -- env -C "$root/python/tests" \
         "$python" -m pytest -q -p no:cacheprovider --ignore=large --durations=8 -n "$(nproc)" \
