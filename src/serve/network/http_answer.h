@@ -19,8 +19,8 @@ inline void set_common_fields(boost::beast::http::fields& fields, const OwnOrigi
     fields.set("Content-Security-Policy",
                "default-src 'none'; script-src 'self'; style-src 'self'; "
                "img-src 'self' blob: data:; connect-src 'self' " +
-                   own.websockets() +
-                   "; base-uri 'none'; form-action 'none'; frame-ancestors " + own.frames());
+                   own.websockets() + "; base-uri 'none'; form-action 'none'; frame-ancestors " +
+                   own.frames());
     if (own.has_tls()) fields.set("Strict-Transport-Security", "max-age=31536000");
     fields.set("X-Content-Type-Options", "nosniff");
     fields.set("Cross-Origin-Resource-Policy", "same-origin");
