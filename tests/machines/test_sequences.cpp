@@ -31,9 +31,9 @@ constexpr int kSequences = 1000, kPerHash = 100;
 
 /// Hashes of a hundred sequences each, on x86-64.
 constexpr std::array<std::uint64_t, kSequences / kPerHash> kRecorded = {
-    0x1fbf3396685afb4c, 0xccaa124837d0afe7, 0x27fba0777145534c, 0xdf8f438060f62dcd,
-    0x3eecfbbed1d197d9, 0xe059a0fbf769395f, 0xb977daf06a5adfc1, 0x8b116f3c1ffe0a76,
-    0x93ceeb605839e19d, 0x86a86f1a6caaade8};
+    0x23afd2e2d45675c1, 0x2b1375c6190cebc6, 0x2196b50abd1f519f, 0xf75c22e440bd5542,
+    0xc5131d1c7e82e16d, 0xeb3b0761ad64edde, 0x6b80e8a2786afd9a, 0xaaa5caa6b49fe82e,
+    0x61cda8d86d364d0c, 0x6ab6dc6ac80b6116};
 
 /// A rotation by the rational quaternion of four small numbers.
 Mat3d rotation_of(Random& random) {
@@ -118,8 +118,10 @@ class Sequence {
                                           .friction = m_random.real(0, 0.3)},
                                          m_arena));
             case 6:
+                // cbrt of a cell's volume is exact: the C libraries' differ (robustness.md).
+                m_scan.grid.spacing_mm = {1, 1, 1};
                 return made(make_springs(m_scan,
-                                         {.cell_mm = m_random.real(1.6, 2.7),
+                                         {.cell_mm = 2,
                                           .poisson_ratio = m_random.real(0.25, 0.4),
                                           .fixed_hu = 2000,
                                           .depth = m_random.whole(3, 8)},
