@@ -36,7 +36,7 @@ machine_root() { # MACHINE
     rm -rf "$folder"
     mmdebstrap --variant=extract --mode=auto --quiet --architectures="$(debian_name "$machine")" \
         --include="$packages,libgtest-dev,libc6-dev,libstdc++6" "$suite" "$folder" \
-        "deb http://deb.debian.org/debian $suite main" ||
+        ${PLIANT_MIRROR:+"$PLIANT_MIRROR"} ||
         fail "machines: could not extract the packages of Debian's $machine"
     [[ -e $folder/lib ]] || ln -s usr/lib "$folder/lib"
     # Absolute links would lead to this machine's files.

@@ -31,9 +31,9 @@ constexpr int kSequences = 1000, kPerHash = 100;
 
 /// Hashes of a hundred sequences each, on x86-64.
 constexpr std::array<std::uint64_t, kSequences / kPerHash> kRecorded = {
-    0x92f09c8c25fe13e6, 0x8a9acd055dbe5723, 0xecf034f9d1920764, 0xc78ebdc151b3dcba,
-    0x03c683a4f2f97892, 0xb0daabb70f712d8b, 0x1c72374efb64ed75, 0xea96796fa32a5fb5,
-    0xc529c150e9c3ea9b, 0x0d5b5d39669aa736};
+    0x23afd2e2d45675c1, 0x2b1375c6190cebc6, 0x2196b50abd1f519f, 0xf75c22e440bd5542,
+    0xc5131d1c7e82e16d, 0xeb3b0761ad64edde, 0x6b80e8a2786afd9a, 0xaaa5caa6b49fe82e,
+    0x61cda8d86d364d0c, 0x6ab6dc6ac80b6116};
 
 /// A rotation by the rational quaternion of four small numbers.
 Mat3d rotation_of(Random& random) {
@@ -118,8 +118,10 @@ class Sequence {
                                           .friction = m_random.real(0, 0.3)},
                                          m_arena));
             case 6:
+                // cbrt of a cell's volume is exact: the C libraries' differ (robustness.md).
+                m_scan.grid.spacing_mm = {1, 1, 1};
                 return made(make_springs(m_scan,
-                                         {.cell_mm = m_random.real(1.6, 2.7),
+                                         {.cell_mm = 2,
                                           .poisson_ratio = m_random.real(0.25, 0.4),
                                           .fixed_hu = 2000,
                                           .depth = m_random.whole(3, 8)},
