@@ -39,7 +39,8 @@ package_here() {
     compile release
     rm -rf "$release/descriptions" "$root/build/packages"
     python3 "$root/tools/package/describe.py" "$release/pliant" "$release/descriptions"
-    (cd "$release" && cpack -B "$root/build/packages" >"$root/build/package.log") || {
+    # Folders that all may enter, whatever the caller's umask.
+    (umask 022 && cd "$release" && cpack -B "$root/build/packages" >"$root/build/package.log") || {
         cat "$root/build/package.log" >&2
         fail "package: CPack could not make the packages"
     }

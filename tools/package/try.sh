@@ -10,7 +10,7 @@ cd "$(dirname "$0")"
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
 install="apt-get install -y -q --no-install-recommends"
 
-$install ./pliant_*.deb >/dev/null
+$install ./pliant_*.deb passwd >/dev/null
 useradd --create-home visitor
 cat >/home/visitor/try <<'TEXT'
 set -eu
