@@ -8,118 +8,78 @@
 #include <hwy/targets.h>
 #include <pliant/core/tasks.h>
 #include <pliant/mesh.h>
+#include <pliant/models/drivable.h>
+#include <pliant/models/pbd.h>
+#include <pliant/models/vessel.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/tissues.h>
 
+#include <array>
 #include <bit>
-#include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <span>
 #include <variant>
 
 #include "base/hash.h"
+#include "support/made.h"
 #include "support/random.h"
+#include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
 
-constexpr int kChainMail = 75,
-              kElastic = 97;  // of 100 sequences; the others are bodies, the slowest
-constexpr std::uint32_t kTools = 2;
+constexpr std::uint32_t kFirstTool = 1, kSecondTool = 2;
+constexpr std::uint64_t kModels = 10;
 constexpr int kPictureWidth = 13, kPictureHeight = 7;  // not a multiple of a vector
 
-void add_number(Hash64& hash, double number) {
-    hash.add_word(std::bit_cast<std::uint64_t>(number));
-}
-void add_vector(Hash64& hash, Vec3d v) {
-    for (int a = 0; a < 3; ++a) add_number(hash, v[a]);
-}
-
-/// A rotation by 3-4-5 triangles, of which no function of the C library has a part.
-Mat3d rational_rotation(Random& random) {
-    Mat3d rotation = kIdentity3;
-    for (int a = 0; a < 3; ++a) {
-        if (random.whole(0, 1)) continue;
-        Mat3d turn = kIdentity3;
-        const double c = random.whole(0, 1) ? 0.8 : -0.6, s = c > 0 ? 0.6 : 0.8;
-        turn.columns[std::size_t(a + 1) % 3][(a + 1) % 3] = c;
-        turn.columns[std::size_t(a + 1) % 3][(a + 2) % 3] = s;
-        turn.columns[std::size_t(a + 2) % 3][(a + 1) % 3] = -s;
-        turn.columns[std::size_t(a + 2) % 3][(a + 2) % 3] = c;
-        rotation = rotation * turn;
+/// A rotation by the rational quaternion of four small numbers.
+Mat3d rotation_of(Random& random) {
+    std::array<double, 4> q;
+    double square = 0;
+    for (double& part : q) {
+        part = random.whole(-3, 3);
+        square += part * part;
     }
-    return rotation;
+    if (square == 0) return kIdentity3;
+    const auto [w, x, y, z] = q;
+    Mat3d turn;
+    turn.columns[0] = {w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)};
+    turn.columns[1] = {2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)};
+    turn.columns[2] = {2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z};
+    for (Vec3d& column : turn.columns) column = (1 / square) * column;
+    return turn;
 }
 
-/// Tissue around a lumen, with some bone.
-Volume scan_of(Random& random, int smallest, int largest) {
+/// Tissue around a canal of air, with some bone.
+Volume scan_of(Random& random) {
     Volume scan;
+    scan.grid.size = {random.whole(9, 14), random.whole(9, 13), random.whole(8, 12)};
     for (int a = 0; a < 3; ++a) {
-        scan.grid.size[a] = random.whole(smallest, largest);
-        scan.grid.spacing_mm[a] = random.real(0.7, 2);
+        scan.grid.spacing_mm[a] = random.real(0.8, 2);
+        scan.grid.origin_mm[a] = random.real(-50, 50);
     }
-    scan.grid.origin_mm = random.vector(100);
-    scan.grid.direction = rational_rotation(random);
+    scan.grid.direction = rotation_of(random);
     const Vec3i n = scan.grid.size;
-    const int lumen = random.whole(0, 5), across = random.whole(40, 90);
-    std::vector<std::int16_t> values;
-    values.reserve(voxel_count(scan.grid));
+    const bool is_float = random.whole(0, 3) == 0;
+    std::vector<std::int16_t> shorts;
+    std::vector<float> floats;
     for (int z = 0; z < n.z; ++z)
         for (int y = 0; y < n.y; ++y)
             for (int x = 0; x < n.x; ++x) {
-                const int dy = 2 * y - n.y, dz = 2 * z - n.z;
-                const bool is_air = dy * dy + dz * dz < lumen * lumen;
-                const int tissue = (x * across + y * 37) % 260 - 60 + random.whole(-20, 20);
-                values.push_back(std::int16_t(is_air ? -1000 : tissue));
+                const double across = y - 0.5 * n.y, up = z - 0.5 * n.z;
+                int value = 20 * ((3 * x + 5 * y + 7 * z) % 11) + random.whole(-20, 20);
+                if (across * across + up * up < 3) value = -1000;
+                if (x < 2 && y < 2) value = 1200;
+                shorts.push_back(std::int16_t(value));
+                floats.push_back(float(value) + 0.25F);
             }
-    for (int bones = random.whole(0, 2); bones > 0; --bones)
-        values[std::size_t(random.whole(0, int(values.size()) - 1))] = 1200;
-    scan.voxels = values;
+    if (is_float)
+        scan.voxels = std::move(floats);
+    else
+        scan.voxels = std::move(shorts);
     return scan;
-}
-
-std::unique_ptr<Tissue> made_or_none(Result<std::unique_ptr<Tissue>> made) {
-    return made.ok() ? std::move(*made) : nullptr;
-}
-
-std::unique_ptr<Tissue> chainmail_of(Random& random, const Volume& scan, const TaskArena& arena) {
-    ChainMailSettings settings;
-    settings.offset = random.real(0.05, 0.6);
-    settings.bone_threshold_hu = random.real(250, 900);
-    settings.smallest_bone_mm3 = random.whole(0, 1) ? 0 : 100;
-    settings.max_movement_mm = random.real(1, 8);
-    settings.air_enabled = random.whole(0, 2) > 0;
-    settings.limits = random.whole(0, 3) == 0 ? LinkLimits::Rounded : LinkLimits::Box;
-    settings.yield = random.whole(0, 2) ? 0 : random.real(0.2, 0.9);
-    settings.bounded = true;
-    return made_or_none(make_chainmail(scan, settings, arena));
-}
-
-std::unique_ptr<Tissue> elastic_of(Random& random, const Volume& scan, const TaskArena& arena) {
-    ElasticScanSettings settings;
-    settings.poisson_ratio = random.real(0.1, 0.49);
-    settings.friction = random.whole(0, 1) ? 0 : random.real(0, 0.5);
-    settings.window_cells = 2 * random.whole(4, 8);
-    return made_or_none(make_elastic(scan, settings, arena));
-}
-
-std::unique_ptr<Tissue> body_of(Random& random, const Volume& scan, const TaskArena& arena) {
-    const Grid& grid = scan.grid;
-    const int cells = 2;
-    TetMesh mesh = five_tet_block({cells, cells, cells}, 1);
-    for (Vec3d& node : mesh.nodes_mm) {  // in the scan, but for a voxel along its border
-        Vec3d ijk{};
-        for (int a = 0; a < 3; ++a) ijk[a] = 1 + node[a] * (grid.size[a] - 3) / cells;
-        node = world_from_voxel(grid, ijk);
-    }
-    BodySettings settings;
-    settings.poisson_ratio = random.real(0.2, 0.48);
-    settings.sub_steps = random.whole(1, 2);
-    settings.reach_mm = 3;
-    return made_or_none(make_body(scan, mesh, settings, arena));
 }
 
 /// A sequence in progress.
@@ -127,159 +87,215 @@ class Sequence {
   public:
     Sequence(std::uint64_t seed, const TaskArena& arena)
         : m_random(seed),
-          m_kind(m_random.whole(0, 99)),
-          m_scan(m_kind < kChainMail ? scan_of(m_random, 5, 11) : scan_of(m_random, 5, 8)),
-          m_tissue(m_kind < kChainMail ? chainmail_of(m_random, m_scan, arena)
-                   : m_kind < kElastic ? elastic_of(m_random, m_scan, arena)
-                                       : body_of(m_random, m_scan, arena)),
-          m_arena(arena) {}
+          m_scan(scan_of(m_random)),
+          m_arena(arena),
+          m_tissue(made_of(int(seed % kModels))) {}
 
     std::vector<OperationHash> run() {
-        if (!m_tissue) return {};
-        auto live = LiveDeformation::create(*m_tissue);
-        for (int left = m_random.whole(3, 7); left > 0; --left) {
+        auto live = made(LiveDeformation::create(*m_tissue));
+        for (int left = m_random.whole(3, 6); left > 0; --left) {
             m_hash = {};
             const std::string_view name = do_something();
             m_hash.add_word(m_tissue->hash());
-            add_shown(*live);
+            add(live.update());
+            m_hash.add_word(hash_volume(live.volume()));
             m_done.push_back({name, m_hash.value()});
         }
         m_hash = {};
-        look(live->volume());
+        look(live.volume());
         m_done.push_back({"look", m_hash.value()});
         return std::move(m_done);
     }
 
   private:
+    std::unique_ptr<Tissue> made_of(int model) {
+        switch (model) {
+            case 0:
+            case 1:
+            case 2:
+            case 3:
+                return made(make_chainmail(m_scan, chainmail(), m_arena));
+            case 4:
+            case 5:
+                return made(make_elastic(m_scan,
+                                         {.poisson_ratio = m_random.real(0, 0.48),
+                                          .held_sides = std::vector<std::string>{"-x"},
+                                          .friction = m_random.real(0, 0.3)},
+                                         m_arena));
+            case 6:
+                // cbrt of a cell's volume is exact: the C libraries' differ (robustness.md).
+                m_scan.grid.spacing_mm = {1, 1, 1};
+                return made(make_springs(m_scan,
+                                         {.cell_mm = 2,
+                                          .poisson_ratio = m_random.real(0.25, 0.4),
+                                          .fixed_hu = 2000,
+                                          .depth = m_random.whole(3, 8)},
+                                         m_arena));
+            case 7:
+                return made(make_body(m_scan, box(),
+                                      {.young_modulus_pa = 2e3,
+                                       .poisson_ratio = m_random.real(0.2, 0.47),
+                                       .ogden_alpha = m_random.whole(0, 1) ? 2.0 : 4.0,
+                                       .sub_steps = 4,
+                                       .reach_mm = 4},
+                                      m_arena));
+            case 8:
+                return made(make_network(m_scan, network(), {.reach_mm = 4}, m_arena));
+            default:
+                return vessel();
+        }
+    }
+
+    ChainMailSettings chainmail() {
+        ChainMailSettings settings;
+        settings.offset = m_random.real(0.05, 0.6);
+        settings.bone_threshold_hu = m_random.real(200, 900);
+        settings.max_movement_mm = m_random.real(2, 8);
+        settings.air_enabled = m_random.whole(0, 2) > 0;
+        settings.limits = m_random.whole(0, 3) == 0 ? LinkLimits::Rounded : LinkLimits::Box;
+        settings.yield = m_random.whole(0, 1) ? m_random.real(0.2, 0.9) : 0;
+        settings.bounded = m_random.whole(0, 3) > 0;
+        return settings;
+    }
+
+    /// Tetrahedra in the middle of the scan.
+    TetMesh box() {
+        TetMesh mesh = five_tet_block({2, 2, 2}, 1);
+        const Vec3i n = m_scan.grid.size;
+        for (Vec3d& node : mesh.nodes_mm) {
+            Vec3d ijk{};
+            for (int a = 0; a < 3; ++a) ijk[a] = (n[a] - 1) * (0.2 + 0.3 * node[a]);
+            node = world_from_voxel(m_scan.grid, ijk);
+        }
+        return mesh;
+    }
+
+    SpringParts network() {
+        const TetMesh mesh = box();
+        auto parts = made(springs_of_elastic_tetrahedra(
+            mesh.nodes_mm, mesh.cells,
+            {.stiffness = m_random.real(2000, 6000), .density = 1e-3, .bulk = 6000}));
+        for (std::size_t n = 0; n < parts.nodes.size(); ++n) {
+            parts.nodes[n].fixed = n < 9;
+            parts.nodes[n].damping = 20 * parts.nodes[n].mass;
+        }
+        return parts;
+    }
+
+    std::unique_ptr<Tissue> vessel() {
+        const Vec3i n = m_scan.grid.size;
+        const auto point = [&](double i) {
+            return world_from_voxel(m_scan.grid, {i * (n.x - 1), 0.5 * n.y, 0.5 * n.z});
+        };
+        std::vector<CentrePoint> way;
+        for (int k = 0; k <= 4; ++k) way.push_back({point(0.25 * k), 2.5});
+        CatheterSettings settings;
+        settings.catheter.length_mm = 40;
+        settings.catheter.tip_mm = 8;
+        settings.entry = {point(0.2), normalized(point(1) - point(0)), 3};
+        return made(pliant::make_vessel(
+            m_scan, made(swept_tube(way, {.thickness_mm = 1, .layers = 2, .sectors = 8})), settings,
+            m_arena));
+    }
+
     Vec3d anywhere() {
         Vec3d ijk{};
-        for (int a = 0; a < 3; ++a) ijk[a] = m_random.real(0, m_scan.grid.size[a] - 1);
+        for (int a = 0; a < 3; ++a) ijk[a] = m_random.real(0.1, 0.9) * (m_scan.grid.size[a] - 1);
         return world_from_voxel(m_scan.grid, ijk);
     }
-    Push tool(double longest_mm) {
-        Push push{.point_mm = anywhere(), .push_mm = m_random.vector(longest_mm)};
-        if (m_random.whole(0, 1)) push.sphere_radius_mm = m_random.real(0.5, 3);
+    Push some_push() {
+        Push push{.point_mm = anywhere(), .push_mm = m_random.vector(2)};
+        if (m_random.whole(0, 1)) push.sphere_radius_mm = m_random.real(1, 3.5);
         return push;
     }
-    std::uint32_t hand() { return std::uint32_t(m_random.whole(1, kTools)); }
+
+    void add(double number) { m_hash.add_word(std::bit_cast<std::uint64_t>(number)); }
+    void add(Vec3d v) {
+        for (int a = 0; a < 3; ++a) add(v[a]);
+    }
+    template <class Report>
+    void add(const Result<Report>& report) {
+        m_hash.add_word(report.ok() ? 1 : 2 + std::uint64_t(report.error().code));
+    }
+    void add(const Status& status) {
+        m_hash.add_word(status.ok() ? 1 : 2 + std::uint64_t(status.error().code));
+    }
 
     std::string_view do_something() {
-        const TissueTraits traits = m_tissue->traits();
-        switch (m_random.whole(0, 11)) {
-            case 0:
-                return drag();
-            case 1:
-                return traits.slides ? slide() : push();
-            case 2:
-                return traits.cuts ? cut() : push();
-            case 3:
-                return traits.carves ? carve() : push();
-            case 4:
-                return undo();
-            case 5:
-                return release();
-            case 6:
-            case 7:
-            case 8:
-                return sweep();
-            default:
-                return push();
+        if (Drivable* const catheter = m_tissue->drivable()) return drive(*catheter);
+        const int choice = m_random.whole(0, 19);
+        if (choice < 7) return push();
+        if (choice < 9) return drag();
+        if (choice < 10) return slide();
+        if (choice < 13) return relax();
+        if (choice < 14) {
+            add(m_tissue->cut({{anywhere(), anywhere()}, m_random.vector(6)}));
+            return "cut";
         }
+        if (choice < 15) {
+            add(m_tissue->carve({anywhere(), anywhere(), m_random.real(0.5, 1.5)}));
+            return "carve";
+        }
+        if (choice < 17) {
+            add(m_tissue->undo());
+            return "undo";
+        }
+        if (choice < 18) {
+            add(m_tissue->redo());
+            return "redo";
+        }
+        m_tissue->release(kFirstTool);
+        if (choice < 19) {
+            const auto file = m_folder / "state.plst";
+            add(m_tissue->rest());
+            add(m_tissue->save_state(file));
+            add(m_tissue->load_state(file));
+            return "save";
+        }
+        add(m_tissue->reset());
+        return "reset";
     }
 
     std::string_view push() {
-        m_tissue->begin_group("push");
-        const auto report = m_tissue->push(hand(), tool(3));
-        m_hash.add_word(report.ok());
-        if (report.ok()) add_report(*report);
-        m_tissue->end_group();
+        const auto report = m_tissue->push(kFirstTool, some_push());
+        add(report);
+        if (!report.ok()) return "push";
+        m_hash.add_word(std::uint64_t(report->status) << 32 | std::uint64_t(report->limited_by));
+        add(report->step_fraction);
+        m_hash.add_word(std::uint64_t(report->grabbed_elements));
+        m_hash.add_word(std::uint64_t(report->moved_elements));
+        add(m_tissue->force_n(kFirstTool).value_or(Vec3d{0, 0, 0}));
         return "push";
     }
     std::string_view drag() {
-        m_tissue->begin_group("drag");
-        const auto grab = m_tissue->grab(hand(), tool(0), 4);
-        m_hash.add_word(grab.ok() ? std::uint64_t(grab->grabbed_elements) : 0);
-        Vec3d offset_mm{0, 0, 0};
-        for (int steps = m_random.whole(1, 4); steps > 0; --steps) {
-            offset_mm = offset_mm + m_random.vector(1.5);
-            const auto report = m_tissue->drag_to(offset_mm);
-            m_hash.add_word(report.ok());
-            if (report.ok()) add_report(*report);
-        }
+        add(m_tissue->grab(kSecondTool, some_push(), 5));
+        for (int n = m_random.whole(1, 3); n > 0; --n) add(m_tissue->drag_to(m_random.vector(2)));
         m_tissue->let_go();
-        m_tissue->end_group();
         return "drag";
     }
     std::string_view slide() {
-        Push way = tool(3);
-        way.sphere_radius_mm = m_random.real(0.5, 2);
-        m_tissue->begin_group("slide");
-        const auto report = m_tissue->slide(hand(), way, {});
-        m_hash.add_word(report.ok());
-        if (report.ok()) {
-            add_number(m_hash, report->way_fraction);
-            add_vector(m_hash, report->end_mm);
-            m_hash.add_word(std::uint64_t(report->contacts));
-        }
-        m_tissue->end_group();
+        const auto report = m_tissue->slide(kFirstTool, some_push(), {});
+        add(report);
+        if (report.ok()) add(report->way_fraction);
         return "slide";
     }
-    std::string_view cut() {
-        const CutSurface surface{{anywhere(), anywhere()}, m_random.vector(6)};
-        m_tissue->begin_group("cut");
-        const auto report = m_tissue->cut(surface);
-        m_hash.add_word(report.ok() ? std::uint64_t(report->cut_links) : ~std::uint64_t(0));
-        m_tissue->end_group();
-        return "cut";
+    std::string_view relax() {
+        m_tissue->release(kFirstTool);
+        add(m_tissue->advance({.max_steps = m_random.whole(1, 4)}));
+        add(m_tissue->energy_mm2().value_or(0));
+        return "relax";
     }
-    std::string_view carve() {
-        const Vec3d from = anywhere();
-        m_tissue->begin_group("carve");
-        const auto report = m_tissue->carve({from, from + m_random.vector(2), 1.2});
-        m_hash.add_word(report.ok() ? std::uint64_t(report->carved_elements) : ~std::uint64_t(0));
-        m_tissue->end_group();
-        return "carve";
-    }
-    std::string_view undo() {
-        m_hash.add_word(m_tissue->undo().ok());
-        if (m_random.whole(0, 1)) return "undo";
-        m_hash.add_word(m_tissue->redo().ok());
-        return "redo";
-    }
-    std::string_view release() {
-        m_tissue->release(hand());
-        return "release";
-    }
-    std::string_view sweep() {
-        m_tissue->begin_group("sweep");
-        for (int sweeps = m_random.whole(1, 2); sweeps > 0; --sweeps) {
-            const auto swept = m_tissue->sweep();
-            m_hash.add_word(swept.ok() ? swept->settled : 2);
-        }
-        for (std::uint32_t hand = 1; hand <= kTools; ++hand)
-            if (const auto force = m_tissue->force_n(hand)) add_vector(m_hash, *force);
-        m_tissue->end_group();
-        return "sweep";
+    std::string_view drive(Drivable& catheter) {
+        add(catheter.drive(kFirstTool, {.insert_mm_s = m_random.real(-20, 60),
+                                        .rotate_deg_s = m_random.real(-90, 90),
+                                        .bend_first_deg = m_random.real(-40, 40),
+                                        .bend_second_deg = m_random.real(-40, 40)}));
+        add(m_tissue->advance({.max_steps = m_random.whole(5, 25)}));
+        add(catheter.measures().force_n);
+        return "drive";
     }
 
-    void add_report(const PushReport& report) {
-        m_hash.add_word(std::uint64_t(report.status));
-        m_hash.add_word(std::uint64_t(report.limited_by));
-        add_number(m_hash, report.step_fraction);
-        m_hash.add_word(std::uint64_t(report.grabbed_elements));
-        m_hash.add_word(std::uint64_t(report.moved_elements));
-    }
-
-    void add_shown(LiveDeformation& live) {
-        const auto update = live.update();
-        m_hash.add_word(update.ok());
-        add_voxels(live.volume());
-    }
-    void add_voxels(const Volume& volume) {
-        std::visit([&](const auto& array) { m_hash.add(std::span(array.data(), array.size())); },
-                   volume.voxels);
-    }
-
+    /// Casts rays at the deformed scan, and makes it once more at once.
     void look(const Volume& shown) {
         const RayCaster caster(shown, m_arena);
         Endoscope endoscope{.eye_mm = anywhere(), .look = m_random.vector(1)};
@@ -294,16 +310,16 @@ class Sequence {
         if (m_random.whole(0, 1)) endoscope.style = Style::Real;
         const Image image = caster.endoscope_view(endoscope, kPictureWidth, kPictureHeight);
         m_hash.add(std::span(image.pixels.data(), image.pixels.size()));
-        const auto moved = deform_volume(*m_tissue);
-        m_hash.add_word(moved.ok());
-        if (moved.ok()) add_voxels(moved->volume);
+        const auto deformed = made(deform_volume(*m_tissue));
+        m_hash.add_word(hash_volume(deformed.volume));
+        m_hash.add_word(std::uint64_t(deformed.written_voxels));
     }
 
     Random m_random;
-    int m_kind;
     Volume m_scan;
-    std::unique_ptr<Tissue> m_tissue;
     const TaskArena& m_arena;
+    std::unique_ptr<Tissue> m_tissue;
+    TemporaryFolder m_folder;
     Hash64 m_hash;
     std::vector<OperationHash> m_done;
 };

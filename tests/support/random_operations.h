@@ -1,13 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Short random sequences of operations on small tissues, and a hash after each operation: the same
-// on each instruction set, and on each machine with the same compiler and C library. The sequences
-// themselves call no function of the C library's mathematics.
+// Short random sequences of operations on small scans, with each model of tissue, and a hash after
+// each operation: the same on each instruction set, number of threads and machine (docs/developers/
+// robustness.md). Scans and tools are made without functions of the C library's mathematics.
 //
-// A sequence makes a scan of a few hundred voxels, a tissue of it (ChainMail, the elastic scan or a
-// body), and pushes, drags, slides, cuts, carves, relaxes, undoes. The deformed scan is resampled
-// after each operation, and rays are cast at it at the end.
+// The deformed scan is resampled after each operation, and rays are cast at it at the end.
 
 #pragma once
 
