@@ -46,5 +46,6 @@ ConformanceCases chainmail_cases(const TaskArena& arena);
 ConformanceCases spring_cases(const TaskArena& arena);
 ConformanceCases body_cases(const TaskArena& arena);
 ConformanceCases rod_cases(const TaskArena& arena);
+ConformanceCases rig_cases(const TaskArena& arena);
 
 }  // namespace pliant::app

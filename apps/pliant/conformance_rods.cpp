@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rods: the wire of a catheter in rigid lumens, where walls and friction are its loads.
+// Rods: the wire of a catheter in rigid lumens, where walls and friction are its loads, and wires
+// whose tips are loaded or held.
 
 #include <pliant/models/catheter.h>
 #include <pliant/models/vessel.h>
@@ -578,6 +579,12 @@ ConformanceCases rod_cases(const TaskArena& arena) {
     add_columns(cases, arena);
     add_helix(cases, arena);
     add_torsion(cases, arena);
+    return cases;
+}
+
+ConformanceCases rig_cases(const TaskArena& arena) {
+    using namespace rods;
+    ConformanceCases cases;
     add_twisted_column(cases, arena);
     add_twisted_ring(cases, arena);
     add_capstan(cases, arena);

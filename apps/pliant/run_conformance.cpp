@@ -38,7 +38,8 @@ constexpr Part kParts[] = {{"patch", "Patch tests", patch_cases},
                            {"chainmail", "ChainMail", chainmail_cases},
                            {"springs", "Springs", spring_cases},
                            {"bodies", "Bodies", body_cases},
-                           {"rods", "Rods", rod_cases}};
+                           {"rods", "Rods", rod_cases},
+                           {"rigs", "Rods whose tips are loaded or held", rig_cases}};
 
 std::vector<std::string> part_names() {
     std::vector<std::string> names;

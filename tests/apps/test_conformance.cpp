@@ -222,6 +222,21 @@ TEST_F(ConformanceProgram, RodsApproachTheirElastica) {
     EXPECT_EQ(column["results"][0]["conforms"], false);
 }
 
+TEST_F(ConformanceProgram, TwistedWiresBuckleAndDrawnOnesNeedTheCapstansForce) {
+    ASSERT_EQ(run("conformance rigs --json"), 0) << said();
+    const Json cases = Json::parse(out());
+    ASSERT_EQ(cases.size(), 6);
+    const auto expected = [&](const char* name) {
+        return case_of(cases, name)["expected"].get<double>();
+    };
+    EXPECT_NEAR(expected("straight wire, twisted until it buckles, ends clamped (Greenhill)"),
+                8.9868, 1e-4);
+    EXPECT_NEAR(expected("ring, twisted until it leaves its plane (Michell, Zajac)"), 10.8828,
+                1e-4);
+    EXPECT_NEAR(expected("capstan, 180 degrees, friction 0.3"), 2.5663, 1e-4);
+    for (const Json& one : cases) EXPECT_EQ(one["results"].back()["conforms"], true) << one;
+}
+
 TEST_F(ConformanceProgram, AnUnknownPartOrFolderIsOneLine) {
     EXPECT_EQ(run("conformance bridges"), 2);
     EXPECT_NE(said().find("PART"), std::string::npos) << said();
