@@ -88,6 +88,17 @@ void begin_friction(WireContact& c, double friction, const Wire& wire, double h)
     c.sticks = (1 - c.along) * x[s] + c.along * x[s + 1];
 }
 
+/// A floor at x = 0 under the tip of 20 segments.
+WireContact floor_under_tip(double compliance, double friction, const Wire& wire, double h) {
+    WireContact c;
+    c.segment = 19;
+    c.along = 1;
+    c.normal = {1, 0, 0};
+    c.compliance = compliance;
+    begin_friction(c, friction, wire, h);
+    return c;
+}
+
 // Its tip is pressed to a floor with 500 uN and drawn over it: the base feels the coefficient times
 // that, and below the sticking speed in proportion less.
 TEST(Wire, FrictionIsCoulombs) {
@@ -101,12 +112,8 @@ TEST(Wire, FrictionIsCoulombs) {
                 inserted += h * speed;
                 wire.feed(inserted, 0);
                 wire.predict(h);
-                WireContact c[2] = {load_on(19, 1, {-load, 0, 0}, {0, 0, 0}), {}};
-                c[1].segment = 19;
-                c[1].along = 1;
-                c[1].normal = {1, 0, 0};
-                c[1].compliance = 1e-8;
-                begin_friction(c[1], friction, wire, h);
+                WireContact c[2] = {load_on(19, 1, {-load, 0, 0}, {0, 0, 0}),
+                                    floor_under_tip(1e-8, friction, wire, h)};
                 for (int i = 0; i < 3; ++i) wire.solve(c);
                 wire.finish();
                 if (n <= 400) continue;
@@ -137,13 +144,9 @@ TEST(Wire, FrictionIsCoulombsOnSoftSurfacesAndWalls) {
             inserted += h * speed;
             wire.feed(inserted, 0);
             wire.predict(h);
-            WireContact c[2] = {load_on(19, 1, {-load, 0, 0}, {0, 0, 0}), {}};
-            c[1].segment = 19;
-            c[1].along = 1;
-            c[1].normal = {1, 0, 0};
-            c[1].compliance = 1e-4;
+            WireContact c[2] = {load_on(19, 1, {-load, 0, 0}, {0, 0, 0}),
+                                floor_under_tip(1e-4, friction, wire, h)};
             c[1].wall_compliance = wall;
-            begin_friction(c[1], friction, wire, h);
             for (int i = 0; i < 4; ++i) {
                 if (i > 0) {
                     c[1].pushed = c[1].force.x;
